@@ -23,6 +23,10 @@ mod instrument_description;
 mod journal;
 #[path = "../fuzz/bodies/readings_csv.rs"]
 mod readings_csv;
+#[path = "../fuzz/bodies/robot_file.rs"]
+mod robot_file;
+#[path = "../fuzz/bodies/robot_import.rs"]
+mod robot_import;
 #[path = "../fuzz/bodies/session_toml.rs"]
 mod session_toml;
 
@@ -133,4 +137,18 @@ fn headers_of_sessions() {
         0,
         session_toml::run,
     );
+}
+
+#[test]
+fn robot_files() {
+    let mut robots = files("data/robots", ".toml");
+    robots.extend(files("data/templates", ".toml"));
+    briefly(6, &robots, 0, robot_file::run);
+}
+
+#[test]
+fn urdfs_and_tables_of_joints() {
+    let mut sources = files("fixtures/urdf", ".urdf");
+    sources.push(super::robot_new::TABLE.as_bytes().to_vec());
+    briefly(7, &sources, 0, robot_import::run);
 }

@@ -13,6 +13,7 @@ mod goldens;
 mod paper_tables;
 mod paper_transcription;
 mod readme;
+mod robot_new;
 mod schemas;
 mod session_crash;
 mod session_terminal;

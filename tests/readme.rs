@@ -74,6 +74,16 @@ fn commands_for_maps_run() {
 }
 
 #[test]
+fn commands_for_simulators_run() {
+    commands_run("docs/simulators.md");
+}
+
+#[test]
+fn commands_for_joint_stiffness_run() {
+    commands_run("docs/joint-stiffness.md");
+}
+
+#[test]
 fn commands_for_the_figures_of_the_paper_run() {
     commands_run("docs/paper.md");
 }

@@ -163,3 +163,46 @@ fn lines_and_an_answers_file_give_the_readings_of_the_screen() {
     let (by_line, _) = run("by-line", &faster);
     assert_eq!(by_file, by_line);
 }
+
+#[test]
+fn three_gauges_stand_on_the_screen_with_their_axes_and_their_readings_in_one_row() {
+    let desk = tempfile::tempdir().unwrap();
+    let plan = [
+        "session",
+        "run",
+        "s",
+        "--procedure",
+        "iso-9283-static-compliance",
+        "--poses",
+        "P2",
+        "--directions",
+        "-y,0,0.6,0.8",
+        "--loads-n",
+        "20,40",
+        "--repeats",
+        "2",
+        "--emulated",
+        "--speed",
+        "4",
+        "--answer",
+        "temperature=21",
+    ];
+    let terminal = Terminal::start(desk.path(), &plan, (34, 100));
+    terminal.wait_for("Displacement along the base axes");
+    terminal.wait_for("beside the force gauge");
+    terminal.wait_for("Turn the jack to 20.0 N");
+    terminal.wait_until("a value of each gauge", |screen| {
+        ["x", "y", "z"].iter().all(|axis| {
+            let line = |line: &&str| line.contains(&format!(" {axis} ")) && line.contains(" um");
+            screen.lines().any(|of| line(&of))
+        })
+    });
+    assert_eq!(terminal.exit_code(), Some(0));
+    let table = fs::read_to_string(desk.path().join("s").join("readings.csv")).unwrap();
+    let mut lines = table.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    for axis in ["x", "y", "z"] {
+        assert!(names.contains(&format!("displacement_{axis}_um").as_str()));
+    }
+    assert_eq!(lines.count(), 8);
+}

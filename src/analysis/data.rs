@@ -7,8 +7,8 @@ use jiff::civil::Date;
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
 use crate::readings::{
-    GaugeLogOptions, InstrumentRecord, ReadOptions, ReadingTable, SessionHeader, read_gauge_log,
-    read_readings, write_readings,
+    GaugeLogOptions, InstrumentRecord, ReadOptions, ReadingTable, SessionHeader, is_vector_table,
+    read_gauge_log, read_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable, stiffness_table,
@@ -18,6 +18,7 @@ use super::error::AnalysisError;
 use super::files::{first_line, read_bytes, read_text};
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
+use super::load_cases::LoadedLoadCases;
 
 /// Stiffness lists that come with the program.
 const SHIPPED_LISTS: [(&str, &str); 3] = [
@@ -80,6 +81,8 @@ pub struct LoadedSession {
 pub enum Data {
     /// Readings.
     Readings(Box<LoadedSession>),
+    /// Loads and readings as vectors.
+    LoadCases(Box<LoadedLoadCases>),
     /// Stiffness values without readings.
     Stiffness {
         /// What the user called them.
@@ -114,6 +117,10 @@ impl Data {
                 name,
             });
         }
+        if LoadedLoadCases::is_at(path) {
+            let loaded = LoadedLoadCases::open(path)?;
+            return Ok(Self::LoadCases(Box::new(loaded)));
+        }
         Ok(Self::Readings(Box::new(LoadedSession::open(
             path, options,
         )?)))
@@ -126,6 +133,7 @@ impl Data {
     pub fn measured(self) -> Result<MeasuredStiffness, AnalysisError> {
         Ok(match self {
             Self::Stiffness { measured, .. } => measured,
+            Self::LoadCases(loaded) => return Err(loaded.needs_runs("this subcommand")),
             Self::Readings(session) => {
                 let table = session.stiffness(Branches::LoadingOnly)?;
                 MeasuredStiffness::from_table(&table, Method::Regression)
@@ -147,7 +155,7 @@ pub(super) fn is_shipped_list(name: &str) -> bool {
 }
 
 /// The file with the readings of a session folder, or the file itself.
-fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
+pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
     if path.is_dir() {
         let file = path.join("readings.csv");
         if file.is_file() {
@@ -172,7 +180,7 @@ fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
 }
 
 /// `session.toml` in a folder, if there is one.
-fn session_header(
+pub(super) fn session_header(
     folder: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Option<SessionHeader>, AnalysisError> {
@@ -203,9 +211,15 @@ impl LoadedSession {
             });
         }
         let file = readings_file(path)?;
+        if options.gauge_log.is_none() && LoadedLoadCases::is_at(path) {
+            return Err(LoadedLoadCases::open(path)?.needs_runs("this subcommand"));
+        }
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         let name = file.display().to_string();
         let bytes = read_bytes(&file)?;
+        if options.gauge_log.is_none() && is_vector_table(&bytes) {
+            return Err(AnalysisError::Vectors { path: file });
+        }
         let table = match &options.gauge_log {
             Some(log) => read_gauge_log(&name, bytes.as_slice(), log)?,
             None => read_readings(&name, bytes.as_slice(), &ReadOptions::default())?,
@@ -233,7 +247,11 @@ impl LoadedSession {
         };
         let read_off = session.gauges()?;
         session.warnings.extend(read_off.read_off());
-        session.check_calibration(options.calibration)?;
+        check_calibration(
+            session.header.as_ref(),
+            options.calibration,
+            &mut session.warnings,
+        )?;
         Ok(session)
     }
 
@@ -305,40 +323,35 @@ impl LoadedSession {
             StiffnessOptions { branches },
         ))
     }
+}
 
-    /// Warns of an overdue calibration, or refuses it.
-    fn check_calibration(&mut self, check: CalibrationCheck) -> Result<(), AnalysisError> {
-        let (CalibrationCheck::Warn(today) | CalibrationCheck::Refuse(today)) = check else {
-            return Ok(());
-        };
-        let instruments = self.header.as_ref().map(|header| &header.instruments);
-        let records = instruments.map(|i| {
-            [
-                ("force gauge", &i.force),
-                ("displacement gauge", &i.displacement),
-            ]
-        });
-        let overdue: Vec<String> = records
-            .into_iter()
-            .flatten()
-            .filter_map(|(what, record)| record.as_ref().map(|record| (what, record)))
-            .filter(|(_, record)| record.calibration_overdue(today) == Some(true))
-            .map(|(what, record)| {
-                format!(
-                    "{what} (due {})",
-                    record.due.map_or_else(String::new, |due| due.to_string())
-                )
-            })
-            .collect();
-        if overdue.is_empty() {
-            return Ok(());
-        }
-        let instruments = overdue.join(", ");
-        if matches!(check, CalibrationCheck::Refuse(_)) {
-            return Err(AnalysisError::CalibrationOverdue { instruments });
-        }
-        self.warnings
-            .push(format!("calibration overdue: {instruments}"));
-        Ok(())
+/// Warns of an overdue calibration, or refuses it.
+pub(super) fn check_calibration(
+    header: Option<&SessionHeader>,
+    check: CalibrationCheck,
+    warnings: &mut Vec<String>,
+) -> Result<(), AnalysisError> {
+    let (CalibrationCheck::Warn(today) | CalibrationCheck::Refuse(today)) = check else {
+        return Ok(());
+    };
+    let overdue: Vec<String> = header
+        .iter()
+        .flat_map(|header| header.instruments.named())
+        .filter(|(_, record)| record.calibration_overdue(today) == Some(true))
+        .map(|(what, record)| {
+            format!(
+                "{what} (due {})",
+                record.due.map_or_else(String::new, |due| due.to_string())
+            )
+        })
+        .collect();
+    if overdue.is_empty() {
+        return Ok(());
     }
+    let instruments = overdue.join(", ");
+    if matches!(check, CalibrationCheck::Refuse(_)) {
+        return Err(AnalysisError::CalibrationOverdue { instruments });
+    }
+    warnings.push(format!("calibration overdue: {instruments}"));
+    Ok(())
 }

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::elastostatics::LoadCaseFitError;
 use crate::fit::{FitError, StiffnessListError};
+use crate::load_cases::LoadCaseError;
 use crate::mismatch::MismatchError;
 use crate::physics::{EffectError, ModelFileError};
 use crate::procedure::ProcedureError;
@@ -54,6 +56,19 @@ pub enum AnalysisError {
         /// What could be meant.
         #[help]
         help: String,
+    },
+    /// Readings of several displacement gauges where one along the load is needed.
+    #[error("{path} has forces and displacements along the base axes, which only stiffness reads")]
+    #[diagnostic(
+        code(stiffbench::input::vectors),
+        help(
+            "stiffbench stiffness gives the compliance along each axis; for this command measure with one displacement gauge along the load, \
+             without displacement_axes"
+        )
+    )]
+    Vectors {
+        /// The table.
+        path: PathBuf,
     },
     /// A folder that is no session.
     #[error("{path} holds no readings.csv")]
@@ -140,6 +155,20 @@ pub enum AnalysisError {
         /// What needs readings.
         needs: &'static str,
     },
+    /// Load cases where series of loads are needed.
+    #[error(
+        "{data} holds load cases (loads and displacements as vectors): {needs} needs readings of one direction over several loads"
+    )]
+    #[diagnostic(
+        code(stiffbench::usage::needs_runs),
+        help("stiffbench fit and stiffbench diagnose take load cases")
+    )]
+    NeedsRuns {
+        /// The data.
+        data: String,
+        /// What needs them.
+        needs: &'static str,
+    },
     /// Records that do not say what the noise of a reading is.
     #[error(
         "{data}: --noise records needs the step of the displacement gauge, and no record states it"
@@ -176,6 +205,14 @@ pub enum AnalysisError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Readings(#[from] ReadingsError),
+    /// A table of load cases.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    LoadCases(#[from] LoadCaseError),
+    /// Load cases with a robot behind them.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    LoadCaseFit(#[from] LoadCaseFitError),
     /// A `session.toml`.
     #[error(transparent)]
     #[diagnostic(transparent)]

@@ -78,6 +78,7 @@ impl FitData {
                 sha256,
             } => Self::of_values(measured, (&name, &sha256), choice, method),
             Data::Readings(session) => Self::of_readings(session, choice, method),
+            Data::LoadCases(loaded) => Err(loaded.needs_runs("a fit of stiffness values")),
         }
     }
 
@@ -316,24 +317,35 @@ impl FitData {
                 known.push(cell.pose.as_str());
             }
         }
-        let wrong = |name: &str, problem: String, help| ArgumentError {
-            argument: format!("--train {name}"),
-            problem,
-            help,
-        };
-        for (place, name) in names.iter().enumerate() {
-            if !known.contains(&name.as_str()) {
-                let problem = format!("the data have no such pose; they have {}", known.join(", "));
-                let help = nearest(name, known.iter().copied());
-                let help = help.map(|near| format!("did you mean {near}?"));
-                return Err(wrong(name, problem, help));
-            }
-            if names[..place].contains(name) {
-                return Err(wrong(name, "it is named twice".to_owned(), None));
-            }
-        }
-        Ok(Some(names.iter().map(|name| PoseId::new(name)).collect()))
+        training_poses(names, &known).map(Some)
     }
+}
+
+/// Training poses by name, each of which must be known and named once.
+///
+/// # Errors
+/// [`ArgumentError`] with the name that could be meant.
+pub(super) fn training_poses(
+    names: &[String],
+    known: &[&str],
+) -> Result<Vec<PoseId>, ArgumentError> {
+    let wrong = |name: &str, problem: String, help| ArgumentError {
+        argument: format!("--train {name}"),
+        problem,
+        help,
+    };
+    for (place, name) in names.iter().enumerate() {
+        if !known.contains(&name.as_str()) {
+            let problem = format!("the data have no such pose; they have {}", known.join(", "));
+            let help = nearest(name, known.iter().copied());
+            let help = help.map(|near| format!("did you mean {near}?"));
+            return Err(wrong(name, problem, help));
+        }
+        if names[..place].contains(name) {
+            return Err(wrong(name, "it is named twice".to_owned(), None));
+        }
+    }
+    Ok(names.iter().map(|name| PoseId::new(name)).collect())
 }
 
 /// The physics beside the beams for a fit or prediction by `method`, if there is any.

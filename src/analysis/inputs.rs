@@ -11,7 +11,9 @@ use crate::robot::{FittingFactors, Robot};
 use super::data::LoadedSession;
 use super::files::read_bytes;
 use super::hash::sha256;
+use super::load_cases::LoadedLoadCases;
 use super::model::ResolvedModel;
+use super::vectors::VectorSession;
 
 /// Digits of a hash in text; JSON has them all.
 const SHORT_HASH: usize = 12;
@@ -51,6 +53,30 @@ impl Inputs {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
             origin: session.origin(),
+        });
+        self
+    }
+
+    /// Load cases.
+    #[must_use]
+    pub fn with_load_cases(mut self, loaded: &LoadedLoadCases) -> Self {
+        self.data.push(DataInput {
+            name: loaded.name.clone(),
+            sha256: loaded.sha256.clone(),
+            origin: loaded.origin(),
+        });
+        self
+    }
+
+    /// Readings of vectors.
+    #[must_use]
+    pub fn with_vectors(mut self, session: &VectorSession) -> Self {
+        let header = session.header.as_ref();
+        let origin = header.and_then(|header| header.origin.clone());
+        self.data.push(DataInput {
+            name: session.name.clone(),
+            sha256: session.sha256.clone(),
+            origin: session.table.origin.clone().or(origin),
         });
         self
     }

@@ -4,8 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::readings::{ReadingTable, SessionHeader};
-use crate::session::{Difference, Integrity, SessionState, integrity, read_journal};
+use crate::readings::{ReadingTable, ReadingsError, SessionHeader, VectorTable};
+use crate::session::{
+    Difference, Integrity, ReadJournal, SessionState, integrity, read_journal, vector_integrity,
+};
 
 use super::error::AnalysisError;
 use super::files::read_bytes;
@@ -36,6 +38,26 @@ pub fn compare_with_journal(
     table: &ReadingTable,
     header: Option<&SessionHeader>,
 ) -> Result<JournalCheck, AnalysisError> {
+    compared(folder, header, |journal| integrity(journal, table))
+}
+
+/// The same of a table of vectors.
+///
+/// # Errors
+/// For a journal that cannot be read.
+pub fn compare_vectors_with_journal(
+    folder: &Path,
+    table: &VectorTable,
+    header: Option<&SessionHeader>,
+) -> Result<JournalCheck, AnalysisError> {
+    compared(folder, header, |journal| vector_integrity(journal, table))
+}
+
+fn compared(
+    folder: &Path,
+    header: Option<&SessionHeader>,
+    compare: impl FnOnce(&ReadJournal) -> Result<Integrity, ReadingsError>,
+) -> Result<JournalCheck, AnalysisError> {
     let path = folder.join("journal.jsonl");
     if !path.is_file() {
         return Ok(JournalCheck::None);
@@ -44,7 +66,7 @@ pub fn compare_with_journal(
     let journal = read_journal(&bytes);
     let state = SessionState::fold(&journal.records);
     Ok(JournalCheck::Compared {
-        table: integrity(&journal, table)?,
+        table: compare(&journal)?,
         header: header.map_or_else(Vec::new, |header| header_changes(&state, header)),
     })
 }
@@ -71,7 +93,7 @@ fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Differenc
         (journal != header).then_some(Difference {
             line: None,
             seq: 0,
-            column: key,
+            column: key.to_owned(),
             journal,
             table: header,
         })
@@ -217,10 +239,10 @@ fn in_words(file: &Path, difference: &Difference) -> String {
     let file = file.display();
     match line {
         None => format!("{file}: reading {seq} is missing"),
-        Some(line) if *column == "seq" && journal == "missing" => {
+        Some(line) if column == "seq" && journal == "missing" => {
             format!("{file}:{line}: the journal has no reading {seq}")
         }
-        Some(line) if *column == "seq" => {
+        Some(line) if column == "seq" => {
             format!("{file}:{line}: reading {seq} stands here {table}")
         }
         Some(line) => {

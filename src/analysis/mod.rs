@@ -28,9 +28,13 @@ mod fit;
 mod hash;
 mod inputs;
 mod integrity;
+mod load_cases;
 mod model;
+mod new_robot;
 mod plausible;
 mod procedure;
+mod robot_check;
+mod vectors;
 
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
 pub use design::{design, usual_plan};
@@ -41,7 +45,17 @@ pub use files::{ReadError, read_bytes, read_text};
 pub use fit::{FitData, FitSettings, PaperFitSettings, fixed_physics};
 pub use hash::sha256;
 pub use inputs::Inputs;
-pub use integrity::{Differences, JournalCheck, TableCheck, compare_with_journal, shortened};
+pub use integrity::{
+    Differences, JournalCheck, TableCheck, compare_vectors_with_journal, compare_with_journal,
+    shortened,
+};
+pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
 pub use model::{ModelChoice, ResolvedModel, laws, resolve, robot_source};
+pub use new_robot::{
+    Controller, DhSettings, ImportError, ImportProblem, NewRobot, StatedPosition, TEMPLATES,
+    UrdfSettings, check_positions, robot_from_dh, robot_from_urdf, template,
+};
 pub use plausible::{doubts_about_fit, doubts_about_stiffness};
 pub use procedure::named_procedure;
+pub use robot_check::{CheckedPose, RobotCheck, check_robot};
+pub use vectors::VectorSession;

@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 
 use crate::mismatch::MismatchError;
 use crate::nearest::nearest;
-use crate::physics::{ActingPhysics, Effect, Law, ModelFile};
-use crate::readings::check_poses;
+use crate::physics::{ActingPhysics, Effect, FoundEffect, Law, ModelFile};
+use crate::readings::{SessionHeader, check_poses};
 use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
 use crate::shipped::{shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
-use crate::test_point::PoseId;
 use crate::toml_text::{TomlError, read_types};
 
 use super::data::LoadedSession;
@@ -48,6 +47,8 @@ pub struct ResolvedModel {
     pub source: SourceText,
     /// What acts beside the beams.
     pub physics: ActingPhysics,
+    /// The same effects with what is known of their values.
+    pub found: Vec<FoundEffect>,
     /// What a user should know of robot and model.
     pub warnings: Vec<String>,
 }
@@ -105,9 +106,29 @@ pub fn resolve(
     choice: &ModelChoice,
     session: Option<&LoadedSession>,
 ) -> Result<ResolvedModel, AnalysisError> {
-    let header = session.and_then(|session| session.header.clone());
+    let Some(session) = session else {
+        return resolve_beside(choice, None);
+    };
+    let model = resolve_beside(choice, Some((session.header.as_ref(), &session.folder)))?;
+    let poses = model.robot.poses.iter().map(|named| named.id.clone());
+    check_poses(&session.table, &poses.collect::<Vec<_>>())?;
+    Ok(model)
+}
+
+/// The same beside data of any form.
+///
+/// # Arguments
+/// - `data`: the header of the session, if there is one, and its folder; `None` without data.
+///
+/// # Errors
+/// As [`resolve`], but for poses.
+pub(super) fn resolve_beside(
+    choice: &ModelChoice,
+    data: Option<(Option<&SessionHeader>, &Path)>,
+) -> Result<ResolvedModel, AnalysisError> {
+    let header = data.and_then(|(header, _)| header.cloned());
     let header = header.unwrap_or_default();
-    let folder = session.map_or(Path::new(""), |session| &session.folder);
+    let folder = data.map_or(Path::new(""), |(_, folder)| folder);
     let named = named_model(choice.model.as_deref())?;
     let model = named.as_ref().map(|named| &named.model);
     let from_model = model.and_then(|model| model.robot.as_ref());
@@ -117,7 +138,7 @@ pub fn resolve(
             robot_source(name, named.as_ref().map(|named| named.path.as_path()))?
         }
         (None, None, Some(name)) => robot_source(name, Some(&folder.join("session.toml")))?,
-        (None, None, None) if session.is_some() => return Err(no_robot()),
+        (None, None, None) if data.is_some() => return Err(no_robot()),
         (None, None, None) => robot_source("hp-robot", None)?,
     };
     let robot = Robot::parse(&source)?;
@@ -141,8 +162,9 @@ pub fn resolve(
         }
     };
     robot.check_parameters(&factors)?;
-    let mut effects = model.map_or_else(Vec::new, ModelFile::acting);
-    effects.extend(choice.effects.iter().cloned());
+    let mut found = model.map_or_else(Vec::new, |model| model.effects.clone());
+    found.extend(choice.effects.iter().cloned().map(FoundEffect::from));
+    let effects = found.iter().map(|found| found.effect.clone()).collect();
     let physics = ActingPhysics::new(&robot, mechanism, effects)?;
     let sha256 = sha256(&source.text);
     let mut warnings = robot.warnings.clone();
@@ -150,7 +172,7 @@ pub fn resolve(
         .as_ref()
         .and_then(|named| named.other_robot(Path::new(&source.name), &sha256));
     warnings.extend(other);
-    if let Some(session) = session {
+    if data.is_some() {
         let other_file = header.robot_sha256.is_some_and(|hash| hash != sha256);
         if other_file && choice.robot.is_none() && named.is_none() {
             let robot = source.name.clone();
@@ -162,8 +184,6 @@ pub fn resolve(
                 source.name
             ));
         }
-        let poses: Vec<PoseId> = robot.poses.iter().map(|named| named.id.clone()).collect();
-        check_poses(&session.table, &poses)?;
     }
     Ok(ResolvedModel {
         mechanism: mechanism.name.clone(),
@@ -172,6 +192,7 @@ pub fn resolve(
         factors,
         source,
         physics,
+        found,
         warnings,
     })
 }

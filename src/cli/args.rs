@@ -15,6 +15,7 @@ use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
+use super::model_export::ModelCommandArgs;
 use super::moved::MovedArgs;
 use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
@@ -102,7 +103,7 @@ pub(super) enum Command {
     Robot(RobotArgs),
     /// Readings to stiffness with uncertainty
     Stiffness(StiffnessArgs),
-    /// Fit the model's factors to measured stiffness
+    /// Fit the model's factors to measured stiffness, or joint springs to forces and displacements as vectors
     Fit(FitArgs),
     /// Which section constant matters in which direction (the paper's Table III)
     Significance(SignificanceArgs),
@@ -118,6 +119,8 @@ pub(super) enum Command {
     Diagnose(Box<DiagnoseArgs>),
     /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
     Map(MapArgs),
+    /// A model for other programs: MuJoCo, SDF, URDF, CSV, JSON
+    Model(ModelCommandArgs),
     /// Moved to stiffbench-validate
     #[command(hide = true, disable_help_flag = true)]
     Paper(MovedArgs),
@@ -256,7 +259,7 @@ pub(super) enum Sigma {
     after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml"
 )]
 pub(super) struct FitArgs {
-    /// Session folder, readings file, list of stiffness values, or a shipped name
+    /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name
     pub(super) data: PathBuf,
     /// Robot, mechanism and factors.
     #[command(flatten)]
@@ -291,6 +294,9 @@ pub(super) struct FitArgs {
     /// Write the fitted factors as TOML that --factors takes
     #[arg(long, value_name = "FILE")]
     pub(super) save_factors: Option<PathBuf>,
+    /// Write the load cases that would determine best what is open, as a table to be filled in (load cases only)
+    #[arg(long, value_name = "FILE")]
+    pub(super) next: Option<PathBuf>,
     /// Write the figures of the fit into this folder
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
@@ -417,6 +423,9 @@ pub(super) struct SimulateArgs {
     /// No noise and no steps at all
     #[arg(long)]
     pub(super) noise_free: bool,
+    /// Instead of series of loads: this many load cases, a load in any direction each, in random poses or those of --poses (docs/joint-stiffness.md)
+    #[arg(long, value_name = "N", value_parser = at_least_one())]
+    pub(super) load_cases: Option<usize>,
     /// Joints stay as one run left them when the next run of a pose and direction begins [default: every run starts virgin]
     #[arg(long)]
     pub(super) keep_history: bool,

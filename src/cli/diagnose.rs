@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use crate::analysis::{
-    ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedSession, NoiseSource,
-    ResolvedModel, diagnose, laws, noise_of, sha256,
+    ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
+    NoiseSource, ResolvedModel, diagnose, laws, noise_of, sha256,
 };
 use crate::mismatch::{Diagnosis, Verdict};
 use crate::physics::{Law, ModelFile};
@@ -18,6 +18,7 @@ use crate::report::{
 use super::args::Global;
 use super::design;
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
+use super::diagnose_load_cases;
 use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
@@ -40,6 +41,9 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
             .into());
         }
         return diagnose_specimen::run(args, &options, without);
+    }
+    if LoadedLoadCases::is_at(data(args)?) {
+        return diagnose_load_cases::run(args, &LoadedLoadCases::open(data(args)?)?, global);
     }
     let session = LoadedSession::open(data(args)?, &global.open_settings())?;
     of_session(args, &session, without, global)

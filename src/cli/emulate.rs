@@ -86,11 +86,15 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     let resolved = args.model.resolve()?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     warnings.extend(resolved.warnings.iter().cloned());
+    // Nobody mounts gauges here: one stands along the load.
+    procedure.load_axes()?;
     let hand = Emulation {
         resolved: &resolved,
         procedure: &procedure,
-        force: &args.force_instrument,
-        displacement: &args.displacement_instrument,
+        gauges: vec![
+            (Channel::Force, args.force_instrument.clone()),
+            (Channel::Displacement, args.displacement_instrument.clone()),
+        ],
         protocols: &args.protocols,
         setup: setup(args),
         session: Clock::starting_at(0.0, args.speed),
@@ -194,7 +198,7 @@ impl Worker<'_> {
         for cell in &plan.cells {
             self.hand.phase("set-up");
             self.hand.set_pose(&cell.pose)?;
-            self.hand.set_direction(cell.direction)?;
+            self.hand.set_direction(&cell.direction)?;
             for reading in &cell.readings {
                 self.load(reading)?;
                 let (force_n, displacement_m) = self.hand.truth();

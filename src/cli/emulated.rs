@@ -1,4 +1,4 @@
-//! A bench in software behind real ports: two emulated gauges coupled to one robot, and the hand of whoever works there.
+//! A bench in software behind real ports: emulated gauges coupled to one robot, and the hand of whoever works there.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use crate::instrument::emulator::{
     EmulatedGauge, EmulatedLine, FaultScript, HostOptions, PanelAction, PtyHost, ScriptedFault,
     SharedTruth,
 };
+use crate::load_direction::LoadDirection;
 use crate::procedure::Procedure;
 use crate::test_point::{Direction, PoseId};
 
@@ -29,10 +30,8 @@ pub struct Emulation<'a> {
     pub resolved: &'a ResolvedModel,
     /// What is to be measured.
     pub procedure: &'a Procedure,
-    /// Name of the force gauge.
-    pub force: &'a str,
-    /// Name of the displacement gauge.
-    pub displacement: &'a str,
+    /// The gauges, each with the name of its description.
+    pub gauges: Vec<(Channel, String)>,
     /// Descriptions besides the shipped ones.
     pub protocols: &'a ProtocolsArgs,
     /// Noise, seed, and which way the gauges stand.
@@ -54,7 +53,7 @@ pub struct BenchOperator {
 }
 
 impl Emulation<'_> {
-    /// Starts the two gauges on the robot. Their ports are there when this returns.
+    /// Starts the gauges on the robot. Their ports are there when this returns.
     ///
     /// # Errors
     /// For a gauge that is not known or measures the other quantity, a procedure that the robot cannot follow, or no ports.
@@ -67,21 +66,16 @@ impl Emulation<'_> {
             self.setup,
             self.session,
         )?;
-        let (of_force, of_displacement) = (bench.clone(), bench.clone());
-        let lines = vec![
-            line(
-                self.force,
-                self.protocols,
-                Channel::Force,
-                Arc::new(move || of_force.force_n()),
-            )?,
-            line(
-                self.displacement,
-                self.protocols,
-                Channel::Displacement,
-                Arc::new(move || of_displacement.displacement_m()),
-            )?,
-        ];
+        let mut lines = Vec::new();
+        for (channel, name) in &self.gauges {
+            let of = bench.clone();
+            let truth: SharedTruth = match (channel, channel.axis()) {
+                (_, Some(axis)) => Arc::new(move || of.displacement_along_m(axis)),
+                (Channel::Force, _) => Arc::new(move || of.force_n()),
+                _ => Arc::new(move || of.displacement_m()),
+            };
+            lines.push(line(name, self.protocols, *channel, truth)?);
+        }
         let own = match &self.links {
             Some(folder) => {
                 std::fs::create_dir_all(folder).map_err(|source| not_made(folder, source))?;
@@ -113,11 +107,11 @@ fn line(
     truth: SharedTruth,
 ) -> Result<EmulatedLine, Failure> {
     let found = find_description(name, protocols)?;
-    let description = &found.description;
-    if description.channel != channel {
+    let mut description = found.description;
+    if description.channel.kind() != channel.kind() {
         let (all, _) = all_descriptions(protocols)?;
         let fitting = all.iter().map(|found| &found.description);
-        let fitting = fitting.filter(|other| other.channel == channel);
+        let fitting = fitting.filter(|other| other.channel.kind() == channel.kind());
         let fitting: Vec<&str> = fitting.map(|other| other.name.as_str()).collect();
         return Err(ArgumentError::new(
             format!("--{channel} {name}"),
@@ -126,8 +120,9 @@ fn line(
         )
         .into());
     }
+    description.channel = channel;
     Ok(EmulatedLine::new(EmulatedGauge::described(
-        description,
+        &description,
         truth,
     )))
 }
@@ -145,7 +140,7 @@ impl BenchOperator {
     }
 
     /// Moves jack and gauges to a direction, nothing loaded.
-    pub(super) fn set_direction(&self, direction: Direction) -> Result<(), Failure> {
+    pub(super) fn set_direction(&self, direction: &LoadDirection) -> Result<(), Failure> {
         Ok(self.bench.set_direction(direction)?)
     }
 
@@ -189,6 +184,11 @@ impl BenchOperator {
     /// [`BenchOperator::let_go`].
     pub fn push(&self, force_n: f64) {
         self.bench.push_by_hand(force_n);
+    }
+
+    /// Pushes on the end of the robot along a base axis, beside the force gauge, until [`BenchOperator::let_go`].
+    pub(super) fn push_end(&self, axis: Direction, sense: f64) {
+        self.bench.push_end(axis, sense);
     }
 
     /// Lets go.

@@ -34,6 +34,16 @@ pub enum CliError {
         /// The folder.
         path: PathBuf,
     },
+    /// A robot file that exists already.
+    #[error("{path} exists already")]
+    #[diagnostic(
+        code(stiffbench::output::exists),
+        help("choose another name; a robot file is never written over")
+    )]
+    RobotExists {
+        /// The file.
+        path: PathBuf,
+    },
     /// A session that did not come to its end.
     #[error("{folder}: the session is not complete")]
     #[diagnostic(
@@ -121,6 +131,9 @@ impl Failure {
             ("stiffbench::least_squares::tie_cycle", 2),
             ("stiffbench::least_squares", 40),
             ("stiffbench::readings", 11),
+            ("stiffbench::load_cases::no_repeats", 2),
+            ("stiffbench::load_cases::too_few", 40),
+            ("stiffbench::load_cases", 11),
             ("stiffbench::input_needed", 3),
             ("stiffbench::session::in_use", 21),
             ("stiffbench::session::damaged", 30),

@@ -85,3 +85,11 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
         source,
     })
 }
+
+/// A name, for example of a mechanism, as a part of a file's name.
+pub(super) fn file_part(name: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
+    name.chars()
+        .map(|c| if plain(c) { c } else { '_' })
+        .collect()
+}

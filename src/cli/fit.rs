@@ -11,6 +11,7 @@ use crate::stiffness::Method as StiffnessMethod;
 use super::args::{FitArgs, Global, MethodArg, Sigma};
 use super::failure::Failure;
 use super::figure_files::{write, write_figure};
+use super::fit_load_cases;
 use super::outcome::Outcome;
 use super::progress::progress;
 
@@ -22,6 +23,17 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     };
     refuse_what_the_method_ignores(args)?;
     let data = Data::open(&args.data, &global.open_settings())?;
+    if let Data::LoadCases(loaded) = &data {
+        return fit_load_cases::run(args, loaded, global);
+    }
+    if args.next.is_some() {
+        return Err(ArgumentError::new(
+            "--next",
+            "it belongs to load cases: loads and displacements as vectors",
+            "leave it out; what is open is printed with the pose that would help",
+        )
+        .into());
+    }
     let prepared = FitData::new(data, &args.model.choice()?, method)?;
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {

@@ -205,8 +205,10 @@ fn port_identity(
 
 /// Parses a channel.
 pub(super) fn channel(text: &str) -> Result<Channel, String> {
-    Channel::ALL
+    Channel::EVERY
         .into_iter()
-        .find(|channel| channel.to_string() == text)
-        .ok_or_else(|| "it is force or displacement".to_owned())
+        .find(|channel| channel.to_string() == text || channel.key() == text)
+        .ok_or_else(|| {
+            "it is force, displacement, displacement-x, displacement-y or displacement-z".to_owned()
+        })
 }

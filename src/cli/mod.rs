@@ -7,6 +7,7 @@ mod descriptions;
 mod design;
 mod diagnose;
 mod diagnose_args;
+mod diagnose_load_cases;
 mod diagnose_specimen;
 #[cfg(unix)]
 mod emulate;
@@ -15,12 +16,14 @@ pub mod emulated;
 pub mod failure;
 pub mod figure_files;
 mod fit;
+mod fit_load_cases;
 mod gauge;
 mod instrument;
 pub mod instrument_args;
 mod instrument_read;
 mod map;
 mod model;
+mod model_export;
 mod moved;
 pub mod names;
 pub mod outcome;
@@ -32,10 +35,14 @@ pub mod progress;
 pub mod rehearsal;
 mod robot;
 mod robot_args;
+mod robot_new;
+mod robot_pose;
 mod screen;
 mod session;
 mod significance;
 mod simulate;
+mod simulate_load_cases;
+mod sketch;
 mod specimen_args;
 mod stiffness;
 mod trace;
@@ -97,7 +104,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
     let global = &cli.global;
     match cli.command {
         Command::Demo(args) => demo::run(&args, global),
-        Command::Robot(args) => robot::run(args),
+        Command::Robot(args) => robot::run(args, global),
         Command::Stiffness(args) => stiffness::run(&args, global),
         Command::Fit(args) => fit::run(&args, global),
         Command::Significance(args) => significance::run(&args),
@@ -107,6 +114,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Map(args) => map::run(&args),
+        Command::Model(args) => model_export::run(&args),
         Command::Paper(args) => args.run("paper", "paper"),
         Command::Prove(args) => args.run("prove", "prove"),
         Command::Reference(args) => args.run("reference", "reference"),

@@ -113,16 +113,6 @@ pub const RESERVED: &[Reserved] = &[
         today: "stiffbench stiffness FILE, with the columns that docs/readings.md names",
     },
     Reserved {
-        command: "model",
-        purpose: "works on a fitted model",
-        today: "stiffbench fit DATA --save-factors FILE, and the model.toml that stiffbench diagnose writes",
-    },
-    Reserved {
-        command: "model export",
-        purpose: "writes a fitted model for other programs",
-        today: "stiffbench fit DATA --save-factors FILE, or stiffbench robot compliance --model FILE --json",
-    },
-    Reserved {
         command: "predict",
         purpose: "predicts stiffness in poses that were not measured",
         today: "stiffbench robot compliance --pose POSE --factors FILE, or stiffbench map --fit FILE",
@@ -141,11 +131,6 @@ pub const RESERVED: &[Reserved] = &[
         command: "report verify",
         purpose: "compares a report with the session it was made of",
         today: "stiffbench session verify SESSION",
-    },
-    Reserved {
-        command: "robot new",
-        purpose: "begins a robot file",
-        today: "copy a file of data/robots, and stiffbench robot check FILE; docs/robot-file.md explains it",
     },
 ];
 

@@ -30,6 +30,8 @@ pub struct Outcome {
     pub(super) strict_exit: u8,
     /// Exit code in any case: what was printed is whole, and states that something is not.
     pub(super) exit: u8,
+    /// Whether the text stands alone, without the inputs before it.
+    bare: bool,
     /// Whether all this has been printed already.
     printed: bool,
 }
@@ -50,6 +52,13 @@ impl Outcome {
     #[must_use]
     pub fn with_inputs(mut self, inputs: Inputs) -> Self {
         self.inputs = inputs;
+        self
+    }
+
+    /// The text alone, without its inputs before it: it is a file.
+    #[must_use]
+    pub fn without_heading(mut self) -> Self {
+        self.bare = true;
         self
     }
 
@@ -116,7 +125,12 @@ impl Outcome {
             object["warnings"] = json!(self.warnings);
             return print_json(&object);
         }
-        print(&format!("{}{}", self.inputs.text(), self.text))?;
+        let heading = if self.bare {
+            String::new()
+        } else {
+            self.inputs.text()
+        };
+        print(&format!("{heading}{}", self.text))?;
         if !global.quiet {
             for warning in &self.warnings {
                 print_error(&format!("note: {warning}"));

@@ -11,7 +11,7 @@ use super::failure::Failure;
 /// The list of model parameters that a fit moves, keeps or ties.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct ParameterArgs {
-    /// Parameters to free: link.A, section.NAME.Iz, joint.NAME, base.rx [default: the factors of beams]
+    /// Parameters to free: link.A, section.NAME.Iz, joint.NAME, base.rx [default: the factors of beams; of load cases on rigid links the springs of all joints]
     #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
     pub(super) free: Vec<String>,
     /// Parameters to keep at their start, for example beam.J
@@ -39,9 +39,28 @@ impl ParameterArgs {
 
     /// Which parameters may move, as the user says.
     pub(super) fn choice(&self, chosen: &ResolvedModel) -> Result<ParameterChoice, Failure> {
+        self.choice_from(chosen, ParameterChoice::default())
+    }
+
+    /// The same where other parameters than the factors of beams are free by default; springs that are go by `--free` if it is given.
+    pub(super) fn choice_beside(
+        &self,
+        chosen: &ResolvedModel,
+        mut usual: ParameterChoice,
+    ) -> Result<ParameterChoice, Failure> {
+        if !self.free.is_empty() {
+            usual.members.retain(|member| member.parameter.is_factor());
+        }
+        self.choice_from(chosen, usual)
+    }
+
+    fn choice_from(
+        &self,
+        chosen: &ResolvedModel,
+        mut choice: ParameterChoice,
+    ) -> Result<ParameterChoice, Failure> {
         let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
         let find = |name: &str| ModelParameter::find(&chosen.robot, mechanism, name);
-        let mut choice = ParameterChoice::default();
         for name in &self.free {
             choice.set(&find(name)?, FitRole::Free);
         }

@@ -159,7 +159,8 @@ pub(super) fn residuals(prepared: &FitData, outcome: &FitOutcome) -> Result<Figu
 
 fn workspace(args: &PlotArgs) -> Result<NamedFigure, Failure> {
     let resolved = args.model.resolve()?;
-    let figure = workspace_projection(&resolved.robot, args.samples, args.seed)?.figure();
+    let figure = workspace_projection(&resolved.robot, args.samples, args.seed)?;
+    let figure = figure.figure(&resolved.robot);
     let inputs = Inputs::default().with_robot(&resolved.robot, &resolved.source.text);
     Ok(("workspace", figure, inputs))
 }

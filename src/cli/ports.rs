@@ -270,7 +270,7 @@ fn not_clear(port: &PortInfo, findings: &[ProbeFinding]) -> Failure {
 }
 
 fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<(), ArgumentError> {
-    if description.channel == bound {
+    if description.channel.kind() == bound.kind() {
         return Ok(());
     }
     Err(ArgumentError::new(

@@ -1,27 +1,33 @@
 //! Which procedure is followed, and what the command line changes in it.
 
+use std::str::FromStr;
+
 use clap::Args;
 
-use crate::analysis::named_procedure;
+use crate::analysis::{ArgumentError, named_procedure};
+use crate::load_direction::{LoadDirection, NotALoadDirection};
 use crate::procedure::Procedure;
 use crate::shipped::DEFAULT_PROCEDURE;
-use crate::test_point::{Direction, PoseId};
+use crate::test_point::PoseId;
 
 use super::failure::Failure;
+
+/// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
+const LARGEST_FORCE_N: f64 = 70.0;
 
 /// Which procedure, and what differs from it.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Procedure")]
 pub(super) struct ProcedureArgs {
-    /// Procedure file, or a shipped one: paper, sweeps, load-unload, load-hold-unload, shuffled [default: sweeps]
+    /// Procedure file, or a shipped one: paper, sweeps, load-unload, load-hold-unload, shuffled, iso-9283-static-compliance [default: sweeps]
     #[arg(long, value_name = "NAME|FILE")]
     procedure: Option<String>,
     /// Poses, comma-separated [default: the procedure's, else all of the robot]
     #[arg(long, value_delimiter = ',')]
     poses: Option<Vec<String>>,
-    /// Directions, comma-separated [default: the procedure's]
-    #[arg(long, value_delimiter = ',')]
-    directions: Option<Vec<Direction>>,
+    /// Directions of the loads, comma-separated: x, y, z, -x, -y, -z, or three numbers of a unit vector [default: the procedure's]
+    #[arg(long, allow_hyphen_values = true)]
+    directions: Option<LoadDirections>,
     /// Loads in N, comma-separated, signed [default: the procedure's]
     #[arg(
         long = "loads-n",
@@ -39,6 +45,54 @@ pub(super) struct ProcedureArgs {
     force_tolerance_n: Option<f64>,
 }
 
+/// Directions in one argument.
+#[derive(Debug, Clone)]
+struct LoadDirections(Vec<LoadDirection>);
+
+impl FromStr for LoadDirections {
+    type Err = NotALoadDirection;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        LoadDirection::parse_list(text).map(Self)
+    }
+}
+
+/// Named poses, size of the largest force, N, and repeats of load cases: of a procedure only what the command line says.
+pub(super) fn load_case_settings(
+    args: &ProcedureArgs,
+) -> Result<(Option<Vec<PoseId>>, f64, u32), ArgumentError> {
+    let series = [
+        ("--procedure", args.procedure.is_some()),
+        ("--directions", args.directions.is_some()),
+        ("--force-tolerance-n", args.force_tolerance_n.is_some()),
+    ];
+    if let Some((option, _)) = series.iter().find(|(_, given)| *given) {
+        return Err(ArgumentError::new(
+            (*option).to_owned(),
+            "it belongs to series of loads",
+            "leave it out, or leave out --load-cases",
+        ));
+    }
+    let poses = args.poses.as_ref();
+    let poses = poses.map(|poses| poses.iter().map(|name| PoseId::new(name)).collect());
+    let loads = args.loads_n.iter().flatten();
+    let largest = loads.fold(0.0_f64, |largest, load| largest.max(load.abs()));
+    let largest = if args.loads_n.is_some() {
+        largest
+    } else {
+        LARGEST_FORCE_N
+    };
+    let repeats = args.repeats.unwrap_or(1);
+    if !(largest > 0.0 && largest.is_finite() && repeats > 0) {
+        return Err(ArgumentError::new(
+            "--loads-n and --repeats",
+            "a load case needs a force above zero and one repeat at least",
+            "--loads-n 500 --repeats 1",
+        ));
+    }
+    Ok((poses, largest, repeats))
+}
+
 /// The procedure that is meant, with the changes of the command line, and what a user should know of its file.
 pub(super) fn resolve_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<String>), Failure> {
     let name = args.procedure.as_deref().unwrap_or(DEFAULT_PROCEDURE);
@@ -47,7 +101,7 @@ pub(super) fn resolve_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<
         procedure.poses = Some(poses.iter().map(|name| PoseId::new(name)).collect());
     }
     if let Some(directions) = &args.directions {
-        procedure.directions.clone_from(directions);
+        procedure.directions.clone_from(&directions.0);
     }
     if let Some(loads_n) = &args.loads_n {
         procedure = procedure.with_loads(loads_n.clone());

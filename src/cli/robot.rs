@@ -4,30 +4,33 @@ use crate::distribution::{Extreme, MapPlane, RefinedExtreme, WorkspacePlan, Work
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
-    AlignedTable, CheckedPose, ComplianceReport, MechanismRank, MobilityReport, OutermostPoint,
-    RobotCheck, RobotReport, WorkspaceReport, plane_column_heads, workspace_figure,
+    AlignedTable, ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotReport,
+    WorkspaceReport, plane_column_heads, robot_check_text, workspace_figure,
 };
 use crate::robot::{
-    JointModel, Mechanism, Pose, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
+    JointModel, Mechanism, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
 };
 use crate::structure::Compliance6;
 use crate::test_point::PoseId;
 
+use super::args::Global;
 use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::model::physics_text;
 use super::outcome::Outcome;
-use super::robot_args::{ComplianceArgs, RobotArgs, RobotCommand, ShowArgs, WorkspaceArgs};
-use crate::analysis::{ArgumentError, Inputs, robot_source};
+use super::robot_args::{
+    ComplianceArgs, RobotArgs, RobotCheckArgs, RobotCommand, ShowArgs, WorkspaceArgs,
+};
+use super::robot_new::new_robot;
+use super::robot_pose;
+use crate::analysis::{ArgumentError, Inputs, check_robot, robot_source};
 
 /// Looks at a robot.
-pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
+pub(super) fn run(args: RobotArgs, global: &Global) -> Result<Outcome, Failure> {
     match args.what {
         RobotCommand::Show(args) => show(&args),
-        RobotCommand::Check { robot } => {
-            let (robot, inputs) = read(&robot)?;
-            Ok(check(&robot)?.with_inputs(inputs))
-        }
+        RobotCommand::Check(args) => check(&args, global),
+        RobotCommand::New(args) => new_robot(&args),
         RobotCommand::Workspace(args) => workspace(&args),
         RobotCommand::Compliance(args) => compliance(&args),
     }
@@ -35,12 +38,16 @@ pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
 
 /// The robot, its mobility, or the schema of robot files.
 fn show(args: &ShowArgs) -> Result<Outcome, Failure> {
+    let named = args.robot.as_deref();
     if args.schema {
-        let schema = crate::robot::file::json_schema();
+        let source = named.map(|name| robot_source(name, None)).transpose()?;
+        let schema = source.map_or_else(crate::robot::format2::json_schema, |source| {
+            crate::robot::schema_of(&source)
+        });
         let text = format!("{schema:#}\n");
         return Ok(Outcome::new("robot-schema", text, schema));
     }
-    let (robot, inputs) = read(&args.robot)?;
+    let (robot, inputs) = read(named.unwrap_or("hp-robot"))?;
     if args.mobility {
         return Ok(show_mobility(&robot)?.with_inputs(inputs));
     }
@@ -58,65 +65,18 @@ fn read(name: &str) -> Result<(Robot, Inputs), Failure> {
 }
 
 /// Tries every mechanism in every named pose (the nominal one if there is none).
-fn check(robot: &Robot) -> Result<Outcome, Failure> {
-    let nominal = [("nominal".to_owned(), robot.nominal_pose())];
-    let poses: Vec<(String, Pose)> = match robot.poses.as_slice() {
-        [] => nominal.to_vec(),
-        poses => poses
-            .iter()
-            .map(|named| (named.id.to_string(), named.pose.clone()))
-            .collect(),
-    };
-    let mut findings: Vec<String> = robot.warnings.clone();
-    for (name, pose) in &poses {
-        for violation in robot.violated_limits(pose) {
-            findings.push(format!(
-                "pose {name} lies {:.3e} degrees beyond the limit {}",
-                violation.excess_deg, violation.limit
-            ));
-        }
-    }
-    let (_, factors) = robot.default_factors();
-    let mut rows = AlignedTable::new(&["mechanism", "pose", "Kx, N/um", "Ky, N/um", "Kz, N/um"]);
-    let mut checked = Vec::new();
-    for mechanism in robot.mechanisms.values() {
-        let mut predictor = Predictor::new(robot, mechanism, &factors)?;
-        for (name, pose) in &poses {
-            match predictor.place(pose) {
-                Ok(()) => {
-                    let compliance = predictor.translation_compliance();
-                    let stiffness = [0, 1, 2].map(|i| 1e-6 / compliance[i][i]);
-                    rows.row(
-                        [mechanism.name.clone(), name.clone()]
-                            .into_iter()
-                            .chain(stiffness.map(|k| format!("{k:.5}"))),
-                    );
-                    checked.push(CheckedPose {
-                        mechanism: mechanism.name.clone(),
-                        pose: name.clone(),
-                        stiffness_n_per_um: stiffness,
-                    });
-                }
-                Err(error @ RobotError::Unreachable { .. }) => {
-                    findings.push(format!("mechanism {}: {error}", mechanism.name));
-                }
-                Err(error) => return Err(error.into()),
-            }
-        }
-    }
-    let verdict = if findings.is_empty() {
-        "Nothing to complain about."
-    } else {
-        "See the notes."
-    };
-    let text = format!("{}\n{verdict}\n", rows.text());
-    let strict = u8::from(!findings.is_empty());
-    let report = RobotCheck {
-        name: robot.name.clone(),
-        checked,
-        findings: findings.clone(),
-    };
-    Ok(Outcome::new("robot-check", text, report)
+fn check(args: &RobotCheckArgs, global: &Global) -> Result<Outcome, Failure> {
+    let source = robot_source(&args.robot, None)?;
+    let robot = Robot::parse(&source)?;
+    let inputs = Inputs::default().with_robot(&robot, &source.text);
+    let check = check_robot(&robot, &source)?;
+    let drawn = robot_pose::draw(&robot, &inputs, args, global)?;
+    let text = format!("{}{}", drawn.sketch, robot_check_text(&check));
+    let strict = u8::from(!check.findings.is_empty());
+    let mut findings = check.findings.clone();
+    findings.extend(drawn.notes);
+    Ok(Outcome::new("robot-check", text, check)
+        .with_inputs(inputs)
         .with_warnings(findings)
         .with_strict_exit(strict))
 }
@@ -187,7 +147,7 @@ fn project(robot: &Robot, plan: &WorkspacePlan) -> Result<SampledWorkspace, Fail
 
 impl SampledWorkspace {
     /// The projection as a figure.
-    pub(super) fn figure(&self) -> Figure {
+    pub(super) fn figure(&self, robot: &Robot) -> Figure {
         let points = self
             .sample
             .points
@@ -198,8 +158,7 @@ impl SampledWorkspace {
             let point = &extreme.as_ref()?.point;
             Some(((*name).to_owned(), [point.reach_m, point.height_m]))
         });
-        let plane = MapPlane::upright(self.sample.plan.vertical);
-        workspace_figure(points, extremes.collect(), self.stated.clone(), &plane)
+        workspace_figure(points, extremes.collect(), self.stated.clone(), robot)
     }
 
     fn text(&self, robot: &Robot) -> String {
@@ -296,7 +255,7 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     let mut warnings = robot.warnings.clone();
     if let Some(path) = &args.figure {
         warnings.extend(
-            write_figure(path, &projection.figure(), &inputs)?
+            write_figure(path, &projection.figure(&robot), &inputs)?
                 .iter()
                 .map(|path| format!("wrote {}", path.display())),
         );

@@ -22,29 +22,85 @@ pub(super) struct RobotArgs {
 pub(super) enum RobotCommand {
     /// Bodies, mechanisms, variables, poses, factor sets; the mobility; the schema of robot files
     Show(ShowArgs),
-    /// Read a robot file and try every mechanism in every pose
-    Check {
-        /// Name of a shipped robot, or a robot file
-        robot: String,
-    },
+    /// Read a robot file and try every mechanism in every pose: size, mass, stiffness, and what is odd
+    Check(RobotCheckArgs),
+    /// Begin a robot file from a URDF, a Denavit-Hartenberg table or a template
+    New(NewArgs),
     /// Random poses under the limits: extreme points, and the projection of the paper's Fig. 3
     Workspace(WorkspaceArgs),
     /// 6 x 6 compliance of the end in a pose
     Compliance(ComplianceArgs),
 }
 
+/// Arguments of `robot check`.
+#[derive(Debug, Args)]
+pub(super) struct RobotCheckArgs {
+    /// Name of a shipped robot, or a robot file
+    pub(super) robot: String,
+    /// Folder for drawings of every pose (SVG and PNG)
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+    /// No sketch of the poses in the terminal
+    #[arg(long)]
+    pub(super) no_sketch: bool,
+}
+
 /// Arguments of `robot show`.
 #[derive(Debug, Args)]
 pub(super) struct ShowArgs {
-    /// Name of a shipped robot, or a robot file
-    #[arg(value_name = "ROBOT", default_value = "hp-robot")]
-    pub(super) robot: String,
+    /// Name of a shipped robot, or a robot file [default: hp-robot]
+    #[arg(value_name = "ROBOT")]
+    pub(super) robot: Option<String>,
     /// Instead: degrees of freedom by the paper's eqs. (1) to (5), and by the rank of the closure conditions
     #[arg(long)]
     pub(super) mobility: bool,
-    /// Instead: the JSON Schema of robot files
-    #[arg(long, conflicts_with_all = ["robot", "mobility"])]
+    /// Instead: the JSON Schema of the format of this robot file; without one that of stiffbench/robot/2
+    #[arg(long, conflicts_with = "mobility")]
     pub(super) schema: bool,
+}
+
+/// Arguments of `robot new`.
+#[derive(Debug, Args)]
+#[command(
+    group = clap::ArgGroup::new("from").required(true).args(["urdf", "dh", "template"]),
+    after_help = "Examples:\n  stiffbench robot new my-robot.toml --urdf ur10.urdf --tip tool0\n  stiffbench robot new my-robot.toml --dh table.csv --convention modified --controller kuka --check-position 0,-90,90,0,0,0=1500,0,1850\n  stiffbench robot new my-robot.toml --template serial"
+)]
+pub(super) struct NewArgs {
+    /// Robot file to write; one that exists is left alone
+    #[arg(value_name = "FILE")]
+    pub(super) out: PathBuf,
+    /// URDF to read; a xacro is expanded first
+    #[arg(long, value_name = "FILE")]
+    pub(super) urdf: Option<PathBuf>,
+    /// Link of the URDF that is held [default: its root]
+    #[arg(long, value_name = "LINK", requires = "urdf")]
+    pub(super) base: Option<String>,
+    /// Link of the URDF that carries the tool [default: its only end]
+    #[arg(long, value_name = "LINK", requires = "urdf")]
+    pub(super) tip: Option<String>,
+    /// Section of the links behind a joint, or of all: they become beams. For example J2="tube 120x6 aluminium"
+    #[arg(long, value_name = "[JOINT=]PROFILE", requires = "urdf")]
+    pub(super) section: Vec<String>,
+    /// Denavit-Hartenberg table to read, TOML or CSV
+    #[arg(long, value_name = "FILE")]
+    pub(super) dh: Option<PathBuf>,
+    /// Convention of a table that does not state it
+    #[arg(long, value_name = "CONVENTION", value_parser = ["standard", "modified"], requires = "dh")]
+    pub(super) convention: Option<String>,
+    /// Maker whose way to count the axes of a six-axis arm the table follows
+    #[arg(long, value_name = "MAKER", value_parser = ["kuka", "fanuc"], requires = "dh")]
+    pub(super) controller: Option<String>,
+    /// Position of the tool centre, mm, that the controller shows for joint values; several times
+    #[arg(
+        long,
+        value_name = "Q1,Q2,...=X,Y,Z",
+        requires = "dh",
+        allow_hyphen_values = true
+    )]
+    pub(super) check_position: Vec<String>,
+    /// Template to copy: serial, scara, four-bar, parallelogram or gantry
+    #[arg(long, value_name = "NAME", value_parser = ["serial", "scara", "four-bar", "parallelogram", "gantry"])]
+    pub(super) template: Option<String>,
 }
 
 /// Arguments of `robot workspace`.

@@ -17,12 +17,16 @@ use super::figure_files::write;
 use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::resolve_procedure;
+use super::simulate_load_cases;
 use crate::analysis::{ArgumentError, Inputs, ResolvedModel, sha256};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let resolved = args.model.resolve()?;
     let truth = true_factors(args, &resolved)?;
+    if let Some(count) = args.load_cases {
+        return simulate_load_cases::run(args, count, resolved, truth);
+    }
     let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     let poses = procedure.poses.get_or_insert_with(|| {
         let named = resolved.robot.poses.iter();
@@ -92,14 +96,14 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 }
 
 /// The mark of readings that nobody measured.
-fn origin(args: &SimulateArgs, resolved: &ResolvedModel) -> String {
+pub(super) fn origin(args: &SimulateArgs, resolved: &ResolvedModel) -> String {
     let noise = if args.noise_free { "no noise" } else { "noise" };
     let physics = effects_text(&resolved.physics);
     format!("simulated; seed {}; {noise}; {physics}", args.seed)
 }
 
 /// Makes the session folder; one that exists is never touched.
-fn create_new(folder: &Path) -> Result<(), CliError> {
+pub(super) fn create_new(folder: &Path) -> Result<(), CliError> {
     if let Some(parent) = folder
         .parent()
         .filter(|parent| !parent.as_os_str().is_empty())
@@ -145,7 +149,7 @@ fn true_factors(args: &SimulateArgs, resolved: &ResolvedModel) -> Result<Fitting
     Ok(truth)
 }
 
-fn noise(args: &SimulateArgs) -> NoiseModel {
+pub(super) fn noise(args: &SimulateArgs) -> NoiseModel {
     if args.noise_free {
         return NoiseModel::NONE;
     }
@@ -194,6 +198,7 @@ fn header(
                 "virtual dial gauge",
                 step(args.displacement_step_um * METRES_PER_MICROMETRE),
             )),
+            ..Instruments::default()
         },
         ..SessionHeader::default()
     }

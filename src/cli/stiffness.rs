@@ -1,7 +1,7 @@
 //! `stiffbench stiffness`.
 
-use crate::analysis::{Inputs, LoadedSession, OpenSettings, doubts_about_stiffness};
-use crate::report::stiffness_text;
+use crate::analysis::{Inputs, LoadedSession, OpenSettings, VectorSession, doubts_about_stiffness};
+use crate::report::{VectorStiffnessReport, stiffness_text};
 use crate::stiffness::Branches;
 
 use super::args::{BranchChoice, Global, StiffnessArgs};
@@ -14,11 +14,14 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         gauge_log: args.log.options()?,
         ..global.open_settings()
     };
-    let session = LoadedSession::open(&args.data, &options)?;
     let branches = match args.branches {
         BranchChoice::Loading => Branches::LoadingOnly,
         BranchChoice::Both => Branches::Both,
     };
+    if let Some(session) = VectorSession::open(&args.data, &options)? {
+        return Ok(of_vectors(session, branches));
+    }
+    let session = LoadedSession::open(&args.data, &options)?;
     let table = session.stiffness(branches)?;
     let flagged = table.cells.iter().any(|cell| !cell.flags.is_empty());
     let inputs = Inputs::default().with_session(&session);
@@ -36,4 +39,22 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(flagged)))
+}
+
+/// The compliance along each axis of a session with several displacement gauges.
+fn of_vectors(session: VectorSession, branches: Branches) -> Outcome {
+    let cells = session.stiffness(branches);
+    let report = VectorStiffnessReport::new(&cells, session.procedure());
+    let inputs = Inputs::default().with_vectors(&session);
+    let mut warnings = session.warnings;
+    let left_out = session.table.readings.len() - session.table.accepted().count();
+    if left_out > 0 {
+        warnings.push(format!(
+            "{left_out} reading(s) superseded or rejected do not count"
+        ));
+    }
+    let text = report.text();
+    Outcome::new("stiffness-vectors", text, report)
+        .with_inputs(inputs)
+        .with_warnings(warnings)
 }

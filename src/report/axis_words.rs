@@ -1,16 +1,33 @@
 //! What the axes of a robot are called in tables and figures.
 
 use crate::distribution::{MapPlane, PlaneAxis};
+use crate::robot::Robot;
+
+/// Name of an axis with the word that the robot has for it, for example `y, vertical`.
+#[must_use]
+pub(super) fn axis_name(robot: &Robot, axis: usize) -> String {
+    let letter = ["x", "y", "z"][axis];
+    // A word may say more, such as `vertical, up` or `lateral (out of the plane)`.
+    let word = robot.axis_words[axis].as_deref();
+    let word = word
+        .and_then(|words| words.split([',', '(']).next())
+        .map(str::trim);
+    let up = (robot.vertical[axis] == 1.0).then_some("vertical");
+    match word.filter(|word| !word.is_empty()).or(up) {
+        Some(word) => format!("{letter}, {word}"),
+        None => letter.to_owned(),
+    }
+}
 
 /// Names of the two coordinates of a plane for the axes of a figure, for example `z, radial` and `y, vertical`.
 #[must_use]
-pub(super) fn plane_axis_names(plane: &MapPlane) -> [String; 2] {
+pub(super) fn plane_axis_names(plane: &MapPlane, robot: &Robot) -> [String; 2] {
     if plane.is_of_the_paper() {
         return ["z, radial", "y, vertical"].map(str::to_owned);
     }
     let letters = plane.letters();
     [0, 1].map(|i| match plane.axes()[i] {
-        PlaneAxis::Along(_) => letters[i].to_owned(),
+        PlaneAxis::Along(axis) => axis_name(robot, axis.into()),
         PlaneAxis::Reach => format!("{}, radial", letters[i]),
         PlaneAxis::Height => format!("{}, vertical", letters[i]),
     })

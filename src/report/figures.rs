@@ -5,16 +5,14 @@ use std::collections::HashMap;
 use crate::distribution::MapPlane;
 use crate::fit::{CellModel, FactorStatus, FitError, FitOutcome, WeightBasis};
 use crate::plot::{
-    Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, DrawnMember, DrawnNode,
-    FactorFate, FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint,
-    ResidualMeasure, ResidualPoint, Residuals, RobotDrawing, SessionCurves, StiffnessComparison,
-    WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals, robot_pose,
-    stiffness_comparison, workspace,
+    Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, FactorFate, FactorIntervals,
+    Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint, ResidualMeasure,
+    ResidualPoint, Residuals, SessionCurves, StiffnessComparison, WorkspaceProjection, correlation,
+    factor_intervals, load_displacement, residuals, stiffness_comparison, workspace,
 };
 use crate::readings::ReadingTable;
-use crate::robot::{ElementClass, Predictor};
+use crate::robot::Robot;
 use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
-use crate::structure::Attachment;
 
 use super::axis_words::plane_axis_names;
 
@@ -129,10 +127,12 @@ pub fn fit_figures(
 /// Correlations of the fitted factors.
 #[must_use]
 pub fn correlation_figure(outcome: &FitOutcome) -> Option<Figure> {
-    let found = outcome
-        .correlation
-        .as_ref()
-        .filter(|correlation| correlation.names.len() > 1)?;
+    correlations_drawn(outcome.correlation.as_ref())
+}
+
+/// Correlations of the parameters of any fit, if it has two or more.
+pub(super) fn correlations_drawn(found: Option<&crate::fit::FactorCorrelations>) -> Option<Figure> {
+    let found = found.filter(|correlation| correlation.names.len() > 1)?;
     Some(correlation(&Correlation {
         names: found.names.clone(),
         matrix: found.matrix.clone(),
@@ -224,7 +224,7 @@ pub fn workspace_figure(
     points_z_y_m: Vec<[f64; 2]>,
     extremes: Vec<(String, [f64; 2])>,
     mut stated: Vec<(String, [f64; 2])>,
-    plane: &MapPlane,
+    robot: &Robot,
 ) -> Figure {
     /// Points nearer than this belong together, m.
     const SAME_PLACE_M: f64 = 0.05;
@@ -255,62 +255,6 @@ pub fn workspace_figure(
             })
             .collect(),
         stated_by: "as the paper states it".to_owned(),
-        axes: plane_axis_names(plane),
-    })
-}
-
-/// The robot in a pose under a load at its end.
-///
-/// Call after [`Predictor::place`].
-#[must_use]
-pub fn robot_figure(predictor: &mut Predictor<'_>, pose: &str, force_n: [f64; 3]) -> Figure {
-    let (solver, model) = predictor.parts();
-    let structure = model.structure();
-    let [fx, fy, fz] = force_n;
-    let response = solver.respond(
-        structure,
-        &[(structure.end.clone(), [fx, fy, fz, 0.0, 0.0, 0.0])],
-    );
-    let rotation_at = |end: &Attachment| -> [f64; 3] {
-        let [.., rx, ry, rz] = response.nodes[end.node];
-        end.hinges.iter().fold([rx, ry, rz], |rotation, &hinge| {
-            let axis = structure.hinges[hinge].axis;
-            std::array::from_fn(|i| rotation[i] + response.hinges_rad[hinge] * axis[i])
-        })
-    };
-    let nodes = structure
-        .nodes
-        .iter()
-        .zip(&response.nodes)
-        .map(|(node, [ux, uy, uz, ..])| DrawnNode {
-            name: node.name.to_string(),
-            position_m: node.position_m,
-            displacement_m: [*ux, *uy, *uz],
-        });
-    let members = structure
-        .elements
-        .iter()
-        .zip(model.members())
-        .map(|(element, member)| DrawnMember {
-            nodes: [element.ends[0].node, element.ends[1].node],
-            rotations_rad: [rotation_at(&element.ends[0]), rotation_at(&element.ends[1])],
-            chain: member.chain.clone(),
-            is_link: member.class == ElementClass::Link,
-        });
-    robot_pose(&RobotDrawing {
-        name: format!(
-            "{}, mechanism {}, pose {pose}",
-            model.robot().name,
-            model.mechanism().name
-        ),
-        nodes: nodes.collect(),
-        members: members.collect(),
-        supports: structure
-            .supports
-            .iter()
-            .map(|support| support.node)
-            .collect(),
-        end: structure.end.node,
-        force_n: Some(force_n),
+        axes: plane_axis_names(&MapPlane::upright(robot.vertical), robot),
     })
 }

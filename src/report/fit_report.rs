@@ -261,12 +261,7 @@ fn tied_to(estimate: &FactorEstimate) -> Option<String> {
 
 /// What the data show of a parameter instead of an interval.
 fn words_instead(estimate: &FactorEstimate) -> Option<String> {
-    match &estimate.status {
-        FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => {
-            Some(words.clone())
-        }
-        FactorStatus::Tied { .. } | FactorStatus::Free | FactorStatus::Fixed => None,
-    }
+    estimate.status.why_open().map(str::to_owned)
 }
 
 impl From<&FactorEstimate> for FactorReport {

@@ -12,10 +12,16 @@ mod figures;
 mod fit;
 mod fit_report;
 mod instrument;
+mod load_case_diagnosis;
+mod load_case_figures;
+mod load_case_fit;
+mod load_case_page;
 mod map;
+mod model_export;
 pub mod paper;
 mod program;
 mod robot;
+mod robot_pose;
 mod schemas;
 mod session;
 mod significance;
@@ -23,6 +29,7 @@ mod simulation;
 mod specimen;
 mod stiffness;
 mod text;
+mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
 pub use compare::{
@@ -40,13 +47,23 @@ pub use diagnosis::{
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
-    robot_figure, workspace_figure,
+    workspace_figure,
 };
 pub use fit_report::{
     ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,
     PoseFitReport, TrialReport,
 };
 pub use instrument::*;
+pub use load_case_diagnosis::{
+    DiagnosisErrors, LoadCaseDiagnosisReport, LoadCaseFindingReport, LoadCaseRivalReport,
+    LoadCaseUnexplainedReport, ParameterAfter,
+};
+pub use load_case_figures::load_case_figures;
+pub use load_case_fit::{
+    ComponentReport, FitResult, LoadCaseAgreementReport, LoadCaseErrors, LoadCaseFitReport,
+    LoadCaseParameterReport, NextLoadCase, NextStandardError, PoseErrorReport,
+};
+pub use load_case_page::{load_case_fit_text, next_load_cases_text};
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{
@@ -57,12 +74,14 @@ pub use map::{
     ShiftReport, ShiftStatistics, ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose,
     mesh_of, points_csv, sensitivity_text, vtu,
 };
+pub use model_export::{ExportFormat, ModelExportReport};
 pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
 pub use program::{CompletionScript, ManualPage};
 pub use robot::{
-    CheckedPose, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, OutermostPoint,
-    PoseReport, RobotCheck, RobotReport, VariableReport, WorkspaceReport,
+    ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
+    OutermostPoint, PoseReport, RobotReport, VariableReport, WorkspaceReport, robot_check_text,
 };
+pub use robot_pose::{pose_drawing, robot_figure, with_equal_views};
 pub use schemas::{schema_of, schemas};
 pub use session::*;
 pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
@@ -73,3 +92,6 @@ pub use specimen::{
 };
 pub use stiffness::stiffness_text;
 pub use text::{AlignedTable, significant};
+pub use vector_stiffness::{
+    AxisValues, StaticComplianceRow, VectorStiffnessCell, VectorStiffnessReport,
+};

@@ -6,6 +6,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::analysis::RobotCheck;
 use crate::physics::{ActingPhysics, Effect};
 use crate::robot::{ChainMobility, FittingFactors, MechanismModel, Mobility, Robot};
 use crate::structure::Compliance6;
@@ -318,27 +319,115 @@ impl ComplianceReport {
     }
 }
 
-/// Every mechanism tried in every named pose.
+/// A robot file, tried, for people.
+#[must_use]
+pub fn robot_check_text(check: &RobotCheck) -> String {
+    let mut rows = AlignedTable::new(&[
+        "mechanism",
+        "pose",
+        "tool x, y, z, m",
+        "Kx, N/um",
+        "Ky, N/um",
+        "Kz, N/um",
+        "plausible",
+    ]);
+    for checked in &check.checked {
+        let stiffness = checked.stiffness_n_per_um;
+        let stiffness = stiffness.map(|k| k.map_or("rigid".to_owned(), |k| format!("{k:.5}")));
+        let tool = checked.tool_m.map(|m| format!("{m:.3}")).join(", ");
+        let mark = if checked.plausible { "yes" } else { "no" };
+        rows.row(
+            [checked.mechanism.clone(), checked.pose.clone(), tool]
+                .into_iter()
+                .chain(stiffness)
+                .chain([mark.to_owned()]),
+        );
+    }
+    let mut text = format!("{}\n", rows.text());
+    if let Some(reach) = check.reach_m {
+        let _ = writeln!(text, "Reach in these poses: {reach:.3} m.");
+    }
+    let _ = match check.mass_kg {
+        Some(mass) => writeln!(text, "Mass: {} kg.", significant(mass, 4)),
+        None => writeln!(text, "Mass: not stated; own weight is left out."),
+    };
+    if !check.free_springs.is_empty() {
+        let _ = writeln!(
+            text,
+            "Springs that a fit finds: {}.",
+            check.free_springs.join(", ")
+        );
+    }
+    let rigid = check
+        .checked
+        .iter()
+        .any(|checked| checked.stiffness_n_per_um.contains(&None));
+    if rigid {
+        text.push_str("Rigid: nothing that gives way along this axis has a stiffness yet.\n");
+    }
+    text.push_str(if check.findings.is_empty() {
+        "Nothing to complain about.\n"
+    } else {
+        "See the notes.\n"
+    });
+    text
+}
+/// A robot file that was begun.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct RobotCheck {
+pub struct NewRobotReport {
+    /// The file.
+    pub file: String,
     /// Name of the robot.
     pub name: String,
-    /// What could be solved.
-    pub checked: Vec<CheckedPose>,
-    /// What is wrong, in words.
-    pub findings: Vec<String>,
+    /// Names of the joints that move.
+    pub joints: Vec<String>,
+    /// Names of the variables.
+    pub variables: Vec<String>,
+    /// Names of the poses.
+    pub poses: Vec<String>,
+    /// Stated positions that fit.
+    pub positions: Vec<String>,
 }
 
-/// A mechanism in a pose.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct CheckedPose {
-    /// Name of the mechanism.
-    pub mechanism: String,
-    /// Name of the pose.
-    pub pose: String,
-    /// Stiffness of the end along x, y and z, N/µm.
-    #[serde(rename = "stiffness_N_per_um")]
-    pub stiffness_n_per_um: [f64; 3],
+impl NewRobotReport {
+    /// Of a robot that was written to a file.
+    #[must_use]
+    pub fn new(robot: &Robot, file: &str, positions: Vec<String>) -> Self {
+        Self {
+            file: file.to_owned(),
+            name: robot.name.clone(),
+            joints: robot
+                .joints
+                .iter()
+                .map(|joint| joint.name.clone())
+                .collect(),
+            variables: robot.variables.iter().map(|v| v.name.clone()).collect(),
+            poses: robot
+                .poses
+                .iter()
+                .map(|named| named.id.to_string())
+                .collect(),
+            positions,
+        }
+    }
+
+    /// What there is, and what comes next.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "{}: {}, {} joints ({}), poses {}.\n",
+            self.file,
+            self.name,
+            self.joints.len(),
+            self.joints.join(", "),
+            self.poses.join(", ")
+        );
+        for position in &self.positions {
+            let _ = writeln!(text, "{position}");
+        }
+        let _ = writeln!(text, "Next: stiffbench robot check {}", self.file);
+        text
+    }
 }
 
 /// Random poses within the limits, and the outermost points.

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::load_direction::LoadDirection;
 use crate::session::{PROMPTS, Record, SessionCell, SessionEnd, SessionPlan};
-use crate::test_point::{Branch, Direction, PoseId};
+use crate::test_point::{Branch, PoseId};
 
 /// What happened in a session.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -38,7 +39,7 @@ pub struct PlannedCellReport {
     /// The pose.
     pub pose: PoseId,
     /// The direction.
-    pub direction: Direction,
+    pub direction: LoadDirection,
     /// The readings in their order.
     pub readings: Vec<PlannedReadingReport>,
 }
@@ -100,7 +101,7 @@ impl From<&SessionCell> for PlannedCellReport {
         });
         Self {
             pose: cell.pose.clone(),
-            direction: cell.direction,
+            direction: cell.direction.clone(),
             readings: readings.collect(),
         }
     }
@@ -172,7 +173,7 @@ pub struct NextReading {
     /// The pose.
     pub pose: PoseId,
     /// The direction.
-    pub direction: Direction,
+    pub direction: LoadDirection,
     /// The load to set, N.
     #[serde(rename = "target_N")]
     pub target_n: f64,

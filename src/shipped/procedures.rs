@@ -6,7 +6,7 @@ use crate::source_text::SourceText;
 pub const DEFAULT_PROCEDURE: &str = "sweeps";
 
 /// Shipped procedures: name and text.
-const SHIPPED: [(&str, &str); 5] = [
+const SHIPPED: [(&str, &str); 6] = [
     (
         "paper",
         include_str!("../../protocols/procedures/paper.toml"),
@@ -26,6 +26,10 @@ const SHIPPED: [(&str, &str); 5] = [
     (
         "shuffled",
         include_str!("../../protocols/procedures/shuffled.toml"),
+    ),
+    (
+        "iso-9283-static-compliance",
+        include_str!("../../protocols/procedures/iso-9283-static-compliance.toml"),
     ),
 ];
 

@@ -3,7 +3,7 @@
 use crate::source_text::SourceText;
 
 /// Shipped robots: name and text. The first is the default.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 8] = [
     ("hp-robot", include_str!("../../data/robots/hp-robot.toml")),
     (
         "hp-robot-host-dominant",
@@ -12,6 +12,17 @@ const SHIPPED: [(&str, &str); 3] = [
     (
         "serial-arm",
         include_str!("../../data/robots/serial-arm.toml"),
+    ),
+    ("scara", include_str!("../../data/robots/scara.toml")),
+    ("four-bar", include_str!("../../data/robots/four-bar.toml")),
+    ("gantry", include_str!("../../data/robots/gantry.toml")),
+    (
+        "fanuc-r2000ic",
+        include_str!("../../data/robots/fanuc-r2000ic.toml"),
+    ),
+    (
+        "franka-panda",
+        include_str!("../../data/robots/franka-panda.toml"),
     ),
 ];
 

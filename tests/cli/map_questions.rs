@@ -74,7 +74,7 @@ fn sag_needs_masses_and_their_absence_is_explained() {
     let desk = desk();
     let error = desk.refusal("map --samples 10 --sag", 2, "stiffbench::usage::argument");
     assert_output_contains(&error, &["no masses", "mass_per_m", "density", "[masses]"]);
-    let page = include_str!("../../docs/robot-file.md");
+    let page = include_str!("../../docs/robot-file-1.md");
     let start = page.find("```toml\n").unwrap() + "```toml\n".len();
     let length = page[start..].find("```").unwrap();
     desk.write("arm.toml", &page[start..start + length]);

@@ -11,8 +11,10 @@ mod inputs;
 mod instruments;
 #[cfg(unix)]
 mod lines;
+mod load_cases;
 mod map;
 mod map_questions;
+mod model_export;
 mod names;
 #[cfg(unix)]
 mod permissions;
@@ -21,6 +23,8 @@ mod results;
 mod robots;
 mod session;
 mod strict;
+#[cfg(unix)]
+mod vectors;
 
 use std::fmt::Write;
 

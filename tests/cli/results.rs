@@ -90,7 +90,7 @@ fn robots() {
         "robot-compliance",
     );
     let schema = desk.run("robot show --schema").succeeds().json();
-    assert!(schema["properties"]["elements"].is_object());
+    assert!(schema["properties"]["links"].is_object());
     assert_eq!(desk.data("robot show --schema"), schema);
 }
 

@@ -210,3 +210,72 @@ fn more_runs_give_smaller_uncertainties_on_average() {
     }
     assert!(shares[0] > shares[1] && shares[1] > shares[2], "{shares:?}");
 }
+
+#[test]
+fn a_robot_file_is_begun_checked_and_never_written_over() {
+    let desk = desk();
+    for template in ["serial", "scara", "four-bar", "parallelogram", "gantry"] {
+        desk.run(&format!("robot new {template}.toml --template {template}"))
+            .succeeds();
+        let check = desk.data(&format!("robot check {template}.toml"));
+        assert_eq!(check["findings"], serde_json::json!([]), "{template}");
+        assert!(check["reach_m"].as_f64().unwrap() > 0.1, "{template}");
+    }
+    let before = desk.read("serial.toml");
+    let again = desk.run("robot new serial.toml --template scara --json");
+    let error = again.exits_with(13).json();
+    assert_eq!(error["error"]["code"], "stiffbench::output::exists");
+    assert_eq!(desk.read("serial.toml"), before);
+    let urdf = format!("{}/fixtures/urdf/panda.urdf", env!("CARGO_MANIFEST_DIR"));
+    let error = desk.run(&format!("robot new panda.toml --urdf {urdf} --json"));
+    let message = error.exits_with(10).json()["error"]["message"].to_string();
+    assert!(message.contains("the robot has 3 ends"), "{message}");
+    assert!(!desk.path("panda.toml").exists());
+    let made = desk.data(&format!(
+        "robot new panda.toml --urdf {urdf} --tip panda_hand_tcp"
+    ));
+    assert_eq!(made["joints"].as_array().unwrap().len(), 9);
+    let check = desk.run("robot check panda.toml").succeeds().stdout;
+    assert!(
+        check.contains("joint.panda_joint7") && check.contains("rigid"),
+        "{check}"
+    );
+    desk.write("table.csv", crate::robot_new::TABLE);
+    let table = "--dh table.csv --convention modified --check-position";
+    let wrong = desk.run(&format!(
+        "robot new fanuc.toml {table} 0,0,0,0,0,0=1,2,3 --json"
+    ));
+    let error = wrong.exits_with(2).json();
+    assert!(
+        error["error"]["message"]
+            .as_str()
+            .unwrap()
+            .contains("mm away"),
+        "{error}"
+    );
+    assert!(!desk.path("fanuc.toml").exists());
+    desk.run(&format!(
+        "robot new fanuc.toml {table} 0,0,0,0,0,0=1807,0,1970"
+    ))
+    .succeeds();
+    desk.run("robot new x.toml").exits_with(2);
+}
+
+#[test]
+fn every_pose_is_drawn() {
+    let desk = desk();
+    let ran = desk.run("robot check serial-arm --out drawings").succeeds();
+    assert!(
+        ran.stderr.contains("wrote drawings/pose-P1.svg"),
+        "{}",
+        ran.stderr
+    );
+    let svg = desk.read("drawings/pose-P1.svg");
+    for words in ["from the side", "from above", "joint that turns", "end N8"] {
+        assert!(svg.contains(words), "{words}");
+    }
+    assert!(
+        !ran.stdout.contains("per character"),
+        "a sketch is for a terminal only"
+    );
+}

@@ -11,6 +11,7 @@ mod multi_pose;
 mod own_weight;
 mod physics_opensees;
 mod pose_sweep;
+mod robot_file_2;
 mod robot_file_errors;
 mod robot_kinematics;
 mod robot_mobility;

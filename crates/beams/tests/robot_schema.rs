@@ -3,6 +3,7 @@
 use crate::support::level_arm;
 use serde_json::Value;
 use stiffbench_beams::robot::file::json_schema;
+use stiffbench_beams::robot::format2;
 use stiffbench_test_files::{shipped_robot, shipped_robots};
 
 /// A TOML text as the JSON value that a schema sees.
@@ -19,8 +20,49 @@ fn the_shipped_schema_is_that_of_the_reader() {
     );
     assert!(
         shipped == generated,
-        "write the schema anew: stiffbench robot show --schema > data/robots/planar-linkage-robot.schema.json"
+        "write the schema anew: stiffbench robot show hp-robot --schema > data/robots/planar-linkage-robot.schema.json"
     );
+}
+
+#[test]
+fn the_shipped_schema_of_the_second_format_is_that_of_the_reader() {
+    let shipped = stiffbench_test_files::text("data/robots/robot-2.schema.json");
+    let generated = serde_json::to_string_pretty(&format2::json_schema()).unwrap();
+    assert!(
+        shipped == format!("{generated}\n"),
+        "write the schema anew: stiffbench robot show --schema > data/robots/robot-2.schema.json"
+    );
+    assert!(jsonschema::meta::is_valid(&format2::json_schema()));
+    assert!(!generated.contains("null"));
+}
+
+#[test]
+fn the_second_format_knows_its_units() {
+    let validator = jsonschema::validator_for(&format2::json_schema()).unwrap();
+    let robot = |joint: &str| {
+        json(&format!(
+            "schema = \"stiffbench/robot/2\"\nname = \"a\"\nup = \"z\"\n[joints]\nJ1 = {{ {joint} }}\n"
+        ))
+    };
+    for joint in [
+        "at_mm = [0, 0, 100]",
+        "at = [0, 0, \"h\"]",
+        "stiffness_Nm_per_rad = 1e5",
+        "across = { y = \"free\", z = { compliance_urad_per_Nm = 2 } }",
+        "angle = { J1 = -1, offset_deg = 90 }",
+        "axis = [0, 1, 0]",
+    ] {
+        assert!(validator.is_valid(&robot(joint)), "{joint}");
+    }
+    for joint in [
+        "at_inch = [0, 0, 100]",
+        "at_mm = [0, 0]",
+        "stiffness_Nm = 1e5",
+        "spring = \"loose\"",
+        "kind = \"prismatic\"",
+    ] {
+        assert!(!validator.is_valid(&robot(joint)), "{joint}");
+    }
 }
 
 #[test]
@@ -35,9 +77,11 @@ fn the_schema_is_valid_itself() {
 
 #[test]
 fn shipped_robots_and_the_example_fit() {
-    let validator = jsonschema::validator_for(&json_schema()).unwrap();
+    let formats = [json_schema(), format2::json_schema()];
+    let validators = formats.map(|schema| jsonschema::validator_for(&schema).unwrap());
     let shipped = shipped_robots().map(|name| shipped_robot(name).unwrap().text);
     for text in shipped.chain([level_arm::text().to_owned()]) {
+        let validator = &validators[usize::from(text.contains(format2::SCHEMA))];
         let errors: Vec<String> = validator
             .iter_errors(&json(&text))
             .map(|error| format!("{}: {error}", error.instance_path()))

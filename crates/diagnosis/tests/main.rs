@@ -8,6 +8,8 @@
 mod fit_coverage;
 mod fit_recovery;
 mod fit_springs;
+mod load_case_diagnosis;
+mod load_case_fit;
 mod map_questions;
 mod mismatch_specimens;
 mod mismatch_verdicts;

@@ -25,6 +25,7 @@ mod found_law;
 mod held_out_error;
 mod labels;
 mod layout;
+mod load_case_components;
 mod load_displacement;
 mod marks;
 mod mismatch_map;
@@ -37,7 +38,9 @@ mod power_curves;
 mod range;
 mod render;
 mod residuals;
+mod robot_drawing;
 mod robot_pose;
+mod robot_views;
 mod stiffness_comparison;
 mod surface_panel;
 mod text_room;
@@ -62,6 +65,7 @@ pub use found_law::{
     CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint, found_law,
 };
 pub use held_out_error::{HeldOutError, HeldOutPose, held_out_error};
+pub use load_case_components::{ComponentPoint, LoadCaseComponents, load_case_components};
 pub use load_displacement::{
     DisplacementPoint, FittedLine, LoadCurvePoints, LoadDisplacement, SessionCurves,
     load_displacement,
@@ -76,7 +80,9 @@ pub use plane_panel::{PlaneMap, ValueAt};
 pub use png::to_png;
 pub use power_curves::{LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 pub use residuals::{ResidualMeasure, ResidualPoint, Residuals, residuals};
-pub use robot_pose::{DrawnMember, DrawnNode, RobotDrawing, robot_pose};
+pub use robot_drawing::{DrawnJoint, DrawnKind, DrawnMember, DrawnNode, RobotDrawing};
+pub use robot_pose::robot_pose;
+pub use robot_views::DrawnAxes;
 pub use stiffness_comparison::{ComparedCell, StiffnessComparison, stiffness_comparison};
 pub use workspace::{NamedPoint, WorkspaceProjection, workspace};
 

@@ -1,4 +1,4 @@
-//! A robot in a pose, from the side and from above, and its shape under a load, magnified.
+//! A robot in a pose, from two or three sides, and its shape under a load, magnified.
 
 use stiffbench_numeric::vector::{norm, scale};
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
@@ -6,19 +6,18 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use super::bent_beam::bent_beam;
 use super::caption::joined;
 use super::figure::{
-    Axis, Figure, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel,
-    Series, Style,
+    Figure, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel, Series,
+    Style,
 };
 use super::palette::{Colour, Marker, QUALITATIVE, qualitative};
+use super::robot_drawing::{DrawnKind, DrawnMember, RobotDrawing};
+use super::robot_views::{RobotView, ViewLayout};
 use super::ticks::{nearest_nice, signed};
 
 /// The magnified largest displacement is about this share of the robot's size.
 const SHOWN_SHARE: f64 = 0.08;
-/// Width of the plot area, px.
-const WIDTH_PX: f64 = 600.0;
-/// Height of both panels together, and least width of one, px.
-const TALLEST_PX: f64 = 900.0;
-const NARROWEST_PX: f64 = 340.0;
+/// Room around the robot for names, supports and arrows, as a share of its size.
+const ROOM: f64 = 0.09;
 
 /// Colours of chains in the order in which they come: no black, which is the robot under load.
 const CHAINS: [Colour; 7] = [
@@ -31,48 +30,7 @@ const CHAINS: [Colour; 7] = [
     Colour::GREY,
 ];
 
-/// What the figure shows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RobotDrawing {
-    /// For the title, for example `hp-robot, mechanism F, pose P1`.
-    pub name: String,
-    /// Nodes.
-    pub nodes: Vec<DrawnNode>,
-    /// Members between them.
-    pub members: Vec<DrawnMember>,
-    /// Held nodes, by index.
-    pub supports: Vec<usize>,
-    /// The end node, by index; it is named before all others.
-    pub end: usize,
-    /// Force at the end node, N; `None` draws the robot without a load.
-    pub force_n: Option<[f64; 3]>,
-}
-
-/// A node with its displacement under the load.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DrawnNode {
-    /// Name.
-    pub name: String,
-    /// Position without load, m.
-    pub position_m: [f64; 3],
-    /// Displacement under the load, m.
-    pub displacement_m: [f64; 3],
-}
-
-/// A member with the rotations of its ends under the load.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DrawnMember {
-    /// Its nodes, by index.
-    pub nodes: [usize; 2],
-    /// Rotation of its own two ends, twists of joints included, rad.
-    pub rotations_rad: [[f64; 3]; 2],
-    /// Chain, for the colour.
-    pub chain: String,
-    /// Whether it is a link: drawn thinner than a beam.
-    pub is_link: bool,
-}
-
-/// The figure: y over z (side view) and x over z (top view) to the same scale.
+/// The figure: views from the side, from above and, if the axes say so, from the front, all to the same scale.
 #[must_use]
 pub fn robot_pose(input: &RobotDrawing) -> Figure {
     let size_m = size_m(input);
@@ -89,80 +47,27 @@ pub fn robot_pose(input: &RobotDrawing) -> Figure {
         .iter()
         .filter_map(|member| deformed(input, member, magnification?))
         .collect();
-    let views = [AxisProjection::SIDE, AxisProjection::TOP];
-    let mut ranges = views.map(|view| view.ranges(input, &shapes, size_m));
-    let length = |[low, high]: [f64; 2]| high - low;
-    let upward: f64 = ranges.iter().map(|[_, upward]| length(*upward)).sum();
-    let across = length(ranges[0][0]);
-    // A robot that stands in a corner of a tall picture is drawn narrower, not the picture taller.
-    let per_px = (across / WIDTH_PX).max(upward / TALLEST_PX);
-    let lacking = (NARROWEST_PX * per_px - across).max(0.0);
-    for [range, _] in &mut ranges {
-        *range = [range[0] - 0.5 * lacking, range[1] + 0.5 * lacking];
-    }
-    let width_px = length(ranges[0][0]) / per_px;
-    let panels = views
+    let points: Vec<[f64; 3]> = input
+        .nodes
+        .iter()
+        .map(|node| node.position_m)
+        .chain(shapes.iter().flatten().copied())
+        .collect();
+    let layout = ViewLayout::of(&input.axes, &points, ROOM * size_m);
+    let panels = input
+        .axes
+        .views()
         .into_iter()
-        .zip(ranges)
-        .map(|(view, ranges)| panel(input, view, ranges, &shapes, magnification, size_m))
+        .map(|view| panel(input, view, &layout.ranges, &shapes, magnification, size_m))
         .collect();
     Figure {
-        panel_px: [width_px, 300.0],
-        row_heights_px: ranges
-            .iter()
-            .map(|[_, upward]| (upward[1] - upward[0]) / per_px)
-            .collect(),
+        columns: layout.columns,
+        panel_px: [layout.column_widths_px[0], 300.0],
+        column_widths_px: layout.column_widths_px,
+        row_heights_px: layout.row_heights_px,
         panels,
         legend: legend(input, magnification.is_some()),
         ..Figure::new(input.name.clone(), caption(input, magnification))
-    }
-}
-
-/// One projection: which global axis runs across and which upward.
-#[derive(Debug, Clone, Copy)]
-struct AxisProjection {
-    title: &'static str,
-    upward: usize,
-    upward_name: &'static str,
-}
-
-impl AxisProjection {
-    const SIDE: Self = Self {
-        title: "from the side",
-        upward: 1,
-        upward_name: "y, vertical",
-    };
-    const TOP: Self = Self {
-        title: "from above",
-        upward: 0,
-        upward_name: "x, lateral",
-    };
-
-    fn project(self, point: [f64; 3]) -> [f64; 2] {
-        [point[2], point[self.upward]]
-    }
-
-    /// Ranges across and upward, with room for names, supports and arrows.
-    fn ranges(self, input: &RobotDrawing, shapes: &[Vec<[f64; 3]>], size_m: f64) -> [[f64; 2]; 2] {
-        let all = || {
-            input
-                .nodes
-                .iter()
-                .map(|node| node.position_m)
-                .chain(shapes.iter().flatten().copied())
-                .map(|point| self.project(point))
-                .filter(|point| point.iter().all(|c| c.is_finite()))
-        };
-        let room = 0.09 * size_m;
-        [0, 1].map(|axis| {
-            let low = all().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
-            let high = all().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
-            if low <= high {
-                [low - room, high + room]
-            } else {
-                [0.0, 1.0]
-            }
-        })
     }
 }
 
@@ -199,21 +104,14 @@ fn deformed(
 
 fn panel(
     input: &RobotDrawing,
-    view: AxisProjection,
-    [across, upward]: [[f64; 2]; 2],
+    view: RobotView,
+    ranges: &[[f64; 2]; 3],
     shapes: &[Vec<[f64; 3]>],
     magnification: Option<f64>,
     size_m: f64,
 ) -> Panel {
-    let axis = |quantity, range| Axis {
-        range: Some(range),
-        ..Axis::linear(quantity, "m")
-    };
-    let mut panel = Panel::new(
-        view.title,
-        axis("z, radial", across),
-        axis(view.upward_name, upward),
-    );
+    let [x, y] = view.axes(&input.axes, ranges);
+    let mut panel = Panel::new(view.title, x, y);
     panel.equal_aspect = true;
     push_supports(&mut panel, input, view);
     push_members(&mut panel, input, view);
@@ -223,6 +121,7 @@ fn panel(
             Marks::Line(shape.iter().map(|point| view.project(*point)).collect()),
         ));
     }
+    push_joints(&mut panel, input, view);
     push_nodes(&mut panel, input, view);
     push_load(&mut panel, input, view, magnification, size_m);
     panel
@@ -243,7 +142,7 @@ fn load_style() -> Style {
     Style::new(Colour::BLACK, Marker::Dot).stroke(2.0)
 }
 
-fn push_supports(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
+fn push_supports(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
     let points = input
         .supports
         .iter()
@@ -268,14 +167,14 @@ fn chains(input: &RobotDrawing) -> Vec<&str> {
     chains
 }
 
-/// Beams first, so that they do not hide the thinner links at shared nodes.
-fn push_members(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
+/// Thick ones first, so that they do not hide the thinner ones at shared nodes.
+fn push_members(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
     for (place, chain) in chains(input).into_iter().enumerate() {
-        for is_link in [false, true] {
+        for kind in [DrawnKind::Rigid, DrawnKind::Beam, DrawnKind::Link] {
             let segments: Vec<[[f64; 2]; 2]> = input
                 .members
                 .iter()
-                .filter(|member| member.chain == chain && member.is_link == is_link)
+                .filter(|member| member.chain == chain && member.kind == kind)
                 .filter_map(|member| {
                     let [first, second] = member.nodes;
                     let ends = [input.nodes.get(first)?, input.nodes.get(second)?];
@@ -285,18 +184,69 @@ fn push_members(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
             if segments.is_empty() {
                 continue;
             }
-            let width = if is_link { 1.8 } else { 4.2 };
+            let width = match kind {
+                DrawnKind::Rigid => 6.0,
+                DrawnKind::Beam => 4.2,
+                DrawnKind::Link => 1.8,
+            };
+            let style = Style::new(CHAINS[place % CHAINS.len()], Marker::Dot);
             panel.series.push(Series::labelled(
                 format!("chain {chain}"),
-                Style::new(CHAINS[place % CHAINS.len()], Marker::Dot).stroke(width),
-                Marks::Segments(segments),
+                style.stroke(width),
+                Marks::Segments(segments.clone()),
             ));
+            if kind == DrawnKind::Rigid {
+                let inside = Style::new(Colour::WHITE, Marker::Dot).stroke(3.0);
+                panel
+                    .series
+                    .push(Series::new(inside, Marks::Segments(segments)));
+            }
         }
     }
 }
 
+/// Looks of joints that turn and of joints that slide.
+fn joint_style(slides: bool) -> Style {
+    let marker = if slides {
+        Marker::Square
+    } else {
+        Marker::Circle
+    };
+    Style::new(Colour::INK, marker).marker_size(5.0).stroke(1.2)
+}
+
+fn end_style() -> Style {
+    Style::new(qualitative(4), Marker::Diamond).marker_size(5.6)
+}
+
+/// Joints as outlines around their nodes, and the end where there is no load to show it.
+fn push_joints(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
+    let at = |node: usize| {
+        let [across, up] = view.project(input.nodes.get(node)?.position_m);
+        Some(FigurePoint::new(across, up))
+    };
+    for slides in [false, true] {
+        let joints = input.joints.iter().filter(|joint| joint.slides == slides);
+        let hollow = |point| FigurePoint {
+            hollow: true,
+            ..point
+        };
+        let points: Vec<FigurePoint> = joints
+            .filter_map(|joint| at(joint.node).map(hollow))
+            .collect();
+        if !points.is_empty() {
+            let marks = Marks::Points(points);
+            panel.series.push(Series::new(joint_style(slides), marks));
+        }
+    }
+    if input.force_n.is_none() {
+        let marks = Marks::Points(at(input.end).into_iter().collect());
+        panel.series.push(Series::new(end_style(), marks));
+    }
+}
+
 /// Nodes and their names; nodes that coincide in this view share one name tag.
-fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
+fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
     let style = Style::new(Colour::INK, Marker::Circle).marker_size(2.4);
     let mut points = Vec::with_capacity(input.nodes.len());
     let mut tags: Vec<([f64; 2], String)> = Vec::new();
@@ -337,7 +287,7 @@ fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
 fn push_load(
     panel: &mut Panel,
     input: &RobotDrawing,
-    view: AxisProjection,
+    view: RobotView,
     magnification: Option<f64>,
     size_m: f64,
 ) {
@@ -390,6 +340,22 @@ fn legend(input: &RobotDrawing, is_deformed: bool) -> Vec<LegendEntry> {
             sample: LegendMark::Point,
         });
     }
+    for (slides, label) in [(false, "joint that turns"), (true, "joint that slides")] {
+        if input.joints.iter().any(|joint| joint.slides == slides) {
+            legend.push(LegendEntry {
+                label: label.to_owned(),
+                style: joint_style(slides),
+                sample: LegendMark::HollowPoint,
+            });
+        }
+    }
+    if let (None, Some(end)) = (input.force_n, input.nodes.get(input.end)) {
+        legend.push(LegendEntry {
+            label: format!("end {}", end.name),
+            style: end_style(),
+            sample: LegendMark::Point,
+        });
+    }
     legend
 }
 
@@ -409,10 +375,29 @@ fn caption(input: &RobotDrawing, magnification: Option<f64>) -> String {
         _ => None,
     };
     joined([
-        Some("Thick: beams (drive-carrying); thin: links.".to_owned()),
+        kinds(input),
         Some("Names that would cover another are left out.".to_owned()),
         under_load,
     ])
+}
+
+/// How members are drawn, if there is more than one kind of them or only rigid ones.
+fn kinds(input: &RobotDrawing) -> Option<String> {
+    let has = |kind: DrawnKind| input.members.iter().any(|member| member.kind == kind);
+    let words = [
+        (DrawnKind::Rigid, "hollow: rigid links"),
+        (DrawnKind::Beam, "thick: beams (drive-carrying)"),
+        (DrawnKind::Link, "thin: links"),
+    ];
+    let words = words.into_iter().filter(|(kind, _)| has(*kind));
+    let words: Vec<&str> = words.map(|(_, words)| words).collect();
+    let (first, rest) = words.split_first()?;
+    let mut sentence = first[..1].to_uppercase() + &first[1..];
+    for words in rest {
+        sentence += "; ";
+        sentence += words;
+    }
+    Some(sentence + ".")
 }
 
 /// A magnification, which is 1, 2 or 5 times a power of ten.
@@ -424,6 +409,8 @@ fn magnification_text(magnification: f64) -> String {
 mod tests {
     use super::*;
     use crate::png::parse;
+    use crate::robot_drawing::DrawnNode;
+    use crate::robot_views::DrawnAxes;
 
     /// A cantilever of 2 m along z from the origin with force f along -y at its tip: δ = f L³/(3EI), θ = f L²/(2EI).
     fn cantilever(tip_m: f64) -> RobotDrawing {
@@ -440,8 +427,10 @@ mod tests {
                 // θ/δ = 3/(2L); the tip moves along y when it turns about -x.
                 rotations_rad: [[0.0; 3], [-1.5 * tip_m / 2.0, 0.0, 0.0]],
                 chain: "A".to_owned(),
-                is_link: false,
+                kind: DrawnKind::Beam,
             }],
+            joints: Vec::new(),
+            axes: DrawnAxes::default(),
             supports: vec![0],
             end: 1,
             force_n: Some([0.0, -50.0, 0.0]),

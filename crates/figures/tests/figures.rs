@@ -9,11 +9,11 @@ use rand_chacha::ChaCha8Rng;
 use stiffbench_beams::robot::{ElementClass, JointModel, Pose, Predictor, Robot, Theory};
 use stiffbench_beams::structure::Attachment;
 use stiffbench_figures::{
-    Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, DrawnMember, DrawnNode,
-    FactorFate, FactorIntervals, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint,
-    ResidualMeasure, ResidualPoint, Residuals, RobotDrawing, SessionCurves, StiffnessComparison,
-    WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals, robot_pose,
-    stiffness_comparison, workspace,
+    Bar, ComparedCell, Correlation, DisplacementPoint, DrawnAxes, DrawnFactor, DrawnJoint,
+    DrawnKind, DrawnMember, DrawnNode, FactorFate, FactorIntervals, FittedLine, LoadCurvePoints,
+    LoadDisplacement, NamedPoint, ResidualMeasure, ResidualPoint, Residuals, RobotDrawing,
+    SessionCurves, StiffnessComparison, WorkspaceProjection, correlation, factor_intervals,
+    load_displacement, residuals, robot_pose, stiffness_comparison, workspace,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
@@ -325,11 +325,16 @@ fn drawing(
                 nodes: [element.ends[0].node, element.ends[1].node],
                 rotations_rad: [rotation_at(&element.ends[0]), rotation_at(&element.ends[1])],
                 chain: member.chain.clone(),
-                is_link: member.class == ElementClass::Link,
+                kind: match member.class {
+                    ElementClass::Beam => DrawnKind::Beam,
+                    ElementClass::Link => DrawnKind::Link,
+                },
             })
             .collect(),
         supports: structure.supports.iter().map(|s| s.node).collect(),
         end: structure.end.node,
+        joints: Vec::new(),
+        axes: DrawnAxes::default(),
         force_n: Some(force_n),
     }
 }
@@ -352,6 +357,24 @@ fn robot_in_a_pose() {
     }
     let pinned = drawing(&robot, "F", "P1", &JointModel::Pinned, [0.0, -50.0, 0.0]);
     check("robot-f-p1-y-pinned", &robot_pose(&pinned));
+}
+
+/// Without a load: the end and the joints are marked, from three sides.
+#[test]
+fn robot_from_three_sides() {
+    let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
+    let mut input = drawing(&robot, "A", "P1", &JointModel::Rigid, [0.0; 3]);
+    input.force_n = None;
+    input.axes.front = true;
+    let joint = |node| DrawnJoint {
+        node,
+        slides: node == 4,
+    };
+    input.joints = [1, 2, 4].map(joint).to_vec();
+    input.members[0].kind = DrawnKind::Rigid;
+    let figure = robot_pose(&input);
+    assert_eq!((figure.panels.len(), figure.columns), (3, 2));
+    check("robot-three-sides", &figure);
 }
 
 #[test]

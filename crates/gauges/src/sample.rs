@@ -5,8 +5,9 @@ use std::fmt;
 use serde::Serialize;
 
 use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::test_point::Direction;
 
-/// Which of the two gauges of a bench.
+/// Which gauge of a bench: force, and one displacement along the load or up to three along the base axes.
 #[derive(
     Debug,
     Clone,
@@ -20,28 +21,85 @@ use stiffbench_units_and_text::quantity::Kind;
     serde::Deserialize,
     schemars::JsonSchema,
 )]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Channel {
     /// The force gauge (tension-compression dynamometer).
     Force,
-    /// The dial or length gauge.
+    /// The dial or length gauge, mounted along the load.
     Displacement,
+    /// The displacement gauge along the base axis x.
+    DisplacementX,
+    /// The displacement gauge along the base axis y.
+    DisplacementY,
+    /// The displacement gauge along the base axis z.
+    DisplacementZ,
 }
 
 impl Channel {
-    /// Both, force first.
+    /// The two of a bench with one displacement gauge, force first. Each stands for what it measures.
     pub const ALL: [Self; 2] = [Self::Force, Self::Displacement];
+
+    /// How many channels there are: the length of a list by [`Channel::index`].
+    pub const COUNT: usize = 5;
+
+    /// Every channel, in the order of [`Channel::index`].
+    pub const EVERY: [Self; Self::COUNT] = [
+        Self::Force,
+        Self::Displacement,
+        Self::DisplacementX,
+        Self::DisplacementY,
+        Self::DisplacementZ,
+    ];
+
+    /// The displacement gauge along a base axis.
+    #[must_use]
+    pub fn along(axis: Direction) -> Self {
+        match axis {
+            Direction::X => Self::DisplacementX,
+            Direction::Y => Self::DisplacementY,
+            Direction::Z => Self::DisplacementZ,
+        }
+    }
+
+    /// The base axis along which a displacement gauge stands; `None` for the others.
+    #[must_use]
+    pub fn axis(self) -> Option<Direction> {
+        match self {
+            Self::Force | Self::Displacement => None,
+            Self::DisplacementX => Some(Direction::X),
+            Self::DisplacementY => Some(Direction::Y),
+            Self::DisplacementZ => Some(Direction::Z),
+        }
+    }
+
+    /// Whether it is a displacement gauge.
+    #[must_use]
+    pub fn is_displacement(self) -> bool {
+        self != Self::Force
+    }
+
+    /// Its key in files: `force`, `displacement`, `displacement_x`, ….
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Displacement => "displacement",
+            Self::DisplacementX => "displacement_x",
+            Self::DisplacementY => "displacement_y",
+            Self::DisplacementZ => "displacement_z",
+        }
+    }
 
     /// What this gauge measures.
     #[must_use]
     pub fn kind(self) -> Kind {
         match self {
             Self::Force => Kind::Force,
-            Self::Displacement => Kind::Displacement,
+            _ => Kind::Displacement,
         }
     }
 
-    /// 0 for force, 1 for displacement.
+    /// 0 for force, 1 for displacement, 2 to 4 for displacement along x, y, z.
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
@@ -50,7 +108,13 @@ impl Channel {
 
 impl fmt::Display for Channel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.serialize(f)
+        f.write_str(match self {
+            Self::Force => "force",
+            Self::Displacement => "displacement",
+            Self::DisplacementX => "displacement-x",
+            Self::DisplacementY => "displacement-y",
+            Self::DisplacementZ => "displacement-z",
+        })
     }
 }
 

@@ -66,6 +66,6 @@ pub(super) fn usual_codes(kind: Kind) -> &'static [(&'static str, &'static str)]
             ("IN", "in"),
             ("inch", "in"),
         ],
-        Kind::Time | Kind::Temperature => &[],
+        Kind::Time | Kind::Temperature | Kind::Torque | Kind::Angle => &[],
     }
 }

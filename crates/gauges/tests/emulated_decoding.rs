@@ -67,7 +67,7 @@ impl Pair {
     fn si(&self, value: f64) -> f64 {
         match self.description.channel {
             Channel::Force => value,
-            Channel::Displacement => value * 1e-4,
+            _ => value * 1e-4,
         }
     }
 
@@ -159,7 +159,7 @@ fn decoder(description: &InstrumentDescription, unit: &str) -> Decoder {
 fn first_unit(description: &InstrumentDescription) -> &'static str {
     match description.channel {
         Channel::Force => "N",
-        Channel::Displacement => "mm",
+        _ => "mm",
     }
 }
 

@@ -94,7 +94,7 @@ impl Twins {
     fn set(&self, value: f64) {
         *self.oracle.truth.lock().unwrap() = match self.oracle.channel {
             Channel::Force => value,
-            Channel::Displacement => 1e-4 * value,
+            _ => 1e-4 * value,
         };
     }
 

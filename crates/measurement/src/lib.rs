@@ -1,10 +1,12 @@
 //! What was measured, and the stiffness that follows from it.
 //!
 //! - [`readings`]: what was measured, as stored. Acquisition ends by writing a session folder, analysis begins by reading one.
+//! - [`load_cases`]: loads and readings as vectors, one load application a row.
 //! - [`specimen`]: force against displacement of anything, without a robot.
 //! - [`procedure`]: which loads are applied where and in which order, as data.
 //! - [`stiffness`]: readings to measured stiffness. Contains no model.
 
+pub mod load_cases;
 pub mod procedure;
 pub mod readings;
 pub mod specimen;

@@ -5,6 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod load_cases;
 mod procedures;
 mod readings_bad_input;
 mod readings_round_trip;

@@ -9,6 +9,7 @@ use stiffbench_measurement::procedure::{
 };
 use stiffbench_measurement::readings::{LoadOrder, RepeatOrder, SessionHeader, ZeroScope};
 use stiffbench_test_files::{shipped_procedure, shipped_procedures};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
@@ -323,13 +324,24 @@ prop_compose! {
     }
 }
 
+/// Axes, a direction against one, a vector, and one with a name of the user's own.
+fn some_directions() -> Vec<LoadDirection> {
+    let mut directions = LoadDirection::axes();
+    directions.push("-y".parse().unwrap());
+    directions.push(LoadDirection::from_vector([0.36, -0.48, 0.8]).unwrap());
+    let oblique = LoadDirection::from_vector([0.28, 0.0, 0.96]).unwrap();
+    directions.push(oblique.named("the \"long\" way = 1"));
+    directions
+}
+
 prop_compose! {
     /// Procedures that can be followed.
     fn any_procedure()(
         name in "[^\\x00]{0,12}",
         text in proptest::option::of("(?s).{0,30}"),
         n_poses in proptest::option::of(1_usize..5),
-        directions in proptest::sample::subsequence(Direction::ALL.to_vec(), 1..=3).prop_shuffle(),
+        directions in proptest::sample::subsequence(some_directions(), 1..=6).prop_shuffle(),
+        displacement_axes in proptest::sample::subsequence(Direction::ALL.to_vec(), 0..=3),
         loads_n in proptest::collection::vec(decimal(-99_999..=99_999, 3), 1..12),
         kind in 0..4,
         zero_of_cell: bool,
@@ -352,6 +364,7 @@ prop_compose! {
             text,
             poses: n_poses.map(|n| (0..n).map(|i| PoseId::new(&format!("pose \"{i}\""))).collect()),
             directions,
+            displacement_axes,
             loads_n,
             unloading: kind == 1,
             repeats,

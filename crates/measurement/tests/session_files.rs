@@ -241,7 +241,7 @@ fn other_units_are_converted() {
 
 #[test]
 fn a_newer_or_another_schema_is_refused() {
-    let newer = SessionHeader::from_toml("s", "schema = \"stiffbench/session/2\"\n").unwrap_err();
+    let newer = SessionHeader::from_toml("s", "schema = \"stiffbench/session/3\"\n").unwrap_err();
     assert_eq!((newer.line, newer.problem.0.word()), (1, "newer_schema"));
     assert!(newer.help().unwrap().to_string().contains("newer version"));
     let other = SessionHeader::from_toml("s", "schema = \"planar-linkage-robot/1\"\n").unwrap_err();
@@ -286,7 +286,7 @@ fn wrong_values_are_shown_in_place() {
         ),
         (
             "[procedure]\ndirections = [\"x\",\n\"w\"]",
-            "session.toml:4: `procedure.directions` is the text `w`, expected \"x\", \"y\" or \"z\"",
+            "session.toml:4: `procedure.directions` is the text `w`, expected \"x\", \"y\", \"z\", \"-x\", \"-y\", \"-z\", a name of [load_directions], or a unit vector like [0, 0.6, 0.8]",
         ),
         (
             "[procedure]\nposes = \"P1\"",

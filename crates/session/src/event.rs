@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use stiffbench_gauges::Channel;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 /// Something that happened in a session.
@@ -72,6 +73,9 @@ pub struct Started {
     /// The origin of readings that are not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<String>,
+    /// Base axes along which displacement gauges stand; none for one gauge along the load.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub displacement_axes: Vec<Direction>,
 }
 
 /// How a session was taken up again.
@@ -123,8 +127,8 @@ pub struct PoseSet {
     pub cell: usize,
     /// The pose.
     pub pose: String,
-    /// The direction.
-    pub direction: Direction,
+    /// The direction of the load.
+    pub direction: LoadDirection,
 }
 
 /// A gauge zero.
@@ -140,7 +144,8 @@ pub struct Zeroed {
     pub moment: ZeroOccasion,
     /// What the force gauge shows unloaded, N in the sign as sent; it is taken off.
     pub force_offset_n: f64,
-    /// What the displacement gauge shows under the preload, m in the sign as sent; it is taken off.
+    /// What the displacement gauge shows under the preload, m in the sign as sent; it is taken off. Of gauges along the base axes, the
+    /// first in `gauges`.
     pub displacement_offset_m: f64,
     /// Whether the gauges set their own zero; else the offsets do all of it.
     pub by_gauge: [bool; 2],
@@ -152,6 +157,23 @@ pub struct Zeroed {
     /// What is wrong with the readings since the zero was last certain; empty if nothing is.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub flag: String,
+    /// The zeros of displacement gauges along the base axes; none for one gauge along the load.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gauges: Vec<AxisZero>,
+}
+
+/// The zero of a displacement gauge along a base axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AxisZero {
+    /// Which gauge.
+    pub channel: Channel,
+    /// What it shows under the preload, m in the sign as sent; it is taken off.
+    pub offset_m: f64,
+    /// Whether it set its own zero; else the offset does all of it.
+    pub by_gauge: bool,
+    /// Displacement from the zero at a check, m along the axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drift_m: Option<f64>,
 }
 
 /// When a zero was set or checked.
@@ -177,8 +199,8 @@ pub struct TakenReading {
     pub index: usize,
     /// The pose held.
     pub pose: String,
-    /// The direction.
-    pub direction: Direction,
+    /// The direction of the load.
+    pub direction: LoadDirection,
     /// Loading or unloading.
     pub branch: Branch,
     /// Place in the load sequence.
@@ -195,7 +217,7 @@ pub struct TakenReading {
     pub force_n: f64,
     /// The force gauge's own text.
     pub force_raw: String,
-    /// Displacement from the zero along the axis, m.
+    /// Displacement from the zero along the axis, m. Of gauges along the base axes, that of the axis nearest to the load.
     pub displacement_m: f64,
     /// The displacement gauge's own text.
     pub displacement_raw: String,
@@ -214,7 +236,98 @@ pub struct TakenReading {
     pub temperature_deg_c: Option<f64>,
     /// Rule that flagged it and what the operator decided; empty for most.
     pub flag: String,
+    /// What each displacement gauge along a base axis showed; none for one gauge along the load.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gauges: Vec<AxisReading>,
 }
+
+/// What a displacement gauge along a base axis showed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AxisReading {
+    /// Which gauge.
+    pub channel: Channel,
+    /// Displacement from the zero along the axis, m.
+    pub displacement_m: f64,
+    /// The gauge's own text.
+    pub raw: String,
+    /// What it showed at its zero, m in the sign as sent: it is taken off.
+    pub zero_m: f64,
+    /// When the sample arrived, s.
+    pub at_s: f64,
+}
+
+impl TakenReading {
+    /// Displacement from the zero that a displacement gauge showed, m; `None` if it was not there.
+    #[must_use]
+    pub fn displacement_of(&self, channel: Channel) -> Option<f64> {
+        match channel {
+            Channel::Force => None,
+            Channel::Displacement => self.gauges.is_empty().then_some(self.displacement_m),
+            axis => Some(self.axis_reading(axis)?.displacement_m),
+        }
+    }
+
+    /// The text of a gauge; empty if it was not there.
+    #[must_use]
+    pub fn raw_of(&self, channel: Channel) -> &str {
+        match channel {
+            Channel::Force => &self.force_raw,
+            Channel::Displacement => &self.displacement_raw,
+            axis => self.axis_reading(axis).map_or("", |of| &of.raw),
+        }
+    }
+
+    /// When the sample of a gauge arrived, s; `None` if it was not there.
+    #[must_use]
+    pub fn sampled_at_s(&self, channel: Channel) -> Option<f64> {
+        match channel {
+            Channel::Force => Some(self.samples_at_s[0]),
+            Channel::Displacement => self.gauges.is_empty().then_some(self.samples_at_s[1]),
+            axis => Some(self.axis_reading(axis)?.at_s),
+        }
+    }
+
+    /// The displacement along the load, m; `None` where the load has a component along an axis that no gauge reads.
+    #[must_use]
+    pub fn along_load_m(&self) -> Option<f64> {
+        if self.gauges.is_empty() {
+            return Some(self.displacement_m);
+        }
+        let components = Direction::ALL.into_iter().map(|axis| {
+            let share = self.direction.along(axis);
+            let read_m = self.displacement_of(Channel::along(axis));
+            if share.abs() < NO_COMPONENT {
+                Some(0.0)
+            } else {
+                read_m.map(|read_m| share * read_m)
+            }
+        });
+        components.sum()
+    }
+
+    /// What the displacement gauges showed, in words.
+    #[must_use]
+    pub fn displacement_text(&self) -> String {
+        if self.gauges.is_empty() {
+            return format!("{:.1} um", self.displacement_m * 1e6);
+        }
+        let gauges = self.gauges.iter().map(|of| {
+            let axis = of
+                .channel
+                .axis()
+                .map_or_else(String::new, |axis| format!("{axis} "));
+            format!("{axis}{:.1} um", of.displacement_m * 1e6)
+        });
+        gauges.collect::<Vec<_>>().join(", ")
+    }
+
+    fn axis_reading(&self, channel: Channel) -> Option<&AxisReading> {
+        self.gauges.iter().find(|of| of.channel == channel)
+    }
+}
+
+/// Components of a unit vector below this are none.
+const NO_COMPONENT: f64 = 1e-9;
 
 /// A reading that no longer counts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -8,7 +8,7 @@ use jiff::Timestamp;
 use miette::Diagnostic;
 use thiserror::Error;
 
-use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter};
+use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter, VectorReadingsWriter};
 
 use super::journal::{
     Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_lines,
@@ -333,15 +333,7 @@ impl TableFile {
         if state.readings.len() < 2 || !self.path.is_file() {
             return self.rewrite(state);
         }
-        let mut row = Vec::new();
-        let mut writer = ReadingsWriter::continuing(&mut row, session(state), origin(state));
-        if let Some((reading, run, zero)) = state.rows().last() {
-            let written = writer
-                .write(reading, run, zero)
-                .and_then(|()| writer.flush());
-            written.map_err(|error| self.failed(error))?;
-        }
-        drop(writer);
+        let row = last_row(state).map_err(|error| self.failed(error))?;
         let file = OpenOptions::new().append(true).open(&self.path);
         let written = file.and_then(|mut file| file.write_all(&row));
         written.map_err(system(&self.path))
@@ -367,11 +359,37 @@ impl TableFile {
 /// # Errors
 /// As [`ReadingsWriter::write`].
 pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsError> {
+    if state.is_of_vectors() {
+        let mut writer = VectorReadingsWriter::new(output, session(state), origin(state))?;
+        for reading in state.vector_rows() {
+            writer.write(&reading)?;
+        }
+        return writer.flush();
+    }
     let mut writer = ReadingsWriter::new(output, session(state), origin(state))?;
     for (reading, run, zero) in state.rows() {
         writer.write(&reading, &run, &zero)?;
     }
     writer.flush()
+}
+
+/// The last row of the table of readings of a session; empty before the first.
+fn last_row(state: &SessionState) -> Result<Vec<u8>, ReadingsError> {
+    let mut row = Vec::new();
+    if state.is_of_vectors() {
+        let mut writer = VectorReadingsWriter::continuing(&mut row, session(state), origin(state));
+        if let Some(reading) = state.vector_rows().last() {
+            writer.write(reading)?;
+        }
+        writer.flush()?;
+    } else {
+        let mut writer = ReadingsWriter::continuing(&mut row, session(state), origin(state));
+        if let Some((reading, run, zero)) = state.rows().last() {
+            writer.write(reading, run, zero)?;
+        }
+        writer.flush()?;
+    }
+    Ok(row)
 }
 
 fn session(state: &SessionState) -> Option<&str> {

@@ -6,7 +6,8 @@
 use std::collections::BTreeMap;
 
 use stiffbench_measurement::readings::{
-    ReadOptions, Reading, ReadingTable, ReadingsError, RunKey, read_readings,
+    MARK_COLUMNS, ReadOptions, Reading, ReadingTable, ReadingsError, RunKey, VectorTable,
+    read_readings, read_vector_readings,
 };
 
 use super::folder::table as write_table;
@@ -21,7 +22,7 @@ pub struct Difference {
     /// Number of the reading in the session.
     pub seq: u32,
     /// Column.
-    pub column: &'static str,
+    pub column: String,
     /// The journal's value.
     pub journal: String,
     /// The table's value.
@@ -70,7 +71,7 @@ pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrit
             found.changed.push(Difference {
                 line: Some(reading.line),
                 seq: reading.seq,
-                column: "seq",
+                column: "seq".to_owned(),
                 journal: "once".to_owned(),
                 table: "twice".to_owned(),
             });
@@ -85,7 +86,7 @@ pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrit
             None => found.changed.push(Difference {
                 line: None,
                 seq: reading.seq,
-                column: "seq",
+                column: "seq".to_owned(),
                 journal: reading.seq.to_string(),
                 table: "missing".to_owned(),
             }),
@@ -98,13 +99,109 @@ pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrit
             found.changed.push(Difference {
                 line: Some(reading.line),
                 seq,
-                column: "seq",
+                column: "seq".to_owned(),
                 journal: "missing".to_owned(),
                 table: seq.to_string(),
             });
         }
     }
     Ok(found)
+}
+
+/// Compares a table of vectors with the journal of its session, field by field.
+///
+/// # Errors
+/// [`ReadingsError`] if the journal's own readings make no table.
+pub fn vector_integrity(
+    journal: &ReadJournal,
+    table: &VectorTable,
+) -> Result<Integrity, ReadingsError> {
+    let state = SessionState::fold(&journal.records);
+    let mut bytes = Vec::new();
+    write_table(&state, &mut bytes)?;
+    let kept = match read_vector_readings("journal.jsonl", &bytes[..]) {
+        Ok(kept) => kept,
+        Err(ReadingsError::NoReadings { .. }) => VectorTable {
+            names: table.names.clone(),
+            ..VectorTable::default()
+        },
+        Err(error) => return Err(error),
+    };
+    let damaged = matches!(journal.end, JournalEnd::Damaged { .. });
+    let last_written = table.readings.iter().map(|reading| reading.seq).max();
+    let mut found = Integrity::default();
+    let mut of_table: BTreeMap<u32, usize> = BTreeMap::new();
+    let whole = |line: Option<u32>, seq: u32, journal: String, table: String| Difference {
+        line,
+        seq,
+        column: "seq".to_owned(),
+        journal,
+        table,
+    };
+    for (at, reading) in table.readings.iter().enumerate() {
+        if of_table.insert(reading.seq, at).is_some() {
+            let (once, twice) = ("once".to_owned(), "twice".to_owned());
+            let line = Some(reading.line);
+            found.changed.push(whole(line, reading.seq, once, twice));
+        }
+    }
+    for (at, reading) in kept.readings.iter().enumerate() {
+        let seq = reading.seq;
+        match of_table.remove(&seq) {
+            Some(other) => compare_fields((&kept, at), (table, other), &mut found),
+            None if state.ended.is_none() && Some(seq) > last_written => found.behind.push(seq),
+            None => {
+                let missing = "missing".to_owned();
+                found
+                    .changed
+                    .push(whole(None, seq, seq.to_string(), missing));
+            }
+        }
+    }
+    for (seq, at) in of_table {
+        if damaged {
+            found.unknown.push(seq);
+        } else {
+            let line = Some(table.readings[at].line);
+            let missing = "missing".to_owned();
+            found
+                .changed
+                .push(whole(line, seq, missing, seq.to_string()));
+        }
+    }
+    Ok(found)
+}
+
+/// The fields of one reading in both, by the names of the journal's columns.
+fn compare_fields(
+    (journal, kept): (&VectorTable, usize),
+    (table, read): (&VectorTable, usize),
+    found: &mut Integrity,
+) {
+    let field = |table: &VectorTable, at: usize, column: &str| {
+        let index = table.names.iter().position(|name| name == column);
+        index.map_or_else(String::new, |index| table.rows[at][index].clone())
+    };
+    for column in &journal.names {
+        let (is, was) = (field(table, read, column), field(journal, kept, column));
+        let alike = is == was
+            || matches!((is.parse::<f64>(), was.parse::<f64>()), (Ok(is), Ok(was)) if is == was);
+        if alike {
+            continue;
+        }
+        let difference = Difference {
+            line: Some(table.readings[read].line),
+            seq: table.readings[read].seq,
+            column: column.clone(),
+            journal: was,
+            table: is,
+        };
+        if MARK_COLUMNS.contains(&column.as_str()) {
+            found.marks.push(difference);
+        } else {
+            found.changed.push(difference);
+        }
+    }
 }
 
 /// One reading in both.
@@ -122,7 +219,7 @@ fn compare(
             .map(|((column, journal), (_, table))| Difference {
                 line: Some(read.line),
                 seq: read.seq,
-                column,
+                column: column.to_owned(),
                 journal,
                 table,
             })

@@ -20,15 +20,15 @@ mod view;
 pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
 pub use awake::KeptAwake;
 pub use event::{
-    ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, LinkChange, Noted, Paused, PoseSet,
-    Resumed, SessionEnd, SignChecked, Skipped, Started, Superseded, Surroundings, TakenReading,
-    Warning, ZeroOccasion, Zeroed,
+    AxisReading, AxisZero, ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, LinkChange,
+    Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Skipped, Started, Superseded,
+    Surroundings, TakenReading, Warning, ZeroOccasion, Zeroed,
 };
 pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,
     table,
 };
-pub use integrity::{Difference, Integrity, integrity};
+pub use integrity::{Difference, Integrity, integrity, vector_integrity};
 pub use journal::{
     Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal,
     write_line, write_lines,

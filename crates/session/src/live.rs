@@ -5,14 +5,28 @@ use stiffbench_measurement::stiffness::{
     CellStiffness, Flag, GaugePair, Method, StiffnessEstimate, StiffnessOptions, StiffnessTable,
     stiffness_table,
 };
-use stiffbench_units_and_text::test_point::Cell;
+use stiffbench_units_and_text::test_point::{Cell, Direction};
 
+use super::plan::SessionCell;
 use super::state::SessionState;
 use super::view::{CellReading, CellView, RepeatSpread, StiffnessSoFar};
 
-/// What the cell has given so far; outliers are tested against the scatter of all cells.
-pub(super) fn cell_view(state: &SessionState, cell: &Cell, gauges: &GaugePair) -> CellView {
-    let readings = state.table_readings();
+/// What the cell has given so far; outliers are tested against the scatter of all cells. Of gauges along base axes it is what they give
+/// along the load, from this cell alone.
+pub(super) fn cell_view(
+    state: &SessionState,
+    (number, planned): (usize, &SessionCell),
+    gauges: &GaugePair,
+) -> CellView {
+    let of_vectors = state.is_of_vectors();
+    let (readings, direction) = match planned.direction.axis() {
+        Some(axis) if !of_vectors => (state.table_readings(), axis),
+        _ => (state.readings_along_load(number), Direction::X),
+    };
+    let cell = &Cell {
+        pose: planned.pose.clone(),
+        direction,
+    };
     let table = stiffness_table(&readings, gauges, StiffnessOptions::default());
     let accepted: Vec<&Reading> = readings
         .iter()

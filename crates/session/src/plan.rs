@@ -1,8 +1,10 @@
 //! The readings of a whole session, in the order in which they are to be taken.
 
+use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::{Pace, PlannedReading, Procedure};
 use stiffbench_measurement::readings::ZeroScope;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::PoseId;
 
 use super::state::SessionState;
 
@@ -20,8 +22,8 @@ pub struct SessionPlan {
 pub struct SessionCell {
     /// The pose.
     pub pose: PoseId,
-    /// The direction.
-    pub direction: Direction,
+    /// The direction of the load.
+    pub direction: LoadDirection,
     /// Its readings, in order.
     pub readings: Vec<PlannedReading>,
 }
@@ -33,18 +35,50 @@ impl SessionPlan {
         let poses = procedure.poses.as_deref().unwrap_or(poses);
         let places = poses
             .iter()
-            .flat_map(|pose| procedure.directions.iter().map(move |way| (pose, *way)));
+            .flat_map(|pose| procedure.directions.iter().map(move |way| (pose, way)));
         let cells = (0..)
             .zip(places)
             .map(|(cell, (pose, direction))| SessionCell {
                 pose: pose.clone(),
-                direction,
+                direction: direction.clone(),
                 readings: procedure.steps(cell),
             });
         Self {
             cells: cells.collect(),
             procedure: procedure.clone(),
         }
+    }
+
+    /// The gauges that it needs: force first, then one displacement gauge along the load, or one along each base axis that is read.
+    #[must_use]
+    pub fn channels(&self) -> Vec<Channel> {
+        let axes = &self.procedure.displacement_axes;
+        let mut channels = vec![Channel::Force];
+        if axes.is_empty() {
+            channels.push(Channel::Displacement);
+        }
+        channels.extend(axes.iter().map(|axis| Channel::along(*axis)));
+        channels
+    }
+
+    /// The displacement gauge of a cell that moves most with the load: that of the axis nearest to it.
+    #[must_use]
+    pub fn leading(&self, cell: usize) -> Channel {
+        let direction = self.cells.get(cell).map(|cell| &cell.direction);
+        let share = |channel: &Channel| {
+            let axis = channel.axis().zip(direction);
+            axis.map_or(0.0, |(axis, direction)| direction.along(axis).abs())
+        };
+        let gauges = self
+            .channels()
+            .into_iter()
+            .filter(|channel| channel.is_displacement());
+        gauges
+            .fold(None, |best: Option<Channel>, channel| match best {
+                Some(best) if share(&best) >= share(&channel) => Some(best),
+                _ => Some(channel),
+            })
+            .unwrap_or(Channel::Displacement)
     }
 
     /// Number of readings.
@@ -64,13 +98,6 @@ impl SessionPlan {
     pub fn largest_n(&self) -> f64 {
         let sizes = self.procedure.loads_n.iter().map(|load_n| load_n.abs());
         sizes.fold(0.0, f64::max)
-    }
-
-    /// 1 or -1: the sense of the first load that is not zero.
-    #[must_use]
-    pub fn load_sense(&self) -> f64 {
-        let first = self.procedure.loads_n.iter().find(|load_n| **load_n != 0.0);
-        first.map_or(-1.0, |load_n| load_n.signum())
     }
 
     /// What of the plan the gauge zero of a reading is for.

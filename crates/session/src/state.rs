@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 
 use stiffbench_gauges::Channel;
-use stiffbench_measurement::readings::{Reading, ReadingStatus, ReadingText, RunKey, RunNumbers};
-use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_measurement::readings::{
+    Reading, ReadingStatus, ReadingText, RunKey, RunNumbers, VectorReading,
+};
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::event::{
     Ended, Event, Flagged, InstrumentSeen, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
@@ -62,9 +64,9 @@ pub struct SessionState {
     /// Planned readings that are left out, with the reason.
     pub skipped: BTreeMap<(usize, usize), String>,
     /// Sign of each gauge along the axis.
-    pub signs: [Option<f64>; 2],
+    pub signs: [Option<f64>; Channel::COUNT],
     /// The gauges as they were last seen.
-    pub instruments: [Option<InstrumentSeen>; 2],
+    pub instruments: [Option<InstrumentSeen>; Channel::COUNT],
     /// The gauge zero in use.
     pub zero: Option<CurrentZero>,
     /// How many zeros each scope of each cell has had.
@@ -156,7 +158,14 @@ impl SessionState {
                 drift_m: None,
             });
         } else if let Some(zero) = &mut self.zero {
-            zero.drift_m = zeroed.drift_m;
+            let drifts = zeroed.gauges.iter().filter_map(|gauge| gauge.drift_m);
+            zero.drift_m = drifts.chain(zeroed.drift_m).reduce(|most: f64, drift| {
+                if drift.abs() > most.abs() {
+                    drift
+                } else {
+                    most
+                }
+            });
             let on_it = self
                 .readings
                 .iter_mut()
@@ -237,11 +246,27 @@ impl SessionState {
         let offset = self.zero.as_ref().map_or(0.0, |zero| match channel {
             Channel::Force => zero.set.force_offset_n,
             Channel::Displacement => zero.set.displacement_offset_m,
+            axis => {
+                let mut gauges = zero.set.gauges.iter();
+                let of_axis = gauges.find(|gauge| gauge.channel == axis);
+                of_axis.map_or(0.0, |gauge| gauge.offset_m)
+            }
         });
         (sign, offset)
     }
 
-    /// All readings as they go into `readings.csv`, each with its run and gauge zero.
+    /// Whether its displacement gauges stand along the base axes; a journal that lost its beginning shows it by its readings.
+    #[must_use]
+    pub fn is_of_vectors(&self) -> bool {
+        let started = self.started.as_ref();
+        started.is_some_and(|started| !started.displacement_axes.is_empty())
+            || self
+                .readings
+                .iter()
+                .any(|kept| !kept.taken.gauges.is_empty())
+    }
+
+    /// All readings of a session with one displacement gauge as they go into `readings.csv`, each with its run and gauge zero.
     #[must_use]
     pub fn rows(&self) -> Vec<(Reading, RunKey, RunKey)> {
         let (mut runs, mut zeros) = (RunNumbers::default(), RunNumbers::default());
@@ -259,6 +284,75 @@ impl SessionState {
             .map(|(reading, ..)| reading)
             .collect()
     }
+
+    /// The readings of a cell with the displacement along its load, as if that were x; none where an axis of the load is not read.
+    #[must_use]
+    pub fn readings_along_load(&self, cell: usize) -> Vec<Reading> {
+        let (mut runs, mut zeros) = (RunNumbers::default(), RunNumbers::default());
+        let of_cell = self.readings.iter().filter(|kept| kept.taken.cell == cell);
+        let along = of_cell.filter_map(|kept| Some((kept, kept.taken.along_load_m()?)));
+        along
+            .map(|(kept, displacement_m)| {
+                let (reading, ..) = row(kept, &mut runs, &mut zeros);
+                Reading {
+                    displacement_m,
+                    direction: Direction::X,
+                    ..reading
+                }
+            })
+            .collect()
+    }
+
+    /// All readings of a session with gauges along base axes as they go into `readings.csv`.
+    #[must_use]
+    pub fn vector_rows(&self) -> Vec<VectorReading> {
+        self.readings.iter().map(vector_row).collect()
+    }
+}
+
+fn vector_row(kept: &KeptReading) -> VectorReading {
+    let taken = &kept.taken;
+    let zero_n = taken.zero_si.map(|zeros| zeros[0]);
+    let of = |axis: Direction| {
+        taken
+            .gauges
+            .iter()
+            .find(|of| of.channel.axis() == Some(axis))
+    };
+    VectorReading {
+        line: 0,
+        seq: taken.number,
+        pose: PoseId::new(&taken.pose),
+        direction: taken.direction.to_string(),
+        branch: taken.branch,
+        step: taken.step,
+        repeat: taken.repeat,
+        attempt: taken.attempt,
+        status: match kept.superseded {
+            Some(_) => ReadingStatus::Superseded,
+            None => ReadingStatus::Accepted,
+        },
+        target_n: taken.target_n,
+        // Without a minus in front of zero.
+        force_n: taken
+            .direction
+            .unit_vector()
+            .map(|part| part * taken.force_n + 0.0),
+        displacement_m: Direction::ALL.map(|axis| Some(of(axis)?.displacement_m)),
+        run: taken.repeat.to_string(),
+        zero: taken.zero.clone(),
+        time_s: Some(milliseconds(kept.t_s)),
+        hold_s: Some(milliseconds(taken.hold_s)),
+        temperature_deg_c: taken.temperature_deg_c,
+        utc: kept.utc.to_string(),
+        force_raw: taken.force_raw.clone(),
+        force_zero_n: zero_n,
+        displacement_raw: Direction::ALL
+            .map(|axis| of(axis).map_or_else(String::new, |of| of.raw.clone())),
+        displacement_zero_m: Direction::ALL.map(|axis| Some(of(axis)?.zero_m)),
+        flag: kept.flag(),
+        note: String::new(),
+    }
 }
 
 fn row(
@@ -268,15 +362,17 @@ fn row(
 ) -> (Reading, RunKey, RunKey) {
     let taken = &kept.taken;
     let pose = PoseId::new(&taken.pose);
+    // With one displacement gauge every load is along an axis.
+    let direction = taken.direction.axis().unwrap_or(Direction::X);
     let key = |label: String| RunKey {
         pose: pose.clone(),
-        direction: taken.direction,
+        direction,
         repeat: taken.repeat,
         label: Some(label.into_boxed_str()),
     };
     let (run, zero) = (key(taken.repeat.to_string()), key(taken.zero.clone()));
     let number = |numbers: &mut RunNumbers, key: &RunKey| {
-        numbers.number(&pose, taken.direction, taken.repeat, key.label.as_deref())
+        numbers.number(&pose, direction, taken.repeat, key.label.as_deref())
     };
     let reading = Reading {
         line: 0,
@@ -284,7 +380,7 @@ fn row(
         run: number(runs, &run),
         zero: number(zeros, &zero),
         pose: pose.clone(),
-        direction: taken.direction,
+        direction,
         branch: taken.branch,
         step: taken.step,
         repeat: taken.repeat,

@@ -1,7 +1,8 @@
 //! Everything a screen needs, as a plain snapshot.
 
 use stiffbench_gauges::Channel;
-use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 use super::operator::Prompt;
 
@@ -20,8 +21,8 @@ pub struct SessionView {
     pub place: Option<PlanPosition>,
     /// The force gauge.
     pub force: GaugeView,
-    /// The displacement gauge.
-    pub displacement: GaugeView,
+    /// The displacement gauge along the load, or those along the base axes.
+    pub displacements: Vec<GaugeView>,
     /// The band that the force is to be brought into.
     pub band: Option<Band>,
     /// How far the gauges have settled.
@@ -53,13 +54,15 @@ pub enum Task {
     SetUp {
         /// The pose.
         pose: PoseId,
-        /// The direction.
-        direction: Direction,
+        /// The direction of the load.
+        direction: LoadDirection,
     },
     /// Push by hand, by some `force_n` or more, along the direction; the sign states which way.
     PushByHand {
         /// The direction.
-        direction: Direction,
+        direction: LoadDirection,
+        /// The displacement gauge along a base axis that is pushed at, beside the force gauge; `None` for a push on the force gauge.
+        gauge: Option<Channel>,
         /// Signed force that is enough, N.
         force_n: f64,
         /// Whether everything is still to be let go, so that it can be seen what the gauges show without a push.
@@ -109,8 +112,8 @@ pub enum Purpose {
 pub struct PlanPosition {
     /// The pose held.
     pub pose: PoseId,
-    /// The direction of load and displacement.
-    pub direction: Direction,
+    /// The direction of the load.
+    pub direction: LoadDirection,
     /// Loading or unloading.
     pub branch: Branch,
     /// Place in the load sequence, from 0.

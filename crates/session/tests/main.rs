@@ -9,4 +9,5 @@ mod session_faults;
 mod session_journal;
 mod session_run;
 mod session_simulated;
+mod session_vectors;
 mod support;

@@ -54,8 +54,8 @@ fn link(channel: Channel, state: LinkState, at_s: f64) -> Input {
 #[test]
 fn the_rest_after_zeroing_is_subtracted_and_recorded() {
     let mut rig = Rig::start(&short(false));
-    rig.bench.has_zero = [true; 2];
-    rig.bench.leaves_si = [0.8, 4e-6];
+    rig.bench.has_zero = [true; Channel::COUNT];
+    (rig.bench.leaves_si[0], rig.bench.leaves_si[1]) = (0.8, 4e-6);
     assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let state = rig.machine.state();
     nothing_false(state, "a near zero");
@@ -91,7 +91,7 @@ fn a_display_that_stood_still_on_the_way_gives_no_reading() {
         for _ in 0..200 {
             rig.tick();
         }
-        rig.bench.held_si = [None; 2];
+        rig.bench.held_si = [None; Channel::COUNT];
         rig.run();
         nothing_false(rig.machine.state(), "held");
     }
@@ -106,7 +106,7 @@ fn readings_since_a_frozen_display_are_flagged() {
     for _ in 0..400 {
         rig.tick();
     }
-    rig.bench.held_si = [None; 2];
+    rig.bench.held_si = [None; Channel::COUNT];
     rig.run();
     let state = rig.machine.state();
     nothing_false(state, "held since the first reading");

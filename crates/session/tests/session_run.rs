@@ -136,6 +136,7 @@ fn session(
             software,
             pid,
             host,
+            displacement_axes: Vec::new(),
         })
     } else {
         Event::Resumed(Resumed {

@@ -11,6 +11,7 @@ use stiffbench_session::{
     read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 /// Session time between two samples of a gauge, s.
@@ -57,21 +58,23 @@ pub(crate) struct MockBench {
     /// Force along the axis, N.
     pub(crate) force_n: f64,
     aim_n: f64,
-    direction: Direction,
+    direction: LoadDirection,
+    /// How far a hand beside the force gauge moves the end, m.
+    pushed_m: [f64; 3],
     /// What the gauges take off themselves, in the sign as sent.
-    zero_si: [f64; 2],
+    zero_si: [f64; Channel::COUNT],
     /// Whether a gauge has a zero command.
-    pub(crate) has_zero: [bool; 2],
+    pub(crate) has_zero: [bool; Channel::COUNT],
     /// Sign of each gauge along the axis.
-    pub(crate) signs: [f64; 2],
+    pub(crate) signs: [f64; Channel::COUNT],
     /// Displacement that does not come from the force, m.
     pub(crate) drift_m: f64,
     /// What the gauges send instead of what they should.
     pub(crate) fault: Option<Fault>,
     /// What a display shows while it is held, in the sign as sent.
-    pub(crate) held_si: [Option<f64>; 2],
+    pub(crate) held_si: [Option<f64>; Channel::COUNT],
     /// What a gauge still shows when it was set to zero, in the sign as sent.
-    pub(crate) leaves_si: [f64; 2],
+    pub(crate) leaves_si: [f64; Channel::COUNT],
     /// What the displacement gauge shows of what it should.
     pub(crate) sensitivity: f64,
     /// Step of the displacement behind its unchanged decimals, m.
@@ -99,15 +102,16 @@ impl Default for MockBench {
             now_s: 0.0,
             force_n: 0.0,
             aim_n: 0.0,
-            direction: Direction::X,
-            zero_si: [0.0; 2],
-            has_zero: [false, true],
+            direction: LoadDirection::Axis(Direction::X),
+            pushed_m: [0.0; 3],
+            zero_si: [0.0; Channel::COUNT],
+            has_zero: [false, true, true, false, true],
             // A force gauge that counts compression up, and pushes go against the axis.
-            signs: [-1.0, 1.0],
+            signs: [-1.0, 1.0, 1.0, 1.0, 1.0],
             drift_m: 0.0,
             fault: None,
-            held_si: [None; 2],
-            leaves_si: [0.0; 2],
+            held_si: [None; Channel::COUNT],
+            leaves_si: [0.0; Channel::COUNT],
             sensitivity: 1.0,
             step_m: 1e-6,
             by_display: false,
@@ -117,16 +121,23 @@ impl Default for MockBench {
 }
 
 impl MockBench {
-    /// Compliance of a direction, m/N.
-    fn compliance(&self) -> f64 {
-        [5e-6, 3e-6, 8e-6][self.direction.index()]
+    /// Displacement of the end along the base axes per force along the load, m/N.
+    fn compliance(&self) -> [f64; 3] {
+        compliance(&self.direction)
     }
 
     fn shown_si(&self, channel: Channel) -> f64 {
         let truth = match channel {
             Channel::Force => self.force_n,
             Channel::Displacement => {
-                self.sensitivity * (self.compliance() * self.force_n + self.drift_m)
+                let along = self.direction.unit_vector();
+                let compliance: f64 = (0..3).map(|i| along[i] * self.compliance()[i]).sum();
+                self.sensitivity * (compliance * self.force_n + self.drift_m)
+            }
+            Channel::DisplacementX | Channel::DisplacementY | Channel::DisplacementZ => {
+                let axis = channel.index() - Channel::DisplacementX.index();
+                let moved_m = self.compliance()[axis] * self.force_n + self.pushed_m[axis];
+                self.sensitivity * (moved_m + self.drift_m)
             }
         };
         self.signs[channel.index()] * truth
@@ -137,6 +148,11 @@ impl MockBench {
         self.zero_si[channel.index()] = self.shown_si(channel);
     }
 
+    /// The stand of a gauge is moved, m as sent.
+    pub(crate) fn shift(&mut self, channel: Channel, by_m: f64) {
+        self.zero_si[channel.index()] -= by_m;
+    }
+
     /// Somebody presses the hold key of a gauge.
     pub(crate) fn hold(&mut self, channel: Channel) {
         let at = channel.index();
@@ -145,15 +161,19 @@ impl MockBench {
 
     /// Does what the view says.
     pub(crate) fn follow(&mut self, view: &SessionView) {
-        match view.task {
+        self.pushed_m = [0.0; 3];
+        match &view.task {
             Task::SetUp { direction, .. } => {
-                self.direction = direction;
+                self.direction.clone_from(direction);
                 self.aim_n = 0.0;
             }
-            Task::PushByHand {
-                force_n, let_go, ..
-            } => self.aim_n = if let_go { 0.0 } else { 1.5 * force_n },
+            Task::PushByHand { let_go: true, .. } => self.aim_n = 0.0,
+            Task::PushByHand { force_n, gauge, .. } => match gauge.and_then(Channel::axis) {
+                Some(axis) => self.pushed_m[axis.index()] = 150e-6_f64.copysign(*force_n),
+                None => self.aim_n = 1.5 * force_n,
+            },
             Task::Load { target_n, purpose } => {
+                let (target_n, purpose) = (*target_n, *purpose);
                 self.aim_n = target_n;
                 if let (Purpose::Reading, Some(place)) = (purpose, &view.place)
                     && target_n != 0.0
@@ -184,7 +204,8 @@ impl MockBench {
             return None;
         }
         let mut value_si = self.shown_si(channel) - self.zero_si[channel.index()];
-        let displacement = channel == Channel::Displacement;
+        // Of three displacement gauges the one along y has the fault.
+        let displacement = matches!(channel, Channel::Displacement | Channel::DisplacementY);
         let frozen = displacement && self.fault == Some(Fault::Frozen);
         if frozen {
             value_si = 12e-6;
@@ -192,12 +213,12 @@ impl MockBench {
         value_si = self.held_si[channel.index()].unwrap_or(value_si);
         let (step, unit, factor) = match channel {
             Channel::Force => (0.1, "N", 1.0),
-            Channel::Displacement => (self.step_m, "mm", 1e3),
+            _ => (self.step_m, "mm", 1e3),
         };
         let value_si = (value_si / step).round() * step;
         let (digit, decimals) = match channel {
             Channel::Force => (step, 3),
-            Channel::Displacement => (10_f64.powi(-3 - self.decimals as i32), self.decimals),
+            _ => (10_f64.powi(-3 - self.decimals as i32), self.decimals),
         };
         let unit = match self.fault {
             Some(Fault::Unit) if displacement => "in",
@@ -250,6 +271,21 @@ pub(crate) struct Rig {
     /// The bench as it stood at each event.
     pub(crate) snapshots: Vec<MockBench>,
     pub(crate) failed: bool,
+    /// The gauges of the plan.
+    channels: Vec<Channel>,
+    /// The answer to which way the push by hand went.
+    way: &'static str,
+}
+
+/// Displacement of the end along the base axes per force along a load, m/N: a symmetric compliance matrix.
+pub(crate) fn compliance(direction: &LoadDirection) -> [f64; 3] {
+    let matrix = [
+        [5e-6, 1.37e-6, 2.23e-6],
+        [1.37e-6, 3e-6, 7.1e-7],
+        [2.23e-6, 7.1e-7, 8e-6],
+    ];
+    let along = direction.unit_vector();
+    matrix.map(|row: [f64; 3]| (0..3).map(|i| row[i] * along[i]).sum())
 }
 
 pub(crate) fn plan(procedure: &Procedure) -> SessionPlan {
@@ -265,7 +301,7 @@ pub(crate) fn shipped(name: &str) -> Procedure {
 pub(crate) fn short(unloading: bool) -> Procedure {
     let mut procedure = Procedure {
         loads_n: vec![0.0, -10.0, -20.0],
-        directions: vec![Direction::X],
+        directions: vec![Direction::X.into()],
         poses: Some(vec![PoseId::new("P1")]),
         repeats: 2,
         unloading,
@@ -298,6 +334,7 @@ impl Rig {
             software: "test".to_owned(),
             pid: 1,
             host: "test".to_owned(),
+            displacement_axes: procedure.displacement_axes.clone(),
         }));
         rig
     }
@@ -308,8 +345,15 @@ impl Rig {
         bench: MockBench,
         journal: Journal<Disk>,
     ) -> Self {
+        let plan = plan(procedure);
         Self {
-            machine: Machine::new(plan(procedure), Settings::default(), state),
+            channels: plan.channels(),
+            way: if plan.procedure.load_sense() < 0.0 {
+                "minus"
+            } else {
+                "plus"
+            },
+            machine: Machine::new(plan, Settings::default(), state),
             bench,
             journal,
             answers: Vec::new(),
@@ -344,6 +388,10 @@ impl Rig {
 
     pub(crate) fn record(&mut self, event: Event) -> bool {
         let utc = Timestamp::UNIX_EPOCH + SignedDuration::from_secs_f64(self.bench.now_s);
+        // The question is answered before the bench is looked at again; gauges along the axes see where the load goes.
+        if let (Event::PoseSet(set), true) = (&event, self.channels.len() > 2) {
+            self.bench.direction.clone_from(&set.direction);
+        }
         let Ok(record) = self.journal.append(event, utc, self.bench.now_s) else {
             self.failed = true;
             return false;
@@ -359,7 +407,7 @@ impl Rig {
         }
         match prompt.id.as_str() {
             "temperature" => Answer::Number(20.0),
-            "sign-check" => Answer::Text("minus".to_owned()),
+            "sign-check" => Answer::Text(self.way.to_owned()),
             "skip-reason" | "note" => Answer::Text("a reason".to_owned()),
             "force-offset" => Answer::Text("zero".to_owned()),
             "drift" => Answer::Text("keep".to_owned()),
@@ -406,7 +454,7 @@ impl Rig {
         self.bench.now_s += TICK_S;
         self.bench.follow(&self.machine.view());
         self.bench.turn();
-        for channel in Channel::ALL {
+        for channel in self.channels.clone() {
             if let Some(event) = self.bench.sample(channel) {
                 self.input(Input::Gauge(event));
             }

@@ -14,6 +14,7 @@ use stiffbench_beams::physics::{ActingPhysics, LawSet, Mechanics, PoseMechanics}
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::clock::Clock;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::jack::Jack;
@@ -79,6 +80,8 @@ struct Inner {
     motion: Motion,
     hand_n: f64,
     hand_m: f64,
+    /// The same along the base axes.
+    hand_along_m: [f64; 3],
 }
 
 impl EmulatedBench {
@@ -99,6 +102,13 @@ impl EmulatedBench {
     ) -> Result<Self, BenchError> {
         procedure.check()?;
         setup.noise.check()?;
+        if procedure.displacement_axes.is_empty() {
+            procedure.load_axes()?;
+        } else if let Some(effect) = physics.of_the_bench().next() {
+            return Err(BenchError::NotOfVectors {
+                effect: effect.title(),
+            });
+        }
         let named = || robot.poses.iter().map(|named| named.id.clone());
         let names = procedure.poses.clone().unwrap_or_else(|| named().collect());
         let angles: Vec<Pose> = names
@@ -120,6 +130,7 @@ impl EmulatedBench {
             motion: Motion::default(),
             hand_n: 0.0,
             hand_m: 0.0,
+            hand_along_m: [0.0; 3],
         };
         inner.stand_at_rest();
         Ok(Self {
@@ -147,10 +158,10 @@ impl EmulatedBench {
     ///
     /// # Errors
     /// [`BenchError::NotPlanned`] for a direction that the procedure does not have.
-    pub fn set_direction(&self, direction: Direction) -> Result<(), BenchError> {
+    pub fn set_direction(&self, direction: &LoadDirection) -> Result<(), BenchError> {
         let mut inner = self.lock();
         let directions = &inner.procedure.directions;
-        let place = directions.iter().position(|known| *known == direction);
+        let place = directions.iter().position(|known| known == direction);
         inner.direction = place.ok_or_else(|| BenchError::NotPlanned {
             what: format!("direction {direction}"),
             planned: listed(directions.iter().map(ToString::to_string)),
@@ -197,11 +208,7 @@ impl EmulatedBench {
     /// Turns the jack a little further, because the display asks for it; the end gives way as under a first load.
     pub fn turn(&self, by_n: f64) {
         let mut inner = self.lock();
-        let displacement_m = inner.cell().first_load_m_per_n() * by_n;
-        let by = Stand {
-            force_n: by_n,
-            displacement_m,
-        };
+        let by = inner.cell().more_load(by_n);
         inner.motion = inner.motion.turned_by(by, self.clock.now_s());
     }
 
@@ -213,20 +220,33 @@ impl EmulatedBench {
         let mut inner = self.lock();
         inner.hand_n = FIRMLY * force_n;
         inner.hand_m = HAND_M.copysign(force_n);
+        let direction = inner.procedure.directions[inner.direction].unit_vector();
+        inner.hand_along_m = direction.map(|part| part * HAND_M.copysign(force_n));
+    }
+
+    /// A hand pushes on the end of the robot along a base axis, beside the force gauge, until [`EmulatedBench::let_go`].
+    ///
+    /// # Arguments
+    /// - `sense`: above zero toward the positive end.
+    pub fn push_end(&self, axis: Direction, sense: f64) {
+        let mut inner = self.lock();
+        (inner.hand_n, inner.hand_m) = (0.0, 0.0);
+        inner.hand_along_m = axis.unit_vector().map(|part| part * HAND_M.copysign(sense));
     }
 
     /// The hand lets go.
     pub fn let_go(&self) {
         let mut inner = self.lock();
-        (inner.hand_n, inner.hand_m) = (0.0, 0.0);
+        inner.take_hand_off();
     }
 
-    /// What acts on the force gauge now, N, tension positive for a gauge that is not turned round.
+    /// What acts on the force gauge now, N, tension positive for a gauge that is not turned round: the loads of a procedure compress it.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         let inner = self.lock();
         let force_n = inner.motion.at(self.clock.now_s()).force_n + inner.hand_n;
-        turned(force_n, inner.setup.force_turned)
+        let positive = inner.procedure.load_sense() > 0.0;
+        turned(force_n, inner.setup.force_turned != positive)
     }
 
     /// Where the tip of the displacement gauge stands now, m, as the gauge counts.
@@ -235,6 +255,15 @@ impl EmulatedBench {
         let inner = self.lock();
         let displacement_m = inner.motion.at(self.clock.now_s()).displacement_m + inner.hand_m;
         turned(displacement_m, inner.setup.displacement_turned)
+    }
+
+    /// Where the tip of the displacement gauge along a base axis stands now, m, as the gauge counts.
+    #[must_use]
+    pub fn displacement_along_m(&self, axis: Direction) -> f64 {
+        let inner = self.lock();
+        let at = axis.index();
+        let along_m = inner.motion.at(self.clock.now_s()).along_m[at] + inner.hand_along_m[at];
+        turned(along_m, inner.setup.displacement_turned)
     }
 
     /// Whether jack and robot are at rest.
@@ -260,7 +289,7 @@ impl Inner {
             ..
         } = self;
         let (pose, structure) = &poses[self.pose];
-        let direction = procedure.directions[self.direction];
+        let direction = procedure.directions[self.direction].clone();
         let number = self.pose * procedure.directions.len() + self.direction;
         self.cells
             .entry((self.pose, self.direction))
@@ -287,8 +316,13 @@ impl Inner {
         self.go_to(vec![(0.0, stand)], now_s);
     }
 
-    fn go_to(&mut self, stages: Vec<(f64, Stand)>, now_s: f64) {
+    fn take_hand_off(&mut self) {
         (self.hand_n, self.hand_m) = (0.0, 0.0);
+        self.hand_along_m = [0.0; 3];
+    }
+
+    fn go_to(&mut self, stages: Vec<(f64, Stand)>, now_s: f64) {
+        self.take_hand_off();
         self.motion = Motion::new(self.motion.at(now_s), stages, now_s);
     }
 }

@@ -6,6 +6,7 @@
 
 mod emulated_bench;
 mod jack;
+mod load_cases;
 mod mechanics;
 mod noise;
 mod recorder;
@@ -14,6 +15,7 @@ mod virtual_bench;
 
 pub use emulated_bench::{EmulatedBench, EmulatedSetup};
 pub use jack::Jack;
+pub use load_cases::{LoadCasePlan, simulate_load_cases};
 pub use noise::{NoiseModel, NoiseShape};
 pub use virtual_bench::{BenchError, VirtualBench};
 

@@ -39,6 +39,18 @@ pub enum BenchError {
         /// Its value, SI.
         value: f64,
     },
+    /// An effect that acts on readings along the load only.
+    #[error("{effect} acts on one displacement gauge along the load")]
+    #[diagnostic(
+        code(stiffbench::bench::vectors),
+        help(
+            "with displacement gauges along the base axes take effects of joints, base and members only"
+        )
+    )]
+    NotOfVectors {
+        /// The effect.
+        effect: String,
+    },
     /// A pose or direction that the procedure does not have.
     #[error("the procedure has no {what}")]
     #[diagnostic(code(stiffbench::bench::not_planned), help("it has {planned}"))]
@@ -144,6 +156,7 @@ impl<'a> VirtualBench<'a> {
         seed: u64,
     ) -> Result<ReadingTable, BenchError> {
         procedure.check()?;
+        let directions = procedure.load_axes()?;
         let named = || self.robot.poses.iter().map(|named| named.id.clone());
         let poses = procedure.poses.clone().unwrap_or_else(|| named().collect());
         let angles: Vec<Pose> = poses
@@ -156,7 +169,7 @@ impl<'a> VirtualBench<'a> {
         let mut recorder = Recorder::default();
         let mut cell = 0;
         for (number, pose) in poses.iter().enumerate() {
-            for (place, &direction) in procedure.directions.iter().enumerate() {
+            for (place, &direction) in directions.iter().enumerate() {
                 let setup = CellSetup {
                     pose,
                     direction,

@@ -2,12 +2,14 @@
 //!
 //! - [`quantity`]: units where bytes, files and people enter;
 //! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch;
+//! - [`load_direction`]: a load along a base axis or any unit vector;
 //! - [`source_text`]: texts whose errors have places;
 //! - [`toml_text`]: TOML with the place of every key and value;
 //! - [`nearest`]: the name that was meant;
 //! - [`clock`]: time, which a test can make its own.
 
 pub mod clock;
+pub mod load_direction;
 pub mod nearest;
 pub mod quantity;
 pub mod source_text;

@@ -43,6 +43,10 @@ pub enum Kind {
     Time,
     /// Temperature difference, kelvin; degrees Celsius have the same step.
     Temperature,
+    /// Torque or bending moment, SI unit newton metre.
+    Torque,
+    /// Angle, SI unit radian.
+    Angle,
 }
 
 impl Kind {
@@ -75,6 +79,14 @@ impl Kind {
             (Self::Time, "min") => 60.0,
             (Self::Time, "h") => 3600.0,
             (Self::Temperature, "degC" | "°C" | "C" | "K") => 1.0,
+            (Self::Torque, "Nm" | "N*m" | "N.m") => 1.0,
+            (Self::Torque, "Nmm" | "N*mm" | "mNm") => 1e-3,
+            (Self::Torque, "kNm" | "kN*m") => 1e3,
+            (Self::Angle, "rad") => 1.0,
+            (Self::Angle, "mrad") => 1e-3,
+            (Self::Angle, "urad" | "µrad" | "μrad") => 1e-6,
+            (Self::Angle, "deg" | "°") => std::f64::consts::PI / 180.0,
+            (Self::Angle, "arcsec") => std::f64::consts::PI / 648_000.0,
             _ => return None,
         };
         Some(factor)
@@ -88,6 +100,8 @@ impl Kind {
             Self::Displacement => "um, mm, m, nm, in",
             Self::Time => "s, ms, min, h",
             Self::Temperature => "degC, K",
+            Self::Torque => "Nm, Nmm, kNm",
+            Self::Angle => "urad, mrad, rad, deg, arcsec",
         }
     }
 }

@@ -86,7 +86,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     figure("residuals", &residuals(&prepared, &outcome)?)?;
     figure(
         "workspace",
-        &workspace_projection(robot, 30_000, 0)?.figure(),
+        &workspace_projection(robot, 30_000, 0)?.figure(robot),
     )?;
     bar.inc(1);
     let mut predictor = Predictor::new(robot, prepared.model.mechanism()?, &outcome.factors)?;

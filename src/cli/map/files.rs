@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::analysis::{ArgumentError, Inputs};
 use crate::cli::failure::Failure;
-use crate::cli::figure_files::{write, write_figure};
+use crate::cli::figure_files::{file_part, write, write_figure};
 use crate::cli::outcome::envelope;
 use crate::plot::{BinValue, Figure};
 use crate::report::{MapReport, MapSummary, mesh_of, points_csv};
@@ -122,12 +122,4 @@ pub(super) fn write_files(
         Ok(path)
     };
     files.iter().map(write_one).collect()
-}
-
-/// The name of a mechanism as a part of a file's name.
-fn file_part(name: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
-    name.chars()
-        .map(|c| if plain(c) { c } else { '_' })
-        .collect()
 }

@@ -7,19 +7,26 @@ use serde_json::Value;
 
 use crate::cli::failure::Failure;
 use crate::distribution::FittedCovariance;
+use crate::export::ParameterRow;
 use crate::robot::{FittingFactors, ModelParameter};
 
 /// What a fit found.
-pub(super) struct FitFile {
-    pub(super) factors_name: String,
-    pub(super) factors: FittingFactors,
+pub(in crate::cli) struct FitFile {
+    pub(in crate::cli) factors_name: String,
+    pub(in crate::cli) factors: FittingFactors,
     pub(super) covariance: Option<FittedCovariance>,
     /// What the covariance leaves out.
     pub(super) notes: Vec<String>,
+    /// The robot that was fitted, if it names one: its name, and the SHA-256 of its file.
+    pub(in crate::cli) robot: Option<(String, String)>,
+    /// The mechanism that was fitted, if it names one.
+    pub(in crate::cli) mechanism: Option<String>,
+    /// Each parameter with its interval.
+    pub(in crate::cli) parameters: Vec<ParameterRow>,
 }
 
 /// Reads a fit.
-pub(super) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
+pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
     let text = read_text(path)?;
     let refuse = |problem: String| {
         ArgumentError::new(
@@ -35,6 +42,8 @@ pub(super) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
     }
     let mut fitted = from_data(&whole["data"]).map_err(refuse)?;
     fitted.factors_name = format!("of {}", path.display());
+    let robot = |key| whole["inputs"]["robot"][key].as_str().map(str::to_owned);
+    fitted.robot = robot("name").zip(robot("sha256"));
     Ok(fitted)
 }
 
@@ -44,7 +53,7 @@ pub(super) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
 /// What is missing, in words.
 fn from_data(data: &Value) -> Result<FitFile, String> {
     let names = data["correlation"]["names"].as_array();
-    let (mut values, mut notes) = (FittingFactors::UNIT, Vec::new());
+    let (mut values, mut notes, mut rows) = (FittingFactors::UNIT, Vec::new(), Vec::new());
     let mut parameters = Vec::new();
     // Place, among the correlations, of the parameter whose covariance each one has.
     let mut sources = Vec::new();
@@ -70,6 +79,7 @@ fn from_data(data: &Value) -> Result<FitFile, String> {
                 status.replace('_', " ")
             ));
         }
+        rows.push(parameter_row(&parameter, entry));
         parameters.push(parameter);
         sources.push(source);
     }
@@ -84,7 +94,21 @@ fn from_data(data: &Value) -> Result<FitFile, String> {
         factors: values,
         covariance,
         notes,
+        robot: None,
+        mechanism: data["mechanism"].as_str().map(str::to_owned),
+        parameters: rows,
     })
+}
+
+/// A parameter with its interval and what the fit did with it.
+fn parameter_row(parameter: &ModelParameter, entry: &Value) -> ParameterRow {
+    let end = |place: usize| entry["ci95"][place].as_f64();
+    let ci95 = end(0).zip(end(1)).map(|(low, high)| [low, high]);
+    let value = entry["value"].as_f64().unwrap_or(f64::NAN);
+    ParameterRow {
+        status: entry["status"].as_str().map(str::to_owned),
+        ..ParameterRow::new(parameter.to_string(), value, parameter.unit(), ci95)
+    }
 }
 
 /// Name and entry of each parameter of a fit; one printed before there was a list has its factors by class.

@@ -19,6 +19,7 @@ use super::outcome::Outcome;
 use crate::report::ShardReport;
 
 pub(super) use args::MapArgs;
+pub(super) use fit_file::{FitFile, read_fit};
 
 use args::MapCommand;
 use files::{WantedFigures, write_all};

@@ -31,11 +31,15 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         factors,
         covariance,
         notes,
-    } = fit.unwrap_or(FitFile {
+        ..
+    } = fit.unwrap_or_else(|| FitFile {
         factors_name: resolved.factors_name.clone(),
         factors: resolved.factors.clone(),
         covariance: None,
         notes: Vec::new(),
+        robot: None,
+        mechanism: None,
+        parameters: Vec::new(),
     });
     warnings.extend(notes);
     robot.check_parameters(&factors)?;

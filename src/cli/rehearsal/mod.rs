@@ -12,7 +12,7 @@ pub use simulated_operator::{PHASES, SimulatedOperator};
 pub fn unit_in_use(description: &InstrumentDescription) -> Option<String> {
     let usual = match description.channel {
         Channel::Force => "N",
-        Channel::Displacement => "mm",
+        _ => "mm",
     };
     let choices = description.unit_choices();
     let unit = match choices.first() {

@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use crate::cli::emulated::BenchOperator;
+use crate::instrument::Channel;
+use crate::load_direction::LoadDirection;
 use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, SessionView, Task};
 use crate::test_point::{Direction, PoseId};
 
@@ -33,9 +35,10 @@ pub struct SimulatedOperator<'a> {
 /// What a hand can do, distinguished as far as it makes a difference to what has to be done.
 #[derive(Debug, Clone, PartialEq)]
 enum OperatorAction {
-    SetUp(PoseId, Direction),
+    SetUp(PoseId, LoadDirection),
     LetGo,
     Push(f64),
+    PushEnd(Direction, f64),
     Free(u32),
     Preload,
     Load {
@@ -81,7 +84,7 @@ impl<'a> SimulatedOperator<'a> {
         match &action {
             OperatorAction::SetUp(pose, direction) => {
                 let moved = self.hand.set_pose(pose);
-                let moved = moved.and_then(|()| self.hand.set_direction(*direction));
+                let moved = moved.and_then(|()| self.hand.set_direction(direction));
                 if let Err(error) = moved {
                     self.operator
                         .notify(&format!("the emulated bench stays: {}", error.message()));
@@ -89,6 +92,7 @@ impl<'a> SimulatedOperator<'a> {
             }
             OperatorAction::LetGo => self.hand.let_go(),
             OperatorAction::Push(force_n) => self.hand.push(*force_n),
+            OperatorAction::PushEnd(axis, sense) => self.hand.push_end(*axis, *sense),
             OperatorAction::Free(repeat) => self.hand.begin_run(*repeat),
             OperatorAction::Preload => self.hand.preload(),
             OperatorAction::Load {
@@ -154,9 +158,14 @@ fn action(view: &SessionView) -> Option<OperatorAction> {
     let place = view.place.as_ref();
     let repeat = place.map_or(1, |place| place.repeat);
     match &view.task {
-        Task::SetUp { pose, direction } => Some(OperatorAction::SetUp(pose.clone(), *direction)),
+        Task::SetUp { pose, direction } => {
+            Some(OperatorAction::SetUp(pose.clone(), direction.clone()))
+        }
         Task::PushByHand { let_go: true, .. } => Some(OperatorAction::LetGo),
-        Task::PushByHand { force_n, .. } => Some(OperatorAction::Push(*force_n)),
+        Task::PushByHand { force_n, gauge, .. } => Some(match gauge.and_then(Channel::axis) {
+            Some(axis) => OperatorAction::PushEnd(axis, *force_n),
+            None => OperatorAction::Push(*force_n),
+        }),
         Task::Load { target_n, purpose } => match purpose {
             Purpose::Free => Some(OperatorAction::Free(repeat)),
             Purpose::Preload | Purpose::Release | Purpose::ZeroCheck => {

@@ -51,9 +51,11 @@ pub(super) fn draw(area: &mut Frame<'_>, view: &SessionView, input: &TypedLine, 
     } else {
         rows_of(&asked, whole.width) + 2
     };
+    // One displacement gauge has a box as the force gauge, several a line each.
+    let small = 4.max(2 + view.displacements.len().min(3) as u16);
     let [header, gauges, load, below, question_area, footer] = Layout::vertical([
         Constraint::Length(1 + rows_of(&notices, whole.width + 2).min(3)),
-        Constraint::Length(if big { 10 } else { 4 }),
+        Constraint::Length(if big { 10 } else { small }),
         Constraint::Length(7),
         Constraint::Min(0),
         Constraint::Length(question_rows.min(whole.height / 2)),
@@ -65,7 +67,10 @@ pub(super) fn draw(area: &mut Frame<'_>, view: &SessionView, input: &TypedLine, 
     let [force, displacement] = halves.areas(gauges);
     draw_gauge(area, force, &view.force, ("Force", "N", 1.0), big, glyphs);
     let um = ("Displacement", "um", METRES_PER_MICROMETRE);
-    draw_gauge(area, displacement, &view.displacement, um, big, glyphs);
+    match &view.displacements[..] {
+        [gauge] => draw_gauge(area, displacement, gauge, um, big, glyphs),
+        gauges => draw_axis_gauges(area, displacement, gauges, glyphs),
+    }
     draw_load(area, load, view, glyphs);
     let [cell, messages] = halves.areas(below);
     draw_cell(area, cell, view, glyphs);
@@ -131,6 +136,49 @@ fn header_lines(view: &SessionView, notices: Vec<Line<'static>>) -> Vec<Line<'st
     lines
 }
 
+/// Red while its value is not to be used.
+fn style_of_gauge(gauge: &GaugeView) -> Style {
+    let doubtful = gauge.stale || !gauge.link.is_empty() || gauge.value_si.is_none();
+    Style::new().fg(if doubtful { BAD } else { Color::Reset })
+}
+
+/// How old its value is, how many come, what it sent, or what is wrong with its line.
+fn state_of_gauge(gauge: &GaugeView) -> String {
+    let rate = gauge
+        .rate_hz
+        .map_or(String::new(), |rate| format!(", {rate:.0}/s"));
+    let raw = match gauge.raw.as_str() {
+        "" => String::new(),
+        raw => format!(" | sent: {raw}"),
+    };
+    match (gauge.link.as_str(), gauge.stale) {
+        ("", true) => format!("STALE, {}{raw}", labels::age(gauge.age_s)),
+        ("", false) => format!("{}{rate}{raw}", labels::age(gauge.age_s)),
+        (link, _) => link.to_owned(),
+    }
+}
+
+/// Displacement gauges along base axes, a line each.
+fn draw_axis_gauges(area: &mut Frame<'_>, place: Rect, gauges: &[GaugeView], glyphs: Glyphs) {
+    let lines = gauges.iter().map(|gauge| {
+        let axis = gauge.channel.axis();
+        let axis = axis.map_or_else(String::new, |axis| axis.to_string());
+        let sign = if gauge.sign_known { "" } else { " (sign?)" };
+        let value = labels::value(gauge, METRES_PER_MICROMETRE);
+        let style = style_of_gauge(gauge);
+        Line::from(vec![
+            Span::styled(
+                format!(" {axis} {value:>9} um{sign}"),
+                style.add_modifier(Modifier::BOLD),
+            ),
+            Span::styled(format!("  {}", state_of_gauge(gauge)), style),
+        ])
+    });
+    let text = Paragraph::new(lines.collect::<Vec<_>>());
+    let block = glyphs.block(" Displacement along the base axes ".to_owned());
+    area.render_widget(text.block(block), place);
+}
+
 /// A gauge: its value as large as there is room, how old, how fast, and what is wrong with its line.
 fn draw_gauge(
     area: &mut Frame<'_>,
@@ -140,21 +188,9 @@ fn draw_gauge(
     big: bool,
     glyphs: Glyphs,
 ) {
-    let doubtful = gauge.stale || !gauge.link.is_empty() || gauge.value_si.is_none();
-    let style = Style::new().fg(if doubtful { BAD } else { Color::Reset });
+    let style = style_of_gauge(gauge);
     let value = labels::value(gauge, si_per_unit);
-    let rate = gauge
-        .rate_hz
-        .map_or(String::new(), |rate| format!(", {rate:.0}/s"));
-    let raw = match gauge.raw.as_str() {
-        "" => String::new(),
-        raw => format!(" | sent: {raw}"),
-    };
-    let state = match (gauge.link.as_str(), gauge.stale) {
-        ("", true) => format!("STALE, {}{raw}", labels::age(gauge.age_s)),
-        ("", false) => format!("{}{rate}{raw}", labels::age(gauge.age_s)),
-        (link, _) => link.to_owned(),
-    };
+    let state = state_of_gauge(gauge);
     let sign = if gauge.sign_known {
         ""
     } else {

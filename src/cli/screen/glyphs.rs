@@ -7,13 +7,13 @@ use super::load_bar::BarCell;
 
 /// Characters for bars and borders: those of Unicode, or plain ones where the locale has no UTF-8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Glyphs {
+pub(in crate::cli) struct Glyphs {
     unicode: bool,
 }
 
 impl Glyphs {
     /// What the locale's variables (`LC_ALL`, `LC_CTYPE`, `LANG`, the first that is set) allow.
-    pub(super) fn of_locale(variable: impl Fn(&str) -> Option<String>) -> Self {
+    pub(in crate::cli) fn of_locale(variable: impl Fn(&str) -> Option<String>) -> Self {
         let names = ["LC_ALL", "LC_CTYPE", "LANG"];
         let set = names
             .into_iter()
@@ -24,6 +24,11 @@ impl Glyphs {
             value.contains("utf-8") || value.contains("utf8")
         });
         Self { unicode }
+    }
+
+    /// Whether there is more than plain ASCII.
+    pub(in crate::cli) fn is_unicode(self) -> bool {
+        self.unicode
     }
 
     /// The character of a cell of the bar: distinguished without colour too.

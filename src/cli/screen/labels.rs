@@ -69,13 +69,23 @@ pub(super) fn task(task: &Task) -> String {
             "Let go of robot and gauges: their rest is observed first".to_owned()
         }
         Task::PushByHand {
-            direction, force_n, ..
+            direction,
+            force_n,
+            gauge,
+            ..
         } => {
-            let way = if *force_n < 0.0 { "-" } else { "+" };
-            format!(
-                "Push by hand along {way}{direction}, {:.0} N or more",
-                force_n.abs()
-            )
+            let word = direction.to_string();
+            let way = match (word.strip_prefix('-'), *force_n < 0.0) {
+                (Some(axis), true) => format!("+{axis}"),
+                (Some(axis), false) => format!("-{axis}"),
+                (None, true) => format!("-{word}"),
+                (None, false) => format!("+{word}"),
+            };
+            if gauge.is_some() {
+                format!("Push the end by hand along {way}, beside the force gauge")
+            } else {
+                format!("Push by hand along {way}, {:.0} N or more", force_n.abs())
+            }
         }
         Task::Load { target_n, purpose } => load(*target_n, *purpose),
         Task::Hold { target_n, left_s } => {

@@ -21,7 +21,7 @@ use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
 
 use draw::draw;
-use glyphs::Glyphs;
+pub(super) use glyphs::Glyphs;
 use input::TypedLine;
 
 /// The operator at a terminal, seen on the whole of it.

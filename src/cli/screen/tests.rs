@@ -68,7 +68,7 @@ fn view() -> SessionView {
         },
         place: Some(PlanPosition {
             pose: PoseId::new("P2"),
-            direction: Direction::Y,
+            direction: Direction::Y.into(),
             branch: Branch::Loading,
             step: 3,
             steps: 8,
@@ -87,13 +87,13 @@ fn view() -> SessionView {
             0.1,
             "28.4 N",
         ),
-        displacement: gauge(
+        displacements: vec![gauge(
             Channel::Displacement,
             "mitutoyo-01a",
             -134.0e-6,
             1e-6,
             "01A-0000.134",
-        ),
+        )],
         band: Some(Band {
             target_n: -30.0,
             tolerance_n: 0.5,
@@ -202,9 +202,9 @@ fn the_displacement_shows_micrometres_though_the_gauge_steps_in_a_thousandth_of_
 #[test]
 fn a_stale_gauge_is_never_shown_as_a_number_without_the_word() {
     let mut stale = view();
-    stale.displacement.stale = true;
-    stale.displacement.value_si = None;
-    stale.displacement.age_s = Some(4.0);
+    stale.displacements[0].stale = true;
+    stale.displacements[0].value_si = None;
+    stale.displacements[0].age_s = Some(4.0);
     let text = drawn(&stale, &TypedLine::default(), (100, 34), false);
     assert!(text.contains("STALE, 4 s ago"), "{text}");
     let mut lost = view();

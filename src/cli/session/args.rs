@@ -9,6 +9,9 @@ use crate::cli::gauge::BINDINGS_FILE;
 use crate::cli::instrument_args::ProtocolsArgs;
 use crate::cli::moved::MovedArgs;
 use crate::cli::procedure::ProcedureArgs;
+use crate::instrument::Channel;
+use crate::procedure::{Procedure, ProcedureProblem};
+use crate::test_point::Direction;
 
 /// Arguments of `session`.
 #[derive(Debug, Args)]
@@ -25,7 +28,7 @@ pub(in crate::cli) struct SessionArgs {
 #[derive(Debug, Subcommand)]
 pub(super) enum SessionCommand {
     /// Every step and question of a session, how long it takes, which files it makes; no port is touched
-    Plan(PlanArgs),
+    Plan(Box<PlanArgs>),
     /// Measure: make a session folder and guide the operator through the procedure
     Run(Box<RunArgs>),
     /// Go on with a session that was interrupted, at its first open reading
@@ -60,6 +63,32 @@ pub(super) struct PlanArgs {
     /// Which procedure.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
+    /// Where displacements are read.
+    #[command(flatten)]
+    pub(super) axes: AxesArgs,
+}
+
+/// Where displacements are read.
+#[derive(Debug, Args)]
+pub(super) struct AxesArgs {
+    /// Base axes along which displacement gauges stand, comma-separated: up to x,y,z [default: the procedure's, else one gauge along the load]
+    #[arg(long, value_name = "AXES", value_delimiter = ',')]
+    displacement_axes: Option<Vec<Direction>>,
+}
+
+impl AxesArgs {
+    /// The procedure with these gauges, checked: with one gauge along the load, loads go along the axes.
+    pub(super) fn applied(&self, mut procedure: Procedure) -> Result<Procedure, ProcedureProblem> {
+        if let Some(axes) = &self.displacement_axes {
+            procedure.displacement_axes.clone_from(axes);
+            procedure.displacement_axes.sort_unstable();
+        }
+        procedure.check()?;
+        if procedure.displacement_axes.is_empty() {
+            procedure.load_axes()?;
+        }
+        Ok(procedure)
+    }
 }
 
 /// Arguments of `session recover`.
@@ -85,6 +114,9 @@ pub(super) struct RunArgs {
     /// Which procedure.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
+    /// Where displacements are read.
+    #[command(flatten)]
+    pub(super) axes: AxesArgs,
     /// What it is measured with.
     #[command(flatten)]
     pub(super) bench: BenchArgs,
@@ -131,15 +163,15 @@ pub(super) struct BenchArgs {
     /// Unit that the force gauge is set to, where it does not send one
     #[arg(long, value_name = "UNIT")]
     pub(super) force_unit: Option<String>,
-    /// Description of the displacement gauge: a name or a file
+    /// Description of the displacement gauge: a name or a file; with several gauges of all, or x=NAME of one
     #[arg(long, value_name = "NAME|FILE")]
-    pub(super) displacement_instrument: Option<String>,
-    /// Port of the displacement gauge
+    pub(super) displacement_instrument: Vec<String>,
+    /// Port of the displacement gauge; with several gauges x=PORT for each
     #[arg(long, value_name = "PORT")]
-    pub(super) displacement_port: Option<String>,
-    /// Unit that the displacement gauge is set to, where it does not send one
+    pub(super) displacement_port: Vec<String>,
+    /// Unit that the displacement gauge is set to, where it does not send one; with several gauges of all, or x=UNIT of one
     #[arg(long, value_name = "UNIT")]
-    pub(super) displacement_unit: Option<String>,
+    pub(super) displacement_unit: Vec<String>,
     /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
     pub(super) bindings: PathBuf,
@@ -149,7 +181,7 @@ pub(super) struct BenchArgs {
     /// Use a description that nobody has verified
     #[arg(long)]
     pub(super) allow_unverified: bool,
-    /// Measure an emulated bench: two emulated gauges behind real ports, one robot, and a hand that does what is asked for
+    /// Measure an emulated bench: emulated gauges behind real ports, one robot, and a hand that does what is asked for
     #[cfg(unix)]
     #[arg(long)]
     pub(super) emulated: bool,
@@ -176,6 +208,60 @@ pub(super) struct BenchArgs {
     /// Plain lines instead of the full-screen view
     #[arg(long, help_heading = "Guiding")]
     pub(super) line: bool,
+}
+
+impl BenchArgs {
+    /// The instrument, port and unit that the arguments give for a gauge.
+    pub(super) fn of(&self, channel: Channel) -> [Option<String>; 3] {
+        if channel == Channel::Force {
+            let of_force = [&self.force_instrument, &self.force_port, &self.force_unit];
+            return of_force.map(Clone::clone);
+        }
+        [
+            given(&self.displacement_instrument, channel, true),
+            // Each gauge has a port of its own.
+            given(&self.displacement_port, channel, channel.axis().is_none()),
+            given(&self.displacement_unit, channel, true),
+        ]
+    }
+
+    /// The first value for a displacement gauge that is not in the plan, as it was given.
+    pub(super) fn out_of_plan(&self, channels: &[Channel]) -> Option<&str> {
+        let all = [
+            &self.displacement_instrument,
+            &self.displacement_port,
+            &self.displacement_unit,
+        ];
+        let mut values = all.into_iter().flatten().map(String::as_str);
+        values.find(|value| {
+            let of = axis_of(value).map(|(axis, _)| Channel::along(axis));
+            of.is_some_and(|of| !channels.contains(&of))
+        })
+    }
+}
+
+/// `x=VALUE` as axis and value.
+fn axis_of(value: &str) -> Option<(Direction, &str)> {
+    let (axis, value) = value.split_once('=')?;
+    let axis = Direction::ALL
+        .into_iter()
+        .find(|of| of.to_string() == axis)?;
+    Some((axis, value))
+}
+
+/// The last value for a gauge: that of its axis, else one for all of them where that makes sense.
+fn given(values: &[String], channel: Channel, of_all: bool) -> Option<String> {
+    let own = values.iter().rev().find_map(|value| {
+        let (axis, value) = axis_of(value)?;
+        (channel.axis() == Some(axis)).then(|| value.to_owned())
+    });
+    let common = || {
+        let mut values = values.iter().rev();
+        values
+            .find(|value| of_all && axis_of(value).is_none())
+            .cloned()
+    };
+    own.or_else(common)
 }
 
 /// A speed that is one.

@@ -12,6 +12,8 @@ use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::resolve_procedure;
 use crate::cli::screen::Screen;
 use crate::clock::Clock;
+use crate::instrument::Channel;
+use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
@@ -57,7 +59,8 @@ pub(super) fn run(
     other: Option<Box<dyn Operator>>,
 ) -> Result<Printed, Failure> {
     let robot = args.model.resolve()?;
-    let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    let mut procedure = args.axes.applied(procedure)?;
     warnings.extend(robot.warnings.iter().cloned());
     // The poses are frozen with the procedure.
     let named = robot.robot.poses.iter();
@@ -73,7 +76,12 @@ pub(super) fn run(
     let clock = Clock::starting_at(0.0, speed(&args.bench));
     let mut bench = args.bench.clone();
     let hand = emulate(&mut bench, &robot, &procedure, clock)?;
-    let (resolved, notes) = resolve_gauges(&bench, [None, None], &SessionState::default())?;
+    let (resolved, notes) = resolve_gauges(
+        &bench,
+        &plan.channels(),
+        &Instruments::default(),
+        &SessionState::default(),
+    )?;
     warnings.extend(notes);
     if bench.no_input {
         check_present(&resolved)?;
@@ -102,7 +110,7 @@ pub(super) fn run(
     };
     let text = &robot.source.text;
     let (folder, journal) = SessionFolder::create(&args.out, &header.to_toml(), Some(text), now)?;
-    let first = started(&header, &procedure.name, sha256(procedure.to_toml()));
+    let first = started(&header, &procedure, sha256(procedure.to_toml()));
     let ready = Ready {
         folder,
         journal,
@@ -146,12 +154,10 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
             "{cut_bytes} bytes of a record that was never confirmed were cut off the journal"
         ));
     }
-    let records = [&header.instruments.force, &header.instruments.displacement];
-    let models = records.map(|record| record.as_ref().and_then(|record| record.model.as_deref()));
     let clock = Clock::starting_at(state.last_s, speed(&args.bench));
     let mut bench = args.bench.clone();
     let hand = emulate_again(&mut bench, &header, &args.folder, &plan, clock)?;
-    let (resolved, notes) = resolve_gauges(&bench, models, &state)?;
+    let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &header.instruments, &state)?;
     warnings.extend(notes);
     warnings.extend(overdue(&header.instruments, global)?);
     let first = if state.started.is_some() {
@@ -163,7 +169,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         })
     } else {
         // It stopped before its first event was on the disk.
-        started(&header, &plan.procedure.name, hash)
+        started(&header, &plan.procedure, hash)
     };
     let ready = Ready {
         folder,
@@ -295,20 +301,23 @@ fn report(folder: &Path, outcome: SessionEnd, state: &SessionState, planned: usi
 
 /// The records name the descriptions that the gauges are read by.
 fn name_models(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
-    for (record, gauge) in [&mut instruments.force, &mut instruments.displacement]
-        .into_iter()
-        .zip(resolved)
-    {
+    for gauge in resolved {
+        let channel = gauge.description.channel;
+        let record = match (channel, channel.axis()) {
+            (_, Some(axis)) => &mut instruments.displacement_along[axis.index()],
+            (Channel::Force, _) => &mut instruments.force,
+            _ => &mut instruments.displacement,
+        };
         let record = record.get_or_insert_with(InstrumentRecord::default);
         record.model = Some(gauge.description.name.clone());
     }
 }
 
 /// The first event of a session.
-fn started(header: &SessionHeader, procedure: &str, procedure_sha256: String) -> Event {
+fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: String) -> Event {
     Event::Started(Started {
         session: header.id.clone().unwrap_or_default(),
-        procedure: procedure.to_owned(),
+        procedure: procedure.name.clone(),
         procedure_sha256,
         software: SOFTWARE.to_owned(),
         pid: std::process::id(),
@@ -316,6 +325,7 @@ fn started(header: &SessionHeader, procedure: &str, procedure_sha256: String) ->
         robot_sha256: header.robot_sha256.clone(),
         mechanism: header.mechanism.clone(),
         origin: header.origin.clone(),
+        displacement_axes: procedure.displacement_axes.clone(),
     })
 }
 

@@ -7,12 +7,14 @@ use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::cli::model::effects_text;
 use crate::clock::Clock;
+use crate::instrument::Channel;
 use crate::physics::ActingPhysics;
 use crate::procedure::Procedure;
 use crate::readings::SessionHeader;
 use crate::session::{Answers, Operator, SessionPlan};
 
 use super::args::BenchArgs;
+use super::gauges::record_of;
 
 #[cfg(unix)]
 pub(super) use crate::cli::emulated::BenchOperator;
@@ -46,7 +48,6 @@ pub(super) fn emulate(
     use crate::cli::descriptions::find_description;
     use crate::cli::emulated::Emulation;
     use crate::cli::rehearsal::unit_in_use;
-    use crate::instrument::Channel;
     use crate::instrument::emulator::FaultScript;
 
     if !args.emulated {
@@ -60,17 +61,17 @@ pub(super) fn emulate(
         )
         .into());
     }
-    let [force, displacement] = GAUGES.map(str::to_owned);
-    let force = args.force_instrument.get_or_insert(force).clone();
-    let displacement = args
-        .displacement_instrument
-        .get_or_insert(displacement)
-        .clone();
+    let channels = SessionPlan::new(procedure, &[]).channels();
+    let instruments = channels.iter().map(|channel| {
+        let usual = GAUGES[usize::from(channel.is_displacement())];
+        let [named, ..] = args.of(*channel);
+        (*channel, named.unwrap_or_else(|| usual.to_owned()))
+    });
+    let instruments: Vec<(Channel, String)> = instruments.collect();
     let hand = Emulation {
         resolved,
         procedure,
-        force: &force,
-        displacement: &displacement,
+        gauges: instruments.clone(),
         protocols: &args.protocols,
         setup: EmulatedSetup {
             seed: args.seed,
@@ -81,15 +82,28 @@ pub(super) fn emulate(
         links: None,
     }
     .start()?;
-    let port = |channel| Some(hand.port(channel).display().to_string());
-    args.force_port = port(Channel::Force);
-    args.displacement_port = port(Channel::Displacement);
-    let unit = |name| {
-        Ok::<_, Failure>(unit_in_use(
-            &find_description(name, &args.protocols)?.description,
-        ))
-    };
-    (args.force_unit, args.displacement_unit) = (unit(&force)?, unit(&displacement)?);
+    let mut values: [Vec<String>; 3] = Default::default();
+    for (channel, name) in instruments {
+        let port = hand.port(channel).display().to_string();
+        let unit = unit_in_use(&find_description(&name, &args.protocols)?.description);
+        if channel == Channel::Force {
+            (args.force_instrument, args.force_port) = (Some(name), Some(port));
+            args.force_unit = unit;
+            continue;
+        }
+        let of_axis = |value: String| match channel.axis() {
+            Some(axis) => format!("{axis}={value}"),
+            None => value,
+        };
+        values[0].push(of_axis(name));
+        values[1].push(of_axis(port));
+        values[2].extend(unit.map(of_axis));
+    }
+    [
+        args.displacement_instrument,
+        args.displacement_port,
+        args.displacement_unit,
+    ] = values;
     // Nothing is measured, so nothing can be measured wrongly.
     args.allow_unverified = true;
     Ok(Some(hand))
@@ -124,17 +138,18 @@ pub(super) fn emulate_again(
         factors: header.factors.clone(),
         ..ModelArgs::default()
     };
-    let model_of = |record: &Option<crate::readings::InstrumentRecord>| {
-        record.as_ref().and_then(|record| record.model.clone())
-    };
-    args.force_instrument = args
-        .force_instrument
-        .take()
-        .or(model_of(&header.instruments.force));
-    args.displacement_instrument = args
-        .displacement_instrument
-        .take()
-        .or(model_of(&header.instruments.displacement));
+    for channel in plan.channels() {
+        let [named, ..] = args.of(channel);
+        let model = record_of(&header.instruments, channel).and_then(|record| record.model.clone());
+        let (None, Some(model)) = (named, model) else {
+            continue;
+        };
+        match (channel, channel.axis()) {
+            (_, Some(axis)) => args.displacement_instrument.push(format!("{axis}={model}")),
+            (Channel::Force, _) => args.force_instrument = Some(model),
+            _ => args.displacement_instrument.push(model),
+        }
+    }
     emulate(args, &model.resolve()?, &plan.procedure, clock)
 }
 
@@ -177,7 +192,7 @@ fn is_emulated(args: &BenchArgs) -> bool {
 
 /// What somebody at an emulated bench would answer who does what is asked for.
 pub(super) fn of_a_hand(plan: &SessionPlan) -> Result<Answers, Failure> {
-    let way = if plan.load_sense() < 0.0 {
+    let way = if plan.procedure.load_sense() < 0.0 {
         "minus"
     } else {
         "plus"

@@ -16,6 +16,7 @@ use crate::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
 use crate::instrument::port::{Binding, PortError, PortIdentity, PortTimeouts, list_ports};
 use crate::instrument::trace::{Sink, TraceHeader, TraceSink, TraceWriter};
 use crate::instrument::{Channel, Gauges, InstrumentDescription};
+use crate::readings::{InstrumentRecord, Instruments};
 use crate::session::SessionState;
 
 use super::args::BenchArgs;
@@ -23,10 +24,10 @@ use super::args::BenchArgs;
 /// Gauges that are being read, and what is known of them.
 pub(super) struct Connected {
     pub(super) gauges: Box<dyn Gauges>,
-    pub(super) names: [String; 2],
+    pub(super) names: [String; Channel::COUNT],
     pub(super) compression_sign: Option<f64>,
     /// Units that were configured for gauges that cannot tell theirs.
-    pub(super) units_by_eye: [Option<String>; 2],
+    pub(super) units_by_eye: [Option<String>; Channel::COUNT],
 }
 
 /// Which gauge is meant, and where it is.
@@ -40,11 +41,13 @@ pub(super) struct ResolvedGauge {
 /// What is meant by the arguments, before any port is touched; and what a user should know.
 ///
 /// # Arguments
-/// - `models`: names of the descriptions that the session was begun with, for resuming.
+/// - `channels`: the gauges of the plan.
+/// - `begun_with`: the records that the session was begun with, for resuming.
 /// - `state`: where the session stands; knows the ports of before.
 pub(super) fn resolve_gauges(
     args: &BenchArgs,
-    models: [Option<&str>; 2],
+    channels: &[Channel],
+    begun_with: &Instruments,
     state: &SessionState,
 ) -> Result<(Vec<ResolvedGauge>, Vec<String>), Failure> {
     // The usual file may be absent; one that was named may not.
@@ -57,13 +60,21 @@ pub(super) fn resolve_gauges(
     }
     let (bindings, mut warnings) = read_bindings(&args.bindings)?;
     let mut resolved = Vec::new();
-    for channel in Channel::ALL {
+    if let Some(value) = args.out_of_plan(channels) {
+        return Err(ArgumentError::new(
+            value,
+            "this session has no displacement gauge along that axis",
+            "name the axes with --displacement-axes or in the procedure, for example --displacement-axes x,y,z",
+        )
+        .into());
+    }
+    for &channel in channels {
         let bound = bindings.of(channel);
         let known = state.instruments[channel.index()].as_ref();
         let port = known
             .map(|known| known.port.as_str())
             .filter(|port| !port.is_empty());
-        let model = models[channel.index()];
+        let model = record_of(begun_with, channel).and_then(|record| record.model.as_deref());
         resolved.push(resolve_gauge(
             args,
             channel,
@@ -73,7 +84,34 @@ pub(super) fn resolve_gauges(
             &mut warnings,
         )?);
     }
+    let twice = resolved
+        .iter()
+        .enumerate()
+        .find_map(|(place, gauge): (usize, &ResolvedGauge)| {
+            let mut before = resolved[..place].iter();
+            before
+                .find(|other| other.port == gauge.port)
+                .map(|_| gauge.port.to_string())
+        });
+    if let Some(port) = twice {
+        return Err(ArgumentError::new(
+            port,
+            "two gauges of this session are on this port",
+            "each gauge needs a port of its own: --force-port, --displacement-port, x=PORT for each of several",
+        )
+        .into());
+    }
     Ok((resolved, warnings))
+}
+
+/// The record of a gauge.
+pub(super) fn record_of(instruments: &Instruments, channel: Channel) -> Option<&InstrumentRecord> {
+    let record = match (channel, channel.axis()) {
+        (_, Some(axis)) => &instruments.displacement_along[axis.index()],
+        (Channel::Force, _) => &instruments.force,
+        _ => &instruments.displacement,
+    };
+    record.as_ref()
 }
 
 /// Whether the ports are there, where nobody could plug a gauge in.
@@ -103,20 +141,17 @@ fn resolve_gauge(
     port: Option<&str>,
     warnings: &mut Vec<String>,
 ) -> Result<ResolvedGauge, Failure> {
-    let (instrument, named_port, unit) = match channel {
-        Channel::Force => (&args.force_instrument, &args.force_port, &args.force_unit),
-        Channel::Displacement => (
-            &args.displacement_instrument,
-            &args.displacement_port,
-            &args.displacement_unit,
-        ),
+    let [instrument, named_port, unit] = args.of(channel);
+    let (stem, axis) = match channel.axis() {
+        Some(axis) => ("displacement".to_owned(), format!(" {axis}=…")),
+        None => (channel.to_string(), String::new()),
     };
     let needed = |what: &str| {
         ArgumentError::new(
-            format!("--{channel}-{what}"),
+            format!("--{stem}-{what}{axis}"),
             format!("{what} of the {channel} gauge is missing"),
             format!(
-                "name it, or bind the gauge once with stiffbench ports --wait and give the file with --bindings; stiffbench instrument list names the descriptions, stiffbench ports the ports (--{channel}-{what})"
+                "name it, or bind the gauge once with stiffbench ports --wait and give the file with --bindings; stiffbench instrument list names the descriptions, stiffbench ports the ports (--{stem}-{what}{axis})"
             ),
         )
     };
@@ -127,19 +162,21 @@ fn resolve_gauge(
     let name = name.ok_or_else(|| needed("instrument"))?;
     let found = find_description(name, &args.protocols)?;
     warnings.extend(found.warnings);
-    let description = found.description;
-    if description.channel != channel {
+    let mut description = found.description;
+    if description.channel.kind() != channel.kind() {
         return Err(ArgumentError::new(
-            format!("--{channel}-instrument {name}"),
+            format!("--{stem}-instrument {name}"),
             format!("it measures {}", description.channel),
             "stiffbench instrument list shows what each measures",
         )
         .into());
     }
+    // From here on it stands for its place on the bench.
+    description.channel = channel;
     if description.is_unverified() {
         if !args.allow_unverified {
             return Err(ArgumentError::new(
-                format!("--{channel}-instrument {name}"),
+                format!("--{stem}-instrument {name}"),
                 "this description was not verified with the gauge",
                 "check its values against the display first, then give --allow-unverified",
             )
@@ -149,7 +186,7 @@ fn resolve_gauge(
     }
     let ports = list_ports().unwrap_or_default();
     let port = match (named_port, bound.and_then(Binding::port), port) {
-        (Some(path), ..) => PortIdentity::of_path(path, &ports),
+        (Some(path), ..) => PortIdentity::of_path(&path, &ports),
         (None, Some(port), _) => port,
         (None, None, Some(path)) => PortIdentity::of_path(path, &ports),
         (None, None, None) => return Err(needed("port").into()),
@@ -158,7 +195,7 @@ fn resolve_gauge(
     let baud = bound.and_then(|bound| bound.baud);
     let baud = baud.unwrap_or(description.line.baud);
     Ok(ResolvedGauge {
-        unit: unit.clone().or(bound_unit),
+        unit: unit.or(bound_unit),
         identity: bound.and_then(|bound| bound.identity.clone()),
         port,
         description: description.with_baud(baud),
@@ -171,9 +208,9 @@ pub(super) fn connect(
     raw: &Path,
     clock: Clock,
 ) -> Result<Connected, Failure> {
-    let mut names = [String::new(), String::new()];
+    let mut names: [String; Channel::COUNT] = Default::default();
     let mut compression_sign = None;
-    let mut units_by_eye = [None, None];
+    let mut units_by_eye: [Option<String>; Channel::COUNT] = Default::default();
     let mut gauges = Vec::new();
     for gauge in resolved {
         let description = gauge.description;

@@ -11,7 +11,7 @@ use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
-use crate::session::{Event, JournalEnd, SessionState, ZeroOccasion, read_folder};
+use crate::session::{Event, JournalEnd, SessionState, ZeroOccasion, Zeroed, read_folder};
 
 use super::prepare::{calibration_warnings, plan_of};
 
@@ -69,7 +69,7 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
         minutes_left: (left_s / 60.0).round(),
         next: open.map(|(cell, index)| NextReading {
             pose: plan.cells[cell].pose.clone(),
-            direction: plan.cells[cell].direction,
+            direction: plan.cells[cell].direction.clone(),
             target_n: plan.cells[cell].readings[index].target_n,
             repeat: plan.cells[cell].readings[index].repeat,
         }),
@@ -138,40 +138,16 @@ fn event_text(event: &Event) -> String {
             check.basis
         ),
         Event::PoseSet(set) => format!("pose {}, direction {}", set.pose, set.direction),
-        Event::Zero(zero) => {
-            let drift = zero
-                .drift_m
-                .map_or_else(String::new, |m| format!(", moved by {:.1} um", m * 1e6));
-            let force = zero.force_drift_n;
-            let drift = drift + &force.map_or_else(String::new, |n| format!(" and {n:.2} N"));
-            let how = Channel::ALL.map(|channel| {
-                if zero.by_gauge[channel.index()] {
-                    "gauge"
-                } else {
-                    "subtracted"
-                }
-            });
-            match zero.moment {
-                ZeroOccasion::Before => format!(
-                    "zero {} set (force {}, displacement {})",
-                    zero.label, how[0], how[1]
-                ),
-                ZeroOccasion::After => format!("zero {} checked{drift}", zero.label),
-                ZeroOccasion::Kept if zero.flag.is_empty() => {
-                    format!("zero {} still holds{drift}", zero.label)
-                }
-                ZeroOccasion::Kept => format!("zero {} no longer holds{drift}", zero.label),
-            }
-        }
+        Event::Zero(zero) => zero_text(zero),
         Event::Reading(taken) => format!(
-            "reading {}: {} {} step {} repeat {}: {:.2} N, {:.1} um{}",
+            "reading {}: {} {} step {} repeat {}: {:.2} N, {}{}",
             taken.number,
             taken.pose,
             taken.direction,
             taken.step,
             taken.repeat,
             taken.force_n,
-            taken.displacement_m * 1e6,
+            taken.displacement_text(),
             if taken.flag.is_empty() {
                 String::new()
             } else {
@@ -207,6 +183,58 @@ fn event_text(event: &Event) -> String {
             "ended: {} ({} of {} readings)",
             ended.reason, ended.accepted, ended.planned
         ),
+    }
+}
+
+/// A gauge zero in words.
+fn zero_text(zero: &Zeroed) -> String {
+    let drifts: Vec<f64> = if zero.gauges.is_empty() {
+        zero.drift_m.into_iter().collect()
+    } else {
+        zero.gauges
+            .iter()
+            .filter_map(|gauge| gauge.drift_m)
+            .collect()
+    };
+    let drifts: Vec<String> = drifts
+        .iter()
+        .map(|m| format!("{:.1} um", m * 1e6))
+        .collect();
+    let drift = match drifts.join(", ") {
+        none if none.is_empty() => none,
+        drifts => format!(", moved by {drifts}"),
+    };
+    let force = zero.force_drift_n;
+    let drift = drift + &force.map_or_else(String::new, |n| format!(" and {n:.2} N"));
+    let how = Channel::ALL.map(|channel| {
+        if zero.by_gauge[channel.index()] {
+            "gauge"
+        } else {
+            "subtracted"
+        }
+    });
+    match zero.moment {
+        ZeroOccasion::Before if zero.gauges.is_empty() => format!(
+            "zero {} set (force {}, displacement {})",
+            zero.label, how[0], how[1]
+        ),
+        ZeroOccasion::Before => {
+            let gauges = zero.gauges.iter().map(|gauge| {
+                let how = if gauge.by_gauge {
+                    "gauge"
+                } else {
+                    "subtracted"
+                };
+                format!(", {} {how}", gauge.channel)
+            });
+            let gauges: String = gauges.collect();
+            format!("zero {} set (force {}{gauges})", zero.label, how[0])
+        }
+        ZeroOccasion::After => format!("zero {} checked{drift}", zero.label),
+        ZeroOccasion::Kept if zero.flag.is_empty() => {
+            format!("zero {} still holds{drift}", zero.label)
+        }
+        ZeroOccasion::Kept => format!("zero {} no longer holds{drift}", zero.label),
     }
 }
 

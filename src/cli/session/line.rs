@@ -217,7 +217,7 @@ fn task_line(view: &SessionView) -> Option<String> {
         Task::Hold { target_n, left_s } => Some(format!("> hold {target_n} N for {left_s:.0} s")),
         Task::PushByHand { direction, .. } => Some(format!("> sign check along {direction}")),
         Task::Paused => Some("> paused: p goes on".to_owned()),
-        Task::CheckInstruments => Some("> waiting for both gauges".to_owned()),
+        Task::CheckInstruments => Some("> waiting for the gauges".to_owned()),
         Task::Answer | Task::SetUp { .. } | Task::Wait | Task::Done => None,
     }
 }
@@ -228,11 +228,13 @@ fn live_line(view: &SessionView) -> String {
         Some(value) => format!("{:.2} {unit}", value * factor),
         None => format!("- {unit}"),
     };
-    let mut text = format!(
-        "  {}  {}",
-        value(&view.force, 1.0, "N"),
-        value(&view.displacement, 1e6, "um")
-    );
+    let displacements = view.displacements.iter().map(|gauge| {
+        let axis = gauge.channel.axis();
+        let axis = axis.map_or_else(String::new, |axis| format!("{axis} "));
+        format!("  {axis}{}", value(gauge, 1e6, "um"))
+    });
+    let displacements: String = displacements.collect();
+    let mut text = format!("  {}{displacements}", value(&view.force, 1.0, "N"));
     // Writing to a String cannot fail.
     if let Some(settle) = &view.settle {
         let dwell_s = settle.dwell_s.min(settle.dwell_needed_s);

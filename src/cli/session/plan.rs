@@ -26,6 +26,7 @@ const FILES: [(&str, &str); 6] = [
 pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let resolved = args.model.resolve()?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    let procedure = args.axes.applied(procedure)?;
     let poses: Vec<PoseId> = resolved
         .robot
         .poses
@@ -41,7 +42,17 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         plan.cells.len(),
         seconds / 60.0
     );
-    text.push_str("\nready, temperature and sign-check are asked once\n");
+    let axes = &procedure.displacement_axes;
+    if axes.is_empty() {
+        text.push_str("\nready, temperature and sign-check are asked once\n");
+    } else {
+        let axes: Vec<String> = axes.iter().map(ToString::to_string).collect();
+        let _ = writeln!(
+            text,
+            "displacement gauges along {}\n\nready and temperature are asked once, sign-check once for each push that shows signs",
+            axes.join(", ")
+        );
+    }
     for (place, cell) in plan.cells.iter().enumerate() {
         describe(&mut text, place, cell, &plan);
     }

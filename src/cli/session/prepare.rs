@@ -37,12 +37,7 @@ pub(super) fn instrument_records(
 
 /// Calibrations that have run out.
 pub(super) fn calibration_warnings(instruments: &Instruments, today: Date) -> Vec<String> {
-    let records = [
-        ("force gauge", &instruments.force),
-        ("displacement gauge", &instruments.displacement),
-    ];
-    let overdue = records.iter().filter_map(|(what, record)| {
-        let record = record.as_ref()?;
+    let overdue = instruments.named().filter_map(|(what, record)| {
         let due = record
             .due
             .filter(|_| record.calibration_overdue(today) == Some(true))?;
@@ -59,8 +54,19 @@ pub(super) fn gauge_terms(instruments: &Instruments) -> Result<GaugePair, Failur
     };
     Ok(GaugePair {
         force: terms(&instruments.force)?,
-        displacement: terms(&instruments.displacement)?,
+        // The view of a cell has one displacement, along the load: the coarsest gauge has most to say about it.
+        displacement: match coarsest(instruments) {
+            Some(record) => terms(&Some(record.clone()))?,
+            None => terms(&instruments.displacement)?,
+        },
     })
+}
+
+/// The record of the gauge along a base axis with the largest step.
+fn coarsest(instruments: &Instruments) -> Option<&InstrumentRecord> {
+    let step = |record: &InstrumentRecord| record.resolution.unwrap_or(0.0);
+    let records = instruments.displacement_along.iter().flatten();
+    records.max_by(|a, b| step(a).total_cmp(&step(b)))
 }
 
 /// The answers that are known beforehand: those of the command line go before those of the file.

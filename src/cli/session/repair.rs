@@ -5,10 +5,15 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
-use crate::analysis::{Inputs, ReadError, TableCheck, compare_with_journal, shortened};
+use crate::analysis::{
+    Inputs, JournalCheck, ReadError, TableCheck, compare_vectors_with_journal,
+    compare_with_journal, shortened,
+};
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
-use crate::readings::{ReadOptions, ReadingsError, SessionHeader, read_readings};
+use crate::readings::{
+    ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
+};
 use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
 use crate::session::{JournalEnd, ReadFolder, ReadJournal, SessionState, read_folder, recover};
 
@@ -79,6 +84,9 @@ fn verify_table(
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
+    if header.is_of_vectors() {
+        return verify_vectors(folder, file, open, &header);
+    }
     let table = match read_readings(&name, open, &ReadOptions::default()) {
         // A session that has just begun.
         Err(ReadingsError::Empty { .. }) => {
@@ -93,9 +101,36 @@ fn verify_table(
         Ok(table) => table,
     };
     let check = compare_with_journal(folder, &table, Some(&header))?;
+    Ok(judged(&check, file))
+}
+
+/// The same of a table of vectors.
+fn verify_vectors(
+    folder: &Path,
+    file: &Path,
+    open: fs::File,
+    header: &SessionHeader,
+) -> Result<(TableCheck, String, u8), Failure> {
+    match read_vector_readings(&file.display().to_string(), open) {
+        Err(ReadingsError::Empty { .. } | ReadingsError::NoReadings { .. }) => {
+            Ok((TableCheck::Empty, "no reading yet".to_owned(), 0))
+        }
+        Err(error) => {
+            let found = format!("it cannot be read: {error}");
+            let reason = error.to_string();
+            Ok((TableCheck::Unreadable { reason }, found, PART))
+        }
+        Ok(table) => {
+            let check = compare_vectors_with_journal(folder, &table, Some(header))?;
+            Ok(judged(&check, file))
+        }
+    }
+}
+
+fn judged(check: &JournalCheck, file: &Path) -> (TableCheck, String, u8) {
     let changes = check.changes(file);
     let json = check.report(file);
-    Ok(if changes.is_empty() {
+    if changes.is_empty() {
         (json, "every number is that of the journal".to_owned(), 0)
     } else {
         (
@@ -103,7 +138,7 @@ fn verify_table(
             format!("changed after the session: {}", shortened(&changes)),
             PART,
         )
-    })
+    }
 }
 
 /// Keeps what is good in a new folder.

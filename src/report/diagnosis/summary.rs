@@ -14,14 +14,14 @@ use crate::mismatch::{
 };
 use crate::physics::Law;
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::{LawAtPlace, SpecimenSummary};
+use crate::report::{LawAtPlace, LoadCaseDiagnosisReport, SpecimenSummary};
 use crate::test_point::{Direction, PoseId};
 
 use super::detection_limits::{DetectionLimitReport, SearchLevels};
 use super::noise::NoiseReport;
 use super::{factor_value, parameter_interval, phrases};
 
-/// What `diagnose` gives: of a session, or of a table without a robot.
+/// What `diagnose` gives: of a session, of a table without a robot, or of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DiagnosisResult {
@@ -29,6 +29,8 @@ pub enum DiagnosisResult {
     Session(Box<DiagnosisSummary>),
     /// Of a table without a robot.
     Specimen(Box<SpecimenSummary>),
+    /// Of loads and displacements as vectors.
+    LoadCases(Box<LoadCaseDiagnosisReport>),
 }
 
 /// A diagnosis.

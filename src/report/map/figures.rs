@@ -142,7 +142,7 @@ impl MapReport<'_> {
                 let ordered = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
                 PlaneMap {
                     heading: format!("mechanism {}", study.map.mechanism),
-                    axes: plane_axis_names(plane),
+                    axes: plane_axis_names(plane, self.robot),
                     bins: PlaneBins::gather_as(self.bin_value(), pairs, side_m),
                     extremes: self.outermost(points),
                     least: at(rows().min_by(ordered)),

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use rayon::prelude::*;
 
 use crate::distribution::{MapColumn, MatrixKind, MechanismStudy, PoseSample, StiffnessMap};
-use crate::robot::Robot;
+use crate::robot::{JointMotion, Robot};
 
 use super::unit_of;
 use super::vtu::{MeshField, vtu};
@@ -16,10 +16,14 @@ const CHUNK: usize = 4096;
 /// Heads of the columns: number, angles, end, stiffnesses, weakest direction and axis, matrix.
 pub(super) fn point_heads(robot: &Robot, poses: &PoseSample, map: &StiffnessMap) -> Vec<String> {
     let columns = &map.columns;
-    let angles = poses
-        .free
-        .iter()
-        .map(|&variable| format!("{}_deg", robot.variables[variable].name));
+    let angles = poses.free.iter().map(|&variable| {
+        let variable = &robot.variables[variable];
+        let unit = match variable.motion {
+            JointMotion::Turns => "deg",
+            JointMotion::Slides => "m",
+        };
+        format!("{}_{unit}", variable.name)
+    });
     let stiffness = columns.iter().map(|column| {
         // Names of directions given as numbers hold commas.
         let name = column.name().replace([',', ' '], "_");

@@ -429,7 +429,7 @@ impl ShiftReport<'_> {
                 };
                 PlaneMap {
                     heading: format!("mechanism {}", map.mechanism),
-                    axes: plane_axis_names(plane),
+                    axes: plane_axis_names(plane, self.about.robot),
                     bins: PlaneBins::gather_as(
                         self.bin_value(),
                         points.iter().copied().zip(values.iter().copied()),

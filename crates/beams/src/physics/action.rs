@@ -79,6 +79,22 @@ pub trait RotationLaw: fmt::Debug + Sync {
 
     /// Whether the twist is proportional to the moment.
     fn is_linear(&self) -> bool;
+
+    /// Spring, friction and play that do the same in a simulator of rigid bodies, or nearly.
+    fn in_simulators(&self, values: &Values) -> SimulatedRotation;
+}
+
+/// A hinge as simulators of rigid bodies know it: a spring with dry friction, or play with dry friction.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SimulatedRotation {
+    /// Compliance of the spring, rad/(N·m); zero without one.
+    pub compliance_rad_per_nm: f64,
+    /// Largest turn either way without a spring, rad; zero without play.
+    pub play_rad: f64,
+    /// Moment that friction holds, N·m.
+    pub friction_nm: f64,
+    /// What of the law this does not hold.
+    pub left_out: Option<&'static str>,
 }
 
 /// An error of the displacement gauge that depends on where it stands.

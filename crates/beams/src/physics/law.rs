@@ -9,7 +9,7 @@ use std::ops::Deref;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
-use super::action::LawAction;
+use super::action::{LawAction, SimulatedRotation, values_of};
 use super::laws::LAWS;
 use super::parameter::ParameterSpec;
 use super::place::{Place, PlaceKind};
@@ -139,6 +139,18 @@ impl Law {
     #[must_use]
     pub fn is_nonlinear_joint(self) -> bool {
         matches!(self.action, LawAction::Joint(law) if !law.is_linear())
+    }
+
+    /// What it is in a simulator of rigid bodies; `None` if it is no law of a joint.
+    ///
+    /// # Arguments
+    /// - `values`: of its parameters, SI.
+    #[must_use]
+    pub fn in_simulators(self, values: &[f64]) -> Option<SimulatedRotation> {
+        match self.action {
+            LawAction::Joint(law) => Some(law.in_simulators(&values_of(values))),
+            _ => None,
+        }
     }
 
     /// Whether it is an element that is missing: a change of the mechanism, with no size.

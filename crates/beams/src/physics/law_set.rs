@@ -388,6 +388,27 @@ impl LawSet {
         secants
     }
 
+    /// Displacement of the end along the base axes under a force that is applied for the first time, m: structure, base, and the laws of
+    /// the joints from the unloaded state. The laws of the bench (gauges, their stand, time, repeats) have no part in it.
+    #[must_use]
+    pub fn first_load_m(&self, pose: &PoseMechanics, force_n: [f64; 3]) -> [f64; 3] {
+        let mut joint_rotations = JointRotations::default();
+        joint_rotations.begin(self.joints.len());
+        if !self.joints.is_empty() {
+            self.turn_joints(pose, force_n, &mut joint_rotations);
+        }
+        std::array::from_fn(|along| {
+            let mut sum = dot(pose.influence.compliance_m_per_n[along], force_n);
+            for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
+                sum += lever[along] * compliance * dot(*lever, force_n);
+            }
+            for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
+                sum += pose.influence.levers_m[one.joint][along] * rotation;
+            }
+            sum
+        })
+    }
+
     /// Compliance of the base about x, y, z, rad/(N·m).
     #[must_use]
     pub fn base_rad_per_nm(&self) -> [f64; 3] {

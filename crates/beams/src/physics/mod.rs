@@ -23,8 +23,8 @@ mod turning;
 
 pub use acting::ActingPhysics;
 pub use action::{
-    Driven, GaugeError, LawAction, MOST_PARAMETERS, OfLoad, OfRepeat, RotationLaw, Values,
-    values_of,
+    Driven, GaugeError, LawAction, MOST_PARAMETERS, OfLoad, OfRepeat, RotationLaw,
+    SimulatedRotation, Values, values_of,
 };
 pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};

@@ -1,5 +1,7 @@
 //! Lengths and angles as numbers or as signed sums of numbers and parameter names.
 
+use std::fmt::Write as _;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -63,6 +65,17 @@ impl Expression {
         })
     }
 
+    /// The expression with its numbers, not its names, converted; a text that is no sum as it is.
+    pub(super) fn with_numbers(&self, convert: &dyn Fn(f64) -> f64) -> Self {
+        match self {
+            Self::Number(number) => Self::Number(convert(*number)),
+            Self::Text(text) => {
+                let converted = converted(text, convert);
+                Self::Text(converted.unwrap_or_else(|| text.clone()))
+            }
+        }
+    }
+
     /// The names that stand in the expression, in order.
     pub(super) fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
@@ -108,6 +121,23 @@ fn sum(text: &str, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, Expressi
         first = false;
     }
     if first { Err(malformed()) } else { Ok(total) }
+}
+
+/// A text with its numbers converted; `None` where one of them is none.
+fn converted(text: &str, convert: &dyn Fn(f64) -> f64) -> Option<String> {
+    let mut written = String::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let end = term_length(rest);
+        let (term, after) = rest.split_at(end.max(first.len_utf8()));
+        if starts_number(term) {
+            write!(written, "{:?}", convert(term.parse().ok()?)).ok()?;
+        } else {
+            written.push_str(term);
+        }
+        rest = after;
+    }
+    Some(written)
 }
 
 /// Bytes of the first term: up to a sign that is not part of an exponent, or white space.
@@ -173,6 +203,14 @@ mod tests {
         assert_eq!(value("1e999"), Err(infinite));
         assert!(Expression::Number(f64::NAN).value(&|_| None).is_err());
         assert!(value("1e9 + 1").is_err());
+    }
+
+    #[test]
+    fn numbers_of_a_sum_are_converted_and_names_are_not() {
+        let text = |text: &str| Expression::Text(text.to_owned());
+        let converted = text("b2 - 20 + 1e1").with_numbers(&|mm| mm / 1e3);
+        assert_eq!(converted, text("b2 - 0.02 + 0.01"));
+        assert_eq!(text("2a").with_numbers(&|mm| mm / 1e3), text("2a"));
     }
 
     #[test]

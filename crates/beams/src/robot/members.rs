@@ -198,6 +198,11 @@ impl<'a> MechanismModel<'a> {
         &self.hinges
     }
 
+    /// The parameter that is the compliance of each hinge of the structure.
+    pub fn hinge_parameters(&self) -> impl Iterator<Item = &ModelParameter> {
+        self.hinges.iter().map(|hinge| &hinge.spring)
+    }
+
     pub(super) fn carried_masses(&self) -> &[CarriedMass] {
         &self.masses
     }

@@ -4,11 +4,14 @@
 //! chains are there; a [`Pose`] fixes its angles; [`MechanismModel`] joins the three into a structure that can be solved, and
 //! moves it from pose to pose without allocating.
 
+mod body_axes;
 mod compile;
+mod crossed;
 mod error;
 mod expression;
 pub mod file;
 mod fitting_factors;
+pub mod format2;
 mod hinges;
 mod kinematics;
 mod loads;
@@ -19,6 +22,7 @@ mod model;
 mod model_parameter;
 mod multi_pose;
 mod parameters;
+mod placed;
 mod plausible;
 mod predict;
 mod sensitivity;
@@ -27,6 +31,7 @@ mod simd_poses;
 mod springs;
 mod structure_parts;
 mod sweep;
+mod tool_pose;
 mod weight;
 
 use std::sync::Arc;
@@ -52,12 +57,14 @@ pub use model::{
 };
 pub use model_parameter::{ModelParameter, NotAParameter};
 pub use multi_pose::MultiPosePredictor;
+pub use placed::PlacedRobot;
 pub use predict::Predictor;
 pub use springs::{
     JointMotion, JointSprings, NotASpringAxis, Payload, RoleInFit, SpringAxis, SpringDefault, Tool,
     Yielding,
 };
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
+pub use tool_pose::ToolPose;
 pub use weight::{GRAVITY_M_PER_S2, Masses};
 
 /// A robot, checked and ready to be posed.
@@ -109,6 +116,16 @@ pub struct Robot {
     pub warnings: Vec<String>,
 }
 
+/// The JSON Schema of the format that a robot file is in.
+#[must_use]
+pub fn schema_of(source: &SourceText) -> serde_json::Value {
+    if format2::is_of_this_format(source) {
+        format2::json_schema()
+    } else {
+        file::json_schema()
+    }
+}
+
 /// A nominal section with the material it is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RatedSection {
@@ -128,7 +145,11 @@ impl Robot {
     /// # Errors
     /// [`RobotError::File`] pointing at the line that is wrong.
     pub fn parse(source: &SourceText) -> Result<Self, RobotError> {
-        compile::compile(source)
+        if format2::is_of_this_format(source) {
+            format2::compile(source)
+        } else {
+            compile::compile(source)
+        }
     }
 
     /// Mechanism by name; the last one of the file if `name` is `None` (the complete robot stands last).

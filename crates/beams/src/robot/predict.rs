@@ -52,7 +52,10 @@ impl<'a> Predictor<'a> {
     }
 
     /// Predictor of a model.
-    pub(super) fn of(model: MechanismModel<'a>) -> Result<Self, RobotError> {
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub fn of(model: MechanismModel<'a>) -> Result<Self, RobotError> {
         let solver = Solver::new(model.structure()).map_err(|source| RobotError::Structure {
             mechanism: model.mechanism().name.clone(),
             source,
@@ -85,6 +88,11 @@ impl<'a> Predictor<'a> {
     /// Takes other factors for the poses to come; nothing is factorised before [`Predictor::place`].
     pub(super) fn rate(&mut self, factors: &FittingFactors) {
         self.model.set_factors(factors);
+    }
+
+    /// Takes other factors for the poses to come: nothing is solved before [`Predictor::place`].
+    pub fn prepare(&mut self, factors: &FittingFactors) {
+        self.rate(factors);
     }
 
     /// Compliance of the end where it was placed, 6 × 6, SI.

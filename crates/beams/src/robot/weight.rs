@@ -78,6 +78,12 @@ impl MechanismModel<'_> {
             .map(|member| sections[member.section].mass_kg_per_m.unwrap_or(0.0))
     }
 
+    /// Each mass that is not that of a member: where it hangs on the structure, kg, and where its centre is, m.
+    pub fn point_masses(&self) -> impl Iterator<Item = (&Attachment, f64, [f64; 3])> {
+        let masses = self.carried_masses().iter();
+        masses.map(|mass| (&mass.at, mass.mass_kg, self.point_of(&mass.point)))
+    }
+
     /// Mass of all that has one, kg.
     #[must_use]
     pub fn mass_kg(&self) -> f64 {

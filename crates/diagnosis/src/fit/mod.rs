@@ -41,6 +41,7 @@ pub use outcome::{
     Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitMethod, FitOutcome,
     FittedCell,
 };
+pub(crate) use parameters::FitParameters;
 pub use problem::FitProblem;
 pub use procedure::{
     PaperFit, PaperOptions, PaperSource, PoseFit, fit_single_source, follow_paper,

@@ -55,6 +55,15 @@ impl FactorStatus {
             Self::NotIdentified { .. } => "not_identified",
         }
     }
+
+    /// What the data show instead of an interval, if they do not determine the parameter.
+    #[must_use]
+    pub fn why_open(&self) -> Option<&str> {
+        match self {
+            Self::AtBound { words, .. } | Self::NotIdentified { words } => Some(words),
+            Self::Free | Self::Fixed | Self::Tied { .. } => None,
+        }
+    }
 }
 
 /// One parameter after a fit.

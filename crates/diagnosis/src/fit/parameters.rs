@@ -4,6 +4,7 @@
 //! negative. A spring is searched for by its compliance, which may be zero, in units of the compliance that would add as much as the whole
 //! structure gives.
 
+use stiffbench_beams::physics::PlaceScale;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose};
 use stiffbench_numeric::least_squares::{LeastSquaresError, Parameter, ParameterSet};
 use stiffbench_units_and_text::test_point::PoseId;
@@ -16,7 +17,7 @@ use super::problem::FitProblem;
 
 /// The parameters of one fit.
 #[derive(Debug, Clone)]
-pub(super) struct FitParameters {
+pub(crate) struct FitParameters {
     start: FittingFactors,
     members: Vec<FitMember>,
     parameters: Vec<ModelParameter>,
@@ -52,29 +53,49 @@ impl FitParameters {
         problem: &FitProblem<'_>,
         choice: &ParameterChoice,
     ) -> Result<Self, FitError> {
+        let free_springs = choice
+            .members
+            .iter()
+            .any(|member| member.role == FitRole::Free && !member.parameter.is_factor());
+        let scales = if free_springs {
+            let mut parameters = choice.parameters();
+            parameters.extend(problem.start.springs());
+            Some(spring_scales(problem, &parameters)?)
+        } else {
+            None
+        };
+        let scale = |parameter: &ModelParameter| {
+            let scales = scales.as_ref();
+            scales.map_or_else(PlaceScale::default, |scales| scales.of(parameter))
+        };
+        Self::with_scales(problem.start, choice, &scale)
+    }
+
+    /// The same with what the loads make of each spring.
+    ///
+    /// # Errors
+    /// [`FitError::Bounds`], [`FitError::Tie`].
+    pub(crate) fn with_scales(
+        start: &FittingFactors,
+        choice: &ParameterChoice,
+        scale_of: &dyn Fn(&ModelParameter) -> PlaceScale,
+    ) -> Result<Self, FitError> {
         let mut choice = choice.clone();
-        let start = problem.start;
         for spring in start.springs() {
             if choice.members.iter().all(|m| m.parameter != spring) {
                 choice.set(&spring, FitRole::Fixed);
             }
         }
         let parameters = choice.parameters();
-        let free_springs = choice
-            .members
-            .iter()
-            .any(|member| member.role == FitRole::Free && !member.parameter.is_factor());
-        let scales = if free_springs {
-            Some(spring_scales(problem, &parameters)?)
-        } else {
-            None
-        };
         let mut members = Vec::with_capacity(parameters.len());
         for chosen in &choice.members {
             let (parameter, value) = (&chosen.parameter, start.get(&chosen.parameter));
             let name = parameter.to_string();
-            let scale = scales.as_ref().map(|scales| scales.of(parameter));
-            let scale = scale.filter(|_| !parameter.is_factor()).unwrap_or_default();
+            let scale = if parameter.is_factor() {
+                PlaceScale::default()
+            } else {
+                scale_of(parameter)
+            };
             let unit = if scale.compliance > 0.0 {
                 scale.compliance
             } else {
@@ -134,7 +155,7 @@ impl FitParameters {
     }
 
     /// The parameters, in the order of coordinates and results.
-    pub(super) fn parameters(&self) -> &[ModelParameter] {
+    pub(crate) fn parameters(&self) -> &[ModelParameter] {
         &self.parameters
     }
 
@@ -142,7 +163,7 @@ impl FitParameters {
     ///
     /// # Errors
     /// [`LeastSquaresError`] if ties go in a circle or no parameter is free.
-    pub(super) fn set(&self) -> Result<ParameterSet, LeastSquaresError> {
+    pub(crate) fn set(&self) -> Result<ParameterSet, LeastSquaresError> {
         let members = self.members.iter().enumerate();
         let parameter = |(place, member): (usize, &FitMember)| {
             let (name, start) = (&member.name, self.coordinate(place, member.start));
@@ -160,7 +181,7 @@ impl FitParameters {
     }
 
     /// Values at a point of the coordinates.
-    pub(super) fn values(&self, point: &[f64]) -> FittingFactors {
+    pub(crate) fn values(&self, point: &[f64]) -> FittingFactors {
         let mut values = self.start.clone();
         for (place, parameter) in self.parameters.iter().enumerate() {
             values.set(parameter, self.value(place, point[place]));
@@ -168,8 +189,13 @@ impl FitParameters {
         values
     }
 
+    /// Whether a fit moves a parameter, by itself or with another.
+    pub(crate) fn moves(&self, place: usize) -> bool {
+        self.members[place].role != Role::Fixed
+    }
+
     /// What is known of a parameter before the fit.
-    pub(super) fn status(&self, place: usize) -> FactorStatus {
+    pub(crate) fn status(&self, place: usize) -> FactorStatus {
         match self.members[place].role {
             Role::Free => FactorStatus::Free,
             Role::Fixed => FactorStatus::Fixed,
@@ -180,7 +206,7 @@ impl FitParameters {
     }
 
     /// Value of a parameter at a coordinate.
-    pub(super) fn value(&self, place: usize, coordinate: f64) -> f64 {
+    pub(crate) fn value(&self, place: usize, coordinate: f64) -> f64 {
         let member = &self.members[place];
         match member.scale_rad_per_nm {
             None => member.start * coordinate.exp(),
@@ -189,7 +215,7 @@ impl FitParameters {
     }
 
     /// Coordinate of a value of a parameter, not held within its bounds.
-    pub(super) fn coordinate(&self, place: usize, value: f64) -> f64 {
+    pub(crate) fn coordinate(&self, place: usize, value: f64) -> f64 {
         let member = &self.members[place];
         match member.scale_rad_per_nm {
             None => (value / member.start).ln(),
@@ -197,18 +223,26 @@ impl FitParameters {
         }
     }
 
+    /// The coordinates where the fit begins, as the user has it: a free spring without a value is rigid.
+    pub(crate) fn coordinates_of_start(&self) -> Vec<f64> {
+        let members = self.members.iter().enumerate();
+        members
+            .map(|(place, member)| self.coordinate(place, member.start))
+            .collect()
+    }
+
     /// How fast the derivative's own variable of a parameter grows with its coordinate: ln a of a factor, the compliance of a spring.
-    pub(super) fn slope(&self, place: usize) -> f64 {
+    pub(crate) fn slope(&self, place: usize) -> f64 {
         self.members[place].scale_rad_per_nm.unwrap_or(1.0)
     }
 
     /// Bounds of the coordinate of a parameter.
-    pub(super) fn bounds(&self, place: usize) -> [f64; 2] {
+    pub(crate) fn bounds(&self, place: usize) -> [f64; 2] {
         self.members[place].bounds
     }
 
     /// Coordinates of values, held within bounds.
-    pub(super) fn coordinates(&self, values: &FittingFactors) -> Vec<f64> {
+    pub(crate) fn coordinates(&self, values: &FittingFactors) -> Vec<f64> {
         let parameters = self.parameters.iter().enumerate();
         parameters
             .map(|(place, parameter)| {

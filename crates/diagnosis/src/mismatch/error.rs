@@ -2,6 +2,7 @@
 
 use stiffbench_beams::physics::EffectError;
 use stiffbench_beams::robot::RobotError;
+use stiffbench_measurement::procedure::ProcedureProblem;
 
 /// Why there is no diagnosis.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -14,6 +15,10 @@ pub enum MismatchError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Effect(#[from] EffectError),
+    /// A procedure that is not of one displacement gauge along the load.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Procedure(#[from] ProcedureProblem),
     /// A model parameter that a search cannot free.
     #[error("parameter {name} cannot be free here: {problem}")]
     #[diagnostic(

@@ -165,6 +165,10 @@ pub const ABSORBED_PATTERN: f64 = 1e-3;
 /// The same of a candidate's column. Numerics.
 pub const ABSORBED: f64 = 1e-6;
 
+/// Share of its length that a column must keep beside others, for all of them to be fitted together (1): a standard error a thousand times larger
+/// than alone tells nothing. Numerics.
+pub const LEAST_INDEPENDENT: f64 = 1e-3;
+
 /// Readings in a run from which on a rhythm in their order is searched for (1). By judgement (0f36cf8).
 pub const ENOUGH_FOR_A_RHYTHM: usize = 32;
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::batched::Batched;
-use super::constants::{ABSORBED, ALTERNATIONS};
+use super::constants::{ABSORBED, ALTERNATIONS, LEAST_INDEPENDENT};
 use super::covariance::Covariance;
 use super::critical_values::CriticalValues;
 use super::engine::{BestAmplitude, NullMaxima, NullShape, ScoreEngine};
@@ -72,8 +72,10 @@ pub struct LinearModel {
     pub terms: Vec<usize>,
     /// Its fit.
     pub fit: LeastSquares,
-    covariance: Covariance,
-    dof: f64,
+    /// The covariance that it leaves.
+    pub covariance: Covariance,
+    /// Degrees of freedom of its size.
+    pub dof: f64,
 }
 
 /// The score of a candidate.
@@ -93,6 +95,14 @@ pub struct LinearFitted {
     evidence: Evidence,
 }
 
+impl LinearFitted {
+    /// Place of the candidate.
+    #[must_use]
+    pub fn candidate(&self) -> Option<usize> {
+        self.terms.last().copied()
+    }
+}
+
 impl LeastSquares {
     /// Fits columns to rows.
     ///
@@ -103,6 +113,16 @@ impl LeastSquares {
         rows: &[f64],
         covariance: &Covariance,
     ) -> Result<Self, NotIndependent> {
+        if columns.is_empty() {
+            let mut white = rows.to_vec();
+            covariance.whiten(&mut white);
+            return Ok(Self {
+                values: Vec::new(),
+                standard_errors: Vec::new(),
+                squares: white.iter().map(|x| x * x).sum(),
+                residuals: rows.to_vec(),
+            });
+        }
         let white = |column: &[f64]| {
             let mut white = DVector::from_column_slice(column);
             covariance.whiten(white.as_mut_slice());
@@ -174,6 +194,25 @@ impl<F: Ord + Copy + Sync, C: CovarianceModel> LinearProblem<'_, F, C> {
     /// [`NotIndependent`].
     pub fn start(&self) -> Result<LinearModel, NotIndependent> {
         self.alternate(Vec::new())
+    }
+
+    /// The baseline with candidates, by their places; those that the baseline and those before them contain are left out.
+    ///
+    /// # Errors
+    /// [`NotIndependent`] if the baseline contains itself.
+    pub fn with_terms(&self, terms: &[usize]) -> Result<LinearModel, NotIndependent> {
+        let equal = || Covariance::equal(self.rows.len(), 1.0);
+        let mut known = WhiteSpace::new(equal(), &[], self.baseline);
+        let mut kept: Vec<usize> = Vec::new();
+        for &term in terms {
+            let columns = &self.candidates[term].columns;
+            if known.orthonormal(columns, LEAST_INDEPENDENT).is_some() {
+                kept.push(term);
+                let all: Vec<Vec<f64>> = self.columns(&kept).into_iter().cloned().collect();
+                known = WhiteSpace::new(equal(), &[], &all);
+            }
+        }
+        self.alternate(kept)
     }
 
     /// Parameters and covariance of a model, each from the other.

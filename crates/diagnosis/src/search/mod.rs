@@ -7,8 +7,10 @@
 //! - [`ScoreEngine`]: scores of shapes and their null samples, fast ([`Batched`]) or plain (in tests).
 //! - [`CriticalValues`]: how large a score must be, from null samples of whole families.
 //! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`]; [`LinearProblem`] is one.
+//! - [`backward_elimination`]: from many terms together to those that the rows need.
 //! - [`log_bayes`], [`under_known_covariance`], [`distinguishable`]: what a score is worth.
 
+mod backward;
 mod batched;
 pub mod constants;
 mod covariance;
@@ -26,6 +28,7 @@ mod tests;
 mod vectors;
 mod white_space;
 
+pub use backward::backward_elimination;
 pub use batched::Batched;
 pub use covariance::{Covariance, LowRankBlock};
 pub use critical_values::{CriticalValues, NullDistribution};

@@ -21,7 +21,7 @@ use super::{
 
 /// The description that a file makes.
 pub(super) fn compile(file: DescriptionFile) -> Result<InstrumentDescription, Misplaced> {
-    let kind = file.channel.kind();
+    let kind = crate::Channel::from(file.channel).kind();
     check_name(&file.name)?;
     check_line(&file.line)?;
     let units = units(&file.unit, kind)?;
@@ -45,7 +45,7 @@ pub(super) fn compile(file: DescriptionFile) -> Result<InstrumentDescription, Mi
         packets: packets.collect(),
         name: file.name,
         text: file.text,
-        channel: file.channel,
+        channel: file.channel.into(),
         status: file.status,
         experimental: file.experimental,
         sources: file.sources,
@@ -364,6 +364,8 @@ fn word(kind: Kind) -> &'static str {
         Kind::Displacement => "displacement",
         Kind::Time => "time",
         Kind::Temperature => "temperature",
+        Kind::Torque => "torque",
+        Kind::Angle => "angle",
     }
 }
 

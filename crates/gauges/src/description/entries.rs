@@ -4,10 +4,8 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::Channel;
-
 use super::file::NamedTexts;
-use super::keywords::{NoteMark, RegisterFormat};
+use super::keywords::{Measured, NoteMark, RegisterFormat};
 
 /// One field of a packet: a table with one of these keys.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -82,7 +80,7 @@ pub(super) struct NumberField {
     #[serde(default)]
     pub(super) comma: bool,
     /// What the number measures where that is not what the gauge does, in a packet of two numbers; a session passes it over.
-    pub(super) measures: Option<Channel>,
+    pub(super) measures: Option<Measured>,
     /// Its unit then.
     pub(super) unit: Option<String>,
 }

@@ -210,7 +210,7 @@ fn other_quantity(
     path: &[EntryPath],
     context: &FieldContext<'_>,
 ) -> Result<Option<(Channel, String)>, Misplaced> {
-    match (number.measures, &number.unit) {
+    match (number.measures.map(Channel::from), &number.unit) {
         (None, None) => Ok(None),
         (Some(channel), Some(unit))
             if channel != context.channel && channel.kind().si_factor(unit).is_some() =>

@@ -7,11 +7,12 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::Channel;
 use stiffbench_units_and_text::toml_text::remove_null;
 
 use super::entries::{FieldEntry, RegistersEntry};
-use super::keywords::{DescriptionStatus, ReplyMeaning, SignMeaning, Trouble, UnitSource};
+use super::keywords::{
+    DescriptionStatus, Measured, ReplyMeaning, SignMeaning, Trouble, UnitSource,
+};
 use super::{CommandEffect, Expect, Flow, Parity};
 
 /// The only schema known to this version.
@@ -43,7 +44,7 @@ pub(super) struct DescriptionFile {
     /// What it is, in one line.
     pub(super) text: String,
     /// What it measures.
-    pub(super) channel: Channel,
+    pub(super) channel: Measured,
     /// How far the description can be trusted.
     pub(super) status: DescriptionStatus,
     /// Known in part only; the user is informed.

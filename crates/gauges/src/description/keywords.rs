@@ -158,3 +158,23 @@ impl RegisterFormat {
         }
     }
 }
+
+/// What a gauge measures, in a word. Where it stands on the bench is not part of a description.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[schemars(rename = "Channel")]
+pub(super) enum Measured {
+    /// The force gauge (tension-compression dynamometer).
+    Force,
+    /// The dial or length gauge.
+    Displacement,
+}
+
+impl From<Measured> for crate::Channel {
+    fn from(measured: Measured) -> Self {
+        match measured {
+            Measured::Force => Self::Force,
+            Measured::Displacement => Self::Displacement,
+        }
+    }
+}

@@ -18,7 +18,7 @@ pub(super) fn grammar(
     framing: &mut Framing,
 ) -> Result<Grammar, Misplaced> {
     let context = FieldContext {
-        channel: file.channel,
+        channel: file.channel.into(),
         codes: &units.codes,
     };
     if file.value.is_empty() {

@@ -83,7 +83,7 @@ impl InstrumentDescription {
         let kind = self.channel.kind();
         let capacity_si = self.physical.capacity_si.unwrap_or(match self.channel {
             crate::Channel::Force => SOME_CAPACITY_SI[0],
-            crate::Channel::Displacement => SOME_CAPACITY_SI[1],
+            _ => SOME_CAPACITY_SI[1],
         });
         for (place, unit) in self.units.all().iter().enumerate() {
             let (Some(factor), Ok(place)) = (kind.si_factor(unit), u8::try_from(place)) else {

@@ -29,10 +29,13 @@ pub(super) struct FaultEntry {
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 enum GaugeWord {
     Force,
     Displacement,
+    DisplacementX,
+    DisplacementY,
+    DisplacementZ,
     Both,
 }
 
@@ -74,6 +77,9 @@ impl FaultEntry {
             gauge: match self.gauge {
                 Some(GaugeWord::Force) => Some(Channel::Force),
                 Some(GaugeWord::Displacement) => Some(Channel::Displacement),
+                Some(GaugeWord::DisplacementX) => Some(Channel::DisplacementX),
+                Some(GaugeWord::DisplacementY) => Some(Channel::DisplacementY),
+                Some(GaugeWord::DisplacementZ) => Some(Channel::DisplacementZ),
                 Some(GaugeWord::Both) | None => None,
             },
             lasts: self.lasts(&fault)?,

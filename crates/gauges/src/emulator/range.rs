@@ -20,7 +20,7 @@ impl Range {
         let mut units = description.units.all();
         let first = first_unit(description.channel);
         units.sort_by_key(|unit| unit != first);
-        let place = usize::from(description.channel == Channel::Displacement);
+        let place = usize::from(description.channel.is_displacement());
         let kind = description.channel.kind();
         let units = units.into_iter().filter_map(|name| {
             let si = kind.si_factor(&name)?;
@@ -36,7 +36,7 @@ impl Range {
                 // Most force gauges without a stated sign have compression plus.
                 (Channel::Force, SignMeaning::Positive | SignMeaning::Ask) => false,
                 (Channel::Force, SignMeaning::Negative) => true,
-                (Channel::Displacement, meaning) => meaning != SignMeaning::Negative,
+                (_, meaning) => meaning != SignMeaning::Negative,
             },
         }
     }
@@ -46,7 +46,7 @@ impl Range {
 pub(super) fn first_unit(channel: Channel) -> &'static str {
     match channel {
         Channel::Force => "N",
-        Channel::Displacement => "mm",
+        _ => "mm",
     }
 }
 

@@ -249,16 +249,16 @@ impl Shared {
         }
     }
 
-    /// Both adapters out, and back under each other's name.
+    /// The adapters out, and back under each other's name.
     fn swap(&self, until_s: f64) {
-        for slot in &self.slots {
+        let mut names: Vec<Channel> = self.slots.iter().map(|slot| lock(slot).found_as).collect();
+        // Of three or more adapters each comes back under the name of the next.
+        names.rotate_left(1);
+        for (slot, found_as) in self.slots.iter().zip(names) {
             let mut slot = lock(slot);
             slot.unplugged_until_s = Some(until_s);
             self.remove_link(slot.found_as);
-            slot.found_as = match slot.found_as {
-                Channel::Force => Channel::Displacement,
-                Channel::Displacement => Channel::Force,
-            };
+            slot.found_as = found_as;
         }
     }
 

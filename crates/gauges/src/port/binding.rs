@@ -25,6 +25,15 @@ pub struct Bindings {
     /// The dial or length gauge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement: Option<Binding>,
+    /// The displacement gauge along the base axis x, of a bench with several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_x: Option<Binding>,
+    /// The displacement gauge along the base axis y.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_y: Option<Binding>,
+    /// The displacement gauge along the base axis z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_z: Option<Binding>,
 }
 
 /// One gauge and the port it is on.
@@ -104,8 +113,8 @@ pub enum BindingError {
         /// Which gauge.
         channel: Channel,
     },
-    /// Both gauges on one port.
-    #[error("{file}: both gauges are on {port}")]
+    /// Two gauges on one port.
+    #[error("{file}: two gauges are on {port}")]
     #[diagnostic(
         code(stiffbench::bindings::same_port),
         help(
@@ -144,22 +153,29 @@ impl Bindings {
     }
 
     fn check(&self, file: &str) -> Result<(), BindingError> {
-        let ports = Channel::ALL.map(|channel| self.of(channel).map(Binding::port));
-        for (channel, port) in Channel::ALL.into_iter().zip(&ports) {
-            if matches!(port, Some(None)) {
-                return Err(BindingError::Port {
+        let mut ports: Vec<(Channel, PortIdentity)> = Vec::new();
+        for channel in Channel::EVERY {
+            let Some(binding) = self.of(channel) else {
+                continue;
+            };
+            let port = binding.port().ok_or_else(|| BindingError::Port {
+                file: file.to_owned(),
+                channel,
+            })?;
+            // The one displacement gauge may be one of the three of another arrangement.
+            let clashes = ports.iter().any(|(of, taken)| {
+                let alone = *of == Channel::Displacement && channel.axis().is_some();
+                *taken == port && !alone
+            });
+            if clashes {
+                return Err(BindingError::SamePort {
                     file: file.to_owned(),
-                    channel,
+                    port: port.to_string(),
                 });
             }
+            ports.push((channel, port));
         }
-        match ports {
-            [Some(Some(a)), Some(Some(b))] if a == b => Err(BindingError::SamePort {
-                file: file.to_owned(),
-                port: a.to_string(),
-            }),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 
     /// The gauge of a channel.
@@ -168,28 +184,38 @@ impl Bindings {
         match channel {
             Channel::Force => self.force.as_ref(),
             Channel::Displacement => self.displacement.as_ref(),
+            Channel::DisplacementX => self.displacement_x.as_ref(),
+            Channel::DisplacementY => self.displacement_y.as_ref(),
+            Channel::DisplacementZ => self.displacement_z.as_ref(),
         }
     }
 
-    /// The same with another gauge on a channel. A gauge of the other channel that had its port is unbound, and that is reported.
+    fn slot(&mut self, channel: Channel) -> &mut Option<Binding> {
+        match channel {
+            Channel::Force => &mut self.force,
+            Channel::Displacement => &mut self.displacement,
+            Channel::DisplacementX => &mut self.displacement_x,
+            Channel::DisplacementY => &mut self.displacement_y,
+            Channel::DisplacementZ => &mut self.displacement_z,
+        }
+    }
+
+    /// The same with another gauge on a channel. A gauge of another channel that had its port is unbound, and that is reported.
     #[must_use]
     pub fn with(mut self, channel: Channel, binding: Binding) -> (Self, Option<String>) {
         BINDINGS_SCHEMA.clone_into(&mut self.schema);
         let port = binding.port();
-        let (own, other, other_channel) = match channel {
-            Channel::Force => (
-                &mut self.force,
-                &mut self.displacement,
-                Channel::Displacement,
-            ),
-            Channel::Displacement => (&mut self.displacement, &mut self.force, Channel::Force),
-        };
-        *own = Some(binding);
-        let taken = port.is_some() && other.as_ref().and_then(Binding::port) == port;
-        let note = taken.then(|| {
-            *other = None;
-            format!("this port was bound to the {other_channel} gauge, which is unbound now")
-        });
+        let mut note = None;
+        for other in Channel::EVERY.into_iter().filter(|other| *other != channel) {
+            let taken = port.is_some() && self.of(other).and_then(Binding::port) == port;
+            if taken {
+                *self.slot(other) = None;
+                note = Some(format!(
+                    "this port was bound to the {other} gauge, which is unbound now"
+                ));
+            }
+        }
+        *self.slot(channel) = Some(binding);
         (self, note)
     }
 
@@ -197,14 +223,15 @@ impl Bindings {
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = format!("schema = {}\n", quoted(BINDINGS_SCHEMA));
-        for channel in Channel::ALL {
+        for channel in Channel::EVERY {
             let Some(binding) = self.of(channel) else {
                 continue;
             };
             // Writing to a string cannot fail.
             let _ = write!(
                 text,
-                "\n[{channel}]\ninstrument = {}\n",
+                "\n[{}]\ninstrument = {}\n",
+                channel.key(),
                 quoted(&binding.instrument)
             );
             if let Some(baud) = binding.baud {

@@ -137,7 +137,7 @@ impl TraceHeader {
         match key {
             "instrument" => self.instrument = text,
             "channel" => {
-                self.channel = Channel::ALL
+                self.channel = Channel::EVERY
                     .into_iter()
                     .find(|channel| channel.to_string() == value);
             }

@@ -61,7 +61,7 @@ fields = [{ sign = { plus = ["+"], minus = ["-"] } }, { number = { count = [1, 8
 fn description(channel: Channel) -> InstrumentDescription {
     let text = match channel {
         Channel::Force => GAUGE.to_owned(),
-        Channel::Displacement => GAUGE
+        _ => GAUGE
             .replace("\"force\"", "\"displacement\"")
             .replace("compression = \"positive\"", "compression = \"ask\"")
             .replace("N = \"N\"", "mm = \"mm\""),

@@ -97,7 +97,7 @@ mod tests {
             unloading: true,
             holds_s: vec![60.0, 120.0],
             repeats: 2,
-            directions: vec![Direction::X, Direction::Z],
+            directions: vec![Direction::X.into(), Direction::Z.into()],
             ..Procedure::default()
         };
         let pose_s = 900.0 + 300.0 + 2.0 * 610.0;
@@ -106,7 +106,7 @@ mod tests {
         let paper = Procedure {
             repeat_order: RepeatOrder::AtLoad,
             zero: ZeroScope::Cell,
-            directions: vec![Direction::Y],
+            directions: vec![Direction::Y.into()],
             ..Procedure::default()
         };
         assert!((paper.minutes(&pace, 1) - (900.0 + 40.0 + 480.0) / 60.0).abs() < 1e-9);

@@ -43,6 +43,7 @@ fn listed_nothing(source: &SourceText, record: &ProcedureRecord) -> Option<&'sta
     [
         ("poses", record.poses.is_empty()),
         ("directions", record.directions.is_empty()),
+        ("displacement_axes", record.displacement_axes.is_empty()),
         ("loads", record.loads_n.is_empty()),
         ("branches", record.branches.is_empty()),
     ]

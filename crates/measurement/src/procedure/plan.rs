@@ -1,6 +1,7 @@
 //! The checked plan, its defaults, and its way to and from a session's header.
 
 use crate::readings::{LoadOrder, ProcedureRecord, RepeatOrder, SettleRecord, ZeroScope};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::problem::ProcedureProblem;
@@ -19,8 +20,10 @@ pub struct Procedure {
     pub text: Option<String>,
     /// Poses, in the order of measurement; `None` stands for every named pose of the robot.
     pub poses: Option<Vec<PoseId>>,
-    /// Directions, in the order of measurement.
-    pub directions: Vec<Direction>,
+    /// Directions of the loads, in the order of measurement.
+    pub directions: Vec<LoadDirection>,
+    /// Base axes along which displacement gauges stand, in the order x, y, z; empty for one gauge along the load.
+    pub displacement_axes: Vec<Direction>,
     /// Target loads, N, signed, in the order of loading.
     pub loads_n: Vec<f64>,
     /// Whether the loads are taken off in the same steps.
@@ -75,7 +78,8 @@ impl Default for Procedure {
             name: "unnamed".to_owned(),
             text: None,
             poses: None,
-            directions: Direction::ALL.to_vec(),
+            directions: LoadDirection::axes(),
+            displacement_axes: Vec::new(),
             // The paper's loads and repeats (IV-C, steps 4 and 5).
             loads_n: (0..8).map(|step| -10.0 * f64::from(step)).collect(),
             unloading: false,
@@ -118,6 +122,11 @@ impl Procedure {
                 [] => default.directions,
                 directions => directions.to_vec(),
             },
+            displacement_axes: {
+                let mut axes = record.displacement_axes.clone();
+                axes.sort_unstable();
+                axes
+            },
             unloading: record.branches.contains(&Branch::Unloading),
             repeats: record.repeats.unwrap_or(default.repeats),
             repeat_order,
@@ -150,6 +159,7 @@ impl Procedure {
             text: self.text.clone(),
             poses: self.poses.clone().unwrap_or_default(),
             directions: self.directions.clone(),
+            displacement_axes: self.displacement_axes.clone(),
             loads_n: self.loads_n.clone(),
             branches,
             repeats: Some(self.repeats),
@@ -182,6 +192,24 @@ impl Procedure {
     #[must_use]
     pub fn release_n(&self) -> Option<f64> {
         (self.repeat_order == RepeatOrder::AtLoad).then_some(self.preload_n)
+    }
+
+    /// The base axes of the loads, for a bench with one displacement gauge that stands along the load.
+    ///
+    /// # Errors
+    /// [`ProcedureProblem::NotAlongAxes`] for a load against or across the axes, [`ProcedureProblem::GaugesAlongAxes`] for gauges that stay.
+    pub fn load_axes(&self) -> Result<Vec<Direction>, ProcedureProblem> {
+        if !self.displacement_axes.is_empty() {
+            return Err(ProcedureProblem::GaugesAlongAxes);
+        }
+        let axis = |direction: &LoadDirection| {
+            direction
+                .axis()
+                .ok_or_else(|| ProcedureProblem::NotAlongAxes {
+                    direction: direction.to_string(),
+                })
+        };
+        self.directions.iter().map(axis).collect()
     }
 
     /// Checks that the plan can be followed.
@@ -217,8 +245,21 @@ impl Procedure {
         if let Some(pose) = poses.and_then(first_twice) {
             return twice("poses", pose.to_string());
         }
-        if let Some(direction) = first_twice(&self.directions) {
-            return twice("directions", direction.to_string());
+        let vectors: Vec<[f64; 3]> = self
+            .directions
+            .iter()
+            .map(LoadDirection::unit_vector)
+            .collect();
+        if let Some(place) = (0..vectors.len()).find(|&i| vectors[..i].contains(&vectors[i])) {
+            return twice("directions", self.directions[place].to_string());
+        }
+        if let Some(axis) = first_twice(&self.displacement_axes) {
+            return twice("displacement_axes", axis.to_string());
+        }
+        // Readings of one name count as those of one pose and direction.
+        let names: Vec<String> = self.directions.iter().map(ToString::to_string).collect();
+        if let Some(name) = first_twice(&names) {
+            return twice("directions", name.clone());
         }
         if self.repeats == 0 {
             return Err(ProcedureProblem::NoRepeat);

@@ -47,6 +47,29 @@ pub enum ProcedureProblem {
         /// The member.
         name: String,
     },
+    /// A load that is not along a positive base axis, where one displacement gauge stands along the load.
+    #[error(
+        "`directions` has {direction}, and with one displacement gauge loads go along x, y or z"
+    )]
+    #[diagnostic(
+        code(stiffbench::procedure::oblique),
+        help(
+            "read displacements along base axes: displacement_axes = [\"x\", \"y\", \"z\"] in the procedure, or session run --displacement-axes x,y,z"
+        )
+    )]
+    NotAlongAxes {
+        /// The direction.
+        direction: String,
+    },
+    /// Gauges that stay along base axes, where only one along the load is known.
+    #[error(
+        "`displacement_axes` asks for displacement gauges along base axes, which only guided sessions have"
+    )]
+    #[diagnostic(
+        code(stiffbench::procedure::gauges_along_axes),
+        help("take a procedure without displacement_axes here")
+    )]
+    GaugesAlongAxes,
     /// No repeat.
     #[error("`repeats` is 0")]
     #[diagnostic(
@@ -155,6 +178,8 @@ impl ProcedureProblem {
             Self::NoRepeat | Self::TooLong { .. } => "repeats",
             Self::NoLoading | Self::UnloadingAtLoad | Self::UnloadingShuffled => "branches",
             Self::OnlyZero => "loads",
+            Self::NotAlongAxes { .. } => "directions",
+            Self::GaugesAlongAxes => "displacement_axes",
             Self::Holds { .. } => "holds",
             Self::ZeroOfRunsAtLoad => "zero",
         }

@@ -26,6 +26,13 @@ pub struct PlannedReading {
 }
 
 impl Procedure {
+    /// The sign of the first load that is not zero, 1 or -1; loads of this sign push on the robot and compress the force gauge.
+    #[must_use]
+    pub fn load_sense(&self) -> f64 {
+        let first = self.loads_n.iter().find(|load_n| **load_n != 0.0);
+        first.map_or(-1.0, |load_n| load_n.signum())
+    }
+
     /// The readings of one pose and direction, in order.
     ///
     /// Loads come as listed or shuffled ([`shuffled`]). Unloading goes back through what was listed, one excursion at a time: neighbouring

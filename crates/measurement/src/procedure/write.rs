@@ -16,25 +16,36 @@ impl Procedure {
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
-        let mut settle = None;
+        let mut tables = Vec::new();
         for (key, value) in self.to_record().to_table() {
             match value {
-                Value::Table(table) => settle = Some((key, table)),
+                Value::Table(table) => tables.push((key, table)),
                 _ if key == "poses" && self.poses.is_none() => {
                     text.push_str("# poses: every named pose of the robot\n");
                 }
                 value => put_line(&mut text, "", &key, &value),
             }
         }
-        if let Some((name, table)) = settle {
+        for (name, table) in tables {
             // Writing to a String cannot fail.
             let _ = write!(text, "\n[{name}]\n");
+            let stem = format!("{name}.");
             for (key, value) in table {
-                put_line(&mut text, "settle.", &key, &value);
+                let written = if name == "settle" {
+                    key.clone()
+                } else {
+                    quoted(&key)
+                };
+                put_line(&mut text, &stem, &written, &value);
             }
         }
         text
     }
+}
+
+/// A key of the user's own, in quotes.
+fn quoted(key: &str) -> String {
+    Value::from(key).to_string()
 }
 
 /// A key with its value and, behind it, what it means.
@@ -53,6 +64,7 @@ fn comment(key: &str) -> &'static str {
     match key {
         "poses" => "named in the robot file, in the order of measurement",
         "directions" => "x lateral, y vertical, z radial",
+        "displacement_axes" => "base axes along which displacement gauges stand",
         "loads_N" => "signed, along the positive axis, in the order of loading",
         "branches" => "with \"unloading\" the loads are taken off in the same steps",
         "repeats" => "applications of the sequence (sweep) or of each load (at-load)",

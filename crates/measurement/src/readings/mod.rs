@@ -25,6 +25,8 @@ mod since_zero;
 mod table;
 mod text_table;
 mod toml_values;
+mod vector_reading;
+mod vector_table;
 mod write;
 
 pub use assumption::{Assumption, AssumptionNote, Excluded};
@@ -37,15 +39,17 @@ pub use procedure_toml::PROCEDURE_SCHEMA;
 pub use reading::{Reading, ReadingStatus, ReadingText};
 pub use rows::Delimiter;
 pub use session_file::{
-    Environment, InstrumentRecord, Instruments, LoadOrder, ProcedureRecord, ReadSession,
-    RepeatOrder, SESSION_SCHEMA, SessionFileError, SessionFileProblem, SessionHeader, SettleRecord,
-    ZeroScope,
+    Environment, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
+    ProcedureRecord, ReadSession, RepeatOrder, SESSION_SCHEMA, SessionFileError,
+    SessionFileProblem, SessionHeader, SettleRecord, ZeroScope,
 };
 pub use since_zero::SinceZero;
 pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};
+pub use vector_reading::{MARK_COLUMNS, VectorReading, VectorReadingsWriter};
+pub use vector_table::{VectorTable, is_vector_table, read_vector_readings};
 pub use write::{ReadingsWriter, write_readings};
 
 // What reads any table of numbers, for readers of other tables.
 pub(crate) use column::split_unit;
-pub(crate) use number::{Conversion, NumberFault, read_count};
+pub(crate) use number::{Conversion, NumberFault, read_count, write_decimal};
 pub(crate) use text_table::RecordTable;

@@ -207,7 +207,7 @@ pub(crate) fn read_count(text: &[u8]) -> Option<u32> {
 /// Rounds to 15 significant digits. That many always survive the way through a double (`f64::DIGITS`), so a gauge's text comes back as it
 /// was, and the last-bit noise of a unit change, 4.000000000000001 for 4, does not. The relative change is below 5e-15, at least
 /// seven decades under the resolution of any gauge.
-pub(super) fn write_decimal(value: f64, shift: i32, into: &mut String) {
+pub(crate) fn write_decimal(value: f64, shift: i32, into: &mut String) {
     into.clear();
     if value == 0.0 {
         into.push('0');

@@ -7,6 +7,7 @@ use super::toml_values::{
     decimal, one_of, put, put_list, put_number, put_text, quantities, quantity, rate, seed, word,
     words,
 };
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -48,7 +49,8 @@ pub(super) fn read_procedure(
         name: table.read("name", TomlValue::text_or_digits)?,
         text: table.read("text", TomlValue::text_or_digits)?,
         poses: table.read_all("poses", |name| name.text().map(PoseId::new))?,
-        directions: table.read_all("directions", one_of)?,
+        directions: read_directions(table, unknown)?,
+        displacement_axes: table.read_all("displacement_axes", one_of)?,
         loads_n: quantities(table, "loads", Kind::Force)?,
         branches: table.read_all("branches", one_of)?,
         repeats: table.read("repeats", TomlValue::count)?,
@@ -62,6 +64,62 @@ pub(super) fn read_procedure(
     };
     unknown.extend(table.unknown());
     Ok(procedure)
+}
+
+/// The directions of the loads: words for axes, names of `[load_directions]`, unit vectors.
+fn read_directions(
+    table: &toml_text::Table<'_>,
+    unknown: &mut Vec<UnknownKey>,
+) -> Read<Vec<LoadDirection>> {
+    let mut named: Vec<(String, LoadDirection)> = Vec::new();
+    if let Some(names) = table.read("load_directions", TomlValue::table)? {
+        for (name, _, value) in names.entries() {
+            // What reads as a direction by itself cannot mean another one.
+            let is_odd = name.trim().is_empty() || name.chars().any(char::is_control);
+            if is_odd || name.parse::<LoadDirection>().is_ok() {
+                return Err(value.wrong("a name other than x, y, z, -x, -y, -z"));
+            }
+            let direction = vector(&value)?.named(name);
+            named.push((name.to_owned(), direction));
+        }
+        let mut used = Vec::new();
+        for item in table
+            .get("directions")
+            .map_or(Ok(Vec::new()), |list| list.items())?
+        {
+            used.extend(item.text().ok().map(str::to_owned));
+        }
+        for (name, span, _) in names.entries() {
+            if !used.iter().any(|word| word == name) {
+                let (line, column) = names.source().line_and_column(span.start);
+                unknown.push(UnknownKey {
+                    key: format!("load_directions.{name}"),
+                    line,
+                    column,
+                    meant: None,
+                });
+            }
+        }
+    }
+    table.read_all("directions", |value| {
+        let Ok(text) = value.text() else {
+            return vector(value);
+        };
+        let known = named.iter().find(|(name, _)| name == text);
+        let known = known.map(|(_, direction)| direction.clone());
+        known
+            .or_else(|| text.parse().ok())
+            .ok_or_else(|| value.wrong("\"x\", \"y\", \"z\", \"-x\", \"-y\", \"-z\", a name of [load_directions], or a unit vector like [0, 0.6, 0.8]"))
+    })
+}
+
+/// A unit vector of three numbers.
+fn vector(value: &TomlValue<'_>) -> Read<LoadDirection> {
+    const EXPECTED: &str = "a unit vector of three numbers like [0, 0.6, 0.8]";
+    let parts = value.items().map_err(|_| value.wrong(EXPECTED))?;
+    let parts: Vec<f64> = parts.iter().map(TomlValue::number).collect::<Read<_>>()?;
+    let parts: [f64; 3] = parts.try_into().map_err(|_| value.wrong(EXPECTED))?;
+    LoadDirection::from_vector(parts).map_err(|error| value.refused(error.to_string(), EXPECTED))
 }
 
 fn read_settle(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> Read<SettleRecord> {
@@ -94,7 +152,18 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
     put_text(&mut table, "text", procedure.text.as_ref());
     let names = procedure.poses.iter().map(PoseId::as_str);
     put_list(&mut table, "poses", names);
-    put_list(&mut table, "directions", words(&procedure.directions));
+    put_list(
+        &mut table,
+        "directions",
+        procedure.directions.iter().map(direction_value),
+    );
+    if !procedure.displacement_axes.is_empty() {
+        put_list(
+            &mut table,
+            "displacement_axes",
+            words(&procedure.displacement_axes),
+        );
+    }
     put_list(
         &mut table,
         "loads_N",
@@ -125,5 +194,33 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         put_number(&mut inner, "slope_um_per_s", settle.slope_m_per_s, 6);
         put(&mut table, "settle", Some(toml::Value::Table(inner)));
     }
+    let mut names = Table::new();
+    for direction in &procedure.directions {
+        if let Some(name) = direction.name() {
+            put(&mut names, name, Some(vector_value(direction)));
+        }
+    }
+    if !names.is_empty() {
+        put(
+            &mut table,
+            "load_directions",
+            Some(toml::Value::Table(names)),
+        );
+    }
     table
+}
+
+/// A direction in the list of directions.
+fn direction_value(direction: &LoadDirection) -> toml::Value {
+    let word = direction.to_string();
+    if direction.name().is_some() || word.parse::<LoadDirection>().as_ref() == Ok(direction) {
+        toml::Value::from(word)
+    } else {
+        vector_value(direction)
+    }
+}
+
+fn vector_value(direction: &LoadDirection) -> toml::Value {
+    let parts = direction.unit_vector().map(toml::Value::from);
+    toml::Value::Array(parts.to_vec())
 }

@@ -1,4 +1,4 @@
-//! What a session was: the header file `session.toml`, schema `stiffbench/session/1`.
+//! What a session was: the header file `session.toml`, schemas `stiffbench/session/1` and `stiffbench/session/2`.
 
 use std::fmt::Display;
 
@@ -6,12 +6,16 @@ use jiff::civil::Date;
 use miette::Diagnostic;
 use thiserror::Error;
 
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::source_text::PlacedError;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 use stiffbench_units_and_text::toml_text::{TomlProblem, UnknownKey};
 
-/// The schema that is written, and the newest that is read.
+/// The schema of sessions with one displacement gauge, along the load.
 pub const SESSION_SCHEMA: &str = "stiffbench/session/1";
+
+/// The schema of sessions whose forces and displacements are vectors, and the newest that is read.
+pub const LOAD_CASE_SESSION_SCHEMA: &str = "stiffbench/session/2";
 
 /// Known properties of a session besides its readings. Everything may be absent: readers accept short files and list what is missing.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,6 +47,13 @@ pub struct SessionHeader {
 }
 
 impl SessionHeader {
+    /// Whether its forces and displacements are vectors along the base axes.
+    #[must_use]
+    pub fn is_of_vectors(&self) -> bool {
+        let procedure = self.procedure.as_ref();
+        procedure.is_some_and(|procedure| !procedure.displacement_axes.is_empty())
+    }
+
     /// The force to which each load was released before the next, N; `None` where the loads followed each other or nothing is known.
     #[must_use]
     pub fn release_n(&self) -> Option<f64> {
@@ -63,13 +74,31 @@ pub struct Environment {
     pub text: Option<String>,
 }
 
-/// The two gauges of a bench.
+/// The gauges of a bench.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Instruments {
     /// The force gauge; its quantities are in N.
     pub force: Option<InstrumentRecord>,
     /// The dial gauge; its quantities are in m.
     pub displacement: Option<InstrumentRecord>,
+    /// The dial gauges along the base axes x, y, z, where a bench has those; their quantities are in m.
+    pub displacement_along: [Option<InstrumentRecord>; 3],
+}
+
+impl Instruments {
+    /// Every record with what it is called, force first.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &InstrumentRecord)> {
+        let [x, y, z] = &self.displacement_along;
+        let all = [
+            ("force gauge", &self.force),
+            ("displacement gauge", &self.displacement),
+            ("displacement gauge along x", x),
+            ("displacement gauge along y", y),
+            ("displacement gauge along z", z),
+        ];
+        all.into_iter()
+            .filter_map(|(name, record)| Some((name, record.as_ref()?)))
+    }
 }
 
 /// Known properties of a gauge. Quantities are in N for a force gauge and in m for a dial gauge.
@@ -119,8 +148,10 @@ pub struct ProcedureRecord {
     pub text: Option<String>,
     /// Poses, in the order of measurement.
     pub poses: Vec<PoseId>,
-    /// Directions, in the order of measurement.
-    pub directions: Vec<Direction>,
+    /// Directions of the loads, in the order of measurement.
+    pub directions: Vec<LoadDirection>,
+    /// Base axes along which displacement gauges stand; empty for one gauge along the load.
+    pub displacement_axes: Vec<Direction>,
     /// Target loads, N, signed.
     pub loads_n: Vec<f64>,
     /// Branches measured.

@@ -4,8 +4,8 @@ use toml::Table;
 
 use super::procedure_toml::{procedure_table, read_procedure};
 use super::session_file::{
-    Environment, InstrumentRecord, Instruments, ReadSession, SESSION_SCHEMA, SessionFileError,
-    SessionHeader,
+    Environment, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, ReadSession,
+    SESSION_SCHEMA, SessionFileError, SessionHeader,
 };
 use super::toml_values::{date, day, put, put_number, put_text, quantity};
 use stiffbench_units_and_text::quantity::Kind;
@@ -15,6 +15,9 @@ use stiffbench_units_and_text::toml_text::{
 };
 
 type Unknown = Vec<UnknownKey>;
+
+/// Keys of the gauges along the base axes.
+const DISPLACEMENT_ALONG: [&str; 3] = ["displacement_x", "displacement_y", "displacement_z"];
 
 impl SessionHeader {
     /// Reads a `session.toml`.
@@ -37,12 +40,22 @@ impl SessionHeader {
     /// The header as `session.toml`, with everything that is known.
     #[must_use]
     pub fn to_toml(&self) -> String {
+        self.with_schema(if self.is_of_vectors() {
+            LOAD_CASE_SESSION_SCHEMA
+        } else {
+            SESSION_SCHEMA
+        })
+    }
+
+    /// The same beside load cases.
+    #[must_use]
+    pub fn to_load_case_toml(&self) -> String {
+        self.with_schema(LOAD_CASE_SESSION_SCHEMA)
+    }
+
+    fn with_schema(&self, schema: &str) -> String {
         let mut table = Table::new();
-        put(
-            &mut table,
-            "schema",
-            Some(toml::Value::from(SESSION_SCHEMA)),
-        );
+        put(&mut table, "schema", Some(toml::Value::from(schema)));
         put_text(&mut table, "id", self.id.as_ref());
         put_text(&mut table, "robot", self.robot.as_ref());
         put_text(&mut table, "robot_sha256", self.robot_sha256.as_ref());
@@ -68,6 +81,12 @@ impl SessionHeader {
         put(&mut gauges, "force", gauge(&self.instruments.force, "N", 0));
         let displacement = gauge(&self.instruments.displacement, "um", 6);
         put(&mut gauges, "displacement", displacement);
+        for (key, record) in DISPLACEMENT_ALONG
+            .into_iter()
+            .zip(&self.instruments.displacement_along)
+        {
+            put(&mut gauges, key, gauge(record, "um", 6));
+        }
         if !gauges.is_empty() {
             put(&mut table, "instruments", Some(toml::Value::Table(gauges)));
         }
@@ -76,7 +95,7 @@ impl SessionHeader {
 }
 
 fn read_session(root: &Section<'_>) -> Read<ReadSession> {
-    root.check_schema(SESSION_SCHEMA, true)?;
+    root.check_schema(LOAD_CASE_SESSION_SCHEMA, true)?;
     let mut unknown_keys = Vec::new();
     let header = read_header(root, &mut unknown_keys)?;
     unknown_keys.extend(root.unknown());
@@ -136,6 +155,11 @@ fn read_instruments(section: &Section<'_>, unknown: &mut Unknown) -> Read<Instru
     let instruments = Instruments {
         force: gauge("force", Kind::Force)?,
         displacement: gauge("displacement", Kind::Displacement)?,
+        displacement_along: [
+            gauge(DISPLACEMENT_ALONG[0], Kind::Displacement)?,
+            gauge(DISPLACEMENT_ALONG[1], Kind::Displacement)?,
+            gauge(DISPLACEMENT_ALONG[2], Kind::Displacement)?,
+        ],
     };
     unknown.extend(section.unknown());
     Ok(instruments)

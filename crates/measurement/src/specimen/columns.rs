@@ -241,8 +241,8 @@ fn ends_with_a_unit(stem: &str) -> bool {
 /// The option that names the unit of a kind.
 fn option_of(kind: Kind) -> &'static str {
     match kind {
-        Kind::Force => "force-unit",
-        Kind::Displacement => "displacement-unit",
+        Kind::Force | Kind::Torque => "force-unit",
+        Kind::Displacement | Kind::Angle => "displacement-unit",
         Kind::Time => "time-unit",
         Kind::Temperature => "temperature-unit",
     }

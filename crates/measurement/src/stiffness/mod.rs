@@ -35,6 +35,7 @@ mod significance;
 #[cfg(test)]
 mod simulation_tests;
 mod table;
+mod vector;
 mod zeros;
 
 pub use budget::{Budget, BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
@@ -56,3 +57,4 @@ pub use significance::{TestStatistic, grubbs_limit};
 pub use table::{
     CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
 };
+pub use vector::{VectorStiffness, vector_stiffness};

@@ -5,6 +5,7 @@ use crate::operator::{Answer, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::Channel;
 
 use super::load::LoadApproach;
+use super::signs::CountedWays;
 use super::{Action, Job, Machine};
 
 /// What an open question is about.
@@ -15,16 +16,16 @@ pub(super) enum Why {
     Unit(Channel),
     SetUp(usize),
     OtherGauge(Channel, String),
-    /// Which way force and displacement counted under a push.
-    Way([f64; 2]),
+    /// Which way gauges counted under a push.
+    Way(CountedWays),
     SignDiffers {
         push: f64,
-        way: [f64; 2],
+        way: CountedWays,
     },
     ZeroNotShown(Channel),
     ForceOffset,
     ForceSign,
-    CaptureCheck(&'static str),
+    CaptureCheck(&'static str, Channel),
     NotSettled,
     Changed,
     Drift,
@@ -40,7 +41,7 @@ impl Why {
             Self::ZeroNotShown(_)
             | Self::ForceOffset
             | Self::ForceSign
-            | Self::CaptureCheck(_)
+            | Self::CaptureCheck(..)
             | Self::NotSettled
             | Self::Changed
             | Self::Way(_)
@@ -92,19 +93,28 @@ impl Machine {
             self.unit_unsure[channel.index()] = false;
             self.done();
         } else {
-            self.feeds[channel.index()].forget_settings();
+            self.stream_mut(channel).forget_settings();
             self.ask_unit(channel, out);
         }
     }
 
     pub(super) fn ask_set_up(&mut self, cell: usize, out: &mut Vec<Action>) {
         let planned = &self.plan.cells[cell];
-        let text = format!(
-            "Set pose {} and mount jack and gauges along {} ({}). Done?",
-            planned.pose,
-            planned.direction,
-            planned.direction.word()
-        );
+        let axes = &self.plan.procedure.displacement_axes;
+        let (pose, direction) = (&planned.pose, &planned.direction);
+        let text = if axes.is_empty() {
+            format!(
+                "Set pose {pose} and mount jack and gauges along {direction} ({}). Done?",
+                direction.word()
+            )
+        } else {
+            let axes: Vec<String> = axes.iter().map(ToString::to_string).collect();
+            format!(
+                "Set pose {pose} and mount the jack along {direction} ({}), the displacement gauges along {}. Done?",
+                direction.word(),
+                axes.join(", ")
+            )
+        };
         let mut prompt = Prompt::confirm("setup", text);
         prompt.key = Some(format!("{}.{}", planned.pose, planned.direction));
         self.ask(prompt, Why::SetUp(cell), out);
@@ -132,8 +142,8 @@ impl Machine {
         let gone = match (self.pending.as_ref().map(|open| &open.why), self.job) {
             (Some(Why::ForceOffset | Why::ForceSign), _) => in_band,
             (Some(Why::NotSettled), Some(Job::Read { cell, index })) => self.is_ready(cell, index),
-            (Some(Why::CaptureCheck(rule)), Some(Job::Read { cell, index })) => {
-                self.is_ready(cell, index) && !self.fails_a_check(cell, index, rule)
+            (Some(Why::CaptureCheck(rule, channel)), Some(Job::Read { cell, index })) => {
+                self.is_ready(cell, index) && !self.fails_a_check(cell, index, (rule, *channel))
             }
             _ => false,
         };
@@ -171,9 +181,9 @@ impl Machine {
                 self.pause(out);
             }
             Why::OtherGauge(channel, identity) => self.other_gauge(channel, identity, yes),
-            Why::Way(way) => self.way(word, way, out),
+            Why::Way(way) => self.way(word, &way, out),
             Why::SignDiffers { push, way } if word == "use" => {
-                self.keep_signs(push, way, "hand push, other than described", out);
+                self.keep_signs(push, &way, "hand push, other than described", out);
             }
             Why::SignDiffers { .. } => self.reroute(),
             Why::ZeroNotShown(channel) => self.zero_not_shown(channel, word, out),
@@ -182,7 +192,9 @@ impl Machine {
                 self.flip(Channel::Force, "loads went the other way", out);
             }
             Why::ForceOffset | Why::ForceSign => {}
-            Why::CaptureCheck(rule) => self.capture_check_answered(rule, word, out),
+            Why::CaptureCheck(rule, channel) => {
+                self.capture_check_answered((rule, channel), word, out);
+            }
             Why::NotSettled if word == "take" => self.take_unsettled(out),
             Why::NotSettled => {}
             Why::Changed => self.changed_answered(word),
@@ -207,7 +219,7 @@ impl Machine {
 
     fn other_gauge(&mut self, channel: Channel, identity: String, yes: bool) {
         if yes {
-            self.feeds[channel.index()].forget_settings();
+            self.stream_mut(channel).forget_settings();
             self.other_accepted[channel.index()] = Some(identity);
         } else {
             // Asked once more when another gauge has been plugged in.
@@ -217,7 +229,7 @@ impl Machine {
         }
     }
 
-    fn way(&mut self, word: &str, way: [f64; 2], out: &mut Vec<Action>) {
+    fn way(&mut self, word: &str, way: &[(Channel, f64)], out: &mut Vec<Action>) {
         match word {
             "minus" => self.confirmed_sign(-1.0, way, out),
             "plus" => self.confirmed_sign(1.0, way, out),
@@ -225,12 +237,13 @@ impl Machine {
         }
     }
 
-    fn capture_check_answered(&mut self, rule: &'static str, word: &str, out: &mut Vec<Action>) {
-        let coarse = Channel::ALL
-            .into_iter()
-            .zip(["force-steps", "displacement-steps"])
-            .find_map(|(channel, of)| (of == rule).then_some(channel));
-        if let Some(channel) = coarse {
+    fn capture_check_answered(
+        &mut self,
+        (rule, channel): (&'static str, Channel),
+        word: &str,
+        out: &mut Vec<Action>,
+    ) {
+        if matches!(rule, "force-steps" | "displacement-steps") {
             self.coarse_answered(channel, word == "accept", out);
         }
         if let Some((channel, since_s)) = self.stood_still.take().filter(|_| word != "accept") {
@@ -240,10 +253,10 @@ impl Machine {
         match word {
             "accept" => {
                 if let Some(load) = &mut self.load {
-                    load.accepted.push(rule);
+                    load.accepted.push((rule, channel));
                 }
             }
-            "flip" => self.flip(Channel::Displacement, "loads went the other way", out),
+            "flip" => self.flip(channel, "loads went the other way", out),
             // What was wrong may have been the zero, or may have changed it.
             "skip" => {
                 self.unsure = true;
@@ -285,7 +298,7 @@ impl Machine {
     fn flag_since(&mut self, channel: Channel, since_s: f64, flag: String, out: &mut Vec<Action>) {
         let since = self.state.readings.iter().filter(|kept| {
             kept.superseded.is_none()
-                && kept.taken.samples_at_s[channel.index()] > since_s
+                && kept.taken.sampled_at_s(channel) > Some(since_s)
                 && !kept.flags.contains(&flag)
         });
         let numbers: Vec<u32> = since.map(|kept| kept.taken.number).collect();
@@ -296,7 +309,7 @@ impl Machine {
 
     fn take_unsettled(&mut self, out: &mut Vec<Action>) {
         if let Some(load) = &mut self.load {
-            load.accepted.push("not-settled");
+            load.accepted.push(("not-settled", Channel::Force));
         }
         if let Some(Job::Read { cell, index }) = self.job {
             self.capture(cell, index, out);

@@ -1,6 +1,6 @@
 //! Taking a reading: when it may be taken, and what must be asked before.
 
-use crate::event::{Event, TakenReading};
+use crate::event::{AxisReading, Event, TakenReading};
 use crate::operator::{Bell, Prompt};
 use stiffbench_gauges::Channel;
 
@@ -52,7 +52,7 @@ impl Machine {
         };
         let accepted = self.load.as_ref().map_or(&[][..], |load| &load.accepted);
         let mut failed_checks = self.failed_checks(&taken).into_iter();
-        let open = failed_checks.find(|capture_check| !accepted.contains(&capture_check.rule));
+        let open = failed_checks.find(|check| !accepted.contains(&(check.rule, check.channel)));
         if let Some(capture_check) = open {
             let patient_s = PATIENT_DWELLS * self.plan.procedure.settle.dwell_s;
             let dwelt_s = self
@@ -79,10 +79,10 @@ impl Machine {
             stream.learn_digits();
         }
         let text = format!(
-            "reading {}: {:.2} N, {:.1} um",
+            "reading {}: {:.2} N, {}",
             taken.number,
             taken.force_n,
-            taken.displacement_m * 1e6
+            taken.displacement_text()
         );
         self.record(Event::Reading(Box::new(taken)), out);
         out.push(Action::Bell(Bell::Captured));
@@ -98,7 +98,7 @@ impl Machine {
         };
         let by = match jumped.channel {
             Channel::Force => format!("{:.2} N", jumped.by),
-            Channel::Displacement => format!("{:.1} um", jumped.by * 1e6),
+            _ => format!("{:.1} um", jumped.by * 1e6),
         };
         let text = format!(
             "the {} gauge jumped by {by} while the other did not move: back to the preload to check its zero",
@@ -113,12 +113,12 @@ impl Machine {
     }
 
     /// Whether the value that would be kept now fails a check.
-    pub(super) fn fails_a_check(&self, cell: usize, index: usize, rule: &str) -> bool {
+    pub(super) fn fails_a_check(&self, cell: usize, index: usize, rule: (&str, Channel)) -> bool {
         let taken = self.reading(cell, index);
         taken.is_none_or(|taken| {
             self.failed_checks(&taken)
                 .iter()
-                .any(|capture_check| capture_check.rule == rule)
+                .any(|check| (check.rule, check.channel) == rule)
         })
     }
 
@@ -129,14 +129,32 @@ impl Machine {
         let load = self.load.as_ref()?;
         let zero = &self.state.zero.as_ref()?.set;
         let last = |channel: Channel| self.stream(channel).last.as_ref();
-        let (force, displacement) = (last(Channel::Force)?, last(Channel::Displacement)?);
+        let leading = self.plan.leading(cell);
+        let (force, displacement) = (last(Channel::Force)?, last(leading)?);
         let force_n = tidy(self.value(Channel::Force)?, force.resolution_si);
-        let displacement_m = tidy(
-            self.value(Channel::Displacement)?,
-            displacement.resolution_si,
-        );
+        let displacement_m = tidy(self.value(leading)?, displacement.resolution_si);
+        let along_axes = self
+            .displacements()
+            .filter(|channel| channel.axis().is_some());
+        let gauges: Option<Vec<AxisReading>> = along_axes
+            .map(|channel| {
+                let sample = last(channel)?;
+                let (_, zero_m) = self.state.axis(channel);
+                Some(AxisReading {
+                    channel,
+                    displacement_m: tidy(self.value(channel)?, sample.resolution_si),
+                    raw: sample.raw.to_string(),
+                    zero_m: zero_m + 0.0,
+                    at_s: sample.at_s,
+                })
+            })
+            .collect();
+        let (_, leading_zero_m) = self.state.axis(leading);
         let accepted = load.accepted.iter();
-        let accepted = accepted.map(|rule| format!("{rule}: accepted by the operator"));
+        let accepted = accepted.map(|(rule, channel)| match channel.axis() {
+            None => format!("{rule}: accepted by the operator"),
+            Some(axis) => format!("{rule} along {axis}: accepted by the operator"),
+        });
         let standing = Some(self.standing_flag.clone()).filter(|flag| !flag.is_empty());
         let flags: Vec<String> = accepted.chain(standing).collect();
         Some(TakenReading {
@@ -144,7 +162,7 @@ impl Machine {
             cell,
             index,
             pose: place.pose.to_string(),
-            direction: place.direction,
+            direction: place.direction.clone(),
             branch: planned.branch,
             step: planned.step,
             repeat: planned.repeat,
@@ -155,7 +173,7 @@ impl Machine {
             force_raw: force.raw.to_string(),
             displacement_m,
             displacement_raw: displacement.raw.to_string(),
-            zero_si: Some([zero.force_offset_n + 0.0, zero.displacement_offset_m + 0.0]),
+            zero_si: Some([zero.force_offset_n + 0.0, leading_zero_m + 0.0]),
             samples_at_s: [force.at_s, displacement.at_s],
             hold_s: load
                 .reached_s
@@ -164,6 +182,7 @@ impl Machine {
             overshoot_n: load.overshoot_n,
             temperature_deg_c: self.state.temperature_deg_c,
             flag: flags.join("; "),
+            gauges: gauges?,
         })
     }
 
@@ -180,8 +199,10 @@ impl Machine {
             choices.push(flip);
         }
         self.stood_still = capture_check.still;
-        let prompt = Prompt::choice(capture_check.rule, capture_check.text.clone(), &choices);
-        self.ask(prompt, Why::CaptureCheck(capture_check.rule), out);
+        let mut prompt = Prompt::choice(capture_check.rule, capture_check.text.clone(), &choices);
+        let channel = capture_check.channel;
+        prompt.key = channel.axis().map(|_| channel.to_string());
+        self.ask(prompt, Why::CaptureCheck(capture_check.rule, channel), out);
     }
 
     /// Whether readings under load stand on the zero in use: their sign can no longer be turned.

@@ -12,6 +12,18 @@ const STATE_AGAIN_S: f64 = 2.0;
 
 impl Machine {
     pub(super) fn gauge(&mut self, event: GaugeEvent, out: &mut Vec<Action>) {
+        let of = match &event {
+            GaugeEvent::Sample { channel, .. }
+            | GaugeEvent::Rejected { channel, .. }
+            | GaugeEvent::Answered { channel, .. }
+            | GaugeEvent::Link { channel, .. }
+            | GaugeEvent::Note { channel, .. } => Some(*channel),
+            GaugeEvent::Ended => None,
+        };
+        // A gauge that the plan does not need has no part in the session.
+        if of.is_some_and(|of| !self.channels.contains(&of)) {
+            return;
+        }
         match event {
             // The other number of a packet is no value of this gauge.
             GaugeEvent::Sample { channel, sample } if sample.kind != channel.kind() => {}
@@ -22,7 +34,7 @@ impl Machine {
                 {
                     self.set_otherwise_before_the_first_reading(channel, out);
                 }
-                if let Err(reason) = self.feeds[channel.index()].sample(sample) {
+                if let Err(reason) = self.stream_mut(channel).sample(sample) {
                     self.hold_up(channel, reason, out);
                 } else {
                     if was_blocked {
@@ -40,7 +52,8 @@ impl Machine {
                 if !self.stream(channel).is_reported(&text, self.now_s) {
                     self.message(format!("{channel} gauge: {text}"), true, out);
                 }
-                self.feeds[channel.index()].reject(&rejected, self.now_s);
+                let now_s = self.now_s;
+                self.stream_mut(channel).reject(&rejected, now_s);
                 self.left_band();
             }
             GaugeEvent::Answered {
@@ -74,8 +87,8 @@ impl Machine {
     /// Before the first reading nothing rests on the settings of a gauge: it may be set as it should be, and all is checked again, a zero
     /// that is set already with it.
     fn set_otherwise_before_the_first_reading(&mut self, channel: Channel, out: &mut Vec<Action>) {
-        self.feeds[channel.index()].forget_settings();
-        self.feeds[channel.index()].forget();
+        self.stream_mut(channel).forget_settings();
+        self.stream_mut(channel).forget();
         self.message(
             format!("the {channel} gauge changed its unit or its number of decimals: it is checked again"),
             true,
@@ -87,7 +100,8 @@ impl Machine {
 
     /// The line to a gauge went down or came back.
     fn link(&mut self, channel: Channel, state: &LinkState, out: &mut Vec<Action>) {
-        self.feeds[channel.index()].link(state, self.now_s);
+        let now_s = self.now_s;
+        self.stream_mut(channel).link(state, now_s);
         self.left_band();
         let text = link_text(state);
         let away = !matches!(state, LinkState::Connected { .. });
@@ -139,7 +153,8 @@ impl Machine {
                 out,
             );
         }
-        self.feeds[channel.index()].refuse(reason, self.now_s);
+        let now_s = self.now_s;
+        self.stream_mut(channel).refuse(reason, now_s);
         self.left_band();
     }
 
@@ -164,7 +179,7 @@ impl Machine {
         if self.now_s - self.asked_state_s < STATE_AGAIN_S {
             return;
         }
-        for channel in Channel::ALL {
+        for channel in self.channels.clone() {
             if self.stream(channel).is_refused() {
                 self.asked_state_s = self.now_s;
                 out.push(Action::Ask(channel, Ask::State));
@@ -181,10 +196,11 @@ impl Machine {
 
     /// Waits for a value of each gauge and for both answers, then keeps what they are.
     pub(super) fn check_instruments(&mut self, out: &mut Vec<Action>) {
-        if self.identities.iter().any(Option::is_none) {
+        let mut channels = self.channels.iter();
+        if channels.any(|channel| self.identities[channel.index()].is_none()) {
             return;
         }
-        for channel in Channel::ALL {
+        for channel in self.channels.clone() {
             let identity = self.identities[channel.index()].clone().unwrap_or_default();
             let known = self.state.instruments[channel.index()].as_ref();
             // A gauge that has not answered yet carries no information either.
@@ -200,7 +216,7 @@ impl Machine {
         if !self.feeds.iter().all(|stream| stream.is_good(self.now_s)) {
             return;
         }
-        for channel in Channel::ALL {
+        for channel in self.channels.clone() {
             let identity = self.identities[channel.index()].clone().unwrap_or_default();
             let Some(last) = &self.stream(channel).last else {
                 return;

@@ -45,8 +45,9 @@ pub(super) struct Applied {
 /// A zero that is being set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ZeroDraft {
-    pub(super) force_offset_n: f64,
-    pub(super) by_gauge: [bool; 2],
+    /// What each gauge shows at its zero, N or m as sent.
+    pub(super) offsets_si: [f64; Channel::COUNT],
+    pub(super) by_gauge: [bool; Channel::COUNT],
     /// Since when samples count; `None` until the gauge has answered.
     pub(super) since_s: Option<f64>,
 }

@@ -4,6 +4,7 @@ use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
 
 use super::Machine;
+use super::plausibility::ALONG_SHARE;
 
 /// A gauge that jumps alone does so by more than this many steps of its last digit and this many settling spreads.
 const ALONE: (f64, f64) = (12.0, 5.0);
@@ -28,12 +29,15 @@ impl Machine {
     /// A gauge that jumped since the last certain moment while the other stood still, or against it, and has not come back: zero key, unit
     /// key, stand moved, hold released.
     pub(super) fn moved_alone(&self, cell: usize) -> Option<MovedAlone> {
+        self.displacements()
+            .find_map(|channel| self.moved_alone_of(cell, channel))
+    }
+
+    /// The same of force and one displacement gauge.
+    fn moved_alone_of(&self, cell: usize, channel: Channel) -> Option<MovedAlone> {
         let (_, from_s) = self.before.filter(|_| self.lag_s.is_finite())?;
-        let (compliance, _) = self.compliance_m_per_n(cell)?;
-        let (force, displacement) = (
-            self.stream(Channel::Force),
-            self.stream(Channel::Displacement),
-        );
+        let (compliance, _) = self.compliance_m_per_n(cell, channel)?;
+        let (force, displacement) = (self.stream(Channel::Force), self.stream(channel));
         let digit_m = displacement.last.as_ref()?.resolution_si;
         let digit_n = force.last.as_ref()?.resolution_si;
         let spread_m = self.plan.procedure.settle.spread_m;
@@ -41,9 +45,14 @@ impl Machine {
         let least_m = (digits * digit_m)
             .max(spreads * spread_m)
             .max(compliance * digits * digit_n);
-        let signs = self.state.signs.map(|sign| sign.unwrap_or(1.0));
-        // Both in metres along the axis, so that they are alike.
-        let scales = [signs[0] * compliance, signs[1]];
+        let sign = |channel: Channel| self.state.axis(channel).0;
+        // Both in metres toward the load, so that they are alike; which way an end moves across the load is not known.
+        let share = channel
+            .axis()
+            .map_or(1.0, |axis| self.plan.cells[cell].direction.along(axis));
+        let sense = share.signum();
+        let is_along = share.abs() > ALONG_SHARE;
+        let scales = [sign(Channel::Force) * compliance, sense * sign(channel)];
         let jumped = |of: &GaugeStream, scale: f64, other: &GaugeStream, other_scale: f64| {
             let lag_s = self.lag_s.max(other.period_s().unwrap_or(0.0));
             let other = Scaled {
@@ -56,13 +65,14 @@ impl Machine {
                 from_s,
                 lag_s,
                 least_m,
+                is_along,
             )
         };
         let by_m = jumped(displacement, scales[1], force, scales[0]);
         if by_m.abs() > least_m {
             return Some(MovedAlone {
-                channel: Channel::Displacement,
-                by: by_m,
+                channel,
+                by: sense * by_m,
             });
         }
         let by_m = jumped(force, scales[0], displacement, scales[1]);
@@ -80,8 +90,16 @@ struct Scaled<'a> {
 }
 
 /// The sum of the jumps of one gauge since `from_s` that the other cannot explain. From one sample to one of the next three it may go as far as
-/// the other did, `lag_s` before and after included, some times over in the same direction and a part of it in the other.
-fn net_jump(of: &Scaled<'_>, other: &Scaled<'_>, from_s: f64, lag_s: f64, least: f64) -> f64 {
+/// the other did, `lag_s` before and after included, some times over in the same direction and a part of it in the other; where they need not go
+/// the same way, some times over in both.
+fn net_jump(
+    of: &Scaled<'_>,
+    other: &Scaled<'_>,
+    from_s: f64,
+    lag_s: f64,
+    least: f64,
+    same_way: bool,
+) -> f64 {
     let values: Vec<(f64, f64)> = of
         .stream
         .between(from_s - lag_s, f64::INFINITY)
@@ -104,7 +122,7 @@ fn net_jump(of: &Scaled<'_>, other: &Scaled<'_>, from_s: f64, lag_s: f64, least:
                     .zip(other.stream.value_at(to_s));
                 let way = ends.map_or(0.0, |(a, b)| (b - a) * other.scale);
                 let forward = way.abs() > near / 2.0 && way * step > 0.0;
-                let times = if forward || way.abs() <= near / 2.0 {
+                let times = if forward || !same_way || way.abs() <= near / 2.0 {
                     JUMP_TIMES
                 } else {
                     JUMP_AGAINST

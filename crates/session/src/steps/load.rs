@@ -39,7 +39,7 @@ pub(super) struct LoadApproach {
     /// Questions that have been asked once already.
     pub(super) asked: bool,
     /// Failed checks that the operator has accepted.
-    pub(super) accepted: Vec<&'static str>,
+    pub(super) accepted: Vec<(&'static str, Channel)>,
 }
 
 impl LoadApproach {
@@ -163,7 +163,8 @@ impl Machine {
             let from_s = stream.window_from_s(dwell_needed_s, self.now_s);
             stream.window(in_band_s?.max(from_s))
         };
-        let (force, displacement) = (window(Channel::Force), window(Channel::Displacement));
+        let force = window(Channel::Force);
+        let displacements: Vec<Option<Window>> = self.displacements().map(window).collect();
         let force_spread_limit_n = 2.0 * load.tolerance_n;
         // Across the band within one dwell.
         let force_slope_limit = force_spread_limit_n / dwell_needed_s.max(0.1);
@@ -175,7 +176,23 @@ impl Machine {
         let settled = fresh
             && dwell_s >= dwell_needed_s
             && quiet(force, force_spread_limit_n, force_slope_limit)
-            && quiet(displacement, limits.spread_m, limits.slope_m_per_s);
+            && displacements
+                .iter()
+                .all(|window| quiet(*window, limits.spread_m, limits.slope_m_per_s));
+        // The worst of several gauges; none while one has no window.
+        let worst = |of: fn(&Window) -> f64| {
+            let all: Option<Vec<f64>> = displacements
+                .iter()
+                .map(|window| window.as_ref().map(of))
+                .collect();
+            all?.into_iter().reduce(|most, value| {
+                if value.abs() > most.abs() {
+                    value
+                } else {
+                    most
+                }
+            })
+        };
         Some(SettleView {
             dwell_s,
             dwell_needed_s,
@@ -183,9 +200,9 @@ impl Machine {
             force_spread_limit_n,
             force_slope_n_per_s: force.map(|w| w.slope_per_s),
             force_slope_limit_n_per_s: force_slope_limit,
-            spread_m: displacement.map(|w| w.spread),
+            spread_m: worst(|w| w.spread),
             spread_limit_m: limits.spread_m,
-            slope_m_per_s: displacement.map(|w| w.slope_per_s),
+            slope_m_per_s: worst(|w| w.slope_per_s),
             slope_limit_m_per_s: limits.slope_m_per_s,
             settled,
         })
@@ -216,7 +233,7 @@ impl Machine {
                 Purpose::Release | Purpose::Free | Purpose::Preload => self.released(),
                 Purpose::ZeroCheck => {
                     self.released();
-                    self.displacement_zero_checked();
+                    self.displacement_zeros_checked();
                     return;
                 }
             }
@@ -242,10 +259,7 @@ impl Machine {
                 && taken.target_n == load.target_n
                 && taken.branch == Branch::Loading
         });
-        let now = self
-            .value(Channel::Force)
-            .zip(self.value(Channel::Displacement));
-        let (Some(before), Some((force_n, displacement_m))) = (before, now) else {
+        let (Some(before), Some(force_n)) = (before, self.value(Channel::Force)) else {
             return true;
         };
         let taken = &before.taken;
@@ -253,21 +267,43 @@ impl Machine {
         if from_preload_n.abs() <= 4.0 * load.tolerance_n {
             return true;
         }
-        // Corrected for what the force is off.
-        let compliance = taken.displacement_m / from_preload_n;
-        let expected_m = taken.displacement_m + compliance * (force_n - taken.force_n);
-        let off_m = displacement_m - expected_m;
-        self.compares = false;
-        let limit_m = (BEFORE_SHARE * expected_m.abs()).max(self.drift_limit_m());
-        if off_m.abs() <= limit_m {
+        let pairs: Option<Vec<(Channel, f64, f64)>> = self
+            .displacements()
+            .map(|channel| {
+                Some((
+                    channel,
+                    taken.displacement_of(channel)?,
+                    self.value(channel)?,
+                ))
+            })
+            .collect();
+        let Some(pairs) = pairs else {
             return true;
-        }
+        };
+        // What a gauge across the load shows is small beside what a slightly other load direction gives.
+        let moved_m = pairs.iter().map(|(_, before_m, _)| before_m.abs());
+        let largest_m = moved_m.fold(0.0, f64::max);
+        let other = pairs.into_iter().find(|(channel, before_m, now_m)| {
+            // Corrected for what the force is off.
+            let compliance = before_m / from_preload_n;
+            let expected_m = before_m + compliance * (force_n - taken.force_n);
+            let limit_m = (BEFORE_SHARE * largest_m).max(self.drift_limit_m(*channel));
+            (now_m - expected_m).abs() > limit_m
+        });
+        let Some((channel, before_m, now_m)) = other else {
+            self.compares = false;
+            return true;
+        };
         let text = format!(
-            "Before the interruption {:.1} N gave {:.1} um, now {:.1} um: unit key, another gauge, or the robot has moved?",
+            "Before the interruption {:.1} N gave {:.1} um{}, now {:.1} um: unit key, another gauge, or the robot has moved?",
             taken.force_n,
-            taken.displacement_m * 1e6,
-            displacement_m * 1e6
+            before_m * 1e6,
+            channel
+                .axis()
+                .map_or_else(String::new, |axis| format!(" along {axis}")),
+            now_m * 1e6
         );
+        self.compares = false;
         let prompt = Prompt::choice(
             "changed",
             text,

@@ -13,6 +13,7 @@ mod load;
 mod operator_events;
 mod plausibility;
 mod route;
+mod set_up;
 mod settings;
 mod show;
 mod signs;
@@ -22,13 +23,12 @@ mod zeroing;
 use std::collections::VecDeque;
 
 use stiffbench_gauges::{Ask, Channel, GaugeEvent};
-use stiffbench_units_and_text::test_point::Cell;
 
-use super::event::{Ended, Event, PoseSet, SessionEnd};
+use super::event::{Ended, Event, SessionEnd};
 use super::gauge_stream::GaugeStream;
 use super::journal::Record;
 use super::live::cell_view;
-use super::operator::{Bell, OperatorEvent, Prompt, PromptKind};
+use super::operator::{Bell, OperatorEvent, Prompt};
 use super::plan::SessionPlan;
 use super::state::SessionState;
 use super::view::{CellView, Message, Purpose};
@@ -94,7 +94,10 @@ pub struct Machine {
     plan: SessionPlan,
     settings: Settings,
     state: SessionState,
-    feeds: [GaugeStream; 2],
+    /// The gauges of the plan, force first.
+    channels: Vec<Channel>,
+    /// What each sends, in the same order.
+    feeds: Vec<GaugeStream>,
     now_s: f64,
     queue: VecDeque<Job>,
     job: Option<Job>,
@@ -106,14 +109,14 @@ pub struct Machine {
     pending: Option<Pending>,
     /// The cell that goes before the order of the plan.
     focus: usize,
-    identities: [Option<String>; 2],
+    identities: [Option<String>; Channel::COUNT],
     /// Who answers instead of the gauge of before, and may.
-    other_accepted: [Option<String>; 2],
+    other_accepted: [Option<String>; Channel::COUNT],
     checked: bool,
     /// Whether the operator has confirmed that the bench is ready.
     begun: bool,
     /// Whether the unit of a gauge that does not send it is to be asked for.
-    unit_unsure: [bool; 2],
+    unit_unsure: [bool; Channel::COUNT],
     /// When a gauge whose values are refused was last asked for its unit and mode, s.
     asked_state_s: f64,
     /// Whether the zero has to be checked before the next reading.
@@ -126,8 +129,8 @@ pub struct Machine {
     stood_still: Option<(Channel, f64)>,
     /// Since when the force gauge hangs free to be checked, s.
     look_since_s: f64,
-    /// Drift of the displacement zero, while the force zero is still to be checked, m.
-    drift_m: Option<f64>,
+    /// Drift of each displacement zero, while the force zero is still to be checked, m; empty before.
+    drifts_m: Vec<(Channel, f64)>,
     /// Whether the next load that is applied again is to be compared with its reading of before.
     compares: bool,
     /// What all readings from now on are flagged with; empty if nothing.
@@ -138,16 +141,16 @@ pub struct Machine {
     /// Cell of the push by hand and how far the end gave way, m/N.
     pushed: Option<(usize, f64)>,
     /// How long each gauge was not at its zero after it confirmed it, the longest of all times, s.
-    zero_takes_s: [f64; 2],
+    zero_takes_s: [f64; Channel::COUNT],
     mounted: Option<usize>,
     /// The step whose reading was taken under the load that is on.
     applied: Option<Applied>,
     /// Whether more than the preload may be on.
     loaded: bool,
-    /// Force and displacement as sent at the last capture or zero, and when.
-    before: Option<([f64; 2], f64)>,
-    links: [String; 2],
-    ports: [String; 2],
+    /// What each gauge sent at the last capture or zero, and when.
+    before: Option<([f64; Channel::COUNT], f64)>,
+    links: [String; Channel::COUNT],
+    ports: [String; Channel::COUNT],
     paused: Option<String>,
     stopping: bool,
     over: Option<SessionEnd>,
@@ -162,7 +165,9 @@ impl Machine {
     pub fn new(plan: SessionPlan, settings: Settings, state: SessionState) -> Self {
         let lag_s = settings.lag_s;
         let compares = !state.readings.is_empty();
-        let stream = |channel: Channel| {
+        let channels = plan.channels();
+        let stream = |channel: &Channel| {
+            let channel = *channel;
             let mut stream = GaugeStream::new(channel, settings.least_stale_s);
             if let Some(known) = &state.instruments[channel.index()] {
                 stream.expect(&known.unit, known.resolution_si);
@@ -170,12 +175,15 @@ impl Machine {
             stream
         };
         Self {
-            feeds: Channel::ALL.map(stream),
+            feeds: channels.iter().map(stream).collect(),
             focus: 0,
             now_s: state.last_s,
-            signs_checked: state.signs.iter().all(Option::is_some),
+            signs_checked: channels
+                .iter()
+                .all(|channel| state.signs[channel.index()].is_some()),
+            channels,
             pushed: None,
-            zero_takes_s: [0.0; 2],
+            zero_takes_s: [0.0; Channel::COUNT],
             plan,
             settings,
             state,
@@ -186,18 +194,18 @@ impl Machine {
             draft: None,
             watch: None,
             pending: None,
-            identities: [None, None],
-            other_accepted: [None, None],
+            identities: <[Option<String>; Channel::COUNT]>::default(),
+            other_accepted: <[Option<String>; Channel::COUNT]>::default(),
             checked: false,
             begun: false,
-            unit_unsure: [true; 2],
+            unit_unsure: [true; Channel::COUNT],
             asked_state_s: f64::NEG_INFINITY,
             unsure: false,
             lag_s,
             jumped: false,
             stood_still: None,
             look_since_s: 0.0,
-            drift_m: None,
+            drifts_m: Vec::new(),
             compares,
             standing_flag: String::new(),
             redone: 0,
@@ -205,8 +213,8 @@ impl Machine {
             applied: None,
             loaded: false,
             before: None,
-            links: [String::new(), String::new()],
-            ports: [String::new(), String::new()],
+            links: <[String; Channel::COUNT]>::default(),
+            ports: <[String; Channel::COUNT]>::default(),
             paused: None,
             stopping: false,
             over: None,
@@ -289,12 +297,10 @@ impl Machine {
 
     /// Works out what the cell has given so far.
     fn inspect_cell(&mut self) {
-        if let Some(planned) = self.mounted.and_then(|cell| self.plan.cells.get(cell)) {
-            let cell = Cell {
-                pose: planned.pose.clone(),
-                direction: planned.direction,
-            };
-            self.cell = cell_view(&self.state, &cell, &self.settings.gauges);
+        if let Some(cell) = self.mounted
+            && let Some(planned) = self.plan.cells.get(cell)
+        {
+            self.cell = cell_view(&self.state, (cell, planned), &self.settings.gauges);
         }
     }
 
@@ -325,14 +331,31 @@ impl Machine {
     }
 
     fn stream(&self, channel: Channel) -> &GaugeStream {
-        &self.feeds[channel.index()]
+        &self.feeds[self.place_of(channel)]
+    }
+
+    fn stream_mut(&mut self, channel: Channel) -> &mut GaugeStream {
+        let place = self.place_of(channel);
+        &mut self.feeds[place]
+    }
+
+    /// Place of a gauge among those of the plan. Events of gauges that are not in it are dropped before anything asks.
+    fn place_of(&self, channel: Channel) -> usize {
+        let place = self.channels.iter().position(|of| *of == channel);
+        place.unwrap_or(0)
+    }
+
+    /// The displacement gauges of the plan.
+    fn displacements(&self) -> impl Iterator<Item = Channel> + use<> {
+        let channels = self.channels.clone().into_iter();
+        channels.filter(|channel| channel.is_displacement())
     }
 
     /// What a value as sent is along the axis from the zero, N or m.
     fn along(&self, channel: Channel, value_si: f64) -> f64 {
         let (sign, mut offset) = self.state.axis(channel);
         if let Some(draft) = self.draft.filter(|_| channel == Channel::Force) {
-            offset = draft.force_offset_n;
+            offset = draft.offsets_si[Channel::Force.index()];
         }
         // Without a minus in front of zero.
         sign * (value_si - offset) + 0.0
@@ -393,7 +416,7 @@ impl Machine {
         self.jobs += 1;
         match job {
             Job::CheckInstruments => {
-                for channel in Channel::ALL {
+                for channel in self.channels.clone() {
                     self.ask_who(channel, out);
                 }
             }
@@ -442,40 +465,6 @@ impl Machine {
         self.load = None;
         self.draft = None;
         self.watch = None;
-    }
-
-    fn ask_ready(&mut self, out: &mut Vec<Action>) {
-        let items = [
-            "the robot has its brakes on and its reach is clear of people",
-            "jack and force gauge push at the end node, in line with the displacement gauge",
-            "the displacement gauge is mounted on something that the load does not move",
-        ];
-        let list = PromptKind::Checklist(items.map(str::to_owned).to_vec());
-        self.ask(
-            Prompt::new("ready", "Is the bench ready?", list),
-            Why::Ready,
-            out,
-        );
-    }
-
-    /// The pose stands.
-    fn set_up(&mut self, cell: usize, out: &mut Vec<Action>) {
-        self.mounted = Some(cell);
-        self.applied = None;
-        self.loaded = false;
-        self.begin_histories();
-        self.redone = 0;
-        for channel in Channel::ALL {
-            out.push(Action::Ask(channel, Ask::State));
-        }
-        let planned = &self.plan.cells[cell];
-        let event = Event::PoseSet(PoseSet {
-            cell,
-            pose: planned.pose.to_string(),
-            direction: planned.direction,
-        });
-        self.record(event, out);
-        self.done();
     }
 
     fn in_the_middle_of_a_reading(&self) -> bool {

@@ -54,7 +54,7 @@ impl Machine {
     pub(super) fn pause(&mut self, out: &mut Vec<Action>) {
         if self.paused.take().is_some() {
             self.forget_windows();
-            for channel in Channel::ALL {
+            for channel in self.channels.clone() {
                 if self.stream(channel).blocked.is_some() {
                     out.push(Action::Ask(channel, Ask::Identity));
                 }

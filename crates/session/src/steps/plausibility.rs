@@ -10,6 +10,12 @@ use super::Machine;
 /// Steps of the last digit by which a gauge must have moved before a missing motion can be reported.
 const STILL_DIGITS: f64 = 5.0;
 
+/// A gauge that moves by less than this share of what the one that moves most does may stand still (1).
+const SMALL_SHARE: f64 = 0.1;
+
+/// A gauge along the load, by this share of it, moves with the load; at an angle the end may move any way (1).
+pub(super) const ALONG_SHARE: f64 = 0.99;
+
 /// And the share of its value: less is creep, or friction in the joints.
 const STILL_SHARE: f64 = 0.02;
 
@@ -65,6 +71,8 @@ const AGAINST_SPREADS: f64 = 10.0;
 pub(super) struct CaptureCheck {
     /// The rule, and the id of the prompt.
     pub(super) rule: &'static str,
+    /// The gauge that it is about.
+    pub(super) channel: Channel,
     pub(super) text: String,
     /// Whether it may go by itself: a gauge that is late catches up.
     pub(super) may_pass: bool,
@@ -75,54 +83,58 @@ pub(super) struct CaptureCheck {
 impl Machine {
     /// Checks that a reading fails.
     pub(super) fn failed_checks(&self, taken: &TakenReading) -> Vec<CaptureCheck> {
-        let timed = self.settings.lag_s.is_finite().then(|| {
-            [
-                self.displacement_stands_still(taken),
-                self.force_stands_still(taken),
-                self.out_of_proportion(taken),
-                self.flicker_has_ended(taken),
-            ]
-        });
-        let rules = [
-            self.against_the_force(taken),
-            self.far_from_repeats(taken),
-            self.few_digits(Channel::Force),
-            self.few_digits(Channel::Displacement),
-        ];
-        let timed = timed.into_iter().flatten();
-        timed.chain(rules).flatten().collect()
+        let each = || self.displacements();
+        let mut found = Vec::new();
+        if self.settings.lag_s.is_finite() {
+            found.extend(each().map(|of| self.displacement_stands_still(taken, of)));
+            found.push(self.force_stands_still(taken));
+            found.extend(each().map(|of| self.out_of_proportion(taken, of)));
+            found.push(self.flicker_has_ended(taken));
+        }
+        found.push(self.against_the_force(taken));
+        found.extend(each().map(|of| self.far_from_repeats(taken, of)));
+        found.extend(self.channels.iter().map(|of| self.few_digits(*of)));
+        found.into_iter().flatten().collect()
     }
 
-    /// About how far the end of a cell gives way, from its readings or the push by hand, m/N; and how well that is known.
-    pub(super) fn compliance_m_per_n(&self, cell: usize) -> Option<(f64, f64)> {
+    /// About how far the end of a cell gives way where a gauge stands, from its readings or the push by hand, m/N; and how well that is
+    /// known.
+    pub(super) fn compliance_m_per_n(&self, cell: usize, channel: Channel) -> Option<(f64, f64)> {
         let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
         let preload_n = self.plan.procedure.preload_n;
         let kept = self.state.readings.iter().rev();
         let mut loaded = kept
             .filter(|kept| kept.superseded.is_none() && kept.taken.cell == cell)
             .filter(|kept| kept.taken.flag.is_empty() && kept.flags.is_empty())
-            .map(|kept| (kept.taken.force_n - preload_n, kept.taken.displacement_m))
+            .filter_map(|kept| {
+                let moved_m = kept.taken.displacement_of(channel)?;
+                Some((kept.taken.force_n - preload_n, moved_m))
+            })
             .filter(|(force_n, _)| force_n.abs() > STILL_TOLERANCES * tolerance_n);
         let measured = loaded
             .next()
             .map(|(force_n, moved_m)| ((moved_m / force_n).abs(), PROPORTION));
-        let pushed = self.pushed.filter(|(pushed, _)| *pushed == cell);
+        let leads = self.plan.leading(cell) == channel;
+        let pushed = self.pushed.filter(|(pushed, _)| *pushed == cell && leads);
         measured.or(pushed.map(|(_, compliance)| (compliance, PROPORTION_OF_PUSH)))
+    }
+
+    /// The same of the gauge that moves most.
+    fn largest_m_per_n(&self, cell: usize) -> f64 {
+        self.displacements()
+            .filter_map(|channel| self.compliance_m_per_n(cell, channel))
+            .fold(0.0, |largest, (compliance, _)| largest.max(compliance))
     }
 
     /// Since when a gauge has stood still, s, and by how much the other has moved since then at least. `visible` is what the gauge that
     /// stands still would have to show, N or m; its flicker comes on top and is the last of what comes back.
-    fn moved_behind(&self, still: Channel, visible: f64) -> Option<(f64, f64, f64)> {
-        let (still, moving) = match still {
-            Channel::Force => (
-                self.stream(Channel::Force),
-                self.stream(Channel::Displacement),
-            ),
-            Channel::Displacement => (
-                self.stream(Channel::Displacement),
-                self.stream(Channel::Force),
-            ),
-        };
+    fn moved_behind(
+        &self,
+        still: Channel,
+        moving: Channel,
+        visible: f64,
+    ) -> Option<(f64, f64, f64)> {
+        let (still, moving) = (self.stream(still), self.stream(moving));
         let digit = still.last.as_ref()?.resolution_si;
         let from_s = still.window_from_s(self.plan.procedure.settle.dwell_s, self.now_s);
         // Over a longer time it flickers further than in the dwell.
@@ -166,44 +178,53 @@ impl Machine {
         }
     }
 
-    fn displacement_stands_still(&self, taken: &TakenReading) -> Option<CaptureCheck> {
+    fn displacement_stands_still(
+        &self,
+        taken: &TakenReading,
+        channel: Channel,
+    ) -> Option<CaptureCheck> {
         let settle = &self.plan.procedure.settle;
-        let digit_m = self
-            .stream(Channel::Displacement)
-            .last
-            .as_ref()?
-            .resolution_si;
+        let digit_m = self.stream(channel).last.as_ref()?.resolution_si;
+        let displacement_m = taken.displacement_of(channel)?;
         let visible_m = (STILL_DIGITS * digit_m)
             .max(settle.spread_m)
-            .max(STILL_SHARE * taken.displacement_m.abs());
-        let (since_s, moved_n, band_m) = self.moved_behind(Channel::Displacement, visible_m)?;
+            .max(STILL_SHARE * displacement_m.abs());
+        let (since_s, moved_n, band_m) = self.moved_behind(channel, Channel::Force, visible_m)?;
         let moved_n = moved_n.abs();
-        let still = match self.compliance_m_per_n(taken.cell) {
-            Some((compliance, _)) => compliance * moved_n > visible_m + band_m,
-            None => moved_n > STILL_TOLERANCES * settle.force_tolerance_n,
+        let still = if let Some((compliance, _)) = self.compliance_m_per_n(taken.cell, channel) {
+            let shows = compliance >= SMALL_SHARE * self.largest_m_per_n(taken.cell);
+            shows && compliance * moved_n > visible_m + band_m
+        } else {
+            // Across the load an end need not move.
+            let share = channel
+                .axis()
+                .map_or(1.0, |axis| taken.direction.along(axis));
+            share.abs() > ALONG_SHARE && moved_n > STILL_TOLERANCES * settle.force_tolerance_n
         };
         still.then(|| CaptureCheck {
             rule: "frozen",
+            channel,
             text: format!(
-                "The displacement gauge has shown {} for {:.1} s while the force moved by {moved_n:.1} N: hold, end of travel, or not touching?",
-                taken.displacement_raw.trim(),
+                "The {channel} gauge has shown {} for {:.1} s while the force moved by {moved_n:.1} N: hold, end of travel, or not touching?",
+                taken.raw_of(channel).trim(),
                 self.now_s - since_s
             ),
             may_pass: true,
-            still: Some((Channel::Displacement, since_s)),
+            still: Some((channel, since_s)),
         })
     }
 
     fn force_stands_still(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let settle = &self.plan.procedure.settle;
-        let (compliance, _) = self.compliance_m_per_n(taken.cell)?;
+        let leading = self.plan.leading(taken.cell);
+        let (compliance, _) = self.compliance_m_per_n(taken.cell, leading)?;
         let digit_n = self.stream(Channel::Force).last.as_ref()?.resolution_si;
         let mut visible_n = (STILL_DIGITS * digit_n)
             .max(settle.force_tolerance_n / STILL_TOLERANCES)
             .max(STILL_SHARE * taken.force_n.abs());
-        let (since_s, moved_si, band_n) = self.moved_behind(Channel::Force, visible_n)?;
+        let (since_s, moved_si, band_n) = self.moved_behind(Channel::Force, leading, visible_n)?;
         let moved_m = moved_si.abs();
-        let (sign, _) = self.state.axis(Channel::Displacement);
+        let (sign, _) = self.state.axis(leading);
         if sign * moved_si * taken.displacement_m > 0.0 {
             // Onward under a load that stays: joints and supports creep.
             visible_n = visible_n.max(CREEP_SHARE * taken.force_n.abs());
@@ -211,6 +232,7 @@ impl Machine {
         let still = moved_m > settle.spread_m && moved_m > compliance * (visible_n + band_n);
         still.then(|| CaptureCheck {
             rule: "frozen",
+            channel: Channel::Force,
             text: format!(
                 "The force gauge has shown {} for {:.1} s while the displacement moved by {:.1} um: hold, peak mode, or overload?",
                 taken.force_raw.trim(),
@@ -232,10 +254,14 @@ impl Machine {
             .map(|stream| stream.chance_of_stillness(from_s));
         (chances.product::<f64>() < CHANCE_OF_STILLNESS).then(|| CaptureCheck {
             rule: "frozen",
+            channel: Channel::Force,
             text: format!(
-                "The displays flickered until now; for {dwell_s:.1} s they show {} and {} nearly without change: hold, peak mode, or an adapter that repeats itself?",
-                taken.force_raw.trim(),
-                taken.displacement_raw.trim(),
+                "The displays flickered until now; for {dwell_s:.1} s they show {} nearly without change: hold, peak mode, or an adapter that repeats itself?",
+                self.channels
+                    .iter()
+                    .map(|of| taken.raw_of(*of).trim())
+                    .collect::<Vec<_>>()
+                    .join(" and "),
             ),
             may_pass: true,
             still: None,
@@ -246,14 +272,16 @@ impl Machine {
         let settle = &self.plan.procedure.settle;
         // The displacement counts from the preload: without load the end has moved back.
         let moved_n = taken.force_n - self.plan.procedure.preload_n;
+        let displacement_m = taken.along_load_m()?;
         let clear = moved_n.abs() > settle.force_tolerance_n
-            && taken.displacement_m.abs() > AGAINST_SPREADS * settle.spread_m;
-        let against = moved_n * taken.displacement_m < 0.0;
+            && displacement_m.abs() > AGAINST_SPREADS * settle.spread_m;
+        let against = moved_n * displacement_m < 0.0;
         (clear && against).then(|| CaptureCheck {
             rule: "displacement-sign",
+            channel: self.plan.leading(taken.cell),
             text: format!(
                 "The end moves by {:.1} um against a force of {:.1} N.",
-                taken.displacement_m * 1e6,
+                displacement_m * 1e6,
                 taken.force_n
             ),
             may_pass: false,
@@ -262,26 +290,28 @@ impl Machine {
     }
 
     /// From one certain moment to the next, force and displacement change in proportion.
-    fn out_of_proportion(&self, taken: &TakenReading) -> Option<CaptureCheck> {
+    fn out_of_proportion(&self, taken: &TakenReading, channel: Channel) -> Option<CaptureCheck> {
         let settle = &self.plan.procedure.settle;
-        let ([force_si, displacement_si], _) = self.before?;
-        let before_n = self.along(Channel::Force, force_si);
-        let before_m = self.along(Channel::Displacement, displacement_si);
+        let (shown_si, _) = self.before?;
+        let before_n = self.along(Channel::Force, shown_si[Channel::Force.index()]);
+        let before_m = self.along(channel, shown_si[channel.index()]);
         let changed_n = taken.force_n - before_n;
-        let moved_m = taken.displacement_m - before_m;
-        let (compliance, mut factor) = self.compliance_m_per_n(taken.cell)?;
+        let moved_m = taken.displacement_of(channel)? - before_m;
+        let (compliance, mut factor) = self.compliance_m_per_n(taken.cell, channel)?;
         let mut expected_m = compliance * changed_n.abs();
         // The same step of an earlier repeat carries more information than the last reading.
-        if let Some(slope) = self.same_step_before(taken, before_n) {
+        if let Some(slope) = self.same_step_before(taken, before_n, channel) {
             expected_m = slope * changed_n.abs();
             factor = PROPORTION;
         }
-        let digit_m = self
-            .stream(Channel::Displacement)
-            .last
-            .as_ref()?
-            .resolution_si;
-        let slack_m = (STILL_TOLERANCES * settle.spread_m).max(2.0 * STILL_DIGITS * digit_m);
+        let digit_m = self.stream(channel).last.as_ref()?.resolution_si;
+        // Of several gauges one may show the small rest of large motions.
+        let small_m = channel.axis().map_or(0.0, |_| {
+            SMALL_SHARE * self.largest_m_per_n(taken.cell) * changed_n.abs()
+        });
+        let slack_m = (STILL_TOLERANCES * settle.spread_m)
+            .max(2.0 * STILL_DIGITS * digit_m)
+            .max(small_m);
         if changed_n.abs() <= STILL_TOLERANCES * settle.force_tolerance_n {
             return None;
         }
@@ -289,8 +319,9 @@ impl Machine {
         let much = moved_m.abs() > expected_m * factor + slack_m;
         (little || much).then(|| CaptureCheck {
             rule: "implausible",
+            channel,
             text: format!(
-                "The force changed by {changed_n:.1} N and the displacement by {:.1} um, where the cell so far lets expect {:.0} um: unit key, zero key, late display, or slip?",
+                "The force changed by {changed_n:.1} N and the {channel} by {:.1} um, where the cell so far lets expect {:.0} um: unit key, zero key, late display, or slip?",
                 moved_m * 1e6,
                 expected_m * changed_n.signum() * 1e6
             ),
@@ -300,7 +331,12 @@ impl Machine {
     }
 
     /// What the same change of load gave in an earlier repeat, m/N.
-    fn same_step_before(&self, taken: &TakenReading, before_n: f64) -> Option<f64> {
+    fn same_step_before(
+        &self,
+        taken: &TakenReading,
+        before_n: f64,
+        channel: Channel,
+    ) -> Option<f64> {
         let near_n = STILL_TOLERANCES * self.plan.procedure.settle.force_tolerance_n;
         let good = || {
             let all = self.state.readings.iter().rev();
@@ -317,12 +353,14 @@ impl Machine {
                 && (other.force_n - before_n).abs() < near_n
         })?;
         let changed_n = there.force_n - from.force_n;
-        let slope = ((there.displacement_m - from.displacement_m) / changed_n).abs();
+        let moved_m = there.displacement_of(channel)? - from.displacement_of(channel)?;
+        let slope = (moved_m / changed_n).abs();
         (changed_n.abs() > near_n && slope.is_finite()).then_some(slope)
     }
 
     /// A displacement that is off what its repeats, or the other loads, let expect.
-    fn far_from_repeats(&self, taken: &TakenReading) -> Option<CaptureCheck> {
+    fn far_from_repeats(&self, taken: &TakenReading, channel: Channel) -> Option<CaptureCheck> {
+        let displacement_m = taken.displacement_of(channel)?;
         let spread_m = self.plan.procedure.settle.spread_m;
         let accepted = || {
             let all = self.state.readings.iter();
@@ -335,11 +373,12 @@ impl Machine {
         };
         let repeats: Vec<f64> = accepted()
             .filter(|other| alike(other, taken))
-            .map(|other| other.displacement_m)
+            .filter_map(|other| other.displacement_of(channel))
             .collect();
         let (expected_m, limit_m, what) = if repeats.is_empty() {
             let loading = accepted().filter(|other| other.branch == Branch::Loading);
-            let points = loading.map(|other| (other.force_n, other.displacement_m));
+            let points =
+                loading.filter_map(|other| Some((other.force_n, other.displacement_of(channel)?)));
             let line_m = on_line(&points.collect::<Vec<_>>(), taken.force_n)?;
             let (spreads, share) = FAR_FROM_LINE;
             let limit_m = (spreads * spread_m).max(share * line_m.abs());
@@ -349,7 +388,7 @@ impl Machine {
             let mean_m = repeats.iter().sum::<f64>() / n;
             // The force was not exactly the same: a tolerance of force is that much displacement.
             let compliance = self
-                .compliance_m_per_n(taken.cell)
+                .compliance_m_per_n(taken.cell, channel)
                 .map_or(0.0, |is_known| is_known.0);
             let band_m = compliance * 2.0 * self.plan.procedure.settle.force_tolerance_n;
             let (mut squares, mut freedom) = (0.0, 0.0);
@@ -360,7 +399,9 @@ impl Machine {
                 }
                 seen.push(one);
                 let group = accepted().filter(|other| alike(one, other));
-                let group: Vec<f64> = group.map(|other| other.displacement_m).collect();
+                let group: Vec<f64> = group
+                    .filter_map(|other| other.displacement_of(channel))
+                    .collect();
                 let mean_m = group.iter().sum::<f64>() / group.len() as f64;
                 squares += group.iter().map(|m| (m - mean_m).powi(2)).sum::<f64>();
                 freedom += group.len() as f64 - 1.0;
@@ -375,12 +416,16 @@ impl Machine {
                 "its repeats",
             )
         };
-        let off_m = (taken.displacement_m - expected_m).abs();
+        let off_m = (displacement_m - expected_m).abs();
         (off_m > limit_m).then(|| CaptureCheck {
             rule: "implausible",
+            channel,
             text: format!(
-                "{:.1} um at {:.1} N is {:.0} um off what {what} let expect.",
-                taken.displacement_m * 1e6,
+                "{}{:.1} um at {:.1} N is {:.0} um off what {what} let expect.",
+                channel
+                    .axis()
+                    .map_or_else(String::new, |axis| format!("along {axis}, ")),
+                displacement_m * 1e6,
                 taken.force_n,
                 off_m * 1e6
             ),
@@ -400,14 +445,15 @@ impl Machine {
         let digit = stream.last.as_ref()?.resolution_si;
         let (factor, unit) = match channel {
             Channel::Force => (1.0, "N"),
-            Channel::Displacement => (1e6, "um"),
+            _ => (1e6, "um"),
         };
         let rule = match channel {
             Channel::Force => "force-steps",
-            Channel::Displacement => "displacement-steps",
+            _ => "displacement-steps",
         };
         Some(CaptureCheck {
             rule,
+            channel,
             text: format!(
                 "The last digit of the {channel} gauge was only {} in {} different values; they are {:.3} {unit} apart: resolution key, or frozen digits?",
                 few.digits

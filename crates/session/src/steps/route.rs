@@ -11,7 +11,7 @@ impl Machine {
         let mut jobs = Vec::new();
         if !self.checked {
             let mut jobs = vec![Job::CheckInstruments];
-            let by_eye = Channel::ALL.into_iter().filter(|channel| {
+            let by_eye = self.channels.iter().copied().filter(|channel| {
                 self.unit_unsure[channel.index()]
                     && self.settings.units_by_eye[channel.index()].is_some()
             });
@@ -100,7 +100,7 @@ impl Machine {
         vec![preload, free, Job::LookAtZero]
     }
 
-    /// Both gauges are zeroed: the force gauge hanging free, the displacement gauge under the preload.
+    /// The gauges are zeroed: the force gauge hanging free, the displacement gauges under the preload.
     pub(super) fn zero(&self, cell: usize, index: usize, jobs: &mut Vec<Job>) {
         let zero = |channel| Job::Zero {
             channel,
@@ -116,7 +116,7 @@ impl Machine {
             target_n: self.plan.procedure.preload_n,
             purpose: Purpose::Preload,
         });
-        jobs.push(zero(Channel::Displacement));
+        jobs.extend(self.displacements().map(zero));
     }
 
     /// From the load that is on to that of a reading on the same zero.

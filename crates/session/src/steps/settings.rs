@@ -1,5 +1,6 @@
 //! What a session is run with, besides its procedure.
 
+use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::Pace;
 use stiffbench_measurement::stiffness::GaugePair as GaugeTerms;
 
@@ -33,7 +34,7 @@ pub struct Settings {
     /// How far one gauge may be behind the other, s: conversion, filter, request. Without limit, neither is compared with the other.
     pub lag_s: f64,
     /// The unit that was configured for a gauge that cannot report its own: the operator compares it with the display.
-    pub units_by_eye: [Option<String>; 2],
+    pub units_by_eye: [Option<String>; Channel::COUNT],
     /// Resolution and calibration of the gauges.
     pub gauges: GaugeTerms,
     /// How fast the operator works, for the time left.
@@ -41,7 +42,7 @@ pub struct Settings {
     /// What stays true for the whole session.
     pub warnings: Vec<String>,
     /// Names of the gauges.
-    pub names: [String; 2],
+    pub names: [String; Channel::COUNT],
 }
 
 impl Default for Settings {
@@ -53,11 +54,11 @@ impl Default for Settings {
             drift_limit_m: 10e-6,
             least_stale_s: 0.5,
             lag_s: lag_s(1.0),
-            units_by_eye: [None, None],
+            units_by_eye: <[Option<String>; Channel::COUNT]>::default(),
             gauges: GaugeTerms::default(),
             pace: Pace::default(),
             warnings: Vec::new(),
-            names: ["force gauge".to_owned(), "displacement gauge".to_owned()],
+            names: Channel::EVERY.map(|channel| format!("{channel} gauge")),
         }
     }
 }

@@ -20,7 +20,10 @@ impl Machine {
             task: self.task(),
             place: self.place(),
             force: self.gauge_view(Channel::Force),
-            displacement: self.gauge_view(Channel::Displacement),
+            displacements: self
+                .displacements()
+                .map(|channel| self.gauge_view(channel))
+                .collect(),
             band: self.band(),
             settle: self.settle_shown(),
             cell: self.cell.clone(),
@@ -50,16 +53,20 @@ impl Machine {
                 let planned = &self.plan.cells[cell];
                 Task::SetUp {
                     pose: planned.pose.clone(),
-                    direction: planned.direction,
+                    direction: planned.direction.clone(),
                 }
             }
             _ if self.pending.is_some() => Task::Answer,
             Some(Job::CheckInstruments) => Task::CheckInstruments,
-            Some(Job::SignCheck(cell)) => Task::PushByHand {
-                direction: self.plan.cells[cell].direction,
-                force_n: self.push_n(),
-                let_go: self.waits_for_base(),
-            },
+            Some(Job::SignCheck(cell)) => {
+                let stage = self.sign_stage(cell);
+                Task::PushByHand {
+                    direction: stage.along,
+                    gauge: stage.gauge.filter(|_| !stage.with_force),
+                    force_n: self.push_n(),
+                    let_go: self.waits_for_base(),
+                }
+            }
             Some(Job::Load { target_n, purpose }) => Task::Load { target_n, purpose },
             Some(Job::Read { cell, index }) => self.reading_task(cell, index),
             Some(
@@ -101,7 +108,7 @@ impl Machine {
         let steps = planned.readings.iter().map(|reading| reading.step).max();
         Some(PlanPosition {
             pose: planned.pose.clone(),
-            direction: planned.direction,
+            direction: planned.direction.clone(),
             branch: reading.branch,
             step: reading.step,
             steps: steps.map_or(0, |last| last + 1),

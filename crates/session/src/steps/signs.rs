@@ -1,11 +1,15 @@
 //! Which way the gauges count: a push by hand, and the operator states which way it went.
 
+use std::fmt::Write as _;
+
 use crate::event::{Event, SignChecked};
 use crate::operator::Prompt;
 use stiffbench_gauges::Channel;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 
 use super::answers::Why;
-use super::{Action, Machine};
+use super::plausibility::ALONG_SHARE;
+use super::{Action, Job, Machine};
 
 /// Share of the largest load that a push by hand has to reach.
 const PUSH_SHARE: f64 = 0.1;
@@ -22,10 +26,28 @@ const NO_MOVE: f64 = 3.0;
 /// Time without a push over which the gauges are observed before it, s.
 const BASE_S: f64 = 1.0;
 
+/// A push beside the force gauge has to move a displacement gauge by so many steps of its last digit, spreads before it, and settling
+/// spreads.
+const BESIDE: (f64, f64, f64) = (10.0, 5.0, 5.0);
+
+/// Which way gauges counted under a push: 1 up, -1 down.
+pub(super) type CountedWays = Vec<(Channel, f64)>;
+
+/// What a push by hand is to show.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SignStage {
+    /// Where to push.
+    pub(super) along: LoadDirection,
+    /// Whether on the force gauge, whose sign it shows; else on the robot beside it.
+    pub(super) with_force: bool,
+    /// The displacement gauge whose sign it shows.
+    pub(super) gauge: Option<Channel>,
+}
+
 /// A push by hand, watched.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SignWatch {
-    /// What the gauges showed before, with the spread of the displacement.
+    /// What force and displacement gauge showed before, with the spread of the displacement.
     base: Option<[f64; 3]>,
     remarked: bool,
 }
@@ -34,18 +56,45 @@ impl Machine {
     /// How hard a push by hand has to be, N along the axis, in the sense of the loads.
     pub(super) fn push_n(&self) -> f64 {
         let size_n = (PUSH_SHARE * self.plan.largest_n()).max(LEAST_PUSH_N);
-        size_n * self.plan.load_sense()
+        size_n * self.plan.procedure.load_sense()
+    }
+
+    /// What the next push is to show: the force gauge with the displacement gauge along the load, then each other gauge along its own axis.
+    pub(super) fn sign_stage(&self, cell: usize) -> SignStage {
+        let direction = &self.plan.cells[cell].direction;
+        let is_known = |channel: Channel| self.state.signs[channel.index()].is_some();
+        let is_along = |channel: &Channel| {
+            let share = channel.axis().map_or(1.0, |axis| direction.along(axis));
+            share.abs() > ALONG_SHARE
+        };
+        let open = self.displacements().find(|channel| !is_known(*channel));
+        match open {
+            Some(channel) if is_known(Channel::Force) => SignStage {
+                along: channel
+                    .axis()
+                    .map_or_else(|| direction.clone(), LoadDirection::Axis),
+                with_force: channel.axis().is_none(),
+                gauge: Some(channel),
+            },
+            _ => SignStage {
+                along: direction.clone(),
+                with_force: true,
+                gauge: self.displacements().find(is_along),
+            },
+        }
     }
 
     pub(super) fn begin_sign_check(&mut self, cell: usize, out: &mut Vec<Action>) {
         self.watch = Some(SignWatch::default());
         self.forget_windows();
-        let direction = self.plan.cells[cell].direction;
-        let way = if self.push_n() < 0.0 { '-' } else { '+' };
+        let stage = self.sign_stage(cell);
+        let toward = toward(&stage.along, self.push_n());
         let size_n = self.push_n().abs();
-        let text = format!(
-            "let go, then push by hand on the force gauge toward {way}{direction}, {size_n:.0} N or more"
-        );
+        let text = if stage.with_force {
+            format!("let go, then push by hand on the force gauge {toward}, {size_n:.0} N or more")
+        } else {
+            format!("let go, then push the end by hand {toward}, beside the force gauge")
+        };
         self.notify(text, out);
     }
 
@@ -54,25 +103,40 @@ impl Machine {
             return;
         };
         let good = self.feeds.iter().all(|stream| stream.is_good(self.now_s));
+        let stage = self.sign_stage(cell);
+        let watched = self.watched(&stage);
         let shown = |channel: Channel| Some(self.stream(channel).last.as_ref()?.value_si);
-        let (Some(force), Some(moved), true) =
-            (shown(Channel::Force), shown(Channel::Displacement), good)
-        else {
+        let (Some(force), Some(moved), true) = (shown(Channel::Force), shown(watched), good) else {
             return;
         };
         let Some([force_0, moved_0, noise]) = watch.base else {
-            self.take_base();
+            self.take_base(watched);
             return;
         };
         let (force_n, moved_m) = (force - force_0, moved - moved_0);
-        let digit = self.stream(Channel::Displacement).last.as_ref();
-        let least_m = (DIGITS * digit.map_or(0.0, |last| last.resolution_si)).max(DIGITS * noise);
+        let digit = self.stream(watched).last.as_ref();
+        let digit_m = digit.map_or(0.0, |last| last.resolution_si);
+        if !stage.with_force {
+            let (digits, spreads, settled) = BESIDE;
+            let spread_m = self.plan.procedure.settle.spread_m;
+            let least_m = (digits * digit_m)
+                .max(spreads * noise)
+                .max(settled * spread_m);
+            if moved_m.abs() >= least_m {
+                self.ask_which_way(cell, vec![(watched, moved_m.signum())], out);
+            }
+            return;
+        }
+        let least_m = (DIGITS * digit_m).max(DIGITS * noise);
         let push_n = self.push_n().abs();
         if force_n.abs() < push_n {
             return;
         }
-        if moved_m.abs() >= least_m {
-            let way = [force_n.signum(), moved_m.signum()];
+        let force_way = (Channel::Force, force_n.signum());
+        if stage.gauge.is_none() {
+            self.ask_which_way(cell, vec![force_way], out);
+        } else if moved_m.abs() >= least_m {
+            let way = vec![force_way, (watched, moved_m.signum())];
             self.ask_which_way(cell, way, out);
         } else if force_n.abs() > NO_MOVE * push_n && !watch.remarked {
             self.watch = Some(SignWatch {
@@ -89,8 +153,14 @@ impl Machine {
         self.watch.is_some_and(|watch| watch.base.is_none())
     }
 
+    /// The displacement gauge that is watched under a push; one whose sign it does not show is at least to be at rest.
+    fn watched(&self, stage: &SignStage) -> Channel {
+        let first = || self.displacements().next();
+        stage.gauge.or_else(first).unwrap_or(Channel::Displacement)
+    }
+
     /// What the gauges show before the push.
-    fn take_base(&mut self) {
+    fn take_base(&mut self, watched: Channel) {
         let window = |channel: Channel| {
             let stream = self.stream(channel);
             stream.window(stream.window_from_s(BASE_S, self.now_s))
@@ -98,16 +168,16 @@ impl Machine {
         let quiet_n = self.plan.procedure.settle.force_tolerance_n;
         let both = window(Channel::Force)
             .filter(|force| force.spread <= quiet_n)
-            .zip(window(Channel::Displacement));
+            .zip(window(watched));
         let base = both.map(|(force, moved)| [force.mean, moved.mean, moved.spread]);
         if let Some(watch) = &mut self.watch {
             watch.base = base;
         }
     }
 
-    fn ask_which_way(&mut self, cell: usize, way: [f64; 2], out: &mut Vec<Action>) {
+    fn ask_which_way(&mut self, cell: usize, way: CountedWays, out: &mut Vec<Action>) {
         let planned = &self.plan.cells[cell];
-        let direction = planned.direction;
+        let direction = self.sign_stage(cell).along;
         let mut prompt = Prompt::choice(
             "sign-check",
             format!("Which way along {direction} did you push?"),
@@ -119,27 +189,42 @@ impl Machine {
         );
         prompt.key = Some(format!("{}.{direction}", planned.pose));
         let word = |sign: f64| if sign > 0.0 { "up" } else { "down" };
-        prompt.details = vec![format!(
-            "The force gauge counted {}, the displacement gauge {}.",
-            word(way[0]),
-            word(way[1])
-        )];
+        let mut counted = way.iter();
+        let mut details = counted.next().map_or_else(String::new, |(channel, sign)| {
+            format!("The {channel} gauge counted {}", word(*sign))
+        });
+        for (channel, sign) in counted {
+            let _ = write!(details, ", the {channel} gauge {}", word(*sign));
+        }
+        prompt.details = vec![details + "."];
         self.ask(prompt, Why::Way(way), out);
     }
 
     /// How far the end gave way, over all of the push and the way to the zero: at its first moments one gauge is behind the other.
     pub(super) fn learn_from_push(&mut self, cell: usize) {
         let range = |channel: Channel| self.stream(channel).range(f64::NEG_INFINITY, f64::INFINITY);
-        let (force_n, moved_m) = (range(Channel::Force), range(Channel::Displacement));
+        let leading = self.plan.leading(cell);
+        let direction = &self.plan.cells[cell].direction;
+        let share = leading.axis().map_or(1.0, |axis| direction.along(axis));
+        if share.abs() < ALONG_SHARE {
+            return;
+        }
+        let (force_n, moved_m) = (range(Channel::Force), range(leading));
         if self.pushed.is_none() && force_n >= self.push_n().abs() {
             self.pushed = Some((cell, moved_m / force_n));
         }
     }
 
     /// The operator's answer on the direction of the push: `push` is 1 toward the positive end.
-    pub(super) fn confirmed_sign(&mut self, push: f64, way: [f64; 2], out: &mut Vec<Action>) {
+    pub(super) fn confirmed_sign(
+        &mut self,
+        push: f64,
+        way: &[(Channel, f64)],
+        out: &mut Vec<Action>,
+    ) {
         let described = self.settings.compression_sign;
-        if described.is_some_and(|sign| sign != way[0]) {
+        let mut of_force = way.iter().filter(|(channel, _)| *channel == Channel::Force);
+        if of_force.any(|(_, counted)| described.is_some_and(|sign| sign != *counted)) {
             let prompt = Prompt::choice(
                 "sign-differs",
                 "By its description the force gauge counts the other way under compression.",
@@ -148,6 +233,7 @@ impl Machine {
                     ("again", "watch another push"),
                 ],
             );
+            let way = way.to_vec();
             self.ask(prompt, Why::SignDiffers { push, way }, out);
             return;
         }
@@ -157,19 +243,31 @@ impl Machine {
     pub(super) fn keep_signs(
         &mut self,
         push: f64,
-        way: [f64; 2],
+        way: &[(Channel, f64)],
         basis: &str,
         out: &mut Vec<Action>,
     ) {
-        for channel in Channel::ALL {
+        let cell = match self.job {
+            Some(Job::SignCheck(cell)) => cell,
+            _ => self.focus,
+        };
+        let along = self.sign_stage(cell).along;
+        for (channel, counted) in way {
+            // A gauge counts along its axis, which a load may go against.
+            let sense = channel
+                .axis()
+                .map_or(1.0, |axis| along.along(axis).signum());
             let event = Event::SignCheck(SignChecked {
-                channel,
-                sign: push * way[channel.index()],
+                channel: *channel,
+                sign: push * counted * sense,
                 basis: basis.to_owned(),
             });
             self.record(event, out);
         }
-        self.signs_checked = true;
+        let shown = |channel: &Channel| {
+            self.state.signs[channel.index()].is_some() || way.iter().any(|(of, _)| of == channel)
+        };
+        self.signs_checked = self.channels.iter().all(shown);
         self.reroute();
     }
 
@@ -191,5 +289,19 @@ impl Machine {
                 self.queue = jobs.into();
             }
         }
+    }
+}
+
+/// The way of a push along a direction: `force_n` below zero goes against it.
+fn toward(along: &LoadDirection, force_n: f64) -> String {
+    let word = along.to_string();
+    match (word.strip_prefix('-'), force_n < 0.0) {
+        (Some(axis), true) => format!("toward +{axis}"),
+        (Some(axis), false) => format!("toward -{axis}"),
+        (None, against) if along.axis().is_some() => {
+            format!("toward {}{word}", if against { '-' } else { '+' })
+        }
+        (None, true) => format!("against {word}"),
+        (None, false) => format!("along {word}"),
     }
 }

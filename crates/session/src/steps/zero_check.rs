@@ -20,15 +20,19 @@ const DRIFT_DIGITS: f64 = 3.0;
 const MOST_REDONE: u32 = 3;
 
 impl Machine {
-    /// What the displacement gauge shows under the preload is how far its zero has moved.
-    pub(super) fn displacement_zero_checked(&mut self) {
-        let stream = self.stream(Channel::Displacement);
+    /// What a displacement gauge shows under the preload is how far its zero has moved.
+    pub(super) fn displacement_zeros_checked(&mut self) {
         let length_s = self.plan.procedure.settle.dwell_s;
-        let window = stream.window(stream.window_from_s(length_s, self.now_s));
-        let Some(window) = window else {
+        let drift = |channel: Channel| {
+            let stream = self.stream(channel);
+            let window = stream.window(stream.window_from_s(length_s, self.now_s))?;
+            Some((channel, self.along(channel, window.mean)))
+        };
+        let drifts: Option<Vec<(Channel, f64)>> = self.displacements().map(drift).collect();
+        let Some(drifts) = drifts else {
             return;
         };
-        self.drift_m = Some(self.along(Channel::Displacement, window.mean));
+        self.drifts_m = drifts;
         self.done();
     }
 
@@ -40,7 +44,8 @@ impl Machine {
         let window = stream
             .window(self.look_since_s)
             .filter(|_| dwelt && stream.is_good(self.now_s));
-        let (Some(zero), Some(drift_m)) = (self.state.zero.as_ref(), self.drift_m) else {
+        let (Some(zero), Some(&(_, first_m))) = (self.state.zero.as_ref(), self.drifts_m.first())
+        else {
             self.done();
             return;
         };
@@ -54,19 +59,22 @@ impl Machine {
         }
         let mut zeroed = zero.set.clone();
         let drift_n = self.along(Channel::Force, window.mean);
-        let (limit_m, limit_n) = (self.drift_limit_m(), self.drift_limit_n());
-        let mut moved = Vec::new();
-        if drift_m.abs() > limit_m {
-            moved.push(format!(
-                "the displacement zero moved by {:.1} um",
-                drift_m * 1e6
-            ));
-        }
+        let limit_n = self.drift_limit_n();
+        let (mut moved, limits) = self.moved_zeros();
+        let drifts = self.drifts_m.iter();
+        let drifts: Vec<String> = drifts
+            .map(|(_, drift_m)| format!("{:.1} um", drift_m * 1e6))
+            .collect();
         if drift_n.abs() > limit_n {
             moved.push(format!("the force zero moved by {drift_n:.2} N"));
         }
         let goes_on = self.zero_is_unsure();
-        zeroed.drift_m = Some(drift_m);
+        zeroed.drift_m = Some(first_m);
+        for gauge in &mut zeroed.gauges {
+            let mut drifts = self.drifts_m.iter();
+            let drift = drifts.find(|(channel, _)| *channel == gauge.channel);
+            gauge.drift_m = drift.map(|(_, drift_m)| *drift_m);
+        }
         zeroed.force_drift_n = Some(drift_n);
         zeroed.flag = moved.join(" and ");
         zeroed.moment = if goes_on {
@@ -75,19 +83,19 @@ impl Machine {
             ZeroOccasion::After
         };
         self.notify(
-            format!("zero drift: {:.1} um, {drift_n:.2} N", drift_m * 1e6),
+            format!("zero drift: {}, {drift_n:.2} N", drifts.join(", ")),
             out,
         );
         self.record(Event::Zero(zeroed), out);
-        for channel in Channel::ALL {
+        for channel in self.channels.clone() {
             self.flag_few_digits(channel, out);
-            self.feeds[channel.index()].learn_digits();
+            self.stream_mut(channel).learn_digits();
         }
         self.unsure = false;
         if std::mem::take(&mut self.jumped) && moved.is_empty() {
             self.lag_s *= 2.0;
         }
-        self.drift_m = None;
+        self.drifts_m.clear();
         self.begin_histories();
         self.done();
         if moved.is_empty() {
@@ -117,8 +125,8 @@ impl Machine {
         let prompt = Prompt::choice(
             "drift",
             format!(
-                "{text}; allowed are {:.1} um and {limit_n:.2} N.",
-                limit_m * 1e6
+                "{text}; allowed are {} and {limit_n:.2} N.",
+                limits.join(", ")
             ),
             &[
                 ("keep", "keep the readings; they are flagged"),
@@ -128,10 +136,27 @@ impl Machine {
         self.ask(prompt, Why::Drift, out);
     }
 
-    /// Drift of the displacement zero that matters: a share of what is measured on it, no less than the gauge can show.
-    pub(super) fn drift_limit_m(&self) -> f64 {
+    /// The displacement zeros that moved too far, and the limits of all, in words.
+    fn moved_zeros(&self) -> (Vec<String>, Vec<String>) {
+        let mut moved = Vec::new();
+        let mut limits = Vec::new();
+        for &(channel, drift_m) in &self.drifts_m {
+            let limit_m = self.drift_limit_m(channel);
+            limits.push(format!("{:.1} um", limit_m * 1e6));
+            if drift_m.abs() > limit_m {
+                moved.push(format!(
+                    "the {channel} zero moved by {:.1} um",
+                    drift_m * 1e6
+                ));
+            }
+        }
+        (moved, limits)
+    }
+
+    /// Drift of a displacement zero that matters: a share of what is measured on it, no less than the gauge can show.
+    pub(super) fn drift_limit_m(&self, channel: Channel) -> f64 {
         let settle = &self.plan.procedure.settle;
-        let digit_m = self.stream(Channel::Displacement).last.as_ref();
+        let digit_m = self.stream(channel).last.as_ref();
         let digit_m = digit_m.map_or(0.0, |last| last.resolution_si);
         let least_m = settle.spread_m.max(DRIFT_DIGITS * digit_m);
         let zero = self.state.zero.as_ref();
@@ -141,7 +166,8 @@ impl Machine {
             })
         });
         let largest_m = on_it
-            .map(|kept| kept.taken.displacement_m.abs())
+            .filter_map(|kept| kept.taken.displacement_of(channel))
+            .map(f64::abs)
             .fold(0.0, f64::max);
         (DRIFT_SHARE * largest_m)
             .min(self.settings.drift_limit_m)

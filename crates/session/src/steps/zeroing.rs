@@ -1,6 +1,6 @@
 //! Setting the zero: by the gauge where it has a command for it, else by taking off what it shows.
 
-use crate::event::{Event, ZeroOccasion, Zeroed};
+use crate::event::{AxisZero, Event, ZeroOccasion, Zeroed};
 use crate::operator::Prompt;
 use stiffbench_gauges::{Ask, Channel};
 
@@ -20,9 +20,11 @@ impl Machine {
             self.learn_from_push(cell);
         }
         let (_, offset_n) = self.state.axis(Channel::Force);
+        let mut offsets_si = [0.0; Channel::COUNT];
+        offsets_si[Channel::Force.index()] = offset_n;
         let draft = self.draft.get_or_insert(ZeroDraft {
-            force_offset_n: offset_n,
-            by_gauge: [false; 2],
+            offsets_si,
+            by_gauge: [false; Channel::COUNT],
             since_s: None,
         });
         draft.since_s = None;
@@ -42,7 +44,7 @@ impl Machine {
         };
         draft.since_s = Some(now_s);
         draft.by_gauge[channel.index()] = answer.is_ok();
-        self.feeds[channel.index()].forget();
+        self.stream_mut(channel).forget();
         if let Err(reason) = answer {
             self.notify(
                 format!("the {channel} gauge is zeroed by taking off what it shows ({reason})"),
@@ -80,7 +82,7 @@ impl Machine {
         };
         let limit = match channel {
             Channel::Force => 2.0 * settle.force_tolerance_n,
-            Channel::Displacement => settle.spread_m,
+            _ => settle.spread_m,
         };
         if window.spread > limit {
             return;
@@ -108,19 +110,14 @@ impl Machine {
             return;
         }
         // A zero by the gauge is a near zero: what it leaves is taken off too.
-        let offset = window.mean;
-        match channel {
-            Channel::Force => {
-                self.draft = Some(ZeroDraft {
-                    force_offset_n: offset,
-                    by_gauge,
-                    since_s: None,
-                });
-            }
-            Channel::Displacement => {
-                let force_offset_n = draft.force_offset_n;
-                self.keep_zero(at, [force_offset_n, offset], by_gauge, out);
-            }
+        let mut draft = ZeroDraft {
+            since_s: None,
+            ..draft
+        };
+        draft.offsets_si[channel.index()] = window.mean;
+        self.draft = Some(draft);
+        if self.channels.last() == Some(&channel) {
+            self.keep_zero(at, &draft, out);
         }
         self.done();
     }
@@ -151,8 +148,7 @@ impl Machine {
     fn keep_zero(
         &mut self,
         (cell, index): (usize, usize),
-        [force_offset_n, displacement_offset_m]: [f64; 2],
-        by_gauge: [bool; 2],
+        draft: &ZeroDraft,
         out: &mut Vec<Action>,
     ) {
         let scope = self.plan.zero_scope(&self.plan.cells[cell].readings[index]);
@@ -170,6 +166,27 @@ impl Machine {
         }
         self.begin_histories();
         self.note_shown();
+        let of = |channel: Channel| {
+            (
+                draft.offsets_si[channel.index()],
+                draft.by_gauge[channel.index()],
+            )
+        };
+        let first = self.displacements().next().unwrap_or(Channel::Displacement);
+        let (force_offset_n, force_by_gauge) = of(Channel::Force);
+        let (displacement_offset_m, displacement_by_gauge) = of(first);
+        let along_axes = self
+            .displacements()
+            .filter(|channel| channel.axis().is_some());
+        let gauges = along_axes.map(|channel| {
+            let (offset_m, by_gauge) = of(channel);
+            AxisZero {
+                channel,
+                offset_m,
+                by_gauge,
+                drift_m: None,
+            }
+        });
         let event = Event::Zero(Zeroed {
             cell,
             scope,
@@ -177,10 +194,11 @@ impl Machine {
             moment: ZeroOccasion::Before,
             force_offset_n,
             displacement_offset_m,
-            by_gauge,
+            by_gauge: [force_by_gauge, displacement_by_gauge],
             drift_m: None,
             force_drift_n: None,
             flag: String::new(),
+            gauges: gauges.collect(),
         });
         self.record(event, out);
         self.notify(format!("zero {label} is set"), out);
@@ -188,8 +206,14 @@ impl Machine {
 
     /// Keeps what the gauges show now, to detect a frozen one later.
     pub(super) fn note_shown(&mut self) {
-        let shown = |channel: Channel| Some(self.stream(channel).last.as_ref()?.value_si);
-        let both = shown(Channel::Force).zip(shown(Channel::Displacement));
-        self.before = both.map(|(force, displacement)| ([force, displacement], self.now_s));
+        let mut shown = [0.0; Channel::COUNT];
+        for stream in &self.feeds {
+            let Some(last) = &stream.last else {
+                self.before = None;
+                return;
+            };
+            shown[stream.channel.index()] = last.value_si;
+        }
+        self.before = Some((shown, self.now_s));
     }
 }

@@ -10,7 +10,8 @@ use crate::temperature::TemperatureTrack;
 use stiffbench_beams::physics::{LawSet, LoadPoint, PoseMechanics};
 use stiffbench_measurement::procedure::{PlannedReading, Procedure};
 use stiffbench_measurement::readings::ZeroScope;
-use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 use super::EmulatedSetup;
 use super::motion::Stand;
@@ -28,7 +29,7 @@ const BEFORE_EXTRA_READING_S: f64 = 10.0;
 #[derive(Debug, Clone)]
 pub(super) struct CellKey {
     pub(super) pose: PoseId,
-    pub(super) direction: Direction,
+    pub(super) direction: LoadDirection,
     /// Place in the order of measurement, from 0.
     pub(super) number: u32,
 }
@@ -45,6 +46,8 @@ pub(super) struct SolvedCell {
     zero: ZeroScope,
     /// Displacement per force of a first load, m/N.
     first_load_m_per_n: f64,
+    /// The same along the base axes; zero where one gauge stands along the load.
+    first_load_along_m_per_n: [f64; 3],
     /// Where the tip of the gauge was set up, m.
     tip_m: f64,
 }
@@ -64,17 +67,27 @@ impl SolvedCell {
             tolerance_n: procedure.settle.force_tolerance_n,
             zero: procedure.zero,
             first_load_m_per_n: 0.0,
+            first_load_along_m_per_n: [0.0; 3],
             tip_m: 0.0,
             key,
             planned,
         };
         cell.tip_m = TIP_M[0] + (TIP_M[1] - TIP_M[0]) * cell.random("tip", &[]).random::<f64>();
         let loads = cell.loads(procedure);
+        let Some(direction) = cell
+            .key
+            .direction
+            .axis()
+            .filter(|_| procedure.displacement_axes.is_empty())
+        else {
+            cell.solve_vectors(&loads, laws, structure);
+            return cell;
+        };
         let mechanics = CellMechanics {
             laws,
             structure,
             pose: &cell.key.pose,
-            direction: cell.key.direction,
+            direction,
             release_n: procedure.release_n(),
             keep_history: false,
         };
@@ -93,7 +106,7 @@ impl SolvedCell {
             let preload_m = mechanics.displacements_m(&[preload])[0];
             cell.first_load_m_per_n = preload_m / procedure.preload_n;
         }
-        let i = cell.key.direction.index();
+        let i = direction.index();
         let along_m_per_n = structure.influence.compliance_m_per_n[i][i];
         let stands = loads.iter().zip(displacements_m).enumerate();
         cell.stands = stands
@@ -109,10 +122,46 @@ impl SolvedCell {
                         + displacement_m
                         + slope * along_m_per_n * load.point.force_n
                         + error_m,
+                    ..Stand::default()
                 }
             })
             .collect();
         cell
+    }
+
+    /// The same for gauges along the base axes, each with a noise of its own: loads from the unloaded state, without the history of a run.
+    fn solve_vectors(&mut self, loads: &[ActingLoad], laws: &LawSet, structure: &PoseMechanics) {
+        let noise = self.setup.noise;
+        let unit = self.key.direction.unit_vector();
+        let under = |force_n: f64| laws.first_load_m(structure, unit.map(|part| part * force_n));
+        self.first_load_along_m_per_n = under(1.0);
+        let stands = loads.iter().enumerate().map(|(place, load)| {
+            let planned = &self.planned[place];
+            let slope = self.error("slope", noise.run_slope_sd, &[planned.repeat]);
+            let hold = self.hold_number(place);
+            let along_m = under(load.point.force_n);
+            Stand {
+                force_n: load.point.force_n,
+                along_m: std::array::from_fn(|axis| {
+                    let numbers = [planned.step, planned.repeat, hold, axis as u32];
+                    let error_m = self.error("reading", noise.reading_sd_m, &numbers);
+                    self.tip_m + (1.0 + slope) * along_m[axis] + error_m
+                }),
+                ..Stand::default()
+            }
+        });
+        self.stands = stands.collect();
+    }
+
+    /// Where everything stands under a force without the errors of a reading.
+    fn first_load(&self, force_n: f64) -> Stand {
+        Stand {
+            force_n,
+            displacement_m: self.tip_m + self.first_load_m_per_n * force_n,
+            along_m: self
+                .first_load_along_m_per_n
+                .map(|along| self.tip_m + along * force_n),
+        }
     }
 
     /// Where everything stands under a force at which nothing is read: free, or under the preload. The error of the gauge's zero stands here.
@@ -121,16 +170,24 @@ impl SolvedCell {
             ZeroScope::Cell => &[],
             ZeroScope::Run => &[repeat],
         };
-        let zero_m = self.error("zero", self.setup.noise.zero_sd_m, numbers);
-        Stand {
-            force_n,
-            displacement_m: self.tip_m + self.first_load_m_per_n * force_n - zero_m,
+        let sd_m = self.setup.noise.zero_sd_m;
+        let zero_m = self.error("zero", sd_m, numbers);
+        let mut stand = self.first_load(force_n);
+        stand.displacement_m -= zero_m;
+        for (axis, along_m) in stand.along_m.iter_mut().enumerate() {
+            let numbers = [numbers, &[axis as u32][..]].concat();
+            *along_m -= self.error("zero along", sd_m, &numbers);
         }
+        stand
     }
 
-    /// Displacement per force of a first load, m/N.
-    pub(super) fn first_load_m_per_n(&self) -> f64 {
-        self.first_load_m_per_n
+    /// By how much everything moves under a little more force.
+    pub(super) fn more_load(&self, by_n: f64) -> Stand {
+        Stand {
+            force_n: by_n,
+            displacement_m: self.first_load_m_per_n * by_n,
+            along_m: self.first_load_along_m_per_n.map(|along| along * by_n),
+        }
     }
 
     /// Where everything stands under a load and, under the same load, at its extra readings: times after the jack has stopped, s, and stands.
@@ -156,11 +213,7 @@ impl SolvedCell {
 
     /// A load that the procedure does not have.
     fn not_planned(&self, target_n: f64, step: u32, repeat: u32) -> Stand {
-        let force_n = self.force_n(target_n, step, repeat);
-        Stand {
-            force_n,
-            displacement_m: self.tip_m + self.first_load_m_per_n * force_n,
-        }
+        self.first_load(self.force_n(target_n, step, repeat))
     }
 
     /// The loads of the procedure as the operator sets them, at the times that its pace plans.

@@ -22,6 +22,19 @@ pub(super) struct Stand {
     pub(super) force_n: f64,
     /// m, along the axis, from where the tip of the gauge would hang free.
     pub(super) displacement_m: f64,
+    /// m, along the base axes, from where the tips of three gauges would hang free; zero where one gauge stands along the load.
+    pub(super) along_m: [f64; 3],
+}
+
+impl Stand {
+    /// This stand and another one on top.
+    pub(super) fn plus(&self, by: &Self) -> Self {
+        Self {
+            force_n: self.force_n + by.force_n,
+            displacement_m: self.displacement_m + by.displacement_m,
+            along_m: std::array::from_fn(|axis| self.along_m[axis] + by.along_m[axis]),
+        }
+    }
 }
 
 /// A way from one stand to the next, and on from there under the same load.
@@ -58,11 +71,7 @@ impl Motion {
 
     /// The way from where everything stands at a session time to the same stands, each further by so much.
     pub(super) fn turned_by(&self, by: Stand, now_s: f64) -> Self {
-        let further = |stand: &Stand| Stand {
-            force_n: stand.force_n + by.force_n,
-            displacement_m: stand.displacement_m + by.displacement_m,
-        };
-        let stages = self.stages.iter().map(|(at_s, to)| (*at_s, further(to)));
+        let stages = self.stages.iter().map(|(at_s, to)| (*at_s, to.plus(&by)));
         Self::new(self.at(now_s), stages.collect(), now_s)
     }
 
@@ -111,6 +120,10 @@ fn between(from: Stand, to: Stand, share: impl Fn(f64) -> f64) -> Stand {
             to.displacement_m,
             share(DISPLACEMENT_LEFT),
         ),
+        along_m: std::array::from_fn(|axis| {
+            let (from, to) = (from.along_m[axis], to.along_m[axis]);
+            way(from, to, share(DISPLACEMENT_LEFT))
+        }),
     }
 }
 
@@ -131,6 +144,7 @@ mod tests {
         Stand {
             force_n,
             displacement_m,
+            along_m: [0.0; 3],
         }
     }
 

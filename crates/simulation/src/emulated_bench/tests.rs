@@ -74,7 +74,7 @@ fn without_noise_it_is_the_compliance_of_the_robot() {
         let compliance = predictor.translation_compliance();
         for direction in Direction::ALL {
             bench.set_pose(&name.into()).unwrap();
-            bench.set_direction(direction).unwrap();
+            bench.set_direction(&direction.into()).unwrap();
             let i = direction.index();
             let cell = (3 * pose + i) as u32;
             let planned = procedure.steps(cell);
@@ -129,7 +129,7 @@ fn zeros_belong_to_their_cell_or_to_their_run() {
             })
             .collect();
         assert_eq!(zeros.iter().all(|zero| *zero == zeros[0]), same, "{name}");
-        bench.set_direction(Direction::Z).unwrap();
+        bench.set_direction(&Direction::Z.into()).unwrap();
         assert_ne!(rest(&bench).1, zeros[0]);
     }
 }
@@ -183,7 +183,7 @@ fn a_joint_with_play_and_creep_under_a_hold_are_seen() {
         .find(|planned| planned.extra_hold_s.is_some());
     let held = held.unwrap();
     let stages = [&straight, &bent].map(|bench| {
-        bench.set_direction(Direction::Y).unwrap();
+        bench.set_direction(&Direction::Y.into()).unwrap();
         let mut inner = bench.lock();
         inner.cell().stages(held.target_n, held.step, held.repeat)
     });

@@ -23,8 +23,8 @@ pub enum DocumentStep<'a> {
 /// A TOML text with its places.
 #[derive(Debug)]
 pub struct Document<'a> {
-    source: &'a SourceText,
-    root: Spanned<DeTable<'a>>,
+    pub(super) source: &'a SourceText,
+    pub(super) root: Spanned<DeTable<'a>>,
 }
 
 impl<'a> Document<'a> {

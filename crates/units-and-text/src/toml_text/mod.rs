@@ -6,11 +6,13 @@ mod document;
 mod problem;
 mod table;
 mod types;
+mod unit_keys;
 
 pub use document::{Document, DocumentStep};
 pub use problem::{TomlError, TomlProblem, UnknownKey};
 pub use table::{Table, TomlValue};
 pub use types::{Known, read, read_types, remove_null};
+pub use unit_keys::split_unit;
 
 /// A value, or what is wrong in its place.
 pub type Read<T> = Result<T, TomlError>;

@@ -68,6 +68,12 @@ pub enum TomlProblem {
         /// What belongs there.
         expected: &'static str,
     },
+    /// A key that stands in its table twice, with different units.
+    #[error("`{key}` is given twice, in two units")]
+    GivenTwice {
+        /// The key without unit.
+        key: String,
+    },
     /// A key that ends in a unit of another quantity, or in none.
     #[error("`{key}` has the unit `{unit}`, expected one of {accepted}")]
     Unit {
@@ -99,6 +105,7 @@ impl TomlProblem {
             },
             Self::Missing { key, .. } => format!("add `{key}`"),
             Self::Value { .. } => "correct the value, or leave the key out".to_owned(),
+            Self::GivenTwice { .. } => "leave one of them out".to_owned(),
             Self::Unit { .. } => {
                 "the unit follows the last underscore of the key: range_N, resolution_um".to_owned()
             }
@@ -116,6 +123,7 @@ impl TomlProblem {
             Self::UnknownKey { .. } => "unknown_key",
             Self::Missing { .. } => "missing_key",
             Self::Value { .. } => "wrong_value",
+            Self::GivenTwice { .. } => "given_twice",
             Self::Unit { .. } => "wrong_unit",
         }
     }

@@ -274,6 +274,12 @@ impl<'a> TomlValue<'a> {
                 format!("`{}`", written.unwrap_or_default())
             }
         };
+        self.refused(found, expected)
+    }
+
+    /// The same where what stands there has its own words.
+    #[must_use]
+    pub fn refused(&self, found: String, expected: &'static str) -> TomlError {
         let problem = TomlProblem::Value {
             key: self.path.clone(),
             found,

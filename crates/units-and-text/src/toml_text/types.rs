@@ -39,6 +39,17 @@ pub fn read_types<T: DeserializeOwned>(source: &SourceText) -> Read<T> {
     read_strict(source).map(|(read, _)| read)
 }
 
+impl Document<'_> {
+    /// The content in the types of a format that refuses unknown keys itself.
+    ///
+    /// # Errors
+    /// What is wrong, in the words of TOML, in its place.
+    pub fn types<T: DeserializeOwned>(&self) -> Read<T> {
+        let deserializer = toml::Deserializer::from(self.root.clone());
+        T::deserialize(deserializer).map_err(|error| TomlError::of_reader(self.source, &error))
+    }
+}
+
 /// The content of a text, and the keys that were ignored, without a guess at what was meant.
 fn read_strict<T: DeserializeOwned>(source: &SourceText) -> Read<Known<T>> {
     let wrong = |error: &toml::de::Error| TomlError::of_reader(source, error);

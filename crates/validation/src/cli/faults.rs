@@ -13,6 +13,7 @@ use stiffbench::cli::instrument_args::ProtocolsArgs;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 use stiffbench::clock::Clock;
+use stiffbench::instrument::Channel;
 use stiffbench::instrument::emulator::{FaultScript, ScriptedFault};
 use stiffbench::procedure::{Procedure, Settle};
 use stiffbench::quantity::METRES_PER_MICROMETRE;
@@ -259,7 +260,7 @@ fn procedure(at_load: bool) -> Procedure {
     Procedure {
         name: "rehearsal".to_owned(),
         poses: Some(vec![PoseId::new("P1")]),
-        directions: vec![Direction::Y],
+        directions: vec![Direction::Y.into()],
         loads_n: vec![0.0, -20.0, -40.0],
         unloading: !at_load,
         repeats: 2,
@@ -297,8 +298,10 @@ fn rehearse(
         emulation: Emulation {
             resolved,
             procedure: &procedure,
-            force: &args.force_instrument,
-            displacement: &args.displacement_instrument,
+            gauges: vec![
+                (Channel::Force, args.force_instrument.clone()),
+                (Channel::Displacement, args.displacement_instrument.clone()),
+            ],
             protocols: &ProtocolsArgs::default(),
             setup: EmulatedSetup {
                 seed: args.seed,

@@ -53,7 +53,11 @@ impl Rehearsal<'_> {
     /// Runs the session to its end, taking it up again as an operator would.
     pub(crate) fn run(self) -> Result<Rehearsed, Failure> {
         let (clock, procedure) = (self.emulation.session, self.emulation.procedure.clone());
-        let gauges = [self.emulation.force, self.emulation.displacement].map(str::to_owned);
+        let name = |of: Channel| {
+            let mut gauges = self.emulation.gauges.iter();
+            gauges.find_map(|(channel, name)| (*channel == of).then(|| name.clone()))
+        };
+        let gauges = Channel::ALL.map(|channel| name(channel).unwrap_or_default());
         let hand = self.emulation.start()?;
         let mut nobody = Nobody::default();
         let mut state = SessionState::default();
@@ -99,7 +103,7 @@ fn one_go(
     let plan = SessionPlan::new(procedure, &[]);
     let settings = Settings {
         compression_sign,
-        names: gauges.clone(),
+        names: Channel::EVERY.map(|of| gauges[usize::from(of.is_displacement())].clone()),
         lag_s: lag_s(clock.speed()),
         ..Settings::default()
     };
@@ -189,6 +193,7 @@ fn beginning(state: &SessionState, procedure: &Procedure) -> Event {
         software,
         pid,
         host,
+        displacement_axes: Vec::new(),
     })
 }
 

@@ -184,7 +184,7 @@ impl Held {
 fn unit(channel: Channel) -> &'static str {
     match channel {
         Channel::Force => "N",
-        Channel::Displacement => "mm",
+        _ => "mm",
     }
 }
 

@@ -19,4 +19,4 @@ pub use answer::end_displacement_m;
 pub use error::ReferenceError;
 pub use model::{SolidMember, SolidModel, beams_of_the_prisms};
 pub use prism::Prism;
-pub use record::{LoadCase, PoseModel, ReferenceCell, ReferenceModel, ReferenceRecord, RunBy};
+pub use record::{PoseModel, ReferenceCell, ReferenceLoad, ReferenceModel, ReferenceRecord, RunBy};

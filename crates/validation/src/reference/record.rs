@@ -56,13 +56,13 @@ pub struct PoseModel {
     /// Nodes.
     pub nodes: usize,
     /// Cases of load.
-    pub cases: Vec<LoadCase>,
+    pub cases: Vec<ReferenceLoad>,
 }
 
 /// One case of load.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LoadCase {
+pub struct ReferenceLoad {
     /// x, y or z.
     pub direction: String,
     /// Force, N.
@@ -118,7 +118,7 @@ pub struct ReferenceCell {
 impl ReferenceCell {
     /// Whether it is the answer to a case.
     #[must_use]
-    pub fn is_of(&self, pose: &PoseModel, case: &LoadCase) -> bool {
+    pub fn is_of(&self, pose: &PoseModel, case: &ReferenceLoad) -> bool {
         (&self.pose, &self.direction, self.force_n) == (&pose.pose, &case.direction, case.force_n)
     }
 

@@ -1,7 +1,7 @@
 //! A joint that turns freely through its play once its seat is overcome.
 
 use super::joint_compliance::{ACROSS_THE_JOINT, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT};
-use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
@@ -151,6 +151,14 @@ impl RotationLaw for Backlash {
 
     fn is_linear(&self) -> bool {
         false
+    }
+
+    fn in_simulators(&self, &[play, seat_moment, ..]: &Values) -> SimulatedRotation {
+        SimulatedRotation {
+            play_rad: play,
+            friction_nm: seat_moment,
+            ..SimulatedRotation::default()
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! A joint that turns in proportion to its moment.
 
-use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
@@ -114,5 +114,12 @@ impl RotationLaw for LinearRotation {
 
     fn is_linear(&self) -> bool {
         true
+    }
+
+    fn in_simulators(&self, &[c, ..]: &Values) -> SimulatedRotation {
+        SimulatedRotation {
+            compliance_rad_per_nm: c,
+            ..SimulatedRotation::default()
+        }
     }
 }

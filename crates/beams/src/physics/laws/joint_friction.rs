@@ -3,7 +3,7 @@
 use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
-use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
@@ -118,6 +118,14 @@ impl RotationLaw for Friction {
 
     fn is_linear(&self) -> bool {
         false
+    }
+
+    fn in_simulators(&self, &[c, friction_moment, ..]: &Values) -> SimulatedRotation {
+        SimulatedRotation {
+            compliance_rad_per_nm: c,
+            friction_nm: friction_moment,
+            ..SimulatedRotation::default()
+        }
     }
 }
 

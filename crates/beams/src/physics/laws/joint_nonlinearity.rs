@@ -3,7 +3,7 @@
 use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
-use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
@@ -141,5 +141,13 @@ impl RotationLaw for Nonlinearity {
 
     fn is_linear(&self) -> bool {
         false
+    }
+
+    fn in_simulators(&self, &[c, ..]: &Values) -> SimulatedRotation {
+        SimulatedRotation {
+            compliance_rad_per_nm: c,
+            left_out: Some("simulators hold the linear part of this spring only"),
+            ..SimulatedRotation::default()
+        }
     }
 }

@@ -129,6 +129,12 @@ impl<T: Number> Placement<T> {
         point
     }
 
+    /// Axes of a body, global.
+    #[inline(always)]
+    pub(super) fn axes(&self, body: usize) -> [[T; 3]; 3] {
+        self.bodies[body].axes
+    }
+
     /// Unit normal of a plane, global.
     #[inline(always)]
     pub(super) fn plane_normal(&self, robot: &Robot, plane: usize) -> [T; 3] {

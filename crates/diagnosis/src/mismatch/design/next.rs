@@ -6,6 +6,7 @@ use crate::mismatch::observations::Observations;
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, MOST_PAIRS};
 use stiffbench_beams::physics::Effect;
 use stiffbench_measurement::procedure::Procedure;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::advice::advice;
@@ -182,7 +183,7 @@ pub(super) fn plan_for(
     for loading in loadings(base) {
         let everywhere = Procedure {
             poses: Some(bench.poses.to_vec()),
-            directions: Direction::ALL.to_vec(),
+            directions: LoadDirection::axes(),
             ..loading.procedure.clone()
         };
         let new = bench.cells(&effects, &bench.observations(&everywhere)?, true)?;
@@ -328,7 +329,7 @@ impl Coverage {
             name: format!("next-{}", loading.procedure.name),
             text: Some(words.clone()),
             poses: Some(poses.collect()),
-            directions: self.directions.clone(),
+            directions: self.directions.iter().map(|axis| (*axis).into()).collect(),
             ..loading.procedure.clone()
         };
         (words, procedure)

@@ -30,13 +30,14 @@ impl DesignBench<'_> {
         &self,
         procedure: &Procedure,
     ) -> Result<Observations, MismatchError> {
+        let directions = procedure.load_axes()?;
         let mut clock = ScheduleClock {
             rng: ChaCha8Rng::seed_from_u64(SEED),
             time_s: 0.0,
         };
         let mut cells: Vec<PlannedCell> = Vec::new();
         for pose in self.poses_of(procedure) {
-            for (place, &direction) in procedure.directions.iter().enumerate() {
+            for (place, &direction) in directions.iter().enumerate() {
                 let number = cells.len() as u32;
                 if number > 0 {
                     clock.wait(if place == 0 {

@@ -162,13 +162,13 @@ fn a_joint_with_the_lever_of_the_base_is_the_base() {
     };
     let pair = [of_joint(laws::JOINT_COMPLIANCE, "S2"), base];
     let mut procedure = Procedure {
-        directions: vec![Direction::Y],
+        directions: vec![Direction::Y.into()],
         poses: None,
         ..shipped("sweeps")
     };
     let vertical = design_of_plan(&bench, &procedure, None, 0).unwrap();
     assert!(together(&vertical, &pair), "{:?}", vertical.inseparable);
-    procedure.directions.push(Direction::Z);
+    procedure.directions.push(Direction::Z.into());
     let both = design_of_plan(&bench, &procedure, None, 0).unwrap();
     assert!(!together(&both, &pair));
 }

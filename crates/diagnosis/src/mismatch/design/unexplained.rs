@@ -67,7 +67,7 @@ pub(super) fn refine_scores(
         name: format!("next-{name}"),
         text: Some(words.clone()),
         poses: Some(poses.clone()),
-        directions,
+        directions: directions.into_iter().map(Into::into).collect(),
         ..loading.procedure
     };
     Some(ProposedMeasurement {

@@ -10,7 +10,8 @@ use serde_json::json;
 use super::args::ReferenceRunArgs;
 use crate::cli::error::ValidationError;
 use crate::reference::{
-    LoadCase, PoseModel, ReferenceCell, ReferenceModel, ReferenceRecord, RunBy, end_displacement_m,
+    PoseModel, ReferenceCell, ReferenceLoad, ReferenceModel, ReferenceRecord, RunBy,
+    end_displacement_m,
 };
 use crate::report::ReferenceRun;
 use stiffbench::cli::args::Global;
@@ -128,7 +129,7 @@ fn version_of(program: &Path) -> Result<String, ValidationError> {
 fn run_case(
     args: &ReferenceRunArgs,
     pose: &PoseModel,
-    case: &LoadCase,
+    case: &ReferenceLoad,
 ) -> Result<ReferenceCell, Failure> {
     let of_job = |ending: &str| args.folder.join(format!("{}.{ending}", case.job));
     let dat = of_job("dat");

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::ExportArgs;
-use crate::reference::{LoadCase, PoseModel, ReferenceModel, SolidMember, SolidModel};
+use crate::reference::{PoseModel, ReferenceLoad, ReferenceModel, SolidMember, SolidModel};
 use crate::report::ReferenceExport;
 use stiffbench::analysis::{
     ArgumentError, Inputs, ModelChoice, ReadError, ResolvedModel, resolve, sha256,
@@ -179,7 +179,7 @@ fn write_pose(
             let job = format!("{stem}_{direction}{force_n:+}N");
             let text = solids.case(&file, direction.index(), force_n, args.large_displacements);
             write(&args.out.join(format!("{job}.inp")), text.as_bytes())?;
-            cases.push(LoadCase {
+            cases.push(ReferenceLoad {
                 direction: direction.to_string(),
                 force_n,
                 job,

@@ -1,0 +1,66 @@
+//! Which parameters are free unless the user says.
+
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RoleInFit};
+
+use crate::parameters::{FitRole, ParameterChoice};
+
+use super::compliances::ComplianceSolver;
+use super::error::LoadCaseFitError;
+use super::posed::PosedLoadCases;
+use super::prediction::predict_rows;
+
+/// Links whose own compliance gives less than this share of what was measured are rigid: the share is far below any gauge.
+const RIGID_SHARE: f64 = 1e-6;
+
+/// On rigid links the springs that the robot file frees, or those of all joints if it frees none (the virtual joint method); else the factors
+/// of beams.
+///
+/// # Errors
+/// [`LoadCaseFitError`] for a pose that cannot be reached, or a structure that carries nothing.
+pub fn usual_choice(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    start: &FittingFactors,
+    posed: &PosedLoadCases,
+) -> Result<ParameterChoice, LoadCaseFitError> {
+    let mut choice = ParameterChoice::default();
+    let mut structure = start.clone();
+    let own = robot.own_springs().map(|(spring, _)| spring);
+    for spring in own.chain(start.springs()) {
+        structure.set(&spring, 0.0);
+    }
+    let mut solver = ComplianceSolver::new(robot, mechanism, &[], &structure)?;
+    let predicted = predict_rows(&mut solver, posed, &structure, false)?;
+    let rows = posed.rows().zip(&predicted.values);
+    let [mut own, mut measured] = [0.0; 2];
+    for ((_, read), predicted) in rows {
+        own += predicted * predicted;
+        measured += read.value * read.value;
+    }
+    if own > RIGID_SHARE * RIGID_SHARE * measured {
+        return Ok(choice);
+    }
+    for beam in ModelParameter::BEAMS {
+        choice.set(&beam, FitRole::Fixed);
+    }
+    let chosen: Vec<_> = robot
+        .own_springs()
+        .filter(|(_, spring)| spring.in_fit != RoleInFit::Fixed)
+        .collect();
+    for (parameter, spring) in &chosen {
+        let role = match &spring.in_fit {
+            RoleInFit::Fixed => FitRole::Fixed,
+            RoleInFit::Free => FitRole::Free,
+            RoleInFit::Tied(other) => FitRole::TiedTo(other.clone()),
+        };
+        choice.set(parameter, role);
+    }
+    if chosen.is_empty() {
+        for joint in mechanism.joints(robot) {
+            let joint = &robot.joints[joint];
+            let own = ModelParameter::of_joint(&joint.name, joint.motion);
+            choice.set(&own, FitRole::Free);
+        }
+    }
+    Ok(choice)
+}

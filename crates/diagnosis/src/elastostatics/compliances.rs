@@ -1,0 +1,81 @@
+//! The compliance of the end in every pose, with its derivatives to the parameters of a fit.
+
+use stiffbench_beams::robot::{
+    FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, Pose, Predictor, Robot,
+    RobotError, Theory,
+};
+
+/// Six by six: displacement and rotation per force and moment of the end, SI.
+pub(super) type EndCompliance = [[f64; 6]; 6];
+
+/// A pose solved.
+#[derive(Debug, Clone)]
+pub(super) struct PoseCompliance {
+    /// Of the end.
+    pub(super) compliance: EndCompliance,
+    /// Its derivative to each parameter: to ln a of a factor, to the compliance of a spring.
+    pub(super) derivatives: Vec<EndCompliance>,
+}
+
+/// Model and solver of a mechanism for any poses and values.
+#[derive(Debug)]
+pub(super) struct ComplianceSolver<'a> {
+    predictor: Predictor<'a>,
+    parameters: Vec<ModelParameter>,
+}
+
+impl<'a> ComplianceSolver<'a> {
+    /// # Arguments
+    /// - `parameters`: to which compliances are differentiated; springs among them may be rigid.
+    ///
+    /// # Errors
+    /// [`RobotError`] for an incomplete mechanism.
+    pub(super) fn new(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        parameters: &[ModelParameter],
+        factors: &FittingFactors,
+    ) -> Result<Self, RobotError> {
+        let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        let model = MechanismModel::with_parameters(
+            robot, mechanism, &joints, theory, factors, parameters,
+        )?;
+        Ok(Self {
+            predictor: Predictor::of(model)?,
+            parameters: parameters.to_vec(),
+        })
+    }
+
+    /// Solves a pose with the given values.
+    ///
+    /// # Errors
+    /// [`RobotError`] for a pose that cannot be reached, or in which the structure carries nothing.
+    pub(super) fn solve(
+        &mut self,
+        pose: &Pose,
+        factors: &FittingFactors,
+        derivatives: bool,
+    ) -> Result<PoseCompliance, RobotError> {
+        // Values first: a structure is factorised where it is placed.
+        self.predictor.prepare(factors);
+        self.predictor.place(pose)?;
+        let compliance = self.predictor.compliance().0;
+        let derivatives = if derivatives {
+            let solved = self.predictor.compliance_derivatives(&self.parameters);
+            solved.into_iter().map(|matrix| matrix.0).collect()
+        } else {
+            Vec::new()
+        };
+        Ok(PoseCompliance {
+            compliance,
+            derivatives,
+        })
+    }
+}
+
+/// Component of the end's motion along a unit vector of six under a load.
+pub(super) fn motion_along(matrix: &EndCompliance, unit: &[f64; 6], load: &[f64; 6]) -> f64 {
+    let rows = matrix.iter().zip(unit).filter(|(_, share)| **share != 0.0);
+    rows.map(|(row, share)| share * row.iter().zip(load).map(|(c, f)| c * f).sum::<f64>())
+        .sum()
+}

@@ -1,0 +1,378 @@
+//! The fit of parameters to load cases.
+
+use stiffbench_beams::robot::FittingFactors;
+use stiffbench_numeric::least_squares::{
+    CovarianceSettings, LeastSquaresError, LeastSquaresFit, ParameterCovariance, ParameterSet,
+    SigmaMode, Termination, covariance, minima, spread,
+};
+use stiffbench_numeric::statistics::f_upper_tail;
+use stiffbench_units_and_text::test_point::PoseId;
+
+use crate::fit::{FactorCorrelations, FactorEstimate, FactorStatus, FitParameters};
+use crate::parameters::ParameterChoice;
+use crate::search::constants::ALTERNATIONS;
+
+use super::error::LoadCaseFitError;
+use super::held_out::leave_poses_out;
+use super::intervals::add_intervals;
+use super::outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
+use super::problem::{LoadCaseModel, LoadCaseProblem};
+use super::scatter::{ScatterSums, sizes};
+
+/// Starts beside the given one where factors are free: sections that carry the same load have two minima.
+const STARTS: usize = 12;
+
+/// Scatter, as a share of the usual size of a component, below which weights do not grow: a simulation without noise has none.
+const LEAST_SCATTER: f64 = 1e-9;
+
+/// What a fit to load cases is asked to do.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LoadCaseFitOptions {
+    /// Poses to fit; all others are held out. `None`: all poses, assessed by leaving each out in turn.
+    pub train: Option<Vec<PoseId>>,
+    /// Which parameters may move.
+    pub choice: ParameterChoice,
+    /// Known: scatter from repeats. Estimated: from the residuals. `None`: from repeats if there are any.
+    pub sigma: Option<SigmaMode>,
+}
+
+/// Rows of a fit, and what is known of their scatter.
+struct WeighedRows {
+    /// Whether each row belongs to the poses of the fit.
+    takes_part: Vec<bool>,
+    scatter: ScatterSums,
+    source: ScatterSource,
+}
+
+/// Fits parameters to load cases by least squares over all components.
+///
+/// Displacements and rotations are weighed by their scatter: from the differences between repeats of a load where there are any, else from
+/// what the fit leaves over the poses, parameters counted off. Springs are fitted by their compliance, from zero up.
+///
+/// # Errors
+/// [`LoadCaseFitError`]; a search that did not converge is a result, not an error.
+pub fn fit_load_cases(
+    model: &LoadCaseModel<'_>,
+    options: &LoadCaseFitOptions,
+) -> Result<LoadCaseFit, LoadCaseFitError> {
+    let (parameters, unloaded) = model.parameters(&options.choice)?;
+    let set = parameters.set()?;
+    let takes_part = training(model, options.train.as_deref());
+    let components = takes_part.iter().filter(|takes_part| **takes_part).count();
+    let free = set.free_indices().len();
+    if components < free {
+        return Err(LoadCaseFitError::TooFew { components, free });
+    }
+    let (fit, mut problem, rows) = weighed_fit(model, &parameters, &set, takes_part, options)?;
+    let covariance = covariance_of(&set, &fit, &rows, components)?;
+    let factors = parameters.values(&fit.values);
+    let predicted = problem.predictions(&fit.values)?;
+    let mut outcome = LoadCaseFit {
+        mechanism: model.mechanism.name.clone(),
+        estimates: plain(&parameters, model.start, &factors),
+        factors,
+        correlation: covariance
+            .as_ref()
+            .map(|covariance| correlations(&parameters, &set, covariance)),
+        agreement: covariance
+            .as_ref()
+            .map(|covariance| agreement(&fit, &rows, covariance, components)),
+        not_determined: covariance.as_ref().map_or_else(Vec::new, |covariance| {
+            let lost = covariance.unidentified.iter();
+            lost.map(ToString::to_string).collect()
+        }),
+        components: fitted_components(model, &predicted, &rows.takes_part),
+        poses: Vec::new(),
+        termination: termination(&fit.termination),
+        warnings: Vec::new(),
+    };
+    if let Some(covariance) = &covariance {
+        let again = || LoadCaseProblem::new(*model, &parameters, problem.weights().to_vec()).ok();
+        add_intervals(&again, &set, &fit, covariance, &mut outcome)?;
+    } else {
+        outcome.warnings.push(format!(
+            "{components} components and {free} free parameters leave no degrees of freedom: the values have no intervals"
+        ));
+    }
+    if options.train.is_none() {
+        leave_poses_out(model, &mut problem, &set, &fit, &mut outcome)?;
+    }
+    for estimate in &mut outcome.estimates {
+        if unloaded.contains(&estimate.parameter) {
+            let words = "no load of these poses acts on it".to_owned();
+            estimate.status = FactorStatus::NotIdentified { words };
+        }
+    }
+    outcome.poses = pose_errors(model, &mut problem, &outcome)?;
+    if !fit.termination.is_converged() {
+        let words = &outcome.termination;
+        outcome
+            .warnings
+            .push(format!("the search did not arrive: {words}"));
+    }
+    Ok(outcome)
+}
+
+/// Whether each row belongs to the poses of the fit.
+fn training(model: &LoadCaseModel<'_>, train: Option<&[PoseId]>) -> Vec<bool> {
+    let is_in = |label: usize| train.is_none_or(|train| train.contains(&model.posed.labels[label]));
+    model
+        .posed
+        .rows()
+        .map(|(case, _)| is_in(case.label))
+        .collect()
+}
+
+/// Parameters and scatter, each from the other.
+fn weighed_fit<'a>(
+    model: &LoadCaseModel<'a>,
+    parameters: &FitParameters,
+    set: &ParameterSet,
+    takes_part: Vec<bool>,
+    options: &LoadCaseFitOptions,
+) -> Result<(LeastSquaresFit, LoadCaseProblem<'a>, WeighedRows), LoadCaseFitError> {
+    let posed = model.posed;
+    let sizes = sizes(posed);
+    let least = sizes.map(|size| LEAST_SCATTER * size);
+    let mask = |mut weights: Vec<f64>| {
+        for (weight, takes_part) in weights.iter_mut().zip(&takes_part) {
+            if !takes_part {
+                *weight = 0.0;
+            }
+        }
+        weights
+    };
+    let start = mask(ScatterSums::default().weights(posed, sizes));
+    let mut problem = LoadCaseProblem::new(*model, parameters, start)?;
+    let mut set = set.clone();
+    let mut scatter = ScatterSums::default();
+    let mut source = ScatterSource::Residuals;
+    let mut fit = lowest(&mut problem, &set)?;
+    for _ in 0..ALTERNATIONS {
+        let residuals: Vec<f64> = problem
+            .predictions(&fit.values)?
+            .iter()
+            .zip(model.measured())
+            .map(|(predicted, measured)| predicted - measured)
+            .collect();
+        let repeats = ScatterSums::of_repeats(posed, &residuals);
+        let serves = repeats.serves(posed);
+        if options.sigma == Some(SigmaMode::Known) && !serves {
+            return Err(LoadCaseFitError::NoRepeats);
+        }
+        let from_repeats = serves && options.sigma != Some(SigmaMode::Estimated);
+        (scatter, source) = if from_repeats {
+            (repeats, ScatterSource::Repeats)
+        } else {
+            let free = set.free_indices().len();
+            let of = ScatterSums::of_residuals(posed, &residuals, &takes_part, free);
+            (of, ScatterSource::Residuals)
+        };
+        problem.set_weights(mask(scatter.weights(posed, least)));
+        set = set.with_start(&fit.free_values)?;
+        fit = lowest(&mut problem, &set)?;
+    }
+    let rows = WeighedRows {
+        takes_part,
+        scatter,
+        source,
+    };
+    Ok((fit, problem, rows))
+}
+
+/// The lowest minimum.
+fn lowest(
+    problem: &mut LoadCaseProblem<'_>,
+    set: &ParameterSet,
+) -> Result<LeastSquaresFit, LoadCaseFitError> {
+    let starts = if problem.is_linear() { 0 } else { STARTS };
+    let settings = problem.settings();
+    let mut found = minima(problem, set, spread(set).take(starts), &settings)?;
+    Ok(found.swap_remove(0))
+}
+
+/// The covariance; `None` without degrees of freedom.
+fn covariance_of(
+    set: &ParameterSet,
+    fit: &LeastSquaresFit,
+    rows: &WeighedRows,
+    components: usize,
+) -> Result<Option<ParameterCovariance>, LoadCaseFitError> {
+    // Rows that take no part weigh nothing, and are no degrees of freedom: the scatter was estimated without them.
+    if rows.source == ScatterSource::Residuals && components <= set.free_indices().len() {
+        return Ok(None);
+    }
+    let settings = CovarianceSettings {
+        known_dof: rows.scatter.dof(),
+        ..CovarianceSettings::default()
+    };
+    match covariance(set, fit, SigmaMode::Known, &settings) {
+        Ok(covariance) => Ok(Some(covariance)),
+        Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn plain(
+    parameters: &FitParameters,
+    start: &FittingFactors,
+    fitted: &FittingFactors,
+) -> Vec<FactorEstimate> {
+    let list = parameters.parameters().iter().enumerate();
+    list.map(|(place, parameter)| FactorEstimate {
+        name: parameter.to_string(),
+        parameter: parameter.clone(),
+        start: start.get(parameter),
+        value: fitted.get(parameter),
+        interval_95: None,
+        islands_95: Vec::new(),
+        bounds: None,
+        standard_uncertainty: None,
+        quadratic_interval_95: None,
+        bootstrap_interval_95: None,
+        status: parameters.status(place),
+    })
+    .collect()
+}
+
+fn correlations(
+    parameters: &FitParameters,
+    set: &ParameterSet,
+    covariance: &ParameterCovariance,
+) -> FactorCorrelations {
+    let free = set.free_indices().iter().copied();
+    let known: Vec<usize> = free.filter(|&i| covariance.of(i, i).is_some()).collect();
+    let entry = |a: usize, b: usize| {
+        let same = f64::from(u8::from(a == b));
+        covariance.correlation(a, b).unwrap_or(same)
+    };
+    let uncertainty = |&place: &usize| {
+        let variance = covariance.of(place, place).unwrap_or_default();
+        parameters.slope(place) * variance.sqrt()
+    };
+    let dof = covariance.interval_dof;
+    FactorCorrelations {
+        names: known
+            .iter()
+            .map(|&place| parameters.parameters()[place].to_string())
+            .collect(),
+        matrix: known
+            .iter()
+            .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
+            .collect(),
+        u_ln: known.iter().map(uncertainty).collect(),
+        dof: dof.is_finite().then_some(dof),
+    }
+}
+
+fn agreement(
+    fit: &LeastSquaresFit,
+    rows: &WeighedRows,
+    covariance: &ParameterCovariance,
+    components: usize,
+) -> LoadCaseAgreement {
+    let dof = components.saturating_sub(covariance.rank);
+    let [displacement_sd_m, rotation_sd_rad] = rows.scatter.standard_deviations();
+    let reduced = (dof > 0).then(|| fit.sum_of_squares() / dof as f64);
+    let scatter_dof = rows.scatter.dof();
+    // Pure error is part of the residuals: what is compared with it is the rest, the lack of fit (Draper & Smith, section 2.1).
+    let more = dof as f64 - scatter_dof;
+    let p = reduced
+        .filter(|_| rows.source == ScatterSource::Repeats && more >= 1.0)
+        .and_then(|_| {
+            let lack = (fit.sum_of_squares() - scatter_dof).max(0.0) / more;
+            f_upper_tail(lack, more, scatter_dof)
+        });
+    LoadCaseAgreement {
+        source: rows.source,
+        displacement_sd_m,
+        rotation_sd_rad,
+        scatter_dof,
+        dof,
+        reduced_chi2: reduced,
+        p,
+        rank: covariance.rank,
+        free: covariance.estimated,
+        condition: covariance.condition_number,
+    }
+}
+
+fn fitted_components(
+    model: &LoadCaseModel<'_>,
+    predicted: &[f64],
+    takes_part: &[bool],
+) -> Vec<FittedComponent> {
+    let rows = model.posed.rows().zip(predicted).zip(takes_part);
+    rows.map(|(((case, read), predicted), takes_part)| FittedComponent {
+        line: case.line,
+        pose: model.posed.labels[case.label].clone(),
+        repeat: case.repeat,
+        component: read.name(),
+        is_rotation: read.is_rotation(),
+        axis: read.axis(),
+        measured: read.value,
+        predicted: *predicted,
+        without_its_pose: None,
+        held_out: !takes_part,
+    })
+    .collect()
+}
+
+/// Root mean squares of displacements, pose by pose.
+fn pose_errors(
+    model: &LoadCaseModel<'_>,
+    problem: &mut LoadCaseProblem<'_>,
+    outcome: &LoadCaseFit,
+) -> Result<Vec<PoseError>, LoadCaseFitError> {
+    let parameters = problem.parameters().clone();
+    let start = parameters.coordinates_of_start();
+    let before = problem.predictions(&start)?;
+    let rms = |label: usize, error: &dyn Fn(usize) -> Option<f64>| {
+        let rows = model.posed.rows().enumerate();
+        let own = rows.filter(|(_, (case, read))| case.label == label && !read.is_rotation());
+        let errors: Vec<f64> = own.filter_map(|(row, _)| error(row)).collect();
+        let squares: f64 = errors.iter().map(|error| error * error).sum();
+        (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
+    };
+    let components = &outcome.components;
+    let labels = model.posed.labels.iter().enumerate();
+    let of_pose = |(label, pose): (usize, &PoseId)| {
+        Some(PoseError {
+            pose: pose.clone(),
+            before_m: rms(label, &|row| Some(before[row] - components[row].measured))?,
+            fitted_m: rms(label, &|row| {
+                Some(components[row].predicted - components[row].measured)
+            })?,
+            without_its_pose_m: rms(label, &|row| {
+                let one = &components[row];
+                let unseen = one
+                    .without_its_pose
+                    .or(one.held_out.then_some(one.predicted));
+                Some(unseen? - one.measured)
+            }),
+        })
+    };
+    Ok(labels.filter_map(of_pose).collect())
+}
+
+fn termination(termination: &Termination) -> String {
+    match termination {
+        Termination::Converged(_) => "converged".to_owned(),
+        Termination::AtLimit { max_evaluations } => {
+            format!("stopped after {max_evaluations} evaluations")
+        }
+        Termination::Stalled => "no step made the residuals smaller".to_owned(),
+        Termination::EvaluationFailed(failure) => format!("the model has no value: {failure}"),
+    }
+}
+
+/// The status of a parameter that ended on a bound; zero only of a spring.
+pub(super) fn at_bound(upper: bool, value: f64) -> FactorStatus {
+    let words = if value == 0.0 {
+        "zero fits best: no compliance shows in these poses".to_owned()
+    } else {
+        let side = if upper { "upper" } else { "lower" };
+        format!("the data push it beyond its {side} bound; the others are given for this value")
+    };
+    FactorStatus::AtBound { upper, words }
+}

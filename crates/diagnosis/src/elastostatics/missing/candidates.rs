@@ -1,0 +1,313 @@
+//! What may act beside the parameters of a fit: one column each, as long as the rows.
+
+use stiffbench_beams::robot::{ModelParameter, SpringAxis};
+use stiffbench_units_and_text::test_point::Direction;
+
+use crate::elastostatics::compliances::{EndCompliance, motion_along};
+use crate::elastostatics::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+
+/// Candidates of one kind share a critical value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CandidateKind {
+    /// A spring of a joint about or along its own axis.
+    JointSpring,
+    /// A spring of a joint about an axis across its own.
+    AcrossJoint,
+    /// A spring under the base.
+    Base,
+    /// A spring at the tool.
+    Tool,
+    /// A law of a joint that is not linear.
+    JointLaw,
+    /// A factor of sections.
+    Factor,
+    /// An error of gauges, their stand or their axes.
+    SetUp,
+}
+
+impl CandidateKind {
+    /// Whether it is a spring of the robot.
+    #[must_use]
+    pub fn is_spring(self) -> bool {
+        matches!(
+            self,
+            Self::JointSpring | Self::AcrossJoint | Self::Base | Self::Tool
+        )
+    }
+}
+
+/// Largest angle by which gauges or their axes may lean, rad: three degrees show to the eye.
+const LARGEST_LEAN: f64 = 0.05;
+
+/// Largest relative error of a gauge (1): ten times what an uncalibrated one has.
+const LARGEST_SCALE_ERROR: f64 = 0.05;
+
+/// Largest over smallest moment in a joint from which on its laws may be told from a spring (1).
+const SEVERAL_SIZES: f64 = 1.5;
+
+/// Largest change of ln a of a factor: ten times.
+const MOST_WRONG: f64 = std::f64::consts::LN_10;
+
+/// One thing that may act.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MissingCandidate {
+    /// Its name: of a spring that of the parameter, for example `joint.J3.z`; else law and place.
+    pub(super) name: String,
+    /// Name of the law.
+    pub(super) law: &'static str,
+    /// Where, in words.
+    pub(super) place: String,
+    pub(super) kind: CandidateKind,
+    /// ASCII unit of its size.
+    pub(super) unit: &'static str,
+    /// Change of every row per unit of size.
+    pub(super) column: Vec<f64>,
+    /// Smallest and largest size.
+    pub(super) bounds: [f64; 2],
+    /// The parameter from which it takes under the largest load, and how much per unit of size: it may not take more than all of it.
+    pub(super) takes_from: Option<(ModelParameter, f64)>,
+}
+
+/// The compliance of every pose with its derivatives to the parameters of a robot.
+pub(super) struct SolvedPoses<'a> {
+    /// The load cases.
+    pub(super) posed: &'a PosedLoadCases,
+    /// Compliance of the end by pose.
+    pub(super) compliance: Vec<EndCompliance>,
+    /// The parameters.
+    pub(super) parameters: Vec<ModelParameter>,
+    /// Derivative by pose and parameter.
+    pub(super) derivatives: Vec<Vec<EndCompliance>>,
+}
+
+impl SolvedPoses<'_> {
+    /// A column from what each row gives.
+    fn column(&self, of: &dyn Fn(&PosedLoad, &ReadComponent) -> f64) -> Vec<f64> {
+        self.posed
+            .rows()
+            .map(|(case, read)| of(case, read))
+            .collect()
+    }
+
+    /// The column of a parameter.
+    pub(super) fn of_parameter(&self, place: usize) -> Vec<f64> {
+        self.column(&|case, read| {
+            motion_along(&self.derivatives[case.pose][place], &read.unit, &case.load)
+        })
+    }
+
+    /// All candidates beside the parameters that are free.
+    pub(super) fn candidates(
+        &self,
+        is_free: &dyn Fn(&ModelParameter) -> bool,
+    ) -> Vec<MissingCandidate> {
+        let mut found = Vec::new();
+        for (place, parameter) in self.parameters.iter().enumerate() {
+            if let ModelParameter::Joint(joint) = parameter {
+                found.extend(self.joint_laws(place, joint));
+            }
+            if is_free(parameter) {
+                continue;
+            }
+            let (kind, law, words) = describe(parameter);
+            found.push(MissingCandidate {
+                name: parameter.to_string(),
+                law,
+                place: words,
+                kind,
+                unit: parameter.unit(),
+                column: self.of_parameter(place),
+                takes_from: None,
+                bounds: if parameter.is_factor() {
+                    [-MOST_WRONG, MOST_WRONG]
+                } else {
+                    [0.0, f64::INFINITY]
+                },
+            });
+        }
+        found.extend(self.set_up());
+        // What no row shows is no candidate.
+        found.retain(|one| {
+            one.column
+                .iter()
+                .any(|value| *value != 0.0 && value.is_finite())
+        });
+        found
+    }
+
+    /// Laws of a joint whose twist is not proportional to its moment, where its moments differ enough.
+    fn joint_laws(&self, place: usize, joint: &str) -> Vec<MissingCandidate> {
+        // s sᵀ w is the motion per moment times the moment s·w, whatever the sign of s.
+        let moment = |case: &PosedLoad| {
+            let matrix = &self.derivatives[case.pose][place];
+            motion_along(matrix, &case.load, &case.load).max(0.0).sqrt()
+        };
+        let moments: Vec<f64> = self.posed.cases.iter().map(moment).collect();
+        let largest = moments.iter().copied().fold(0.0, f64::max);
+        let loaded = moments.iter().filter(|moment| **moment > 1e-3 * largest);
+        let smallest = loaded.copied().fold(largest, f64::min);
+        if largest < SEVERAL_SIZES * smallest {
+            return Vec::new();
+        }
+        let with = |power: f64| {
+            self.column(&|case, read| {
+                let (own, moment) = (&self.derivatives[case.pose][place], moment(case));
+                if moment <= 1e-3 * largest {
+                    return 0.0;
+                }
+                motion_along(own, &read.unit, &case.load) * moment.powf(power)
+            })
+        };
+        let candidate = |law: &'static str, unit, column, bounds| MissingCandidate {
+            name: format!("{law}@{joint}"),
+            law,
+            place: format!("joint {joint}"),
+            kind: CandidateKind::JointLaw,
+            unit,
+            column,
+            bounds,
+            takes_from: None,
+        };
+        let free = [f64::NEG_INFINITY, f64::INFINITY];
+        let positive = [0.0, f64::INFINITY];
+        let step = with(-1.0);
+        // The twist c M + k M |M| has the slope c + 2 k |M|.
+        let slope = (self.parameters[place].clone(), -2.0 * largest);
+        vec![
+            MissingCandidate {
+                takes_from: Some(slope),
+                ..candidate("joint-nonlinearity", "rad/(N*m)^2", with(1.0), free)
+            },
+            candidate("joint-backlash", "rad", step.clone(), positive),
+            candidate(
+                "joint-friction",
+                "rad",
+                step.iter().map(|value| -value).collect(),
+                positive,
+            ),
+        ]
+    }
+
+    /// Errors of gauges, their stand and their axes.
+    fn set_up(&self) -> Vec<MissingCandidate> {
+        let mut found = Vec::new();
+        let own = |case: &PosedLoad| self.compliance[case.pose];
+        let motion = |case: &PosedLoad| -> [f64; 6] {
+            own(case).map(|row| row.iter().zip(&case.load).map(|(c, f)| c * f).sum())
+        };
+        for axis in Direction::ALL {
+            let k = axis.index();
+            let mut add = |name: &str, law, place: String, unit, bounds, column| {
+                found.push(MissingCandidate {
+                    name: format!("{name}.{axis}"),
+                    law,
+                    place,
+                    kind: CandidateKind::SetUp,
+                    unit,
+                    column,
+                    bounds,
+                    takes_from: None,
+                });
+            };
+            let lean = [-LARGEST_LEAN, LARGEST_LEAN];
+            let scale = [-LARGEST_SCALE_ERROR, LARGEST_SCALE_ERROR];
+            add(
+                "gauge-stand",
+                "gauge-stand-compliance",
+                format!("the stand of the displacement gauge along {axis}"),
+                "m/N",
+                [0.0, f64::INFINITY],
+                self.column(&|case, read| read.unit[k] * case.load[k]),
+            );
+            add(
+                "displacement-axes",
+                "gauge-misalignment",
+                format!("the axes of the displacements, turned about {axis}"),
+                "rad",
+                lean,
+                self.column(&|case, read| along(&read.unit, &turned(&motion(case), k))),
+            );
+            add(
+                "force-axes",
+                "load-misalignment",
+                format!("the axes of the loads, turned about {axis}"),
+                "rad",
+                lean,
+                self.column(&|case, read| {
+                    motion_along(&own(case), &read.unit, &turned(&case.load, k))
+                }),
+            );
+            add(
+                "displacement-scale",
+                "gauge-scale",
+                format!("the scale of the displacements along {axis}"),
+                "1",
+                scale,
+                self.column(&|case, read| read.unit[k] * motion(case)[k]),
+            );
+            add(
+                "force-scale",
+                "gauge-scale",
+                format!("the scale of the forces along {axis}"),
+                "1",
+                scale,
+                self.column(&|case, read| {
+                    let mut part = [0.0; 6];
+                    part[k] = case.load[k];
+                    motion_along(&own(case), &read.unit, &part)
+                }),
+            );
+        }
+        found
+    }
+}
+
+/// Kind, law and place in words of a parameter that is not free.
+fn describe(parameter: &ModelParameter) -> (CandidateKind, &'static str, String) {
+    use CandidateKind::{AcrossJoint, Base, Factor, JointSpring, Tool};
+    let about = |axis: &SpringAxis| if axis.turns() { "about" } else { "along" };
+    let letter = |axis: &SpringAxis| axis.name().trim_start_matches('r');
+    match parameter {
+        ModelParameter::Joint(joint) | ModelParameter::JointAlong(joint) => {
+            (JointSpring, "joint-compliance", format!("joint {joint}"))
+        }
+        ModelParameter::JointAbout(joint, axis) => (
+            AcrossJoint,
+            "joint-tilt-compliance",
+            format!("joint {joint}, about {axis} of its frame"),
+        ),
+        ModelParameter::Base(axis) => (
+            Base,
+            "base-compliance",
+            format!("the base, {} {}", about(axis), letter(axis)),
+        ),
+        ModelParameter::Tool(axis) => (
+            Tool,
+            "tool-compliance",
+            format!("the tool, {} its {}", about(axis), letter(axis)),
+        ),
+        ModelParameter::Class(..) | ModelParameter::Section(..) | ModelParameter::Group(..) => (
+            Factor,
+            "section-error",
+            format!("the sections, {parameter}"),
+        ),
+    }
+}
+
+/// Force and moment, or displacement and rotation, turned about an axis by a small angle, per rad.
+fn turned(vector: &[f64; 6], axis: usize) -> [f64; 6] {
+    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut out = [0.0; 6];
+    for first in [0, 3] {
+        out[first + next] = -vector[first + last];
+        out[first + last] = vector[first + next];
+    }
+    out
+}
+
+fn along(unit: &[f64; 6], vector: &[f64; 6]) -> f64 {
+    unit.iter()
+        .zip(vector)
+        .map(|(share, value)| share * value)
+        .sum()
+}

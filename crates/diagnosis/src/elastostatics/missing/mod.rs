@@ -1,0 +1,19 @@
+//! What springs in the joints leave out of load cases: which further compliance, law of a joint or error of the set-up the data show.
+//!
+//! The baseline is the fit; candidates are columns beside its own. Levels, null samples, forward selection with swaps and what counts as
+//! distinguishable are those of [`crate::search`].
+
+mod candidates;
+mod find;
+mod findings;
+mod held_out_shares;
+mod outcome;
+mod scatter_model;
+mod unexplained;
+mod verdict;
+
+pub use candidates::CandidateKind;
+pub use find::diagnose_load_cases;
+pub use outcome::{
+    LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained, VerdictGrade,
+};

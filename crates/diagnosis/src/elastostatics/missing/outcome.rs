@@ -1,0 +1,126 @@
+//! What a diagnosis of load cases says.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use stiffbench_units_and_text::test_point::PoseId;
+
+use crate::mismatch::Verdict;
+
+use crate::elastostatics::outcome::LoadCaseFit;
+
+/// How far a verdict may be relied on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VerdictGrade {
+    /// What is named explains the load cases.
+    Is,
+    /// What is named explains most of the misfit; something is left.
+    Mostly,
+    /// What is named is likely, no more.
+    Weak,
+    /// What is left has no name.
+    Unknown,
+    /// Nothing is missing.
+    Nothing,
+    /// These load cases cannot decide.
+    Undecided,
+}
+
+/// Another candidate in the place of a finding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadCaseRival {
+    /// Its name.
+    pub name: String,
+    /// Where, in words.
+    pub place: String,
+    /// Natural logarithm of the Bayes factor of the finding against it.
+    pub log_bayes_to_winner: f64,
+    /// Cosine of the angle between the two effects, white and projected.
+    pub cosine: f64,
+}
+
+/// Something that acts beside the parameters of the baseline.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadCaseFinding {
+    /// Its name: of a spring that of the parameter, for example `joint.J3.z`.
+    pub name: String,
+    /// Name of the law.
+    pub law: &'static str,
+    /// Where, in words.
+    pub place: String,
+    /// Whether it is an error of the set-up; else physics of the robot.
+    pub is_set_up: bool,
+    /// Its size in `unit`.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+    /// 95 % interval of the size, cut where it is impossible.
+    pub interval_95: [f64; 2],
+    /// ASCII unit.
+    pub unit: &'static str,
+    /// Largest change of a displacement, m.
+    pub end_effect_m: f64,
+    /// Its length in standard errors, beside the others.
+    pub standard_errors: f64,
+    /// Natural logarithm of the Bayes factor against the model without it.
+    pub log_bayes: f64,
+    /// Candidates that the load cases cannot distinguish from it.
+    pub alternatives: Vec<LoadCaseRival>,
+    /// The nearest that they distinguish.
+    pub rivals: Vec<LoadCaseRival>,
+}
+
+/// What the final model leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadCaseUnexplained {
+    /// Chance that noise alone leaves as much structure.
+    pub p: f64,
+    /// The test that shows most, in words.
+    pub test: &'static str,
+    /// The pose of the largest residual.
+    pub pose: PoseId,
+    /// Its component, for example `displacement y`.
+    pub component: &'static str,
+    /// Its size, m or rad.
+    pub size: f64,
+    /// Whether it is a rotation.
+    pub is_rotation: bool,
+    /// Its size in standard errors.
+    pub standard_errors: f64,
+}
+
+/// A diagnosis of load cases.
+#[derive(Debug, Clone)]
+pub struct LoadCaseDiagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// How far it may be relied on.
+    pub grade: VerdictGrade,
+    /// What the load cases lack, where they cannot decide.
+    pub lacking: Vec<String>,
+    /// What is missing; with the verdict unknown what explains part of it.
+    pub findings: Vec<LoadCaseFinding>,
+    /// Chance that noise alone gives any candidate as much as the first finding, or the best candidate if there is none.
+    pub p_family: f64,
+    /// What is left.
+    pub unexplained: Option<LoadCaseUnexplained>,
+    /// Share of the misfit of the baseline that the findings explain; `None` where the misfit is too small.
+    pub share_of_misfit: Option<f64>,
+    /// The same in poses that were left out.
+    pub share_unseen: Option<f64>,
+    /// Root mean square of the displacements that the baseline leaves in poses left out, m.
+    pub before_unseen_m: Option<f64>,
+    /// The same with the findings.
+    pub after_unseen_m: Option<f64>,
+    /// Root mean square of the displacements that the final model leaves, m.
+    pub after_m: f64,
+    /// Values of the free parameters beside the findings, by name.
+    pub parameters_after: Vec<(String, f64)>,
+    /// Number of candidates that were tried.
+    pub candidates: usize,
+    /// Whether the scatter comes from repeats.
+    pub from_repeats: bool,
+    /// The baseline.
+    pub baseline: LoadCaseFit,
+}

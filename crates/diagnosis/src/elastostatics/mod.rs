@@ -1,0 +1,36 @@
+//! Parameters of a robot from load cases: forces and displacements as vectors, one load application a pose, repeats only where there are any.
+//!
+//! With joint springs as parameters and rigid links this is the virtual joint method (Salisbury 1980; Dumas, Caro, Chérif, Garnier & Furet,
+//! Robotica 30, 2012); beams and springs are fitted together in the same way.
+//!
+//! - [`PosedLoadCases`]: a table of load cases in the poses and axes of a robot;
+//! - [`fit_load_cases`]: least squares over all components, scatter from repeats or from the residuals;
+//! - [`diagnose_load_cases`]: what the free parameters leave out;
+//! - [`plan_load_cases`]: which further pose and load would determine what is open;
+//! - [`usual_choice`]: which parameters are free unless the user says.
+
+mod choice;
+mod compliances;
+mod error;
+mod fit;
+mod held_out;
+mod intervals;
+mod missing;
+mod outcome;
+mod plan;
+mod posed;
+mod prediction;
+mod problem;
+mod scatter;
+
+pub use choice::usual_choice;
+pub use error::LoadCaseFitError;
+pub use fit::{LoadCaseFitOptions, fit_load_cases};
+pub use missing::{
+    CandidateKind, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
+    VerdictGrade, diagnose_load_cases,
+};
+pub use outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
+pub use plan::{PlannedLoadCase, plan_load_cases, planned_table};
+pub use posed::{PosedLoad, PosedLoadCases, ReadComponent};
+pub use problem::LoadCaseModel;

@@ -1,0 +1,341 @@
+//! Which further pose and load would determine the parameters that load cases leave open.
+
+use nalgebra::DMatrix;
+
+use stiffbench_beams::robot::{FittingFactors, JointMotion, Pose, RobotError};
+use stiffbench_measurement::load_cases::{
+    JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseTable,
+};
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+use crate::fit::{FactorEstimate, FactorStatus};
+
+use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
+use super::error::LoadCaseFitError;
+use super::outcome::LoadCaseFit;
+use super::problem::LoadCaseModel;
+
+/// Poses that are tried beside the named ones and those of the table, spread evenly over the limits.
+const SPREAD_POSES: usize = 200;
+
+/// A parameter whose interval reaches further, upper end over lower end, is open.
+const WIDE: f64 = 2.0;
+
+/// Scatter of a further displacement where the load cases state none, m: a dial gauge.
+const USUAL_SCATTER_M: f64 = 10e-6;
+
+/// Size of a planned force where the table has none, N.
+const USUAL_FORCE_N: f64 = 70.0;
+
+/// Compliance that a spring may have of which nothing is known, rad/(N·m).
+const USUAL_COMPLIANCE: f64 = 1e-5;
+
+/// A further load case, and what it does for a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedLoadCase {
+    /// Name: that of the robot file or of the table, else a new one.
+    pub name: PoseId,
+    /// The pose.
+    pub pose: Pose,
+    /// The direction of the load, along an axis of the base.
+    pub direction: Direction,
+    /// Size of the force, N.
+    pub force_n: f64,
+    /// For each open parameter its name, its standard error now and with this and all earlier planned load cases, in its unit (of a factor
+    /// that of its logarithm).
+    pub errors: Vec<(String, f64, f64)>,
+}
+
+/// Information on the free parameters, in the units of their bounds.
+#[derive(Clone)]
+struct ParameterInformation {
+    matrix: DMatrix<f64>,
+    /// Half the width of the bounds, in the parameter's unit.
+    prior: Vec<f64>,
+}
+
+/// A pose with the derivatives of its compliance to the free parameters.
+struct TriedPose {
+    name: PoseId,
+    pose: Pose,
+    derivatives: Vec<EndCompliance>,
+}
+
+/// The further load cases that determine the open parameters best, one after the other; none if no parameter is open.
+///
+/// All displacements of the end are read. What is made least is the sum of the variances of the open parameters, each in units of what its
+/// bounds allow (weighted A-optimality: Pukelsheim, Optimal Design of Experiments, 2006, section 6.5).
+///
+/// # Errors
+/// [`LoadCaseFitError`] for a structure that carries nothing; poses that cannot be reached are passed over.
+pub fn plan_load_cases(
+    model: &LoadCaseModel<'_>,
+    fit: &LoadCaseFit,
+    count: usize,
+) -> Result<Vec<PlannedLoadCase>, LoadCaseFitError> {
+    let free: Vec<usize> = (0..fit.estimates.len())
+        .filter(|&place| {
+            let estimate = &fit.estimates[place];
+            estimate.bounds.is_some() || is_unloaded(estimate)
+        })
+        .collect();
+    let is_open = |place: &usize| {
+        let estimate = &fit.estimates[*place];
+        estimate
+            .interval_95
+            .is_none_or(|[low, high]| high > WIDE * low)
+    };
+    let open: Vec<usize> = (0..free.len()).filter(|&i| is_open(&free[i])).collect();
+    if open.is_empty() {
+        return Ok(Vec::new());
+    }
+    let parameters: Vec<_> = free
+        .iter()
+        .map(|&place| fit.estimates[place].parameter.clone())
+        .collect();
+    let (robot, mechanism) = (model.robot, model.mechanism);
+    let mut solver = ComplianceSolver::new(robot, mechanism, &parameters, &fit.factors)?;
+    let scatter = fit.agreement.as_ref();
+    let scatter = scatter.and_then(|agreement| agreement.displacement_sd_m);
+    let scatter = scatter.filter(|sd| *sd > 0.0).unwrap_or(USUAL_SCATTER_M);
+    let width = |estimate: &FactorEstimate| {
+        let [low, high] = estimate.bounds?;
+        Some(if estimate.parameter.is_factor() {
+            0.5 * (high / low).ln()
+        } else {
+            0.5 * (high - low)
+        })
+    };
+    // A spring on which no load acted may be as soft as the softest of the others.
+    let widest = |unit: &str| {
+        let alike = fit
+            .estimates
+            .iter()
+            .filter(|one| one.parameter.unit() == unit);
+        alike.filter_map(width).fold(0.0, f64::max)
+    };
+    let prior = free.iter().map(|&place| {
+        let estimate = &fit.estimates[place];
+        let widest = widest(estimate.parameter.unit());
+        width(estimate).unwrap_or(if widest > 0.0 {
+            widest
+        } else {
+            USUAL_COMPLIANCE
+        })
+    });
+    let mut known = ParameterInformation {
+        matrix: DMatrix::identity(free.len(), free.len()),
+        prior: prior.collect(),
+    };
+    let tried = tried_poses(model, &fit.factors, &mut solver, &mut known, scatter)?;
+    let usual = model.posed.usual_force_n();
+    let force_n = if usual > 0.0 { usual } else { USUAL_FORCE_N };
+    let names = |i: usize| fit.estimates[free[i]].name.clone();
+    let mut planned = Vec::new();
+    for _ in 0..count {
+        let now = known.standard_errors(&open);
+        let choices = tried
+            .iter()
+            .flat_map(|pose| Direction::ALL.map(|axis| (pose, axis)));
+        let best = choices
+            .map(|(pose, axis)| {
+                let with = known.with_load(&pose.derivatives, axis, force_n, scatter);
+                let errors = with.standard_errors(&open);
+                let shares = errors
+                    .iter()
+                    .zip(&open)
+                    .map(|(error, &i)| error / with.prior[i]);
+                (
+                    shares.map(|share| share * share).sum::<f64>(),
+                    pose,
+                    axis,
+                    with,
+                    errors,
+                )
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, pose, direction, with, errors)) = best else {
+            break;
+        };
+        planned.push(PlannedLoadCase {
+            name: pose.name.clone(),
+            pose: pose.pose.clone(),
+            direction,
+            force_n,
+            errors: open
+                .iter()
+                .zip(now.iter().zip(&errors))
+                .map(|(&i, (now, then))| (names(i), *now, *then))
+                .collect(),
+        });
+        known = with;
+    }
+    Ok(planned)
+}
+
+/// Poses of the table, whose components join what is known, of the robot file, and poses spread over the limits.
+fn tried_poses(
+    model: &LoadCaseModel<'_>,
+    factors: &FittingFactors,
+    solver: &mut ComplianceSolver<'_>,
+    known: &mut ParameterInformation,
+    scatter: f64,
+) -> Result<Vec<TriedPose>, LoadCaseFitError> {
+    let mut tried: Vec<TriedPose> = Vec::new();
+    for (place, pose) in model.posed.poses.iter().enumerate() {
+        let solved = solver.solve(pose, factors, true)?;
+        let cases = model.posed.cases.iter().filter(|case| case.pose == place);
+        let mut label = None;
+        for case in cases {
+            label = Some(case.label);
+            for read in case.components.iter().filter(|read| !read.is_rotation()) {
+                known.add(&solved.derivatives, &read.unit, &case.load, scatter);
+            }
+        }
+        tried.push(TriedPose {
+            name: label.map_or_else(
+                || PoseId::new(""),
+                |label| model.posed.labels[label].clone(),
+            ),
+            pose: pose.clone(),
+            derivatives: solved.derivatives,
+        });
+    }
+    for (name, pose) in further_poses(model) {
+        match solver.solve(&pose, factors, true) {
+            Ok(solved) => tried.push(TriedPose {
+                name,
+                pose,
+                derivatives: solved.derivatives,
+            }),
+            Err(RobotError::Unreachable { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(tried)
+}
+
+/// Whether no load acts on a parameter that was to be fitted.
+fn is_unloaded(estimate: &FactorEstimate) -> bool {
+    matches!(estimate.status, FactorStatus::NotIdentified { .. })
+}
+
+/// Named poses of the robot, and poses spread over its limits.
+fn further_poses(model: &LoadCaseModel<'_>) -> Vec<(PoseId, Pose)> {
+    let robot = model.robot;
+    let named = robot
+        .poses
+        .iter()
+        .map(|named| (named.id.clone(), named.pose.clone()));
+    let dimensions = robot.variables.len() as f64;
+    // Multiples of the powers of 1/g modulo 1, with g^(d+1) = g + 1 (Roberts' sequence R_d).
+    let g = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (dimensions + 1.0)));
+    let spread = (1..=SPREAD_POSES as u32).map(|k| {
+        let angle = |(place, variable): (usize, &stiffbench_beams::robot::Variable)| {
+            let share = (0.5 + f64::from(k) * g.powi(-(place as i32 + 1))).fract();
+            let angle = variable.min_deg + share * (variable.max_deg - variable.min_deg);
+            let steps = if variable.motion == JointMotion::Turns {
+                10.0
+            } else {
+                1e3
+            };
+            (angle * steps).round() / steps
+        };
+        let angles_deg = robot.variables.iter().enumerate().map(angle).collect();
+        (PoseId::new(&format!("new{k}")), Pose { angles_deg })
+    });
+    let spread = spread.filter(|(_, pose)| robot.is_within_limits(pose));
+    named.chain(spread).collect()
+}
+
+impl ParameterInformation {
+    /// Adds what a component says.
+    fn add(
+        &mut self,
+        derivatives: &[EndCompliance],
+        unit: &[f64; 6],
+        load: &[f64; 6],
+        scatter: f64,
+    ) {
+        let slopes: Vec<f64> = derivatives
+            .iter()
+            .zip(&self.prior)
+            .map(|(matrix, prior)| motion_along(matrix, unit, load) * prior / scatter)
+            .collect();
+        for (i, a) in slopes.iter().enumerate() {
+            for (j, b) in slopes.iter().enumerate() {
+                self.matrix[(i, j)] += a * b;
+            }
+        }
+    }
+
+    /// The same with a force along an axis, all displacements read.
+    fn with_load(
+        &self,
+        derivatives: &[EndCompliance],
+        axis: Direction,
+        force_n: f64,
+        scatter: f64,
+    ) -> Self {
+        let mut with = self.clone();
+        let mut load = [0.0; 6];
+        load[axis.index()] = force_n;
+        for read in 0..3 {
+            let mut unit = [0.0; 6];
+            unit[read] = 1.0;
+            with.add(derivatives, &unit, &load, scatter);
+        }
+        with
+    }
+
+    /// Standard errors of some parameters, in their unit.
+    fn standard_errors(&self, of: &[usize]) -> Vec<f64> {
+        let inverse = self
+            .matrix
+            .clone()
+            .cholesky()
+            .map(|factor| factor.inverse());
+        let error = |&i: &usize| {
+            let variance = inverse.as_ref().map_or(1.0, |inverse| inverse[(i, i)]);
+            variance.sqrt() * self.prior[i]
+        };
+        of.iter().map(error).collect()
+    }
+}
+
+/// Planned load cases as a table to be filled in: each row lacks its displacements.
+#[must_use]
+pub fn planned_table(model: &LoadCaseModel<'_>, planned: &[PlannedLoadCase]) -> LoadCaseTable {
+    let variables = &model.robot.variables;
+    let joints = variables.iter().map(|variable| JointColumn {
+        variable: variable.name.clone(),
+        unit: match variable.motion {
+            JointMotion::Turns => JointUnit::Angle,
+            JointMotion::Slides => JointUnit::Length,
+        },
+    });
+    let cases = planned.iter().map(|one| LoadCase {
+        line: 0,
+        pose: one.name.clone(),
+        joints: variables
+            .iter()
+            .zip(&one.pose.angles_deg)
+            .map(|(variable, value)| match variable.motion {
+                JointMotion::Turns => value.to_radians(),
+                JointMotion::Slides => *value,
+            })
+            .collect(),
+        repeat: 1,
+        axes: LoadAxes::Base,
+        force_n: one.direction.unit_vector().map(|share| share * one.force_n),
+        moment_nm: [0.0; 3],
+        displacement_m: [None; 3],
+        rotation_rad: [None; 3],
+    });
+    LoadCaseTable {
+        source: "planned".to_owned(),
+        joints: joints.collect(),
+        cases: cases.collect(),
+        ..LoadCaseTable::default()
+    }
+}

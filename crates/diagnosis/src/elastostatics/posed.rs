@@ -1,0 +1,314 @@
+//! Load cases of one robot: poses, loads and what was read, all in the axes of the base.
+
+use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot};
+use stiffbench_measurement::load_cases::{JointUnit, LoadAxes, LoadCase, LoadCaseTable};
+use stiffbench_numeric::vector::dot;
+use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+use super::error::LoadCaseFitError;
+
+/// Names of the six components, in the order of loads and displacements.
+const COMPONENTS: [&str; 6] = [
+    "displacement x",
+    "displacement y",
+    "displacement z",
+    "rotation x",
+    "rotation y",
+    "rotation z",
+];
+
+/// A component that was read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReadComponent {
+    /// Its place among displacement x, y, z and rotation x, y, z along the stated axes.
+    pub component: usize,
+    /// The unit vector of six along which it was read, in the axes of the base.
+    pub unit: [f64; 6],
+    /// What was read, m or rad.
+    pub value: f64,
+}
+
+impl ReadComponent {
+    /// Whether it is a rotation.
+    #[must_use]
+    pub fn is_rotation(&self) -> bool {
+        self.component >= 3
+    }
+
+    /// Its name, for example `displacement x`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        COMPONENTS[self.component]
+    }
+
+    /// Its axis among the stated ones.
+    #[must_use]
+    pub fn axis(&self) -> Direction {
+        Direction::ALL[self.component % 3]
+    }
+}
+
+/// A load in a pose with what was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PosedLoad {
+    /// Line of the table.
+    pub line: u32,
+    /// Place of its name among the named poses.
+    pub label: usize,
+    /// Place of its joint values among the distinct ones.
+    pub pose: usize,
+    /// n-th application of the load.
+    pub repeat: u32,
+    /// Force and moment at the end in the axes of the base, N and N·m.
+    pub load: [f64; 6],
+    /// What was read.
+    pub components: Vec<ReadComponent>,
+}
+
+impl PosedLoad {
+    /// Size of its force, N.
+    #[must_use]
+    pub fn force_n(&self) -> f64 {
+        let [x, y, z, ..] = self.load;
+        dot([x, y, z], [x, y, z]).sqrt()
+    }
+}
+
+/// Load cases of one robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PosedLoadCases {
+    /// Names of the poses, in the order in which they first appear.
+    pub labels: Vec<PoseId>,
+    /// Distinct joint values.
+    pub poses: Vec<Pose>,
+    /// The load cases, in the order of the table.
+    pub cases: Vec<PosedLoad>,
+    /// What a user should know of poses and axes.
+    pub warnings: Vec<String>,
+}
+
+impl PosedLoadCases {
+    /// Puts a table of load cases into the poses and axes of a robot.
+    ///
+    /// # Errors
+    /// [`LoadCaseFitError`] for variables, poses and axes that the robot does not have, and poses that it cannot take.
+    pub fn new(
+        robot: &Robot,
+        mechanism: &Mechanism,
+        table: &LoadCaseTable,
+    ) -> Result<Self, LoadCaseFitError> {
+        let variables = variables(robot, table)?;
+        let mut posed = Self {
+            labels: table.poses(),
+            poses: Vec::new(),
+            cases: Vec::with_capacity(table.cases.len()),
+            warnings: Vec::new(),
+        };
+        posed.warn_of_absent(robot, &variables);
+        for case in &table.cases {
+            let pose = pose_of(robot, table, &variables, case)?;
+            let known = posed.poses.iter().position(|known| *known == pose);
+            let pose = known.unwrap_or_else(|| {
+                posed.warn_of_limits(robot, case, &pose);
+                posed.poses.push(pose);
+                posed.poses.len() - 1
+            });
+            let axes = axes_of(robot, mechanism, table, case, &posed.poses[pose])?;
+            let label = posed.labels.iter().position(|label| *label == case.pose);
+            posed.cases.push(PosedLoad {
+                line: case.line,
+                label: label.unwrap_or_default(),
+                pose,
+                repeat: case.repeat,
+                load: load_along(&axes, case),
+                components: components_along(&axes, case),
+            });
+        }
+        Ok(posed)
+    }
+
+    /// Number of components that were read.
+    #[must_use]
+    pub fn component_count(&self) -> usize {
+        self.cases.iter().map(|case| case.components.len()).sum()
+    }
+
+    /// Every component with its load case, in the order of all vectors of rows.
+    pub fn rows(&self) -> impl Iterator<Item = (&PosedLoad, &ReadComponent)> {
+        let cases = self.cases.iter();
+        cases.flat_map(|case| case.components.iter().map(move |one| (case, one)))
+    }
+
+    /// The median size of the forces, N.
+    #[must_use]
+    pub fn usual_force_n(&self) -> f64 {
+        let mut forces: Vec<f64> = self.cases.iter().map(PosedLoad::force_n).collect();
+        stiffbench_numeric::statistics::median(&mut forces).unwrap_or_default()
+    }
+
+    fn warn_of_absent(&mut self, robot: &Robot, variables: &[usize]) {
+        if variables.is_empty() {
+            return;
+        }
+        let absent: Vec<&str> = (0..robot.variables.len())
+            .filter(|variable| !variables.contains(variable))
+            .map(|variable| robot.variables[variable].name.as_str())
+            .collect();
+        if !absent.is_empty() {
+            self.warnings.push(format!(
+                "assumed: no column of joint values for {}: each stands as in the pose of that name in the robot file, else at its nominal value",
+                absent.join(", ")
+            ));
+        }
+    }
+
+    fn warn_of_limits(&mut self, robot: &Robot, case: &LoadCase, pose: &Pose) {
+        for broken in robot.violated_limits(pose) {
+            self.warnings.push(format!(
+                "line {}, pose {}: outside the limit {} by {:.3}",
+                case.line, case.pose, broken.limit, broken.excess_deg
+            ));
+        }
+    }
+}
+
+/// The robot's variable of each joint column.
+fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, LoadCaseFitError> {
+    let names = || {
+        robot
+            .variables
+            .iter()
+            .map(|variable| variable.name.as_str())
+    };
+    let find = |name: &str| {
+        let exact = names().position(|known| known == name);
+        exact.or_else(|| names().position(|known| known.eq_ignore_ascii_case(name)))
+    };
+    let columns = table
+        .joints
+        .iter()
+        .map(|column| -> Result<usize, LoadCaseFitError> {
+            let variable = &column.variable;
+            let found = find(variable).ok_or_else(|| LoadCaseFitError::UnknownVariable {
+                file: table.source.clone(),
+                robot: robot.name.clone(),
+                variable: variable.clone(),
+                known: names().collect::<Vec<_>>().join(", "),
+                advice: match nearest(variable, names()) {
+                    Some(near) => format!("is `joint_{near}_deg` meant?"),
+                    None => "name the column joint_VARIABLE_deg with a variable of the robot file"
+                        .to_owned(),
+                },
+            })?;
+            let words = |is_angle: bool| if is_angle { "an angle" } else { "a length" };
+            let turns = robot.variables[found].motion == JointMotion::Turns;
+            if turns != (column.unit == JointUnit::Angle) {
+                return Err(LoadCaseFitError::JointUnit {
+                    file: table.source.clone(),
+                    variable: variable.clone(),
+                    found: words(!turns),
+                    expected: words(turns),
+                });
+            }
+            Ok(found)
+        });
+    columns.collect()
+}
+
+/// The pose of a case: the robot's of that name, or its nominal one, with the joint values of the table.
+fn pose_of(
+    robot: &Robot,
+    table: &LoadCaseTable,
+    variables: &[usize],
+    case: &LoadCase,
+) -> Result<Pose, LoadCaseFitError> {
+    let named = robot.pose(&case.pose).ok();
+    if variables.is_empty() && named.is_none() {
+        return Err(LoadCaseFitError::UnknownPose {
+            file: table.source.clone(),
+            line: case.line,
+            pose: case.pose.to_string(),
+            robot: robot.name.clone(),
+        });
+    }
+    let mut pose = named.cloned().unwrap_or_else(|| robot.nominal_pose());
+    for (&variable, value) in variables.iter().zip(&case.joints) {
+        let turns = robot.variables[variable].motion == JointMotion::Turns;
+        pose.angles_deg[variable] = if turns { value.to_degrees() } else { *value };
+    }
+    Ok(pose)
+}
+
+/// Unit vectors of the axes along which the components of a case stand, in those of the base.
+fn axes_of(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    table: &LoadCaseTable,
+    case: &LoadCase,
+    pose: &Pose,
+) -> Result<[[f64; 3]; 3], LoadCaseFitError> {
+    let body = match &case.axes {
+        LoadAxes::Base => return Ok(Direction::ALL.map(Direction::unit_vector)),
+        LoadAxes::Tool => robot.tool.body.or_else(|| robot.end_body(mechanism)),
+        LoadAxes::Body(name) => robot.bodies.iter().position(|body| body.name == *name),
+    };
+    let Some(body) = body else {
+        let bodies = || robot.bodies.iter().map(|body| body.name.as_str());
+        let axes = case.axes.to_string();
+        return Err(LoadCaseFitError::UnknownAxes {
+            file: table.source.clone(),
+            line: case.line,
+            robot: robot.name.clone(),
+            known: bodies().collect::<Vec<_>>().join(", "),
+            advice: match nearest(&axes, bodies().chain(["base", "tool"])) {
+                Some(near) => format!("is `{near}` meant?"),
+                None => "write base, tool, or the id of a body of the robot file".to_owned(),
+            },
+            axes,
+        });
+    };
+    let axes = robot.body_axes(body, pose);
+    let axes = axes.map_err(|source| LoadCaseFitError::Pose {
+        file: table.source.clone(),
+        line: case.line,
+        pose: case.pose.to_string(),
+        source,
+    })?;
+    let in_base = |local: [f64; 3]| -> [f64; 3] {
+        [0, 1, 2].map(|i| (0..3).map(|k| local[k] * axes[k][i]).sum())
+    };
+    Ok(match (&case.axes, &robot.tool.axes) {
+        (LoadAxes::Tool, Some(own)) => own.map(in_base),
+        _ => axes,
+    })
+}
+
+/// Force and moment in the axes of the base.
+fn load_along(axes: &[[f64; 3]; 3], case: &LoadCase) -> [f64; 6] {
+    let mut load = [0.0; 6];
+    for (axis, unit) in axes.iter().enumerate() {
+        for (place, share) in unit.iter().enumerate() {
+            load[place] += case.force_n[axis] * share;
+            load[3 + place] += case.moment_nm[axis] * share;
+        }
+    }
+    load
+}
+
+/// The components that were read, with their directions in the axes of the base.
+fn components_along(axes: &[[f64; 3]; 3], case: &LoadCase) -> Vec<ReadComponent> {
+    let read = case.displacement_m.iter().chain(&case.rotation_rad);
+    read.enumerate()
+        .filter_map(|(component, value)| {
+            let mut unit = [0.0; 6];
+            let first = 3 * (component / 3);
+            unit[first..first + 3].copy_from_slice(&axes[component % 3]);
+            value.map(|value| ReadComponent {
+                component,
+                unit,
+                value,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,269 @@
+//! The header of a table of load cases: which column stands where, in which unit.
+
+use super::error::LoadCaseError;
+use super::table::{JointColumn, JointUnit, LoadCaseNote, VectorQuantity};
+use crate::readings::{Conversion, ReadOptions, ReadingsError, RecordTable, split_unit};
+use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::test_point::Direction;
+
+/// Columns that only a series of readings has.
+const OF_READINGS: [&str; 4] = ["direction", "force", "displacement", "target"];
+
+/// A column of numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NumberColumn {
+    pub(super) index: usize,
+    pub(super) conversion: Conversion,
+}
+
+/// A column of the values of a variable.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct VariableColumn {
+    pub(super) at: NumberColumn,
+    pub(super) column: JointColumn,
+}
+
+/// Where the columns of a file are.
+#[derive(Debug, Default)]
+pub(super) struct LoadCaseColumns {
+    pub(super) pose: Option<usize>,
+    pub(super) repeat: Option<usize>,
+    pub(super) axes: Option<usize>,
+    pub(super) status: Option<usize>,
+    pub(super) origin: Option<usize>,
+    pub(super) joints: Vec<VariableColumn>,
+    /// By quantity, in the order of [`VectorQuantity::ALL`], and axis.
+    pub(super) vectors: [[Option<NumberColumn>; 3]; 4],
+    pub(super) notes: Vec<LoadCaseNote>,
+}
+
+/// The meaning of a name.
+enum ColumnMeaning<'n> {
+    Pose,
+    Repeat,
+    Axes,
+    Status,
+    Origin,
+    Vector(VectorQuantity, Direction, Option<&'n str>),
+    Joint(&'n str, &'n str),
+    OfReadings,
+    Unknown,
+}
+
+/// The quantity and axis of `force_x`, `Disp_z`.
+fn component(stem: &str) -> Option<(VectorQuantity, Direction)> {
+    let stem = stem.trim().to_lowercase();
+    let (quantity, axis) = stem.rsplit_once(['_', ' '])?;
+    let quantity = match quantity.trim_end_matches(['_', ' ']) {
+        "force" | "load" => VectorQuantity::Force,
+        "moment" | "torque" => VectorQuantity::Moment,
+        "displacement" | "disp" | "deflection" => VectorQuantity::Displacement,
+        "rotation" => VectorQuantity::Rotation,
+        _ => return None,
+    };
+    Some((quantity, axis.parse().ok()?))
+}
+
+fn meaning(name: &str) -> ColumnMeaning<'_> {
+    let name = name.trim();
+    match name.to_lowercase().as_str() {
+        "pose" => return ColumnMeaning::Pose,
+        "repeat" => return ColumnMeaning::Repeat,
+        "axes" => return ColumnMeaning::Axes,
+        "status" => return ColumnMeaning::Status,
+        "origin" => return ColumnMeaning::Origin,
+        _ => {}
+    }
+    if let Some((quantity, axis)) = component(name) {
+        return ColumnMeaning::Vector(quantity, axis, None);
+    }
+    let (stem, unit) = split_unit(name).map_or((name, None), |(stem, unit)| (stem, Some(unit)));
+    if let Some((quantity, axis)) = component(stem) {
+        return ColumnMeaning::Vector(quantity, axis, unit);
+    }
+    let joint = stem
+        .get(..6)
+        .filter(|word| word.eq_ignore_ascii_case("joint_"));
+    if let (Some(_), Some(unit)) = (joint, unit)
+        && stem.len() > 6
+    {
+        return ColumnMeaning::Joint(&stem[6..], unit);
+    }
+    if OF_READINGS.contains(&stem.to_lowercase().as_str()) {
+        return ColumnMeaning::OfReadings;
+    }
+    ColumnMeaning::Unknown
+}
+
+/// Whether the header of a table has a column of a vector; a text that is no table has none.
+#[must_use]
+pub fn is_load_case_table(bytes: &[u8]) -> bool {
+    let header = || -> Result<Vec<String>, ReadingsError> {
+        let mut text = RecordTable::open("", bytes, ReadOptions::default())?;
+        text.next_header()?;
+        Ok(text.names)
+    };
+    header().is_ok_and(|names| {
+        names
+            .iter()
+            .any(|name| matches!(meaning(name), ColumnMeaning::Vector(..)))
+    })
+}
+
+impl LoadCaseColumns {
+    /// Reads the header of a table.
+    pub(super) fn read(text: &RecordTable<'_>) -> Result<Self, LoadCaseError> {
+        let mut columns = Self::default();
+        let mut of_readings = None;
+        for (index, name) in text.names.iter().enumerate() {
+            match meaning(name) {
+                ColumnMeaning::Pose => columns.pose = Some(index),
+                ColumnMeaning::Repeat => columns.repeat = Some(index),
+                ColumnMeaning::Axes => columns.axes = Some(index),
+                ColumnMeaning::Status => columns.status = Some(index),
+                ColumnMeaning::Origin => columns.origin = Some(index),
+                ColumnMeaning::Vector(quantity, axis, unit) => {
+                    columns.vector(text, index, (quantity, axis), unit)?;
+                }
+                ColumnMeaning::Joint(variable, unit) => {
+                    columns.joint(text, index, variable, unit)?;
+                }
+                ColumnMeaning::OfReadings => of_readings = Some(index),
+                ColumnMeaning::Unknown if name.is_empty() => {}
+                ColumnMeaning::Unknown => {
+                    columns.notes.push(LoadCaseNote::UnusedColumn(name.clone()));
+                }
+            }
+        }
+        let vector = columns.vectors.iter().flatten().flatten().next();
+        if let (Some(index), Some(vector)) = (of_readings, vector) {
+            return Err(LoadCaseError::Mixed {
+                file: text.file(),
+                line: text.header_line,
+                column: text.names[index].clone(),
+                vector: text.names[vector.index].clone(),
+            });
+        }
+        columns.check_complete(text)?;
+        Ok(columns)
+    }
+
+    /// The columns of a quantity.
+    pub(super) fn of(&self, quantity: VectorQuantity) -> &[Option<NumberColumn>; 3] {
+        &self.vectors[quantity as usize]
+    }
+
+    fn vector(
+        &mut self,
+        text: &RecordTable<'_>,
+        index: usize,
+        (quantity, axis): (VectorQuantity, Direction),
+        unit: Option<&str>,
+    ) -> Result<(), LoadCaseError> {
+        let name = &text.names[index];
+        let conversion = unit.and_then(|unit| Conversion::from_unit(quantity.kind(), unit));
+        let Some(conversion) = conversion else {
+            return Err(LoadCaseError::WrongUnit {
+                file: text.file(),
+                line: text.header_line,
+                column: name.clone(),
+                unit: unit.map_or_else(|| "none".to_owned(), |unit| format!("`{unit}`")),
+                accepted: quantity.kind().units().to_owned(),
+            });
+        };
+        let place = &mut self.vectors[quantity as usize][axis.index()];
+        if let Some(first) = place {
+            return Err(duplicate(text, quantity.name(), first.index, index));
+        }
+        *place = Some(NumberColumn { index, conversion });
+        if Conversion::from_unit(quantity.kind(), quantity.unit()) != Some(conversion) {
+            self.notes.push(LoadCaseNote::UnitConverted {
+                found: name.clone(),
+                unit: quantity.unit(),
+            });
+        }
+        Ok(())
+    }
+
+    fn joint(
+        &mut self,
+        text: &RecordTable<'_>,
+        index: usize,
+        variable: &str,
+        unit: &str,
+    ) -> Result<(), LoadCaseError> {
+        let of = |kind| Conversion::from_unit(kind, unit);
+        let (conversion, joint) = match (of(Kind::Angle), of(Kind::Displacement)) {
+            (Some(conversion), _) => (conversion, JointUnit::Angle),
+            (None, Some(conversion)) => (conversion, JointUnit::Length),
+            (None, None) => {
+                return Err(LoadCaseError::WrongUnit {
+                    file: text.file(),
+                    line: text.header_line,
+                    column: text.names[index].clone(),
+                    unit: format!("`{unit}`"),
+                    accepted: format!(
+                        "{}; of a sliding joint {}",
+                        Kind::Angle.units(),
+                        Kind::Displacement.units()
+                    ),
+                });
+            }
+        };
+        let mut known = self.joints.iter();
+        if let Some(first) = known.find(|known| known.column.variable == variable) {
+            return Err(duplicate(text, "a joint", first.at.index, index));
+        }
+        self.joints.push(VariableColumn {
+            at: NumberColumn { index, conversion },
+            column: JointColumn {
+                variable: variable.to_owned(),
+                unit: joint,
+            },
+        });
+        Ok(())
+    }
+
+    fn check_complete(&self, text: &RecordTable<'_>) -> Result<(), LoadCaseError> {
+        let has = |quantity| self.of(quantity).iter().any(Option::is_some);
+        let (what, advice) = if self.pose.is_none() && self.joints.is_empty() {
+            (
+                "a pose or a joint",
+                "add `pose` with names of the robot file, or one column for each variable, for example joint_J1_deg",
+            )
+        } else if !(has(VectorQuantity::Force) || has(VectorQuantity::Moment)) {
+            ("a load", "add force_x_N, force_y_N and force_z_N")
+        } else if !(has(VectorQuantity::Displacement) || has(VectorQuantity::Rotation)) {
+            (
+                "a displacement",
+                "add at least one of displacement_x_um, displacement_y_um and displacement_z_um",
+            )
+        } else {
+            return Ok(());
+        };
+        let names = text.names.iter().map(|name| format!("`{name}`"));
+        Err(LoadCaseError::MissingColumn {
+            file: text.file(),
+            line: text.header_line,
+            what,
+            found: names.collect::<Vec<_>>().join(", "),
+            advice,
+        })
+    }
+}
+
+fn duplicate(
+    text: &RecordTable<'_>,
+    what: &'static str,
+    first: usize,
+    second: usize,
+) -> LoadCaseError {
+    ReadingsError::DuplicateColumn {
+        file: text.file(),
+        line: text.header_line,
+        column: what,
+        first: text.names[first].clone(),
+        second: text.names[second].clone(),
+    }
+    .into()
+}

@@ -1,0 +1,114 @@
+//! What can be wrong with a table of load cases.
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+use crate::readings::ReadingsError;
+
+/// Why a table of load cases could not be read.
+#[derive(Debug, Error, Diagnostic)]
+pub enum LoadCaseError {
+    /// The text, its records or its numbers.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Text(#[from] ReadingsError),
+    /// A kind of column that must be there is not.
+    #[error("{file}, line {line}: no column of {what} among {found}")]
+    #[diagnostic(code(stiffbench::load_cases::missing_column))]
+    MissingColumn {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// What is missing.
+        what: &'static str,
+        /// The names found, each in backquotes.
+        found: String,
+        /// What to add.
+        #[help]
+        advice: &'static str,
+    },
+    /// The unit in a column's name is missing, unknown, or of another kind.
+    #[error(
+        "{file}, line {line}: column `{column}` has {unit} for its unit, expected one of {accepted}"
+    )]
+    #[diagnostic(
+        code(stiffbench::load_cases::wrong_unit),
+        help("write the unit after an underscore: force_x_N, displacement_z_um, joint_J1_deg")
+    )]
+    WrongUnit {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The column, as named in the file.
+        column: String,
+        /// The unit in backquotes, or `none`.
+        unit: String,
+        /// The units of this kind.
+        accepted: String,
+    },
+    /// A column that only a series of readings has.
+    #[error(
+        "{file}, line {line}: column `{column}` beside columns of vectors such as `{vector}`: the file mixes two forms"
+    )]
+    #[diagnostic(
+        code(stiffbench::load_cases::mixed),
+        help(
+            "a load case has its load and what was read as vectors: leave out direction, force_N and displacement_um, or all columns of vectors"
+        )
+    )]
+    Mixed {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The column of a series of readings.
+        column: String,
+        /// A column of vectors.
+        vector: String,
+    },
+    /// A load case without a load.
+    #[error("{file}, line {line}: force and moment are zero")]
+    #[diagnostic(
+        code(stiffbench::load_cases::no_load),
+        help(
+            "a load case is the change from the unloaded state: leave out the row, or mark it `rejected` under `status`"
+        )
+    )]
+    NoLoad {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+    },
+    /// A load case of which nothing was read.
+    #[error("{file}, line {line}: no component of displacement or rotation")]
+    #[diagnostic(
+        code(stiffbench::load_cases::nothing_read),
+        help(
+            "fill at least one displacement or rotation, or mark the row `rejected` under `status`"
+        )
+    )]
+    NothingRead {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+    },
+}
+
+impl LoadCaseError {
+    /// The line the error is about, from 1; `None` if it concerns no single line.
+    #[must_use]
+    pub fn line(&self) -> Option<u32> {
+        match self {
+            Self::Text(error) => error.line(),
+            Self::MissingColumn { line, .. }
+            | Self::WrongUnit { line, .. }
+            | Self::Mixed { line, .. }
+            | Self::NoLoad { line, .. }
+            | Self::NothingRead { line, .. } => Some(*line),
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Reads a table of load cases.
+
+use std::collections::HashMap;
+use std::io::Read;
+
+use super::columns::{LoadCaseColumns, NumberColumn};
+use super::error::LoadCaseError;
+use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
+use crate::readings::{ReadOptions, ReadingsError, RecordTable, read_count};
+use stiffbench_units_and_text::test_point::PoseId;
+
+/// Load cases from a table.
+///
+/// Delimiters, decimal signs, encodings and units are those of every table of this program. An empty field is a component that was not
+/// read; of a load it is an error, for a load that is not known loads nothing.
+///
+/// # Arguments
+/// - `source`: the name of the input, for messages.
+/// - `input`: its bytes; read once, in pieces.
+///
+/// # Errors
+/// [`LoadCaseError`] with line, column, value and what was expected, for the first thing that is wrong.
+pub fn read_load_cases(
+    source: &str,
+    input: impl Read,
+    options: &ReadOptions,
+) -> Result<LoadCaseTable, LoadCaseError> {
+    let mut text = RecordTable::open(source, input, *options)?;
+    if !text.next_header()? {
+        let file = source.to_owned();
+        return Err(ReadingsError::Empty { file }.into());
+    }
+    let columns = LoadCaseColumns::read(&text)?;
+    let mut reader = LoadCaseReader::default();
+    while text.next_record()? {
+        reader.take(&mut text, &columns)?;
+    }
+    if reader.cases.is_empty() {
+        let (file, line) = (source.to_owned(), text.header_line);
+        return Err(ReadingsError::NoReadings { file, line }.into());
+    }
+    let mut notes: Vec<LoadCaseNote> = text
+        .assumptions()
+        .into_iter()
+        .map(LoadCaseNote::Text)
+        .collect();
+    notes.extend(columns.notes);
+    if columns.axes.is_none() {
+        notes.push(LoadCaseNote::BaseAxes);
+    }
+    if columns.pose.is_none() {
+        notes.push(LoadCaseNote::NumberedPoses);
+    }
+    if !reader.rejected.is_empty() {
+        let lines = reader.rejected;
+        notes.push(LoadCaseNote::Rejected { lines });
+    }
+    notes.extend(reader.repeated);
+    let joints = columns.joints.into_iter().map(|joint| joint.column);
+    Ok(LoadCaseTable {
+        source: source.to_owned(),
+        origin: reader.origin,
+        joints: joints.collect(),
+        cases: reader.cases,
+        notes,
+    })
+}
+
+/// Collects load cases.
+#[derive(Debug, Default)]
+struct LoadCaseReader {
+    cases: Vec<LoadCase>,
+    origin: Option<String>,
+    rejected: Vec<u32>,
+    repeated: Vec<LoadCaseNote>,
+    /// First line of every record, by its bytes.
+    seen: HashMap<Vec<u8>, u32>,
+    /// Number of each set of joint values, by their bits.
+    poses: HashMap<Vec<u64>, usize>,
+}
+
+impl LoadCaseReader {
+    fn take(
+        &mut self,
+        text: &mut RecordTable<'_>,
+        columns: &LoadCaseColumns,
+    ) -> Result<(), LoadCaseError> {
+        let line = text.line;
+        if let Some(index) = columns.status
+            && !counts(text, index)?
+        {
+            self.rejected.push(line);
+            return Ok(());
+        }
+        if let (Some(index), None) = (columns.origin, &self.origin) {
+            let origin = text.text(text.field(index)).into_owned();
+            self.origin = Some(origin).filter(|origin| !origin.is_empty());
+        }
+        let mut joints = Vec::with_capacity(columns.joints.len());
+        for joint in &columns.joints {
+            joints.push(required(
+                text,
+                joint.at,
+                "the value of the joint in this pose",
+            )?);
+        }
+        let case = LoadCase {
+            line,
+            pose: self.pose(text, columns.pose, &joints)?,
+            joints,
+            repeat: repeat(text, columns.repeat)?,
+            axes: axes(text, columns.axes),
+            force_n: load(text, columns.of(VectorQuantity::Force))?,
+            moment_nm: load(text, columns.of(VectorQuantity::Moment))?,
+            displacement_m: read(text, columns.of(VectorQuantity::Displacement))?,
+            rotation_rad: read(text, columns.of(VectorQuantity::Rotation))?,
+        };
+        let file = || text.file();
+        if case.force_n == [0.0; 3] && case.moment_nm == [0.0; 3] {
+            return Err(LoadCaseError::NoLoad { file: file(), line });
+        }
+        if case.component_count() == 0 {
+            return Err(LoadCaseError::NothingRead { file: file(), line });
+        }
+        self.cases.push(case);
+        self.note_repeated(text);
+        Ok(())
+    }
+
+    fn pose(
+        &mut self,
+        text: &RecordTable<'_>,
+        column: Option<usize>,
+        joints: &[f64],
+    ) -> Result<PoseId, LoadCaseError> {
+        let Some(index) = column else {
+            let bits = joints.iter().map(|value| value.to_bits()).collect();
+            let next = self.poses.len() + 1;
+            let number = *self.poses.entry(bits).or_insert(next);
+            return Ok(PoseId::new(&number.to_string()));
+        };
+        let name = text.text(text.field(index)).into_owned();
+        if name.is_empty() {
+            return Err(missing(text, index, "the name of a pose"));
+        }
+        Ok(PoseId::new(&name))
+    }
+
+    fn note_repeated(&mut self, text: &RecordTable<'_>) {
+        let mut bytes = Vec::new();
+        for index in 0..text.names.len() {
+            bytes.extend_from_slice(text.field(index));
+            bytes.push(0);
+        }
+        let line = text.line;
+        if let Some(&first_line) = self.seen.get(&bytes) {
+            self.repeated
+                .push(LoadCaseNote::RepeatedRow { line, first_line });
+        } else {
+            self.seen.insert(bytes, line);
+        }
+    }
+}
+
+/// Whether a row counts.
+fn counts(text: &RecordTable<'_>, index: usize) -> Result<bool, LoadCaseError> {
+    let word = text.text(text.field(index)).to_lowercase();
+    match word.as_str() {
+        "" | "accepted" => Ok(true),
+        "superseded" | "rejected" => Ok(false),
+        _ => Err(bad(text, index, "accepted, superseded or rejected")),
+    }
+}
+
+fn repeat(text: &RecordTable<'_>, column: Option<usize>) -> Result<u32, LoadCaseError> {
+    let Some(index) = column else { return Ok(1) };
+    let field = text.field(index);
+    if field.is_empty() {
+        return Ok(1);
+    }
+    let count = read_count(field).filter(|repeat| *repeat > 0);
+    count.ok_or_else(|| bad(text, index, "a whole number from 1"))
+}
+
+fn axes(text: &RecordTable<'_>, column: Option<usize>) -> LoadAxes {
+    let Some(index) = column else {
+        return LoadAxes::Base;
+    };
+    let name = text.text(text.field(index)).into_owned();
+    match name.to_lowercase().as_str() {
+        "" | "base" => LoadAxes::Base,
+        "tool" => LoadAxes::Tool,
+        _ => LoadAxes::Body(name),
+    }
+}
+
+/// The components of a load; those without a column are zero.
+fn load(
+    text: &mut RecordTable<'_>,
+    columns: &[Option<NumberColumn>; 3],
+) -> Result<[f64; 3], LoadCaseError> {
+    let mut values = [0.0; 3];
+    for (value, column) in values.iter_mut().zip(columns) {
+        if let Some(column) = column {
+            *value = required(text, *column, "a component of the load, 0 if there is none")?;
+        }
+    }
+    Ok(values)
+}
+
+/// The components that were read.
+fn read(
+    text: &mut RecordTable<'_>,
+    columns: &[Option<NumberColumn>; 3],
+) -> Result<[Option<f64>; 3], LoadCaseError> {
+    let mut values = [None; 3];
+    for (value, column) in values.iter_mut().zip(columns) {
+        if let Some(column) = column
+            && !text.field(column.index).is_empty()
+        {
+            *value = Some(number(text, *column)?);
+        }
+    }
+    Ok(values)
+}
+
+fn required(
+    text: &mut RecordTable<'_>,
+    column: NumberColumn,
+    expected: &'static str,
+) -> Result<f64, LoadCaseError> {
+    if text.field(column.index).is_empty() {
+        return Err(missing(text, column.index, expected));
+    }
+    number(text, column)
+}
+
+fn number(text: &mut RecordTable<'_>, column: NumberColumn) -> Result<f64, LoadCaseError> {
+    let NumberColumn { index, conversion } = column;
+    let read = text.number(index, conversion);
+    read.map_err(|fault| {
+        text.number_error(index, text.names[index].clone(), fault)
+            .into()
+    })
+}
+
+fn missing(text: &RecordTable<'_>, index: usize, expected: &'static str) -> LoadCaseError {
+    ReadingsError::MissingValue {
+        file: text.file(),
+        line: text.line,
+        column: text.names[index].clone(),
+        expected,
+    }
+    .into()
+}
+
+fn bad(text: &RecordTable<'_>, index: usize, expected: &'static str) -> LoadCaseError {
+    ReadingsError::BadValue {
+        file: text.file(),
+        line: text.line,
+        column: text.names[index].clone(),
+        value: text.text(text.field(index)).into_owned(),
+        expected,
+    }
+    .into()
+}

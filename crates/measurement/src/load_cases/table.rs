@@ -1,0 +1,246 @@
+//! A table of load cases, with everything its reader assumed.
+
+use std::fmt;
+
+use crate::readings::Assumption;
+use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+/// What a vector column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum VectorQuantity {
+    /// Force at the end, N.
+    Force,
+    /// Moment at the end, N·m.
+    Moment,
+    /// Displacement of the end, m.
+    Displacement,
+    /// Rotation of the end, rad.
+    Rotation,
+}
+
+impl VectorQuantity {
+    /// All, in the order in which they are written.
+    pub const ALL: [Self; 4] = [
+        Self::Force,
+        Self::Moment,
+        Self::Displacement,
+        Self::Rotation,
+    ];
+
+    /// Its name in a column.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Moment => "moment",
+            Self::Displacement => "displacement",
+            Self::Rotation => "rotation",
+        }
+    }
+
+    /// The unit it is written in.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Force => "N",
+            Self::Moment => "Nm",
+            Self::Displacement => "um",
+            Self::Rotation => "urad",
+        }
+    }
+
+    /// What it measures.
+    #[must_use]
+    pub fn kind(self) -> Kind {
+        match self {
+            Self::Force => Kind::Force,
+            Self::Moment => Kind::Torque,
+            Self::Displacement => Kind::Displacement,
+            Self::Rotation => Kind::Angle,
+        }
+    }
+
+    /// Whether it is applied; else it is read.
+    #[must_use]
+    pub fn is_load(self) -> bool {
+        matches!(self, Self::Force | Self::Moment)
+    }
+
+    /// The column of one of its components, with its unit.
+    #[must_use]
+    pub fn column(self, axis: Direction) -> String {
+        format!("{}_{axis}_{}", self.name(), self.unit())
+    }
+}
+
+/// Along which axes the components of a load case stand.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum LoadAxes {
+    /// Those of the robot's base.
+    #[default]
+    Base,
+    /// Those of the body that carries the end.
+    Tool,
+    /// Those of a body of the robot, by name.
+    Body(String),
+}
+
+impl fmt::Display for LoadAxes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Base => "base",
+            Self::Tool => "tool",
+            Self::Body(name) => name,
+        })
+    }
+}
+
+/// Whether a joint's variable turns or slides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointUnit {
+    /// An angle, rad.
+    Angle,
+    /// A length, m.
+    Length,
+}
+
+/// A column with the values of one variable of the robot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JointColumn {
+    /// Name of the variable.
+    pub variable: String,
+    /// What its values are.
+    pub unit: JointUnit,
+}
+
+/// One load application in one pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadCase {
+    /// Line of the file, from 1; 0 if there is none.
+    pub line: u32,
+    /// Name of the pose, or its number where the table gives none.
+    pub pose: PoseId,
+    /// Values of the joint columns, rad or m.
+    pub joints: Vec<f64>,
+    /// n-th application of the load, from 1.
+    pub repeat: u32,
+    /// Along which axes its components stand.
+    pub axes: LoadAxes,
+    /// Force at the end, N.
+    pub force_n: [f64; 3],
+    /// Moment at the end, N·m.
+    pub moment_nm: [f64; 3],
+    /// Displacement of the end, m; `None` for a component that was not read.
+    pub displacement_m: [Option<f64>; 3],
+    /// Rotation of the end, rad; `None` for a component that was not read.
+    pub rotation_rad: [Option<f64>; 3],
+}
+
+impl LoadCase {
+    /// Number of components that were read.
+    #[must_use]
+    pub fn component_count(&self) -> usize {
+        let read = self.displacement_m.iter().chain(&self.rotation_rad);
+        read.flatten().count()
+    }
+}
+
+/// What a reader took for granted, left out or noticed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LoadCaseNote {
+    /// Of the text itself.
+    Text(Assumption),
+    /// A column has another unit than the one it is written in.
+    UnitConverted {
+        /// Its name in the file.
+        found: String,
+        /// The unit it is written in.
+        unit: &'static str,
+    },
+    /// There is no column `axes`.
+    BaseAxes,
+    /// There is no column `pose`: each set of joint values is a pose of its own.
+    NumberedPoses,
+    /// A column that means nothing here.
+    UnusedColumn(String),
+    /// Rows that are marked as not to be used.
+    Rejected {
+        /// Their lines.
+        lines: Vec<u32>,
+    },
+    /// A row repeats an earlier one word for word.
+    RepeatedRow {
+        /// The later line.
+        line: u32,
+        /// The earlier line.
+        first_line: u32,
+    },
+}
+
+impl fmt::Display for LoadCaseNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(assumption) => write!(f, "assumed: {assumption}"),
+            Self::UnitConverted { found, unit } => {
+                write!(f, "assumed: column `{found}` was converted to {unit}")
+            }
+            Self::BaseAxes => f.write_str(
+                "assumed: no column `axes`: components stand along the axes of the base",
+            ),
+            Self::NumberedPoses => f.write_str(
+                "assumed: no column `pose`: poses are numbered in the order of their joint values",
+            ),
+            Self::UnusedColumn(name) => write!(f, "column `{name}` means nothing here"),
+            Self::Rejected { lines } => write!(
+                f,
+                "{} rows are not used, because their `status` says so: line {}",
+                lines.len(),
+                lines
+                    .iter()
+                    .map(u32::to_string)
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            ),
+            Self::RepeatedRow { line, first_line } => write!(
+                f,
+                "line {line} repeats line {first_line} word for word; both are kept"
+            ),
+        }
+    }
+}
+
+/// Load cases of one session, in the order of the file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LoadCaseTable {
+    /// Where they come from, as the caller named it.
+    pub source: String,
+    /// How they came about if they were not measured.
+    pub origin: Option<String>,
+    /// The columns of joint values.
+    pub joints: Vec<JointColumn>,
+    /// The load cases that count.
+    pub cases: Vec<LoadCase>,
+    /// What an analysis should know.
+    pub notes: Vec<LoadCaseNote>,
+}
+
+impl LoadCaseTable {
+    /// The names of the poses, in the order in which they first appear.
+    #[must_use]
+    pub fn poses(&self) -> Vec<PoseId> {
+        let mut poses: Vec<PoseId> = Vec::new();
+        for case in &self.cases {
+            if !poses.contains(&case.pose) {
+                poses.push(case.pose.clone());
+            }
+        }
+        poses
+    }
+
+    /// Number of components that were read.
+    #[must_use]
+    pub fn component_count(&self) -> usize {
+        self.cases.iter().map(LoadCase::component_count).sum()
+    }
+}

@@ -1,0 +1,98 @@
+//! Writes a table of load cases.
+
+use std::fmt::Write as _;
+
+use super::table::{JointUnit, LoadCaseTable, VectorQuantity};
+use crate::readings::write_decimal;
+use stiffbench_units_and_text::test_point::Direction;
+
+/// The table as text: `pose`, the joints, `repeat`, `axes`, the load, what was read, and `origin` if there is one.
+///
+/// Moments and rotations of which no case has a component have no columns. Values are written to 15 digits, so that they are read back as they were.
+#[must_use]
+pub fn write_load_cases(table: &LoadCaseTable) -> String {
+    let used: Vec<VectorQuantity> = VectorQuantity::ALL
+        .into_iter()
+        .filter(|quantity| {
+            matches!(
+                quantity,
+                VectorQuantity::Force | VectorQuantity::Displacement
+            ) || table
+                .cases
+                .iter()
+                .any(|case| (0..3).any(|axis| component(case, *quantity, axis).is_some()))
+        })
+        .collect();
+    let mut text = "pose".to_owned();
+    for joint in &table.joints {
+        let unit = match joint.unit {
+            JointUnit::Angle => "deg",
+            JointUnit::Length => "mm",
+        };
+        let _ = write!(text, ",joint_{}_{unit}", joint.variable);
+    }
+    text.push_str(",repeat,axes");
+    for quantity in &used {
+        for axis in Direction::ALL {
+            let _ = write!(text, ",{}", quantity.column(axis));
+        }
+    }
+    let origin = table.origin.as_ref().map(|origin| quoted(origin));
+    if origin.is_some() {
+        text.push_str(",origin");
+    }
+    text.push('\n');
+    let mut digits = String::new();
+    for case in &table.cases {
+        text.push_str(&quoted(case.pose.as_str()));
+        for (joint, value) in table.joints.iter().zip(&case.joints) {
+            let (value, shift) = match joint.unit {
+                JointUnit::Angle => (value.to_degrees(), 0),
+                JointUnit::Length => (*value, 3),
+            };
+            write_decimal(value, shift, &mut digits);
+            let _ = write!(text, ",{digits}");
+        }
+        let _ = write!(text, ",{},{}", case.repeat, case.axes);
+        for quantity in &used {
+            let shift = match quantity {
+                VectorQuantity::Force | VectorQuantity::Moment => 0,
+                VectorQuantity::Displacement | VectorQuantity::Rotation => 6,
+            };
+            for axis in 0..3 {
+                text.push(',');
+                let value = component(case, *quantity, axis);
+                let value = value.or(quantity.is_load().then_some(0.0));
+                if let Some(value) = value {
+                    write_decimal(value, shift, &mut digits);
+                    text.push_str(&digits);
+                }
+            }
+        }
+        if let Some(origin) = &origin {
+            let _ = write!(text, ",{origin}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A component that is not zero, if a load, or was read.
+fn component(case: &super::table::LoadCase, quantity: VectorQuantity, axis: usize) -> Option<f64> {
+    let of_load = |value: f64| (value != 0.0).then_some(value);
+    match quantity {
+        VectorQuantity::Force => of_load(case.force_n[axis]),
+        VectorQuantity::Moment => of_load(case.moment_nm[axis]),
+        VectorQuantity::Displacement => case.displacement_m[axis],
+        VectorQuantity::Rotation => case.rotation_rad[axis],
+    }
+}
+
+/// A text as a field.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', ';']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

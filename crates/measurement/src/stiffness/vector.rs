@@ -1,0 +1,292 @@
+//! Compliance along each base axis of readings of several displacement gauges.
+
+use stiffbench_numeric::statistics::{Estimate, mean, standard_deviation};
+use stiffbench_units_and_text::test_point::PoseId;
+
+use super::curve::Branches;
+use crate::readings::VectorReading;
+
+/// Components of a unit vector below this are none.
+const NO_COMPONENT: f64 = 1e-9;
+
+/// Compliance of the end in one pose under a load in one direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VectorStiffness {
+    /// The pose held.
+    pub pose: PoseId,
+    /// Name of the direction of the load.
+    pub direction: String,
+    /// The direction, a unit vector along the base axes.
+    pub unit: [f64; 3],
+    /// Number of runs.
+    pub runs: usize,
+    /// Number of readings.
+    pub readings: usize,
+    /// Largest load in size, N.
+    pub largest_n: f64,
+    /// Displacement along x, y, z per force along the load, m/N: the slope of each run over its readings, averaged over the runs; `None`
+    /// along an axis that was not read, or without two different loads.
+    pub compliance_m_per_n: [Option<Estimate>; 3],
+    /// The same along the load; `None` where the load has a component along an axis that was not read.
+    pub along_m_per_n: Option<Estimate>,
+    /// Displacement along x, y, z at the largest load per that load from the zero of the gauges, m/N, averaged over the runs.
+    pub at_largest_m_per_n: [Option<Estimate>; 3],
+}
+
+/// Force along the load and displacement of a reading.
+type ForcePoint = (f64, f64);
+
+/// Compliances of every pose and direction, in the order in which they first appear.
+///
+/// The uncertainty is that of the scatter between runs, u = s/√n with n - 1 degrees of freedom; of a single run that of its residuals about
+/// the line, n - 2. The calibration of the gauges is not in it.
+///
+/// # Arguments
+/// - `readings`: those that count.
+/// - `preload_n`: force along the load at which the displacement gauges were zeroed, N.
+#[must_use]
+pub fn vector_stiffness(
+    readings: &[&VectorReading],
+    branches: Branches,
+    preload_n: f64,
+) -> Vec<VectorStiffness> {
+    let mut groups: Vec<Vec<&VectorReading>> = Vec::new();
+    let included = readings
+        .iter()
+        .filter(|reading| branches.include(reading.branch));
+    for reading in included {
+        let same = |group: &&mut Vec<&VectorReading>| {
+            let first = group[0];
+            (&first.pose, &first.direction) == (&reading.pose, &reading.direction)
+        };
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(reading),
+            None => groups.push(vec![reading]),
+        }
+    }
+    groups
+        .iter()
+        .filter_map(|group| of_group(group, preload_n))
+        .collect()
+}
+
+/// `None` for a group whose forces are all zero.
+fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness> {
+    let size = |reading: &VectorReading| length(reading.force_n);
+    let largest = group.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    let largest_n = size(largest);
+    if largest_n == 0.0 {
+        return None;
+    }
+    // Loads count along the direction, against it below zero.
+    let sense = if largest.target_n < 0.0 { -1.0 } else { 1.0 };
+    let unit = largest.force_n.map(|part| sense * part / largest_n + 0.0);
+    let force = |reading: &VectorReading| dot(reading.force_n, unit);
+    let largest_target =
+        group
+            .iter()
+            .map(|reading| reading.target_n)
+            .fold(0.0, |most: f64, target| {
+                if target.abs() > most.abs() {
+                    target
+                } else {
+                    most
+                }
+            });
+    // A zero that was set anew within a run begins a line of its own.
+    let mut labels: Vec<(&str, &str)> = Vec::new();
+    for reading in group {
+        let label = (reading.run.as_str(), reading.zero.as_str());
+        if !labels.contains(&label) {
+            labels.push(label);
+        }
+    }
+    let runs = |of: &dyn Fn(&VectorReading) -> Option<f64>| -> Vec<Vec<ForcePoint>> {
+        let of_run = |(run, zero): &(&str, &str)| {
+            let run = group
+                .iter()
+                .filter(|reading| reading.run == *run && reading.zero == *zero);
+            run.filter_map(|reading| Some((force(reading), of(reading)?)))
+                .collect()
+        };
+        labels.iter().map(of_run).collect()
+    };
+    let axis = |axis: usize| move |reading: &VectorReading| reading.displacement_m[axis];
+    let along = |reading: &VectorReading| {
+        let parts = (0..3).map(|axis| {
+            if unit[axis].abs() < NO_COMPONENT {
+                Some(0.0)
+            } else {
+                reading.displacement_m[axis].map(|part_m| unit[axis] * part_m)
+            }
+        });
+        parts.sum::<Option<f64>>()
+    };
+    let at_largest = |number: usize| {
+        let at = group
+            .iter()
+            .filter(|reading| reading.target_n == largest_target);
+        let ratios: Vec<f64> = at
+            .filter_map(|reading| {
+                let from_zero_n = force(reading) - preload_n;
+                Some(reading.displacement_m[number]? / from_zero_n)
+            })
+            .filter(|ratio| ratio.is_finite())
+            .collect();
+        averaged(&ratios)
+    };
+    Some(VectorStiffness {
+        pose: group[0].pose.clone(),
+        direction: group[0].direction.clone(),
+        unit,
+        runs: labels.len(),
+        readings: group.len(),
+        largest_n,
+        compliance_m_per_n: std::array::from_fn(|number| slope(&runs(&axis(number)))),
+        along_m_per_n: slope(&runs(&along)),
+        at_largest_m_per_n: std::array::from_fn(at_largest),
+    })
+}
+
+/// Mean slope of the runs that have one.
+fn slope(runs: &[Vec<ForcePoint>]) -> Option<Estimate> {
+    let lines: Vec<(f64, f64, f64)> = runs.iter().filter_map(|run| line(run)).collect();
+    if let [(slope, standard_error, dof)] = lines[..] {
+        return Some(if dof > 0.0 {
+            Estimate {
+                value: slope,
+                standard_uncertainty: standard_error,
+                dof,
+            }
+        } else {
+            Estimate::without_uncertainty(slope)
+        });
+    }
+    averaged(&lines.iter().map(|line| line.0).collect::<Vec<_>>())
+}
+
+/// A mean with the standard uncertainty of its scatter.
+fn averaged(values: &[f64]) -> Option<Estimate> {
+    let value = mean(values)?;
+    Some(match standard_deviation(values) {
+        Some(sd) if values.len() > 1 => Estimate {
+            value,
+            standard_uncertainty: sd / (values.len() as f64).sqrt(),
+            dof: values.len() as f64 - 1.0,
+        },
+        _ => Estimate::without_uncertainty(value),
+    })
+}
+
+/// Slope of the least-squares line through (force, displacement), its standard error, and its degrees of freedom; `None` below two loads.
+fn line(points: &[ForcePoint]) -> Option<(f64, f64, f64)> {
+    let n = points.len() as f64;
+    let mean_n = points.iter().map(|point| point.0).sum::<f64>() / n;
+    let mean_m = points.iter().map(|point| point.1).sum::<f64>() / n;
+    let sxx: f64 = points.iter().map(|point| (point.0 - mean_n).powi(2)).sum();
+    let sxy: f64 = points
+        .iter()
+        .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
+        .sum();
+    let slope = sxy / sxx;
+    if !slope.is_finite() {
+        return None;
+    }
+    let residual = |point: &ForcePoint| point.1 - mean_m - slope * (point.0 - mean_n);
+    let squares: f64 = points.iter().map(|point| residual(point).powi(2)).sum();
+    let dof = n - 2.0;
+    Some((slope, (squares / dof / sxx).sqrt(), dof))
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn length(vector: [f64; 3]) -> f64 {
+    vector[0].hypot(vector[1]).hypot(vector[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::readings::ReadingStatus;
+    use stiffbench_units_and_text::test_point::Branch;
+
+    /// A reading of a load `f` along (0.6, 0, 0.8) on an end with the compliance matrix below, in run `run`.
+    fn reading(f: f64, run: u32, extra_m: f64) -> VectorReading {
+        let force_n = [0.6 * f, 0.0, 0.8 * f];
+        // Rows of a symmetric compliance, µm/N.
+        let matrix = [[5.0, 1.0, 2.0], [1.0, 3.0, 0.5], [2.0, 0.5, 8.0]];
+        let displacement_m = matrix.map(|row: [f64; 3]| Some(1e-6 * dot(row, force_n) + extra_m));
+        VectorReading {
+            line: 0,
+            seq: 1,
+            pose: PoseId::new("P1"),
+            direction: "oblique".to_owned(),
+            branch: Branch::Loading,
+            step: 0,
+            repeat: run,
+            attempt: 1,
+            status: ReadingStatus::Accepted,
+            target_n: f,
+            force_n,
+            displacement_m,
+            run: run.to_string(),
+            zero: run.to_string(),
+            time_s: None,
+            hold_s: None,
+            temperature_deg_c: None,
+            utc: String::new(),
+            force_raw: String::new(),
+            force_zero_n: None,
+            displacement_raw: <[String; 3]>::default(),
+            displacement_zero_m: [None; 3],
+            flag: String::new(),
+            note: String::new(),
+        }
+    }
+
+    #[test]
+    fn compliances_are_those_of_the_matrix_and_zeros_do_not_count() {
+        // Each run has a zero of its own; by hand c = C d: (0.6·5 + 0.8·2, 0.6·1 + 0.8·0.5, 0.6·2 + 0.8·8) µm/N.
+        let readings: Vec<VectorReading> = [(1, 3e-6), (2, -1e-6)]
+            .into_iter()
+            .flat_map(|(run, zero_m)| [-10.0, -20.0, -30.0].map(|f| reading(f, run, zero_m)))
+            .collect();
+        let listed: Vec<&VectorReading> = readings.iter().collect();
+        let cells = vector_stiffness(&listed, Branches::LoadingOnly, 0.0);
+        assert_eq!(cells.len(), 1);
+        let cell = &cells[0];
+        assert_eq!((cell.runs, cell.readings), (2, 6));
+        assert!((cell.unit[0] - 0.6).abs() < 1e-12 && (cell.unit[2] - 0.8).abs() < 1e-12);
+        for (found, expected) in cell.compliance_m_per_n.iter().zip([4.6e-6, 1.0e-6, 7.6e-6]) {
+            let found = found.unwrap();
+            assert!((found.value - expected).abs() < 1e-15, "{found:?}");
+            assert!(found.standard_uncertainty < 1e-15);
+        }
+        // dᵀ C d = 0.6·4.6 + 0.8·7.6 µm/N.
+        let along = cell.along_m_per_n.unwrap();
+        assert!((along.value - 8.84e-6).abs() < 1e-15);
+        // At -30 N the zeros are 3 and -1 µm: the mean of (4.6·-30 + 3)/-30 and (4.6·-30 - 1)/-30.
+        let at_largest = cell.at_largest_m_per_n[0].unwrap().value;
+        assert!((at_largest - (4.6e-6 - 1e-6 / 30.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn an_axis_that_was_not_read_has_no_value_and_none_along_the_load() {
+        let readings: Vec<VectorReading> = [10.0, 20.0]
+            .map(|f| VectorReading {
+                displacement_m: [None, Some(f * 1e-6), None],
+                ..reading(f, 1, 0.0)
+            })
+            .to_vec();
+        let listed: Vec<&VectorReading> = readings.iter().collect();
+        let cell = &vector_stiffness(&listed, Branches::Both, 0.0)[0];
+        assert_eq!(
+            (cell.compliance_m_per_n[0], cell.along_m_per_n),
+            (None, None)
+        );
+        let read = cell.compliance_m_per_n[1].unwrap();
+        assert!((read.value - 1e-6).abs() < 1e-18 && read.expanded_95().is_none());
+    }
+}

@@ -1,0 +1,309 @@
+//! Sessions with displacement gauges along the base axes: what they keep, a crash at any moment, mishaps of one gauge of three.
+
+use crate::support::{Fault, Rig, compliance, csv_without_times, records, short};
+use proptest::prelude::*;
+use stiffbench_gauges::{Channel, GaugeEvent, LinkState};
+use stiffbench_measurement::procedure::Procedure;
+use stiffbench_measurement::readings::read_vector_readings;
+use stiffbench_session::{
+    Answer, Event, Input, SessionEnd, SessionState, Task, read_journal, table, vector_integrity,
+};
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::Direction;
+
+/// Loads against x and along an oblique direction, read along x, y and z.
+fn of_vectors() -> Procedure {
+    let oblique = LoadDirection::from_vector([0.0, 0.6, 0.8]).expect("a unit vector");
+    Procedure {
+        directions: vec![
+            "-x".parse().expect("a direction"),
+            oblique.named("diagonal"),
+        ],
+        displacement_axes: Direction::ALL.to_vec(),
+        ..short(false)
+    }
+}
+
+/// Checks every reading that counts against the compliance of the end.
+fn assert_true_readings(state: &SessionState) {
+    for kept in state
+        .readings
+        .iter()
+        .filter(|kept| kept.superseded.is_none())
+    {
+        let taken = &kept.taken;
+        let per_n = compliance(&taken.direction);
+        for axis in Direction::ALL {
+            // Counted from the zero under the preload of -1 N.
+            let expected_m = per_n[axis.index()] * (taken.force_n + 1.0);
+            let read_m = taken
+                .displacement_of(Channel::along(axis))
+                .expect("it was read");
+            // The digits of both gauges, of reading and zero.
+            let digits_m = 1.1e-6 + per_n[axis.index()].abs() * 0.1;
+            assert!(
+                (read_m - expected_m).abs() <= digits_m,
+                "{} {axis}: {read_m} for {expected_m}",
+                taken.direction
+            );
+        }
+    }
+}
+
+#[test]
+fn each_gauge_is_kept_with_its_bytes_whichever_way_it_counts() {
+    let mut rig = Rig::start(&of_vectors());
+    rig.bench.signs[Channel::DisplacementZ.index()] = -1.0;
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
+    let state = rig.machine.state().clone();
+    assert_eq!(state.readings.len(), 2 * 2 * 3);
+    assert_true_readings(&state);
+    // A push toward -x against a load along -x: the axis counts, not the load.
+    assert_eq!(
+        state.signs,
+        [Some(-1.0), None, Some(1.0), Some(1.0), Some(-1.0)]
+    );
+    // x with the force gauge, y and z by a push of their own.
+    let pushes = rig.asked.iter().filter(|prompt| prompt.id == "sign-check");
+    let keys: Vec<&str> = pushes.filter_map(|prompt| prompt.key.as_deref()).collect();
+    assert_eq!(keys, ["P1.-x", "P1.y", "P1.z"]);
+    let taken = &state.readings[2].taken;
+    assert_eq!(taken.gauges.len(), 3);
+    for gauge in &taken.gauges {
+        let shown_mm: f64 = gauge
+            .raw
+            .trim_end_matches(" mm")
+            .parse()
+            .expect("its own text");
+        let sign = state.signs[gauge.channel.index()].expect("it is known");
+        let by_hand = sign * (shown_mm * 1e-3 - gauge.zero_m);
+        assert!((by_hand - gauge.displacement_m).abs() < 1e-9, "{gauge:?}");
+    }
+    let bytes = rig.journal_bytes();
+    assert_eq!(SessionState::fold(&records(&bytes)), state);
+}
+
+#[test]
+fn the_table_has_components_along_the_base_axes_and_is_held_against_the_journal() {
+    let mut procedure = of_vectors();
+    procedure.displacement_axes = vec![Direction::X, Direction::Z];
+    let mut rig = Rig::start(&procedure);
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
+    let state = rig.machine.state().clone();
+    let mut csv = Vec::new();
+    table(&state, &mut csv).expect("every number is finite");
+    let text = String::from_utf8(csv).expect("it is text");
+    let read = read_vector_readings("readings.csv", text.as_bytes()).expect("it was written");
+    let last = read.readings.last().expect("there are readings");
+    let force_n = state
+        .readings
+        .last()
+        .expect("there are readings")
+        .taken
+        .force_n;
+    assert_eq!(last.direction, "diagonal");
+    for (part, share) in last.force_n.iter().zip([0.0, 0.6, 0.8]) {
+        assert!((part - share * force_n).abs() < 1e-12);
+    }
+    assert!(last.displacement_m[0].is_some() && last.displacement_m[1].is_none());
+    let journal = read_journal(&rig.journal_bytes());
+    let same = vector_integrity(&journal, &read).expect("it is a table");
+    assert!(same.changed.is_empty() && same.marks.is_empty(), "{same:?}");
+    let raw = &state.readings[2].taken.gauges[1].raw;
+    let changed = text.replacen(raw.as_str(), "0.999 mm", 1);
+    let read = read_vector_readings("readings.csv", changed.as_bytes()).expect("it is a table");
+    let found = vector_integrity(&journal, &read).expect("it is a table");
+    assert_eq!(found.changed.len(), 1, "{found:?}");
+    assert_eq!(found.changed[0].column, "displacement_z_raw");
+}
+
+#[test]
+fn cut_anywhere_and_resumed_nothing_is_lost_or_doubled() {
+    let procedure = of_vectors();
+    let mut whole = Rig::start(&procedure);
+    assert_eq!(whole.run(), Some(SessionEnd::Complete));
+    let expected = csv_without_times(whole.machine.state());
+    let snapshots = std::mem::take(&mut whole.snapshots);
+    let bytes = whole.journal_bytes();
+    for cut in (0..bytes.len()).step_by(1009) {
+        let read = read_journal(&bytes[..cut]);
+        let acknowledged = SessionState::fold(&read.records).readings;
+        let Some(snapshot) = read.records.len().checked_sub(1).map(|n| &snapshots[n]) else {
+            continue;
+        };
+        let mut rig = Rig::resume(&procedure, &bytes[..cut], snapshot.clone());
+        assert_eq!(rig.run(), Some(SessionEnd::Complete), "cut at {cut}");
+        let state = rig.machine.state();
+        for (now, before) in state.readings.iter().zip(&acknowledged) {
+            assert_eq!(now.taken, before.taken, "cut at {cut}");
+        }
+        assert_eq!(csv_without_times(state), expected, "cut at {cut}");
+    }
+}
+
+fn link(channel: Channel, state: LinkState, at_s: f64) -> Input {
+    Input::Gauge(GaugeEvent::Link {
+        channel,
+        state,
+        at_s,
+    })
+}
+
+/// Runs into the second load of the first run, does something to the gauges, and waits.
+fn in_the_second_load(rig: &mut Rig) {
+    rig.until(100_000, |rig| {
+        let view = rig.machine.view();
+        view.progress.accepted == 2 && matches!(view.task, Task::Load { .. })
+    });
+}
+
+#[test]
+fn one_silent_gauge_of_three_holds_the_session_up_and_nothing_false_is_taken() {
+    for channel in [
+        Channel::DisplacementX,
+        Channel::DisplacementY,
+        Channel::DisplacementZ,
+    ] {
+        let mut rig = Rig::start(&of_vectors());
+        in_the_second_load(&mut rig);
+        rig.bench.fault = Some(Fault::Silent(channel));
+        for _ in 0..300 {
+            rig.tick();
+        }
+        let view = rig.machine.view();
+        assert_eq!(view.progress.accepted, 2, "{channel}");
+        let nothing = format!("nothing comes from the {channel} gauge");
+        assert!(view.held_up.contains(&nothing), "{:?}", view.held_up);
+        rig.bench.fault = None;
+        assert_eq!(rig.run(), Some(SessionEnd::Complete), "{channel}");
+        assert_true_readings(rig.machine.state());
+    }
+}
+
+#[test]
+fn another_unit_of_one_gauge_is_refused_until_it_is_set_back() {
+    let mut rig = Rig::start(&of_vectors());
+    in_the_second_load(&mut rig);
+    rig.bench.fault = Some(Fault::Unit);
+    for _ in 0..300 {
+        rig.tick();
+    }
+    let view = rig.machine.view();
+    assert_eq!(view.progress.accepted, 2);
+    let said = |text: &str| view.held_up.iter().any(|line| line.contains(text));
+    assert!(
+        said("the displacement-y gauge sends in and was in mm"),
+        "{:?}",
+        view.held_up
+    );
+    rig.bench.fault = None;
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
+    assert_true_readings(rig.machine.state());
+}
+
+#[test]
+fn an_unplugged_gauge_comes_back_and_the_zeros_are_checked_before_the_next_reading() {
+    let mut rig = Rig::start(&of_vectors());
+    in_the_second_load(&mut rig);
+    let channel = Channel::DisplacementZ;
+    let reason = "unplugged".into();
+    rig.input(link(channel, LinkState::Lost { reason }, rig.bench.now_s));
+    rig.bench.fault = Some(Fault::Silent(channel));
+    for _ in 0..50 {
+        rig.tick();
+    }
+    rig.bench.fault = None;
+    let port = "/dev/ttyUSB3".into();
+    rig.input(link(
+        channel,
+        LinkState::Connected { port },
+        rig.bench.now_s,
+    ));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
+    assert_true_readings(rig.machine.state());
+    let bytes = rig.journal_bytes();
+    let records = records(&bytes);
+    let lost = records.iter().position(|record| {
+        matches!(&record.event, Event::Link(change) if change.channel == channel && change.lost)
+    });
+    let after = &records[lost.expect("it is in the journal")..];
+    let next = after
+        .iter()
+        .find(|record| matches!(record.event, Event::Zero(_) | Event::Reading(_)));
+    let Some(Event::Zero(checked)) = next.map(|record| &record.event) else {
+        panic!("a reading without a look at the zero");
+    };
+    assert!(
+        checked.gauges.iter().all(|gauge| gauge.drift_m.is_some()),
+        "{checked:?}"
+    );
+}
+
+#[test]
+fn a_stand_that_moves_along_one_axis_is_noticed_by_that_gauge() {
+    let mut rig = Rig::start(&of_vectors());
+    rig.answers = vec![("implausible", Answer::Text("accept".to_owned()))];
+    in_the_second_load(&mut rig);
+    rig.bench.tare(Channel::DisplacementY);
+    rig.bench.shift(Channel::DisplacementY, 60e-6);
+    rig.run();
+    let noticed = rig.said.iter().any(|line| line.contains("displacement-y"));
+    let asked = rig
+        .asked
+        .iter()
+        .any(|prompt| prompt.text.contains("displacement-y"));
+    assert!(noticed || asked, "{:?}", rig.said);
+    let state = rig.machine.state();
+    let doubtful = state.readings.iter().filter(|kept| !kept.flag().is_empty());
+    assert!(doubtful.count() > 0);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever becomes of one gauge, and whenever the program is killed: the journal holds what was acknowledged, and nothing false.
+    #[test]
+    fn mishaps_of_any_gauge_leave_only_true_readings(
+        mishaps in prop::collection::vec((1..160_u16, 0..4_u8, 0..4_usize), 0..8)
+    ) {
+        let procedure = of_vectors();
+        let mut rig = Rig::start(&procedure);
+        let channels = [
+            Channel::Force,
+            Channel::DisplacementX,
+            Channel::DisplacementY,
+            Channel::DisplacementZ,
+        ];
+        for (ticks, what, which) in mishaps {
+            for _ in 0..ticks {
+                rig.tick();
+            }
+            let (channel, now_s) = (channels[which], rig.bench.now_s);
+            match what {
+                0 => rig.bench.fault = Some(Fault::Silent(channel)),
+                1 => {
+                    let reason = "unplugged".into();
+                    rig.input(link(channel, LinkState::Lost { reason }, now_s));
+                    let port = "/dev/ttyUSB3".into();
+                    rig.input(link(channel, LinkState::Connected { port }, now_s));
+                }
+                2 => {
+                    let before = rig.machine.state().clone();
+                    let (bench, bytes) = (rig.bench.clone(), rig.journal_bytes());
+                    prop_assert_eq!(&SessionState::fold(&read_journal(&bytes).records), &before);
+                    rig = Rig::resume(&procedure, &bytes, bench);
+                }
+                _ => rig.bench.fault = Some(Fault::Unit),
+            }
+            for _ in 0..20 {
+                rig.tick();
+            }
+            rig.bench.fault = None;
+        }
+        prop_assert_eq!(rig.run(), Some(SessionEnd::Complete));
+        assert_true_readings(rig.machine.state());
+        let state = rig.machine.state().clone();
+        prop_assert_eq!(state.taken.len(), 12);
+        prop_assert_eq!(SessionState::fold(&records(&rig.journal_bytes())), state);
+    }
+}

@@ -1,0 +1,240 @@
+//! Load cases: files, the robot that they were measured on, and the fit.
+
+use std::path::{Path, PathBuf};
+
+use crate::elastostatics::{
+    LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel, PlannedLoadCase,
+    PosedLoadCases, diagnose_load_cases, fit_load_cases, plan_load_cases, planned_table,
+    usual_choice,
+};
+use crate::least_squares::SigmaMode;
+use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
+use crate::parameters::ParameterChoice;
+use crate::physics::Place;
+use crate::readings::{ReadOptions, SessionHeader, is_vector_table};
+use crate::robot::{FittingFactors, ModelParameter};
+use crate::test_point::PoseId;
+
+use super::data::{readings_file, session_header};
+use super::error::{AnalysisError, ArgumentError};
+use super::files::read_bytes;
+use super::fit::training_poses;
+use super::hash::sha256;
+use super::inputs::Inputs;
+use super::model::{ModelChoice, ResolvedModel, resolve_beside};
+
+/// Load cases with the session they belong to.
+#[derive(Debug, Clone)]
+pub struct LoadedLoadCases {
+    /// What the user called them.
+    pub name: String,
+    /// SHA-256 of their file, in hexadecimal.
+    pub sha256: String,
+    /// The load cases.
+    pub table: LoadCaseTable,
+    /// `session.toml` beside them, if there is one.
+    pub header: Option<SessionHeader>,
+    /// Folder of `session.toml`.
+    pub folder: PathBuf,
+    /// What was assumed, and what a user should know.
+    pub warnings: Vec<String>,
+}
+
+impl LoadedLoadCases {
+    /// Whether a session folder or file holds load cases; readings of a guided session with several gauges are none, though they have vectors.
+    #[must_use]
+    pub fn is_at(path: &Path) -> bool {
+        let file = readings_file(path).ok();
+        let bytes = file.and_then(|file| read_bytes(&file).ok());
+        bytes.is_some_and(|bytes| is_load_case_table(&bytes) && !is_vector_table(&bytes))
+    }
+
+    /// Opens a session folder or a file of load cases.
+    ///
+    /// # Errors
+    /// For data that are not there or cannot be read.
+    pub fn open(path: &Path) -> Result<Self, AnalysisError> {
+        let file = readings_file(path)?;
+        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+        let bytes = read_bytes(&file)?;
+        let name = file.display().to_string();
+        let table = read_load_cases(&name, bytes.as_slice(), &ReadOptions::default())?;
+        let mut warnings: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
+        let header = session_header(&folder, &mut warnings)?;
+        Ok(Self {
+            name: path.display().to_string(),
+            sha256: sha256(&bytes),
+            table,
+            header,
+            folder,
+            warnings,
+        })
+    }
+
+    /// How they came about if they were not measured.
+    #[must_use]
+    pub fn origin(&self) -> Option<String> {
+        let header = self.header.as_ref();
+        let of_header = header.and_then(|header| header.origin.clone());
+        self.table.origin.clone().or(of_header)
+    }
+
+    /// The error of what needs series of loads.
+    pub(super) fn needs_runs(&self, needs: &'static str) -> AnalysisError {
+        AnalysisError::NeedsRuns {
+            data: self.name.clone(),
+            needs,
+        }
+    }
+}
+
+/// How parameters are fitted to load cases.
+#[derive(Debug, Clone, Default)]
+pub struct LoadCaseSettings {
+    /// Names of the poses to fit; the others are held out. `None`: all, assessed by leaving each out in turn.
+    pub train: Option<Vec<String>>,
+    /// Which parameters may move.
+    pub choice: ParameterChoice,
+    /// Known: scatter from repeats. Estimated: from the residuals. `None`: from repeats if there are any.
+    pub sigma: Option<SigmaMode>,
+}
+
+/// Load cases in the poses and axes of a robot.
+#[derive(Debug)]
+pub struct LoadCaseData {
+    /// Robot, mechanism, values to begin at.
+    pub model: ResolvedModel,
+    /// The load cases.
+    pub posed: PosedLoadCases,
+    /// What a user should know of data and model.
+    pub warnings: Vec<String>,
+    /// Data, robot, mechanism and factors.
+    pub inputs: Inputs,
+    /// Values of the parameters with the springs that the user's effects name.
+    start: FittingFactors,
+}
+
+impl LoadCaseData {
+    /// Resolves the model of load cases and puts them into its poses.
+    ///
+    /// # Errors
+    /// For a model that cannot be resolved, and variables, poses and axes that the robot does not have.
+    pub fn new(loaded: &LoadedLoadCases, choice: &ModelChoice) -> Result<Self, AnalysisError> {
+        let beside = (loaded.header.as_ref(), loaded.folder.as_path());
+        let model = resolve_beside(choice, Some(beside))?;
+        let posed = PosedLoadCases::new(&model.robot, model.mechanism()?, &loaded.table)?;
+        let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
+        Ok(Self {
+            inputs: Inputs::default().with_load_cases(loaded).with_model(&model),
+            start: start_of(&model)?,
+            model,
+            posed,
+            warnings,
+        })
+    }
+
+    /// The load cases with what they were measured on.
+    ///
+    /// # Errors
+    /// If the robot was changed and lacks the mechanism.
+    pub fn problem(&self) -> Result<LoadCaseModel<'_>, AnalysisError> {
+        Ok(LoadCaseModel {
+            robot: &self.model.robot,
+            mechanism: self.model.mechanism()?,
+            start: &self.start,
+            posed: &self.posed,
+        })
+    }
+
+    /// The parameters that are free unless the user says: joint springs where the links are rigid, else the factors of beams.
+    ///
+    /// # Errors
+    /// For a pose that cannot be reached, or a structure that carries nothing.
+    pub fn usual_choice(&self) -> Result<ParameterChoice, AnalysisError> {
+        let model = self.problem()?;
+        Ok(usual_choice(
+            model.robot,
+            model.mechanism,
+            model.start,
+            model.posed,
+        )?)
+    }
+
+    /// Fits parameters to the load cases.
+    ///
+    /// # Errors
+    /// For training poses that the data do not have, and a fit that is impossible.
+    pub fn fit(&self, settings: &LoadCaseSettings) -> Result<LoadCaseFit, AnalysisError> {
+        Ok(fit_load_cases(&self.problem()?, &self.options(settings)?)?)
+    }
+
+    /// Finds what the free parameters leave out.
+    ///
+    /// # Arguments
+    /// - `seed`: of the simulated noise from which critical values come.
+    ///
+    /// # Errors
+    /// As [`LoadCaseData::fit`].
+    pub fn diagnose(
+        &self,
+        settings: &LoadCaseSettings,
+        seed: u64,
+    ) -> Result<LoadCaseDiagnosis, AnalysisError> {
+        let options = self.options(settings)?;
+        Ok(diagnose_load_cases(&self.problem()?, &options, seed)?)
+    }
+
+    /// The further load cases that determine best what a fit leaves open, and a table to be filled in with them.
+    ///
+    /// # Errors
+    /// For a structure that carries nothing.
+    pub fn plan(
+        &self,
+        fit: &LoadCaseFit,
+        count: usize,
+    ) -> Result<(Vec<PlannedLoadCase>, LoadCaseTable), AnalysisError> {
+        let model = self.problem()?;
+        let planned = plan_load_cases(&model, fit, count)?;
+        let table = planned_table(&model, &planned);
+        Ok((planned, table))
+    }
+
+    fn options(&self, settings: &LoadCaseSettings) -> Result<LoadCaseFitOptions, AnalysisError> {
+        let known: Vec<&str> = self.posed.labels.iter().map(PoseId::as_str).collect();
+        let train = settings.train.as_deref();
+        Ok(LoadCaseFitOptions {
+            train: train
+                .map(|names| training_poses(names, &known))
+                .transpose()?,
+            choice: settings.choice.clone(),
+            sigma: settings.sigma,
+        })
+    }
+}
+
+/// The factors of a model with the springs that its effects name.
+///
+/// # Errors
+/// For an effect that is no spring: one load in a pose does not show its law.
+pub fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> {
+    let mut start = model.robot.with_own_springs(&model.factors);
+    let mechanism = model.mechanism()?;
+    for effect in &model.physics.effects {
+        let name = match (effect.law.name, &effect.place) {
+            ("joint-compliance", Place::Joint(joint)) => format!("joint.{joint}"),
+            ("base-compliance", Place::Axis(axis)) => format!("base.r{axis}"),
+            _ => {
+                return Err(ArgumentError::new(
+                    format!("--effect {}", effect.compact()),
+                    "with load cases only springs can act: joint-compliance and base-compliance",
+                    "leave it out; diagnose looks for other laws",
+                )
+                .into());
+            }
+        };
+        let parameter = ModelParameter::find(&model.robot, mechanism, &name)?;
+        let own = effect.values.first().copied().unwrap_or_default();
+        start.set(&parameter, start.get(&parameter) + own);
+    }
+    Ok(start)
+}

@@ -1,0 +1,385 @@
+//! A Denavit-Hartenberg table, TOML or CSV, as a robot file.
+
+use std::fmt::Write as _;
+
+use serde::Deserialize;
+
+use crate::robot::format2::file::{DhConvention, JointKind};
+use crate::robot::format2::measure::{AngleOf, InUnit, LengthOf, TravelOf, units};
+use crate::source_text::SourceText;
+use crate::toml_text::{Document, DocumentStep};
+
+use DocumentStep::{Index, Key};
+
+use super::draft::{Draft, DraftRow, key, number, poses_within, quoted, three};
+use super::{ImportError, ImportProblem, NewRobot};
+
+/// How a controller counts the angles of a six-axis arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Controller {
+    /// A1 to A6; A1, A4 and A6 count against the axes of the table.
+    Kuka,
+    /// J1 to J6; J3 is stated against the horizontal, so that it moves with J2, and J4 to J6 count against the axes of the table.
+    Fanuc,
+}
+
+impl Controller {
+    /// Names of the variables, and the angle of each row as combination of them.
+    fn angles(self) -> [(&'static str, &'static str); 6] {
+        match self {
+            Self::Kuka => [
+                ("A1", "{ A1 = -1 }"),
+                ("A2", "{ A2 = 1 }"),
+                ("A3", "{ A3 = 1 }"),
+                ("A4", "{ A4 = -1 }"),
+                ("A5", "{ A5 = 1 }"),
+                ("A6", "{ A6 = -1 }"),
+            ],
+            Self::Fanuc => [
+                ("J1", "{ J1 = 1 }"),
+                ("J2", "{ J2 = 1 }"),
+                ("J3", "{ J2 = -1, J3 = -1 }"),
+                ("J4", "{ J4 = -1 }"),
+                ("J5", "{ J5 = -1 }"),
+                ("J6", "{ J6 = -1 }"),
+            ],
+        }
+    }
+}
+
+/// What a table does not state itself.
+#[derive(Debug, Clone, Default)]
+pub struct DhSettings {
+    /// The convention, of a table that names none.
+    pub convention: Option<DhConvention>,
+    /// How the controller counts, of rows without `angle`.
+    pub controller: Option<Controller>,
+}
+
+/// The table as TOML.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DhTable {
+    name: Option<String>,
+    convention: Option<DhConvention>,
+    rows: Vec<DhRow>,
+    tool: Option<Vec<InUnit<LengthOf>>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DhRow {
+    joint: Option<String>,
+    #[serde(default)]
+    kind: JointKind,
+    alpha: Option<InUnit<AngleOf>>,
+    a: Option<InUnit<LengthOf>>,
+    theta: Option<InUnit<AngleOf>>,
+    d: Option<InUnit<LengthOf>>,
+    #[serde(default)]
+    angle: Option<indexmap::IndexMap<String, InUnit<TravelOf>>>,
+    min: Option<InUnit<TravelOf>>,
+    max: Option<InUnit<TravelOf>>,
+}
+
+/// A robot file from a Denavit-Hartenberg table.
+///
+/// A CSV table has the columns `joint`, `kind`, `alpha_deg`, `a_mm`, `theta_deg`, `d_mm`, `angle`, `min_deg`, `max_deg`, of which only those of
+/// the row itself are needed; a cell of `angle` is written `J2=-1 J3=-1`. A TOML table has the same keys in `rows`.
+///
+/// # Errors
+/// [`ImportError`] at the line that cannot be used.
+pub fn robot_from_dh(source: &SourceText, settings: &DhSettings) -> Result<NewRobot, ImportError> {
+    let is_csv = source.name.to_lowercase().ends_with(".csv");
+    let rewritten;
+    let source = if is_csv {
+        rewritten = csv_as_toml(source)?;
+        &rewritten
+    } else {
+        source
+    };
+    let document = Document::parse_with_units(source, &units()).map_err(ImportError::from)?;
+    let table: DhTable = document.types().map_err(ImportError::from)?;
+    let reader = DhReader {
+        source,
+        document: &document,
+    };
+    reader.robot(&table, settings)
+}
+
+struct DhReader<'a> {
+    source: &'a SourceText,
+    document: &'a Document<'a>,
+}
+
+impl DhReader<'_> {
+    fn error(
+        &self,
+        path: &[DocumentStep<'_>],
+        message: impl Into<String>,
+        help: &str,
+    ) -> ImportError {
+        let problem = ImportProblem::new(message, help);
+        ImportError::new(self.source, self.document.value_span(path), problem)
+    }
+
+    fn robot(&self, table: &DhTable, settings: &DhSettings) -> Result<NewRobot, ImportError> {
+        let Some(convention) = table.convention.or(settings.convention) else {
+            let message = "the table does not state its convention";
+            return Err(self.error(
+                &[],
+                message,
+                "add --convention standard or --convention modified (Craig)",
+            ));
+        };
+        if table.rows.is_empty() {
+            return Err(self.error(
+                &[Key("rows")],
+                "the table has no rows",
+                "add a row for each joint",
+            ));
+        }
+        let angles = match settings.controller {
+            Some(controller) if table.rows.len() == 6 => Some(controller.angles()),
+            Some(_) => {
+                let message = format!("the table has {} rows", table.rows.len());
+                return Err(self.error(
+                    &[Key("rows")],
+                    message,
+                    "--controller is for arms with six axes; write `angle` in the rows",
+                ));
+            }
+            None => None,
+        };
+        let mut draft = Draft {
+            name: table.name.clone().unwrap_or_else(|| "arm".to_owned()),
+            source: format!(
+                "made from {} by `stiffbench robot new --dh`",
+                self.source
+                    .name
+                    .rsplit(['/', '\\'])
+                    .next()
+                    .unwrap_or("a table")
+            ),
+            dh: Some(match convention {
+                DhConvention::Standard => "standard",
+                DhConvention::Modified => "modified",
+            }),
+            ..Draft::default()
+        };
+        let mut rows = DhRows {
+            reader: self,
+            draft: &mut draft,
+            notes: Vec::new(),
+            ranges: Vec::new(),
+        };
+        for (place, row) in table.rows.iter().enumerate() {
+            rows.write(place, row, angles.map(|angles| angles[place]))?;
+        }
+        let (notes, ranges) = (rows.notes, rows.ranges);
+        let tool = table.tool.as_deref().unwrap_or(&[]);
+        let mut centre = [0.0; 3];
+        if !tool.is_empty() && tool.len() != 3 {
+            return Err(self.error(
+                &[Key("tool")],
+                "the tool centre has three coordinates",
+                "tool_mm = [0, 0, 100]",
+            ));
+        }
+        for (place, (value, given)) in centre.iter_mut().zip(tool).enumerate() {
+            *value = 1e3 * self.number(Some(given), &[Key("tool"), Index(place)])?;
+        }
+        draft.tool.push(("at_mm", three(centre)));
+        draft.poses = poses_within(&ranges);
+        Ok(NewRobot {
+            text: draft.text(),
+            notes,
+        })
+    }
+
+    /// A number, zero where it is not given.
+    fn number<K>(
+        &self,
+        measured: Option<&InUnit<K>>,
+        path: &[DocumentStep<'_>],
+    ) -> Result<f64, ImportError> {
+        let Some(measured) = measured else {
+            return Ok(0.0);
+        };
+        let value = measured.number();
+        if value.abs() < 1e9 {
+            return Ok(value);
+        }
+        Err(self.error(
+            path,
+            "this is no finite number",
+            "a table holds numbers; units are part of the key, for example a_mm",
+        ))
+    }
+}
+
+/// The rows of a file in the making.
+struct DhRows<'r, 'd> {
+    reader: &'r DhReader<'d>,
+    draft: &'r mut Draft,
+    notes: Vec<String>,
+    /// Variables with their ranges.
+    ranges: Vec<(String, bool, [f64; 2])>,
+}
+
+impl DhRows<'_, '_> {
+    /// One joint; `preset` is the variable and the angle of the controller.
+    fn write(
+        &mut self,
+        place: usize,
+        row: &DhRow,
+        preset: Option<(&str, &str)>,
+    ) -> Result<(), ImportError> {
+        let default = preset.map_or_else(|| format!("J{}", place + 1), |(name, _)| name.to_owned());
+        let name = row.joint.clone().unwrap_or(default);
+        let mut written = DraftRow::new(&name);
+        let slides = row.kind == JointKind::Sliding;
+        if slides {
+            written.set("kind", "\"sliding\"");
+        }
+        let at = |key| [Key("rows"), Index(place), Key(key)];
+        written.set(
+            "alpha_deg",
+            number(self.reader.number(row.alpha.as_ref(), &at("alpha"))?),
+        );
+        written.set(
+            "a_mm",
+            number(1e3 * self.reader.number(row.a.as_ref(), &at("a"))?),
+        );
+        written.set(
+            "theta_deg",
+            number(self.reader.number(row.theta.as_ref(), &at("theta"))?),
+        );
+        written.set(
+            "d_mm",
+            number(1e3 * self.reader.number(row.d.as_ref(), &at("d"))?),
+        );
+        let angle = match &row.angle {
+            Some(terms) => {
+                let mut parts = Vec::new();
+                for (variable, coefficient) in terms {
+                    let value = self.reader.number(Some(coefficient), &at("angle"))?;
+                    parts.push(format!("{} = {}", key(variable), number(value)));
+                }
+                Some(format!("{{ {} }}", parts.join(", ")))
+            }
+            None => preset.map(|(_, angle)| angle.to_owned()),
+        };
+        // The variable of this row is its own, or the last that its angle names.
+        let variable = match &row.angle {
+            Some(terms) => terms.keys().rfind(|name| *name != "offset").cloned(),
+            None => Some(preset.map_or_else(|| name.clone(), |(variable, _)| variable.to_owned())),
+        };
+        let limits = match (&row.min, &row.max) {
+            (Some(min), Some(max)) => Some([
+                self.reader.number(Some(min), &at("min"))?,
+                self.reader.number(Some(max), &at("max"))?,
+            ]),
+            _ => None,
+        };
+        let default = if slides { 1.0 } else { 180.0 };
+        let range = limits.unwrap_or([-default, default]);
+        if limits.is_none() {
+            let unit = if slides { "m" } else { "degrees" };
+            self.notes.push(format!(
+                "joint `{name}` has no limits: -{default} to {default} {unit} were taken"
+            ));
+        }
+        if let Some(angle) = angle {
+            written.set("angle", angle);
+        }
+        if let Some(variable) = variable
+            && self.ranges.iter().all(|(known, ..)| *known != variable)
+        {
+            let (unit, scale) = if slides { ("mm", 1e3) } else { ("deg", 1.0) };
+            let bounds = [("min", range[0]), ("max", range[1])];
+            let bounds =
+                bounds.map(|(key, bound)| (format!("{key}_{unit}"), number(scale * bound)));
+            if variable == name {
+                written.keys.extend(bounds);
+            } else {
+                let mut row = DraftRow::new(&variable);
+                row.keys.extend(bounds);
+                self.draft.variables.push(row);
+            }
+            self.ranges.push((variable, slides, range));
+        }
+        written.set("spring", "\"free\"");
+        self.draft.chain.push(written);
+        Ok(())
+    }
+}
+
+/// A CSV table as TOML whose rows stand in the same lines.
+fn csv_as_toml(source: &SourceText) -> Result<SourceText, ImportError> {
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(source.text.trim_start_matches('\u{feff}').as_bytes());
+    let refused = |error: &csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        let before = source
+            .text
+            .split_inclusive('\n')
+            .take(line.saturating_sub(1) as usize);
+        let at = before.map(str::len).sum::<usize>().min(source.text.len());
+        let problem = ImportProblem::new(
+            format!("this row does not fit: {error}"),
+            "each row has as many cells as the first line",
+        );
+        ImportError::new(source, at..at, problem)
+    };
+    let headers = reader.headers().map_err(|error| refused(&error))?.clone();
+    let mut text = String::from("rows = [ ");
+    let mut line = 1;
+    for record in reader.records() {
+        let record = record.map_err(|error| refused(&error))?;
+        let own = record.position().map_or(line, csv::Position::line);
+        while line < own {
+            text.push('\n');
+            line += 1;
+        }
+        let cells = headers
+            .iter()
+            .zip(&record)
+            .filter(|(_, cell)| !cell.is_empty());
+        let cells =
+            cells.map(|(header, cell)| format!("{} = {}", key(header), value(header, cell)));
+        let cells: Vec<String> = cells.collect();
+        let _ = write!(text, "{{ {} }}, ", cells.join(", "));
+    }
+    text.push_str("]\n");
+    Ok(SourceText::new(source.name.clone(), text))
+}
+
+/// A cell as TOML value.
+fn value(header: &str, cell: &str) -> String {
+    if header == "angle" {
+        let terms = cell.split([' ', ';']).filter(|term| !term.is_empty());
+        let terms = terms.map(|term| match term.split_once('=') {
+            Some((name, coefficient)) if coefficient.trim().parse::<f64>().is_ok() => {
+                format!("{} = {}", key(name.trim()), toml_number(coefficient))
+            }
+            _ => format!("{} = {}", key(term), quoted(term)),
+        });
+        return format!("{{ {} }}", terms.collect::<Vec<_>>().join(", "));
+    }
+    match cell.parse::<f64>() {
+        Ok(number) if number.is_finite() && !["joint", "kind"].contains(&header) => {
+            toml_number(cell)
+        }
+        _ => quoted(cell),
+    }
+}
+
+/// A number as TOML writes it.
+fn toml_number(text: &str) -> String {
+    text.trim()
+        .parse::<f64>()
+        .map_or_else(|_| quoted(text), |number| format!("{number:?}"))
+}

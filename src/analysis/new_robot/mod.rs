@@ -1,0 +1,58 @@
+//! Robot files from what a user has: a URDF, a Denavit-Hartenberg table, a template.
+
+mod dh;
+mod draft;
+mod positions;
+mod templates;
+mod urdf;
+mod urdf_chain;
+mod urdf_tree;
+
+use crate::source_text::PlacedError;
+
+pub use dh::{Controller, DhSettings, robot_from_dh};
+pub use positions::{StatedPosition, check_positions};
+pub use templates::{TEMPLATES, template};
+pub use urdf_tree::{UrdfSettings, robot_from_urdf};
+
+/// A robot file that was made, and what its user should know.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewRobot {
+    /// The text, in format `stiffbench/robot/2`.
+    pub text: String,
+    /// What was left out or assumed.
+    pub notes: Vec<String>,
+}
+
+/// What is wrong with a URDF or a Denavit-Hartenberg table.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+#[error("{message}")]
+#[diagnostic(code(stiffbench::robot::import))]
+pub struct ImportProblem {
+    /// The element by name, and what is wrong with it.
+    pub message: String,
+    /// What to do about it.
+    #[help]
+    pub help: Option<String>,
+}
+
+impl ImportProblem {
+    fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            help: Some(help.into()),
+        }
+    }
+}
+
+impl From<crate::toml_text::TomlProblem> for ImportProblem {
+    fn from(problem: crate::toml_text::TomlProblem) -> Self {
+        Self {
+            help: miette::Diagnostic::help(&problem).map(|help| help.to_string()),
+            message: problem.to_string(),
+        }
+    }
+}
+
+/// A problem at its place in the file.
+pub type ImportError = PlacedError<ImportProblem>;

@@ -1,0 +1,310 @@
+//! A URDF as links and joints; meshes and everything else that has no part in stiffness is passed over.
+//!
+//! Decision. `urdf-rs` is not used: its errors name no element, it refuses a limit without velocity and a file for an error in a mesh or a
+//! colour, and deeply nested elements end the program.
+
+use std::collections::HashMap;
+
+use roxmltree::{Document, Node};
+
+use crate::source_text::SourceText;
+
+use super::{ImportError, ImportProblem};
+
+/// The links and joints of a robot.
+#[derive(Debug)]
+pub(super) struct Urdf {
+    pub(super) name: String,
+    pub(super) links: Vec<UrdfLink>,
+    pub(super) joints: Vec<UrdfJoint>,
+}
+
+/// A rigid body.
+#[derive(Debug)]
+pub(super) struct UrdfLink {
+    pub(super) name: String,
+    /// Mass, kg, and its centre, m.
+    pub(super) mass: Option<(f64, [f64; 3])>,
+    /// Place in the text.
+    pub(super) at: usize,
+}
+
+/// How a joint moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum UrdfMotion {
+    Fixed,
+    Revolute,
+    Continuous,
+    Prismatic,
+    /// With more than one freedom.
+    Other(&'static str),
+}
+
+/// A joint.
+#[derive(Debug)]
+pub(super) struct UrdfJoint {
+    pub(super) name: String,
+    pub(super) motion: UrdfMotion,
+    pub(super) parent: usize,
+    pub(super) child: usize,
+    pub(super) xyz_m: [f64; 3],
+    pub(super) rpy_rad: [f64; 3],
+    pub(super) axis: [f64; 3],
+    /// Lower and upper limit, rad or m.
+    pub(super) limits: Option<[f64; 2]>,
+    /// Joint that it follows, multiplier, offset in rad or m.
+    pub(super) mimic: Option<(String, f64, f64)>,
+    pub(super) at: usize,
+}
+
+/// Reads a URDF.
+pub(super) fn read(source: &SourceText) -> Result<Urdf, ImportError> {
+    let error = |at: usize, message: String, help: &str| {
+        ImportError::new(source, at..at, ImportProblem::new(message, help))
+    };
+    let document = Document::parse(&source.text).map_err(|problem| {
+        let at = byte_of(&source.text, problem.pos());
+        error(
+            at,
+            format!("no XML: {problem}"),
+            "a URDF is an XML file whose root is <robot>",
+        )
+    })?;
+    let root = document.root_element();
+    if root.tag_name().name() != "robot" {
+        let message = format!("the root is <{}>, expected <robot>", root.tag_name().name());
+        return Err(error(root.range().start, message, "name a URDF file"));
+    }
+    let is_xacro = |node: &Node<'_, '_>| {
+        let namespace = node.tag_name().namespace();
+        namespace.is_some_and(|namespace| namespace.contains("xacro"))
+    };
+    if let Some(node) = root.descendants().find(is_xacro) {
+        let message = format!("<xacro:{}>: this file is a xacro", node.tag_name().name());
+        let help = "expand it first: xacro FILE.xacro > FILE.urdf";
+        return Err(error(node.range().start, message, help));
+    }
+    let children = |name: &'static str| root.children().filter(move |node| node.has_tag_name(name));
+    let reader = UrdfReader { source };
+    let mut links = Vec::new();
+    let mut places = HashMap::new();
+    for node in children("link") {
+        let link = reader.link(node)?;
+        if places.insert(link.name.clone(), links.len()).is_some() {
+            let message = format!("link `{}` is there twice", link.name);
+            return Err(error(link.at, message, "give each link its own name"));
+        }
+        links.push(link);
+    }
+    let mut joints: Vec<UrdfJoint> = Vec::new();
+    for node in children("joint") {
+        let joint = reader.joint(node, &places)?;
+        if joints.iter().any(|known| known.name == joint.name) {
+            let message = format!("joint `{}` is there twice", joint.name);
+            return Err(error(joint.at, message, "give each joint its own name"));
+        }
+        joints.push(joint);
+    }
+    if links.is_empty() {
+        let message = "the robot has no <link>".to_owned();
+        return Err(error(
+            root.range().start,
+            message,
+            "name a URDF file that describes a robot",
+        ));
+    }
+    Ok(Urdf {
+        name: root.attribute("name").unwrap_or("robot").to_owned(),
+        links,
+        joints,
+    })
+}
+
+/// Byte offset of a row and column.
+fn byte_of(text: &str, position: roxmltree::TextPos) -> usize {
+    let row = (position.row as usize).saturating_sub(1);
+    let before = text.split_inclusive('\n').take(row).map(str::len);
+    before.sum::<usize>().min(text.len())
+}
+
+struct UrdfReader<'a> {
+    source: &'a SourceText,
+}
+
+impl UrdfReader<'_> {
+    fn error(&self, node: Node<'_, '_>, message: impl Into<String>, help: &str) -> ImportError {
+        let problem = ImportProblem::new(message, help);
+        let start = node.range().start;
+        ImportError::new(self.source, start..start, problem)
+    }
+
+    /// Attribute that must be there; `of` names the element.
+    fn attribute<'n>(
+        &self,
+        node: Node<'n, '_>,
+        name: &str,
+        of: &str,
+    ) -> Result<&'n str, ImportError> {
+        node.attribute(name).ok_or_else(|| {
+            let message = format!("{of}: <{}> has no `{name}`", node.tag_name().name());
+            self.error(node, message, "add the attribute")
+        })
+    }
+
+    fn number(
+        &self,
+        node: Node<'_, '_>,
+        name: &str,
+        text: &str,
+        of: &str,
+    ) -> Result<f64, ImportError> {
+        let number = text.trim().parse::<f64>().ok();
+        number.filter(|number| number.abs() < 1e9).ok_or_else(|| {
+            let message = format!("{of}: `{name}` is `{text}`");
+            let help = if text.contains("${") {
+                "this is a xacro expression; expand the file first: xacro FILE.xacro > FILE.urdf"
+            } else {
+                "write a finite number"
+            };
+            self.error(node, message, help)
+        })
+    }
+
+    fn three(
+        &self,
+        node: Node<'_, '_>,
+        name: &str,
+        of: &str,
+    ) -> Result<Option<[f64; 3]>, ImportError> {
+        let Some(text) = node.attribute(name) else {
+            return Ok(None);
+        };
+        let numbers: Vec<&str> = text.split_whitespace().collect();
+        let [x, y, z] = numbers[..] else {
+            let message = format!("{of}: `{name}` is `{text}`");
+            return Err(self.error(
+                node,
+                message,
+                "write three numbers with spaces between them",
+            ));
+        };
+        Ok(Some([
+            self.number(node, name, x, of)?,
+            self.number(node, name, y, of)?,
+            self.number(node, name, z, of)?,
+        ]))
+    }
+
+    fn link(&self, node: Node<'_, '_>) -> Result<UrdfLink, ImportError> {
+        let name = self.attribute(node, "name", "a link")?.to_owned();
+        let of = format!("link `{name}`");
+        let inertial = node.children().find(|child| child.has_tag_name("inertial"));
+        let mut mass = None;
+        if let Some(inertial) = inertial {
+            let child = |name: &'static str| {
+                inertial
+                    .children()
+                    .find(move |child| child.has_tag_name(name))
+            };
+            if let Some(element) = child("mass") {
+                let text = self.attribute(element, "value", &of)?;
+                let value = self.number(element, "value", text, &of)?;
+                if value < 0.0 {
+                    return Err(self.error(
+                        element,
+                        format!("{of}: its mass is {value}"),
+                        "a mass is not negative",
+                    ));
+                }
+                let origin = child("origin");
+                let origin = origin.map_or(Ok(None), |origin| self.three(origin, "xyz", &of))?;
+                mass = (value > 0.0).then_some((value, origin.unwrap_or_default()));
+            }
+        }
+        Ok(UrdfLink {
+            name,
+            mass,
+            at: node.range().start,
+        })
+    }
+
+    fn joint(
+        &self,
+        node: Node<'_, '_>,
+        links: &HashMap<String, usize>,
+    ) -> Result<UrdfJoint, ImportError> {
+        let name = self.attribute(node, "name", "a joint")?.to_owned();
+        let of = format!("joint `{name}`");
+        let motion = match self.attribute(node, "type", &of)? {
+            "fixed" => UrdfMotion::Fixed,
+            "revolute" => UrdfMotion::Revolute,
+            "continuous" => UrdfMotion::Continuous,
+            "prismatic" => UrdfMotion::Prismatic,
+            "floating" => UrdfMotion::Other("floating"),
+            "planar" => UrdfMotion::Other("planar"),
+            "spherical" => UrdfMotion::Other("spherical"),
+            other => {
+                let message = format!("{of}: there is no type `{other}`");
+                let help = "a joint is fixed, revolute, continuous or prismatic";
+                return Err(self.error(node, message, help));
+            }
+        };
+        let child_of =
+            |name: &'static str| node.children().find(move |child| child.has_tag_name(name));
+        let link = |role: &'static str| {
+            let Some(element) = child_of(role) else {
+                return Err(self.error(node, format!("{of} has no <{role}>"), "name the link"));
+            };
+            let link = self.attribute(element, "link", &of)?;
+            links.get(link).copied().ok_or_else(|| {
+                let near = crate::nearest::nearest(link, links.keys().map(String::as_str));
+                let help = near.map_or_else(
+                    || "each <parent> and <child> names a <link> of the file".to_owned(),
+                    |near| format!("did you mean `{near}`?"),
+                );
+                self.error(element, format!("{of}: there is no link `{link}`"), &help)
+            })
+        };
+        let (parent, child) = (link("parent")?, link("child")?);
+        let mut xyz_rpy = [[0.0; 3]; 2];
+        if let Some(origin) = child_of("origin") {
+            for (value, name) in xyz_rpy.iter_mut().zip(["xyz", "rpy"]) {
+                *value = self.three(origin, name, &of)?.unwrap_or_default();
+            }
+        }
+        let axis = match child_of("axis") {
+            Some(axis) => self.three(axis, "xyz", &of)?,
+            None => None,
+        };
+        let mut limits = None;
+        if let Some(limit) = child_of("limit") {
+            let bound = |name: &str| {
+                let text = limit.attribute(name).unwrap_or("0");
+                self.number(limit, name, text, &of)
+            };
+            let bounds = [bound("lower")?, bound("upper")?];
+            limits = (bounds[0] < bounds[1]).then_some(bounds);
+        }
+        let mut mimic = None;
+        if let Some(element) = child_of("mimic") {
+            let value = |name: &str, default: &str| {
+                let text = element.attribute(name).unwrap_or(default);
+                self.number(element, name, text, &of)
+            };
+            let master = self.attribute(element, "joint", &of)?.to_owned();
+            mimic = Some((master, value("multiplier", "1")?, value("offset", "0")?));
+        }
+        Ok(UrdfJoint {
+            name,
+            motion,
+            parent,
+            child,
+            xyz_m: xyz_rpy[0],
+            rpy_rad: xyz_rpy[1],
+            axis: axis.unwrap_or([1.0, 0.0, 0.0]),
+            limits,
+            mimic,
+            at: node.range().start,
+        })
+    }
+}

@@ -1,0 +1,329 @@
+//! The joints of a URDF as rows of a robot file, one after the other from the base.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+
+use crate::vector::norm;
+
+use super::ImportError;
+use super::draft::{Draft, DraftRow, key, number, quoted, three};
+use super::urdf::{UrdfJoint, UrdfMotion};
+use super::urdf_tree::{UrdfTree, list};
+
+/// Range of a joint that states none: degrees, m.
+const NO_LIMITS: [f64; 2] = [180.0, 1.0];
+
+/// A direction whose length differs from one by more than this is noted.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// A turn and an origin in the axes of a body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinkPlace {
+    turn: [[f64; 3]; 3],
+    origin_m: [f64; 3],
+    /// Roll, pitch, yaw, rad.
+    rpy_rad: [f64; 3],
+}
+
+impl LinkPlace {
+    pub(super) fn of(xyz_m: [f64; 3], rpy_rad: [f64; 3]) -> Self {
+        let [(sr, cr), (sp, cp), (sy, cy)] = rpy_rad.map(f64::sin_cos);
+        Self {
+            turn: [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                [-sp, cp * sr, cp * cr],
+            ],
+            origin_m: xyz_m,
+            rpy_rad,
+        }
+    }
+
+    fn is_identity(&self) -> bool {
+        self.rpy_rad == [0.0; 3] && self.origin_m == [0.0; 3]
+    }
+
+    fn point(&self, at_m: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| {
+            self.origin_m[i] + (0..3).map(|k| self.turn[i][k] * at_m[k]).sum::<f64>()
+        })
+    }
+
+    fn then(&self, next: &Self) -> Self {
+        if self.is_identity() {
+            return *next;
+        }
+        let turn: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..3).map(|k| self.turn[i][k] * next.turn[k][j]).sum())
+        });
+        let yaw = if turn[0][0].hypot(turn[1][0]) < 1e-12 {
+            0.0
+        } else {
+            turn[1][0].atan2(turn[0][0])
+        };
+        let pitch = (-turn[2][0]).atan2(turn[0][0].hypot(turn[1][0]));
+        let (sin, cos) = yaw.sin_cos();
+        let roll = (sin * turn[0][2] - cos * turn[1][2]).atan2(cos * turn[1][1] - sin * turn[0][1]);
+        Self {
+            turn,
+            origin_m: self.point(next.origin_m),
+            rpy_rad: [roll, pitch, yaw],
+        }
+    }
+}
+
+/// The file in the making, and where each link lies.
+pub(super) struct ChainWriter<'t, 'a> {
+    pub(super) tree: &'t UrdfTree<'a>,
+    pub(super) draft: Draft,
+    /// Body of each link, and where the link lies in its axes.
+    pub(super) places: HashMap<usize, (String, LinkPlace)>,
+    /// Names of joints in the file by their names in the URDF.
+    pub(super) written: HashMap<String, String>,
+    pub(super) notes: Vec<String>,
+    /// Variables of the chain with their ranges.
+    pub(super) ranges: Vec<(String, bool, [f64; 2])>,
+}
+
+impl ChainWriter<'_, '_> {
+    pub(super) fn joint(&mut self, place: usize, in_chain: bool) -> Result<(), ImportError> {
+        let joint = &self.tree.urdf.joints[place];
+        let Some((on, parent)) = self.places.get(&joint.parent).cloned() else {
+            return Ok(());
+        };
+        let here = parent.then(&LinkPlace::of(joint.xyz_m, joint.rpy_rad));
+        let slides = match joint.motion {
+            UrdfMotion::Fixed => {
+                self.places.insert(joint.child, (on, here));
+                return Ok(());
+            }
+            UrdfMotion::Other(kind) if in_chain => {
+                let message = format!(
+                    "joint `{}` is {kind}: it has more than one freedom",
+                    joint.name
+                );
+                let help = "choose --base and --tip so that only revolute, continuous, prismatic and fixed joints lie between them";
+                return Err(self.tree.error(joint.at, message, help));
+            }
+            UrdfMotion::Other(kind) => {
+                self.note(
+                    joint,
+                    format!("is {kind}: it and what hangs on it were left out"),
+                );
+                return Ok(());
+            }
+            UrdfMotion::Revolute | UrdfMotion::Continuous => false,
+            UrdfMotion::Prismatic => true,
+        };
+        let length = norm(joint.axis);
+        if length.is_nan() || length <= 1e-9 {
+            let message = format!("joint `{}`: its axis has no direction", joint.name);
+            return Err(self
+                .tree
+                .error(joint.at, message, "give the axis a length of one"));
+        }
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            self.note(
+                joint,
+                format!(
+                    "has an axis of length {}; its direction was taken",
+                    number(length)
+                ),
+            );
+        }
+        let name = name_of(&joint.name);
+        let body = self.body_name(joint.child);
+        let mut row = DraftRow::new(&name);
+        if slides {
+            row.set("kind", "\"sliding\"");
+        }
+        row.set("on", quoted(&on));
+        row.set("body", quoted(&body));
+        if here.origin_m != [0.0; 3] {
+            row.set("at_mm", three(here.origin_m.map(|m| 1e3 * m)));
+        }
+        if here.rpy_rad != [0.0; 3] {
+            row.set("turn_deg", three(here.rpy_rad.map(f64::to_degrees)));
+        }
+        row.set("axis", axis_text(joint.axis));
+        self.motion(joint, slides, in_chain, &mut row);
+        if in_chain {
+            row.set("spring", "\"free\"");
+            let sections = &self.tree.settings.sections;
+            let own = sections.iter().find(|(of, _)| of.as_ref() == Some(&name));
+            let section = own.or_else(|| sections.iter().find(|(of, _)| of.is_none()));
+            if let Some((_, section)) = section {
+                row.set("link", quoted(section));
+            }
+            self.draft.chain.push(row);
+        } else {
+            self.draft.branches.push(row);
+        }
+        self.written.insert(joint.name.clone(), name);
+        let own = LinkPlace::of([0.0; 3], [0.0; 3]);
+        self.places.insert(joint.child, (body, own));
+        Ok(())
+    }
+
+    /// Limits of a joint, or the joint that it follows.
+    fn motion(&mut self, joint: &UrdfJoint, slides: bool, in_chain: bool, row: &mut DraftRow) {
+        let (unit, scale) = if slides {
+            ("mm", 1e3)
+        } else {
+            ("deg", 180.0 / PI)
+        };
+        if let Some((master, multiplier, offset)) = &joint.mimic {
+            if let Some(name) = self.written.get(master) {
+                let of_master = self
+                    .tree
+                    .urdf
+                    .joints
+                    .iter()
+                    .find(|joint| joint.name == *master);
+                let master_slides =
+                    of_master.is_some_and(|joint| joint.motion == UrdfMotion::Prismatic);
+                // Coefficients are degrees or m per degree or m.
+                let per = match (slides, master_slides) {
+                    (false, true) => 180.0 / PI,
+                    (true, false) => PI / 180.0,
+                    _ => 1.0,
+                };
+                let mut angle = format!("{} = {}", key(name), number(multiplier * per));
+                if *offset != 0.0 {
+                    let _ = write!(angle, ", offset_{unit} = {}", number(offset * scale));
+                }
+                row.set("angle", format!("{{ {angle} }}"));
+                return;
+            }
+            self.note(joint, format!("follows joint `{master}`, which is no joint of this file: it has a variable of its own"));
+        }
+        let range = match (joint.limits, joint.motion) {
+            (Some(limits), UrdfMotion::Revolute | UrdfMotion::Prismatic) => {
+                limits.map(|limit| if slides { limit } else { limit.to_degrees() })
+            }
+            (None, UrdfMotion::Revolute | UrdfMotion::Prismatic) => {
+                let bound = NO_LIMITS[usize::from(slides)];
+                let words = if slides { "m" } else { "degrees" };
+                self.note(
+                    joint,
+                    format!("has no limits: -{bound} to {bound} {words} were taken"),
+                );
+                [-bound, bound]
+            }
+            _ => [-NO_LIMITS[0], NO_LIMITS[0]],
+        };
+        let written = range.map(|bound| if slides { 1e3 * bound } else { bound });
+        row.set(format!("min_{unit}"), number(written[0]));
+        row.set(format!("max_{unit}"), number(written[1]));
+        if in_chain {
+            self.ranges.push((row.name.clone(), slides, range));
+        }
+    }
+
+    /// Joints off the chain, in the order of the tree.
+    pub(super) fn branches(&mut self) -> Result<(), ImportError> {
+        let mut open = vec![self.tree.base];
+        let mut seen = 0;
+        while let Some(link) = open.pop() {
+            seen += 1;
+            if seen > self.tree.urdf.links.len() {
+                break;
+            }
+            for &joint in self.tree.below.get(&link).into_iter().flatten() {
+                if !self.tree.path.contains(&joint) {
+                    self.joint(joint, false)?;
+                }
+            }
+            let below = self.tree.below.get(&link).into_iter().flatten().rev();
+            open.extend(below.map(|joint| self.tree.urdf.joints[*joint].child));
+        }
+        Ok(())
+    }
+
+    pub(super) fn tool(&mut self) {
+        if let Some((body, place)) = self.places.get(&self.tree.tip) {
+            self.draft.tool.push(("on", quoted(body)));
+            self.draft
+                .tool
+                .push(("at_mm", three(place.origin_m.map(|m| 1e3 * m))));
+            if place.rpy_rad != [0.0; 3] {
+                let turn = place.rpy_rad.map(f64::to_degrees);
+                self.draft.tool.push(("turn_deg", three(turn)));
+            }
+        }
+    }
+
+    /// Masses of links that move.
+    pub(super) fn masses(&mut self) {
+        let mut without = Vec::new();
+        for (place, link) in self.tree.urdf.links.iter().enumerate() {
+            let Some((body, at)) = self.places.get(&place).filter(|(body, _)| body != "base")
+            else {
+                continue;
+            };
+            match link.mass {
+                Some((mass, centre)) => {
+                    let mut row = DraftRow::new(&link.name);
+                    row.set("mass_kg", number(mass));
+                    row.set("on", quoted(body));
+                    row.set("at_mm", three(at.point(centre).map(|m| 1e3 * m)));
+                    self.draft.masses.push(row);
+                }
+                // A link without geometry that is fixed to another is a mere frame.
+                None if at.is_identity() => without.push(link.name.as_str()),
+                None => {}
+            }
+        }
+        if !without.is_empty() {
+            let note = format!("no mass is stated for {}", list(without.into_iter()));
+            self.notes.push(note);
+        }
+    }
+
+    fn note(&mut self, joint: &UrdfJoint, what: impl AsRef<str>) {
+        let (line, _) = self.tree.source.line_and_column(joint.at);
+        self.notes.push(format!(
+            "{}:{line}: joint `{}` {}",
+            self.tree.source.name,
+            joint.name,
+            what.as_ref()
+        ));
+    }
+
+    fn body_name(&self, link: usize) -> String {
+        let name = self.tree.urdf.links[link].name.as_str();
+        if name == "base" {
+            "base_link".to_owned()
+        } else {
+            name.to_owned()
+        }
+    }
+}
+
+/// An axis of the joint as a word where it is one.
+fn axis_text(axis: [f64; 3]) -> String {
+    for (place, word) in ["x", "y", "z"].into_iter().enumerate() {
+        let mut unit = [0.0; 3];
+        unit[place] = 1.0;
+        if axis == unit {
+            return format!("\"{word}\"");
+        }
+        unit[place] = -1.0;
+        if axis == unit {
+            return format!("\"-{word}\"");
+        }
+    }
+    // All digits: a rounded direction is another one.
+    format!("[{}]", axis.map(|c| c.to_string()).join(", "))
+}
+
+/// A name that the file may use for a joint.
+fn name_of(name: &str) -> String {
+    let reserved = ["base", "tool", "offset"].contains(&name);
+    if reserved || crate::robot::format2::ends_in_unit(name) {
+        format!("{name}_joint")
+    } else {
+        name.to_owned()
+    }
+}

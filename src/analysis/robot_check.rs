@@ -1,0 +1,197 @@
+//! A robot file tried: every mechanism in every named pose, with what is odd.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::robot::{Mechanism, Pose, Predictor, Robot, RobotError, RoleInFit};
+use crate::source_text::SourceText;
+use crate::toml_text::DocumentStep::Key;
+use crate::vector::norm;
+
+/// Stiffness of the end, N/µm, below and above which a robot is hardly meant: a millimetre of sag by 0.1 N, a machine tool.
+const PLAUSIBLE_N_PER_UM: [f64; 2] = [1e-4, 1e3];
+
+/// Distance of the tool from the origin, m: a finger, the largest industrial robots and gantries.
+const PLAUSIBLE_REACH_M: [f64; 2] = [0.05, 10.0];
+
+/// Compliance, m/N, below which nothing of a robot gives way.
+const RIGID_M_PER_N: f64 = 1e-15;
+
+/// A robot file, tried.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RobotCheck {
+    /// Name of the robot.
+    pub name: String,
+    /// Largest distance of the tool from the origin in these poses, m; `null` if no pose can be reached.
+    pub reach_m: Option<f64>,
+    /// Mass of what moves and bends, kg, with the payload; `null` if the file states none.
+    pub mass_kg: Option<f64>,
+    /// What could be solved.
+    pub checked: Vec<CheckedPose>,
+    /// What is wrong or odd, in words.
+    pub findings: Vec<String>,
+    /// What a fit is to find.
+    pub free_springs: Vec<String>,
+}
+
+/// A mechanism in a pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct CheckedPose {
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// Name of the pose.
+    pub pose: String,
+    /// Where the tool centre is, m.
+    pub tool_m: [f64; 3],
+    /// Stiffness of the end along x, y and z, N/µm; `null` where nothing gives way.
+    #[serde(rename = "stiffness_N_per_um")]
+    pub stiffness_n_per_um: [Option<f64>; 3],
+    /// Whether these are stiffnesses that robots have.
+    pub plausible: bool,
+}
+
+/// Tries every mechanism of a robot in every named pose (the nominal one if there is none); `source` gives the lines.
+///
+/// # Errors
+/// [`RobotError`] if a mechanism cannot be solved.
+pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, RobotError> {
+    let mut check = RobotCheck {
+        name: robot.name.clone(),
+        reach_m: None,
+        mass_kg: None,
+        checked: Vec::new(),
+        findings: robot.warnings.clone(),
+        free_springs: Vec::new(),
+    };
+    let poses = poses_of(robot);
+    for (name, pose) in &poses {
+        check.look_at_pose(robot, source, name, pose);
+    }
+    let springs = robot.own_springs();
+    let free = springs.filter(|(_, spring)| spring.in_fit != RoleInFit::Fixed);
+    check.free_springs = free.map(|(parameter, _)| parameter.to_string()).collect();
+    let (_, factors) = robot.default_factors();
+    for mechanism in robot.mechanisms.values() {
+        let mut predictor = Predictor::new(robot, mechanism, &factors)?;
+        for (name, pose) in &poses {
+            match predictor.place(pose) {
+                Ok(()) => check.try_pose(robot, mechanism, name, pose, &mut predictor)?,
+                Err(error @ RobotError::Unreachable { .. }) => {
+                    let line = line_of(source, name);
+                    check
+                        .findings
+                        .push(format!("{line}mechanism {}: {error}", mechanism.name));
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+    check.judge_size(source);
+    Ok(check)
+}
+
+/// The named poses, or the nominal one.
+fn poses_of(robot: &Robot) -> Vec<(String, Pose)> {
+    if robot.poses.is_empty() {
+        return vec![("nominal".to_owned(), robot.nominal_pose())];
+    }
+    let named = robot.poses.iter();
+    named
+        .map(|named| (named.id.to_string(), named.pose.clone()))
+        .collect()
+}
+
+/// The place of a pose in the file.
+fn line_of(source: &SourceText, pose: &str) -> String {
+    let span = source.toml_key_span(&[Key("poses"), Key(pose)]);
+    if span.is_empty() {
+        return String::new();
+    }
+    format!("{}:{}: ", source.name, source.line_and_column(span.start).0)
+}
+
+impl RobotCheck {
+    /// Limits and loops of a pose.
+    fn look_at_pose(&mut self, robot: &Robot, source: &SourceText, name: &str, pose: &Pose) {
+        for violation in robot.violated_limits(pose) {
+            self.findings.push(format!(
+                "pose {name} lies {:.3e} degrees beyond the limit {}",
+                violation.excess_deg, violation.limit
+            ));
+        }
+        for point in robot.crossed_loops(pose).unwrap_or_default() {
+            let tables =
+                ["points", "nodes"].map(|table| source.toml_key_span(&[Key(table), Key(&point)]));
+            let span = tables
+                .into_iter()
+                .find(|span| !span.is_empty())
+                .unwrap_or(0..0);
+            let (line, _) = source.line_and_column(span.start);
+            self.findings.push(format!(
+                "{}:{line}: in pose {name} the parallelogram that closes in `{point}` is crossed: is the other side of its circles meant?",
+                source.name
+            ));
+        }
+    }
+
+    fn try_pose(
+        &mut self,
+        robot: &Robot,
+        mechanism: &Mechanism,
+        name: &str,
+        pose: &Pose,
+        predictor: &mut Predictor<'_>,
+    ) -> Result<(), RobotError> {
+        let tool_m = robot.tool_pose(pose)?.position_m;
+        let reach_m = norm(tool_m);
+        self.reach_m = Some(self.reach_m.map_or(reach_m, |largest| largest.max(reach_m)));
+        let mass_kg = predictor.model().mass_kg();
+        if mass_kg > 0.0 {
+            self.mass_kg = Some(self.mass_kg.map_or(mass_kg, |largest| largest.max(mass_kg)));
+        }
+        let compliance = predictor.translation_compliance();
+        let stiffness = [0, 1, 2].map(|axis| {
+            let own: f64 = compliance[axis][axis];
+            (own > RIGID_M_PER_N).then(|| 1e-6 / own)
+        });
+        let [low, high] = PLAUSIBLE_N_PER_UM;
+        self.checked.push(CheckedPose {
+            mechanism: mechanism.name.clone(),
+            pose: name.to_owned(),
+            tool_m,
+            stiffness_n_per_um: stiffness,
+            plausible: stiffness.iter().flatten().all(|k| (low..=high).contains(k)),
+        });
+        Ok(())
+    }
+
+    /// Size and stiffness as a whole.
+    fn judge_size(&mut self, source: &SourceText) {
+        let [short, long] = PLAUSIBLE_REACH_M;
+        if let Some(reach) = self.reach_m.filter(|reach| !(short..=long).contains(reach)) {
+            let guess = if reach > long {
+                "are lengths in mm taken for m?"
+            } else {
+                "are lengths in m taken for mm?"
+            };
+            self.findings.push(format!(
+                "{}: the tool is {reach:.3} m from the origin, robots reach {short} to {long} m: {guess} (a key says its unit: at_mm, at_m)",
+                source.name
+            ));
+        }
+        let odd: Vec<&str> = self
+            .checked
+            .iter()
+            .filter(|checked| !checked.plausible)
+            .map(|checked| checked.pose.as_str())
+            .collect();
+        if let Some(first) = odd.first() {
+            let [low, high] = PLAUSIBLE_N_PER_UM;
+            self.findings.push(format!(
+                "{}: the stiffness of pose {first} lies outside of {low} to {high} N/um, where those of robots are: check the units of \
+                 springs and sections",
+                source.name
+            ));
+        }
+    }
+}

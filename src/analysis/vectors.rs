@@ -1,0 +1,86 @@
+//! Sessions with displacement gauges along the base axes.
+
+use std::path::{Path, PathBuf};
+
+use crate::readings::{
+    SessionHeader, VectorReading, VectorTable, is_vector_table, read_vector_readings,
+};
+use crate::stiffness::{Branches, VectorStiffness, vector_stiffness};
+
+use super::data::{OpenSettings, check_calibration, readings_file, session_header};
+use super::error::AnalysisError;
+use super::files::read_bytes;
+use super::hash::sha256;
+use super::integrity::compare_vectors_with_journal;
+
+/// Readings of vectors with the session they belong to.
+#[derive(Debug, Clone)]
+pub struct VectorSession {
+    /// What the user called it.
+    pub name: String,
+    /// SHA-256 of the readings file, in hexadecimal.
+    pub sha256: String,
+    /// The readings.
+    pub table: VectorTable,
+    /// `session.toml` beside them, if there is one.
+    pub header: Option<SessionHeader>,
+    /// Folder of `session.toml`.
+    pub folder: PathBuf,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+}
+
+impl VectorSession {
+    /// Opens a session folder or readings file if its readings are vectors; `None` if they are not.
+    ///
+    /// # Errors
+    /// For data that are not there or cannot be read, a table that differs from its journal, and an overdue calibration, as the options
+    /// have it.
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Option<Self>, AnalysisError> {
+        if options.gauge_log.is_some() || !path.exists() {
+            return Ok(None);
+        }
+        let file = readings_file(path)?;
+        let bytes = read_bytes(&file)?;
+        if !is_vector_table(&bytes) {
+            return Ok(None);
+        }
+        let name = file.display().to_string();
+        let table = read_vector_readings(&name, bytes.as_slice())?;
+        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+        let mut warnings = Vec::new();
+        let header = session_header(&folder, &mut warnings)?;
+        if file.file_name().is_some_and(|name| name == "readings.csv") {
+            let check = compare_vectors_with_journal(&folder, &table, header.as_ref())?;
+            check.judge(&file, options.trust_csv, &mut warnings)?;
+        }
+        check_calibration(header.as_ref(), options.calibration, &mut warnings)?;
+        Ok(Some(Self {
+            name: path.display().to_string(),
+            sha256: sha256(&bytes),
+            table,
+            header,
+            folder,
+            warnings,
+        }))
+    }
+
+    /// Compliance along each axis for every pose and direction of load.
+    #[must_use]
+    pub fn stiffness(&self, branches: Branches) -> Vec<VectorStiffness> {
+        let procedure = self
+            .header
+            .as_ref()
+            .and_then(|header| header.procedure.as_ref());
+        let preload_n = procedure.and_then(|procedure| procedure.preload_n);
+        let accepted: Vec<&VectorReading> = self.table.accepted().collect();
+        vector_stiffness(&accepted, branches, preload_n.unwrap_or(0.0))
+    }
+
+    /// Name of its procedure.
+    #[must_use]
+    pub fn procedure(&self) -> Option<&str> {
+        let procedure = self.header.as_ref()?.procedure.as_ref()?;
+        procedure.name.as_deref()
+    }
+}

@@ -1,0 +1,100 @@
+//! `stiffbench diagnose` of load cases.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use crate::analysis::{ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases};
+use crate::mismatch::Verdict;
+use crate::report::{DiagnosisResult, LoadCaseDiagnosisReport, load_case_figures};
+
+use super::args::Global;
+use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
+use super::failure::Failure;
+use super::figure_files::{write, write_figure};
+use super::outcome::{Outcome, envelope};
+
+/// Finds what the free parameters leave out.
+pub(super) fn run(
+    args: &DiagnoseArgs,
+    loaded: &LoadedLoadCases,
+    global: &Global,
+) -> Result<Outcome, Failure> {
+    refuse_what_needs_runs(args)?;
+    let data = LoadCaseData::new(loaded, &args.model.choice()?)
+        .map_err(|error| Failure::from(error).with_warnings(&loaded.warnings))?;
+    of_data(args, &data, global).map_err(|failure| failure.with_warnings(&data.warnings))
+}
+
+fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<Outcome, Failure> {
+    let settings = LoadCaseSettings {
+        train: None,
+        choice: args
+            .parameters
+            .choice_beside(&data.model, data.usual_choice()?)?,
+        sigma: None,
+    };
+    let diagnosis = data.diagnose(&settings, args.seed)?;
+    let report = LoadCaseDiagnosisReport::new(&diagnosis, args.seed);
+    let text = report.text();
+    let mut warnings = data.warnings.clone();
+    if global.json {
+        warnings.extend(diagnosis.baseline.warnings.iter().cloned());
+    }
+    if let Some(folder) = folder(args) {
+        let mut object = envelope("diagnosis", true);
+        object["inputs"] = json!(data.inputs);
+        object["data"] = json!(report);
+        object["warnings"] = json!(warnings);
+        let page = format!("{}{text}", data.inputs.text());
+        let mut written: Vec<PathBuf> = Vec::new();
+        for (name, content) in [
+            ("verdict.txt", page),
+            ("diagnosis.json", format!("{object:#}\n")),
+        ] {
+            write(&folder.join(name), content.as_bytes())?;
+            written.push(folder.join(name));
+        }
+        if !args.no_figures {
+            for (name, figure) in load_case_figures(&diagnosis.baseline) {
+                written.extend(write_figure(&folder.join(name), &figure, &data.inputs)?);
+            }
+        }
+        warnings.extend(
+            written
+                .iter()
+                .map(|path| format!("wrote {}", path.display())),
+        );
+    }
+    let strict = u8::from(diagnosis.verdict != Verdict::NothingMissing);
+    let result = DiagnosisResult::LoadCases(Box::new(report));
+    Ok(Outcome::new("diagnosis", text, result)
+        .with_inputs(data.inputs.clone())
+        .with_warnings(warnings)
+        .with_strict_exit(strict))
+}
+
+/// Where the results go: where the user says, else into the session folder.
+fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
+    args.out.clone().or_else(|| {
+        let data = args.data.as_ref().filter(|data| data.is_dir())?;
+        Some(data.join("diagnosis"))
+    })
+}
+
+/// Options without effect are a misunderstanding, and worth an error.
+fn refuse_what_needs_runs(args: &DiagnoseArgs) -> Result<(), ArgumentError> {
+    let of_runs = [
+        ("--without", !args.without.is_empty()),
+        ("--earlier", !args.earlier.is_empty()),
+        ("--noise records", args.noise == NoiseChoice::Records),
+    ];
+    match of_runs.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(ArgumentError::new(
+            (*option).to_owned(),
+            "the data are load cases: loads and displacements as vectors, without runs",
+            "leave it out: the scatter of load cases comes from repeats or from the residuals over the poses",
+        )),
+    }
+}

@@ -1,0 +1,160 @@
+//! `stiffbench model export`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+
+use crate::analysis::{ArgumentError, Inputs, sha256};
+use crate::export::ExportModel;
+use crate::report::{ExportFormat, ModelExportReport};
+use crate::shipped::{shipped_robot, shipped_robots};
+
+use super::args::ModelArgs;
+use super::failure::Failure;
+use super::figure_files::write;
+use super::map::{FitFile, read_fit};
+use super::outcome::Outcome;
+
+/// Arguments of `model`.
+#[derive(Debug, Args)]
+pub(super) struct ModelCommandArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub(super) what: ModelCommand,
+}
+
+/// Subcommands of `model`.
+#[derive(Debug, Subcommand)]
+pub(super) enum ModelCommand {
+    /// Write the robot with its springs, friction and play for a simulator, or its parameters and compliance as a table
+    Export(Box<ModelExportArgs>),
+}
+
+/// Arguments of `model export`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench model export --format mjcf --robot serial-arm --pose P1 --out arm.xml\n  stiffbench fit my-session --json > fit.json\n  stiffbench model export --format csv --fit fit.json > parameters.csv\n  stiffbench model export --format sdf --model diagnosis/model.toml --pose P1 --out robot.sdf\n\nWhat each format holds: docs/simulators.md."
+)]
+pub(super) struct ModelExportArgs {
+    /// Format of the file
+    #[arg(long, value_enum)]
+    format: FormatArg,
+    /// Which robot, mechanism and factors.
+    #[command(flatten)]
+    model: ModelArgs,
+    /// What stiffbench fit --json printed: its factors with their intervals
+    #[arg(long, value_name = "FILE", conflicts_with = "factors")]
+    fit: Option<PathBuf>,
+    /// Named pose of the robot [default: every variable at its nominal value; csv and json: every named pose]
+    #[arg(long)]
+    pose: Option<String>,
+    /// Write to this file instead of standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Formats of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FormatArg {
+    /// MuJoCo: bodies, springs of joints and beams, friction, play
+    Mjcf,
+    /// Gazebo: bodies, joints with springs and friction
+    Sdf,
+    /// ROS: bodies, joints with friction; the rest as comments
+    Urdf,
+    /// Parameters with units and intervals, and the compliance in each pose, a row a value
+    Csv,
+    /// The same as JSON
+    Json,
+}
+
+impl From<FormatArg> for ExportFormat {
+    fn from(format: FormatArg) -> Self {
+        match format {
+            FormatArg::Mjcf => Self::Mjcf,
+            FormatArg::Sdf => Self::Sdf,
+            FormatArg::Urdf => Self::Urdf,
+            FormatArg::Csv => Self::Csv,
+            FormatArg::Json => Self::Json,
+        }
+    }
+}
+
+/// Runs a subcommand of `model`.
+pub(super) fn run(args: &ModelCommandArgs) -> Result<Outcome, Failure> {
+    match &args.what {
+        ModelCommand::Export(args) => export(args),
+    }
+}
+
+/// The shipped robot whose file has this SHA-256.
+fn shipped_of_hash(hash: &str) -> Option<String> {
+    let mut known = shipped_robots();
+    let has = |name: &&str| shipped_robot(name).is_some_and(|text| sha256(&text.text) == hash);
+    known.find(has).map(str::to_owned)
+}
+
+fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
+    let fit = args.fit.as_deref().map(read_fit).transpose()?;
+    let mut choice = args.model.choice()?;
+    if let Some(fit) = &fit {
+        // Where the fit was made of a model, its robot is known.
+        let is_open = choice.robot.is_none() && choice.model.is_none();
+        if is_open && let Some((name, hash)) = &fit.robot {
+            choice.robot = Some(shipped_of_hash(hash).ok_or_else(|| {
+                ArgumentError::new(
+                    "--fit",
+                    format!("the fit is of the robot {name}, which is not a shipped one"),
+                    "name its file with --robot",
+                )
+            })?);
+        }
+        choice.mechanism = choice.mechanism.or_else(|| fit.mechanism.clone());
+    }
+    let mut resolved = crate::analysis::resolve(&choice, None)?;
+    let mut fitted = Vec::new();
+    if let Some(FitFile {
+        factors_name,
+        factors,
+        parameters,
+        ..
+    }) = fit
+    {
+        resolved.robot.check_parameters(&factors)?;
+        resolved.factors_name = factors_name;
+        resolved.factors = factors;
+        fitted = parameters;
+    }
+    let model = ExportModel::new(&resolved, fitted);
+    let pose = args.pose.as_deref();
+    let table = model.table(pose)?;
+    let text = match args.format {
+        FormatArg::Mjcf => model.mjcf(pose)?,
+        FormatArg::Sdf => model.sdf(pose)?,
+        FormatArg::Urdf => model.urdf(pose)?,
+        FormatArg::Csv => table.csv(),
+        FormatArg::Json => format!("{:#}\n", serde_json::json!(table)),
+    };
+    let mut warnings = resolved.warnings.clone();
+    warnings.extend(table.notes.iter().cloned());
+    let inputs = Inputs::default().with_model(&resolved);
+    let mut report = ModelExportReport {
+        format: args.format.into(),
+        file: args.out.clone(),
+        text: None,
+        table,
+    };
+    let Some(file) = &args.out else {
+        // The file alone, so that it can be redirected.
+        report.text = Some(text.clone());
+        return Ok(Outcome::new("model-export", text, report)
+            .with_inputs(inputs)
+            .without_heading()
+            .with_warnings(warnings));
+    };
+    write(file, text.as_bytes())?;
+    let said = format!("Written to {}\n", file.display());
+    Ok(Outcome::new("model-export", said, report)
+        .with_inputs(inputs)
+        .with_warnings(warnings))
+}

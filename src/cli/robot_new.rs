@@ -1,0 +1,112 @@
+//! `stiffbench robot new`.
+
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use crate::analysis::{
+    ArgumentError, Controller, DhSettings, NewRobot, StatedPosition, UrdfSettings, check_positions,
+    read_text, robot_from_dh, robot_from_urdf, template,
+};
+use crate::report::NewRobotReport;
+use crate::robot::Robot;
+use crate::robot::format2::file::DhConvention;
+use crate::source_text::SourceText;
+
+use super::failure::{CliError, Failure};
+use super::outcome::Outcome;
+use super::robot_args::NewArgs;
+
+/// Writes a robot file that was not there before.
+pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {
+    if args.out.exists() {
+        return Err(CliError::RobotExists {
+            path: args.out.clone(),
+        }
+        .into());
+    }
+    let made = match (&args.urdf, &args.dh, &args.template) {
+        (Some(urdf), ..) => robot_from_urdf(&text_of(urdf)?, &urdf_settings(args))?,
+        (None, Some(dh), _) => robot_from_dh(&text_of(dh)?, &dh_settings(args))?,
+        (None, None, name) => NewRobot {
+            text: name
+                .as_deref()
+                .and_then(template)
+                .unwrap_or_default()
+                .to_owned(),
+            notes: Vec::new(),
+        },
+    };
+    // What is written can be read: what the file cannot say is found here, before there is a file.
+    let source = SourceText::new(args.out.display().to_string(), made.text.clone());
+    let robot = Robot::parse(&source)?;
+    let stated = args.check_position.iter().map(|text| {
+        let parsed = text.parse::<StatedPosition>();
+        parsed.map_err(|help| {
+            ArgumentError::new(
+                format!("--check-position {text}"),
+                "it cannot be read",
+                help,
+            )
+        })
+    });
+    let stated = stated.collect::<Result<Vec<_>, _>>()?;
+    let positions = check_positions(&robot, &stated)?;
+    write_new(&args.out, &made.text)?;
+    let report = NewRobotReport::new(&robot, &args.out.display().to_string(), positions);
+    let notes = made.notes.into_iter().chain(robot.warnings);
+    Ok(Outcome::new("robot-new", report.text(), report).with_warnings(notes.collect()))
+}
+
+fn text_of(path: &Path) -> Result<SourceText, Failure> {
+    Ok(SourceText::new(
+        path.display().to_string(),
+        read_text(path)?,
+    ))
+}
+
+fn urdf_settings(args: &NewArgs) -> UrdfSettings {
+    let section = |text: &String| match text.split_once('=') {
+        Some((joint, section)) => (Some(joint.trim().to_owned()), section.trim().to_owned()),
+        None => (None, text.trim().to_owned()),
+    };
+    UrdfSettings {
+        base: args.base.clone(),
+        tip: args.tip.clone(),
+        sections: args.section.iter().map(section).collect(),
+    }
+}
+
+fn dh_settings(args: &NewArgs) -> DhSettings {
+    let convention = args.convention.as_deref().map(|name| match name {
+        "standard" => DhConvention::Standard,
+        _ => DhConvention::Modified,
+    });
+    let controller = args.controller.as_deref().map(|name| match name {
+        "kuka" => Controller::Kuka,
+        _ => Controller::Fanuc,
+    });
+    DhSettings {
+        convention,
+        controller,
+    }
+}
+
+/// Writes a file that must not exist, whoever else writes at the same time.
+fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
+    let failed = |source: std::io::Error| match source.kind() {
+        ErrorKind::AlreadyExists => CliError::RobotExists {
+            path: path.to_owned(),
+        },
+        _ => CliError::Write {
+            path: path.to_owned(),
+            source,
+        },
+    };
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(path)
+        .map_err(failed)?;
+    file.write_all(text.as_bytes()).map_err(failed)
+}

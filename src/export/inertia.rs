@@ -1,0 +1,115 @@
+//! Mass, centre and moments of inertia of rigid bodies made of rods and points.
+
+use crate::vector::{norm, subtract};
+
+/// What a rigid body weighs, in the axes of the world.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Inertia {
+    mass_kg: f64,
+    /// Mass times centre, kg·m.
+    first_kg_m: [f64; 3],
+    /// Integral of x xᵀ over the mass about the origin of the world, kg·m².
+    second_kg_m2: [[f64; 3]; 3],
+}
+
+impl Inertia {
+    /// A mass at a point.
+    #[must_use]
+    pub fn point(mass_kg: f64, at_m: [f64; 3]) -> Self {
+        Self {
+            mass_kg,
+            first_kg_m: at_m.map(|x| mass_kg * x),
+            second_kg_m2: [0, 1, 2].map(|i| [0, 1, 2].map(|j| mass_kg * at_m[i] * at_m[j])),
+        }
+    }
+
+    /// A round rod.
+    ///
+    /// About its centre ∫ x xᵀ dm = m (L² u uᵀ/12 + r² (1 - u uᵀ)/4) with u along it (Goldstein, Classical Mechanics, 3rd edition,
+    /// section 5.3, for the inertia tensor).
+    #[must_use]
+    pub fn rod(kg_per_m: f64, ends_m: [[f64; 3]; 2], radius_m: f64) -> Self {
+        let [a, b] = ends_m;
+        let span_m = subtract(b, a);
+        let length_m = norm(span_m);
+        if length_m == 0.0 {
+            return Self::default();
+        }
+        let mass_kg = kg_per_m * length_m;
+        let along = span_m.map(|x| x / length_m);
+        let mut rod = Self::point(mass_kg, [0, 1, 2].map(|i| 0.5 * (a[i] + b[i])));
+        let (lengthwise, across) = (length_m * length_m / 12.0, radius_m * radius_m / 4.0);
+        for i in 0..3 {
+            for j in 0..3 {
+                let axial = along[i] * along[j];
+                let unit = if i == j { 1.0 } else { 0.0 };
+                rod.second_kg_m2[i][j] += mass_kg * (lengthwise * axial + across * (unit - axial));
+            }
+        }
+        rod
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i] + b[i]);
+        Self {
+            mass_kg: self.mass_kg + other.mass_kg,
+            first_kg_m: sum(self.first_kg_m, other.first_kg_m),
+            second_kg_m2: [0, 1, 2].map(|i| sum(self.second_kg_m2[i], other.second_kg_m2[i])),
+        }
+    }
+
+    /// Mass, kg.
+    #[must_use]
+    pub fn mass_kg(&self) -> f64 {
+        self.mass_kg
+    }
+
+    /// Centre of mass, m; `None` without mass.
+    #[must_use]
+    pub fn centre_m(&self) -> Option<[f64; 3]> {
+        (self.mass_kg > 0.0).then(|| self.first_kg_m.map(|x| x / self.mass_kg))
+    }
+
+    /// Inertia tensor about the centre of mass, 3 × 3, kg·m²; zero without mass.
+    #[must_use]
+    pub fn about_centre_kg_m2(&self) -> [[f64; 3]; 3] {
+        let Some(centre) = self.centre_m() else {
+            return [[0.0; 3]; 3];
+        };
+        let spread =
+            |i: usize, j: usize| self.second_kg_m2[i][j] - self.mass_kg * centre[i] * centre[j];
+        let trace = spread(0, 0) + spread(1, 1) + spread(2, 2);
+        [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { trace } else { 0.0 } - spread(i, j)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rod_made_of_two_halves_is_the_whole() {
+        let ends = [[0.1, -0.2, 0.3], [0.4, 0.2, 0.3]];
+        let middle = [0.25, 0.0, 0.3];
+        let whole = Inertia::rod(3.0, ends, 0.01);
+        let halves = [[ends[0], middle], [middle, ends[1]]];
+        let halves = halves.map(|ends| Inertia::rod(3.0, ends, 0.01));
+        let sum = halves[0].with(halves[1]);
+        assert!((sum.mass_kg() - 1.5).abs() < 1e-15);
+        // m L²/12 + m r²/4 across, m r²/2 along.
+        let [a, b] = [whole, sum].map(|one| one.about_centre_kg_m2());
+        for i in 0..3 {
+            for j in 0..3 {
+                assert!((a[i][j] - b[i][j]).abs() < 1e-15, "{a:?} {b:?}");
+            }
+        }
+        assert!((a[2][2] - 1.5 * (0.25 / 12.0 + 1e-4 / 4.0)).abs() < 1e-15);
+        let along = [0.6, 0.8, 0.0];
+        let axial: f64 = (0..3)
+            .map(|i| (0..3).map(|j| along[i] * a[i][j] * along[j]).sum::<f64>())
+            .sum();
+        assert!((axial - 1.5 * 1e-4 / 2.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,338 @@
+//! The bodies and joints of a robot as a tree, as URDF needs it and SDF begins.
+
+use std::collections::VecDeque;
+
+use crate::robot::{BodyPlace, JointMotion, Mechanism, PlacedRobot, Pose, Robot, RobotError};
+use crate::vector::{cross, dot, subtract};
+
+use super::inertia::Inertia;
+
+/// Step of the variables by which it is found how joints follow them, degrees or m.
+const STEP: f64 = 1e-3;
+
+/// Difference from a whole turn a variable below which a joint follows it one to one.
+const ONE_TO_ONE: f64 = 1e-6;
+
+/// A compliance up to which a joint is as good as rigid, rad/(N·m) or m/N.
+pub(super) const STIFFEST: f64 = 1e-18;
+
+/// Bodies and joints of a robot where it stands in a pose; joints are at zero there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KinematicTree {
+    /// The bodies that the mechanism has, each after its parent; the first is the ground.
+    pub links: Vec<KinematicLink>,
+    /// Joints that close loops.
+    pub cut: Vec<KinematicJoint>,
+    /// Link that the end of the robot is on.
+    pub end: usize,
+    /// Position of the end, m.
+    pub end_m: [f64; 3],
+}
+
+/// A body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KinematicLink {
+    /// Its name.
+    pub name: String,
+    /// The joint that it hangs on; `None` of the ground.
+    pub joint: Option<KinematicJoint>,
+    /// Its origin, which is a point of the joint, m; its axes are those of the world.
+    pub position_m: [f64; 3],
+    /// What it weighs.
+    pub inertia: Inertia,
+    /// Its beams: ends, m, and radius of a round rod of the same area, m.
+    pub rods: Vec<([[f64; 3]; 2], f64)>,
+}
+
+/// A joint between two bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KinematicJoint {
+    /// Its name.
+    pub name: String,
+    /// The body that it moves on, and the body that it moves, by their place among the links.
+    pub links: [usize; 2],
+    /// A point of its axis, m.
+    pub position_m: [f64; 3],
+    /// Unit vector of the axis.
+    pub axis: [f64; 3],
+    /// Whether it turns or slides; `None` if it does not move.
+    pub motion: Option<JointMotion>,
+    /// Stiffness of its spring, at rest where it stands, N·m/rad or N/m; `None` of one that does not yield.
+    pub stiffness: Option<f64>,
+    /// Moment or force that its friction holds, N·m or N.
+    pub friction: f64,
+    /// How far it can move from where it stands, rad or m; `None` where several variables move it.
+    pub limits: Option<[f64; 2]>,
+}
+
+/// What is known of a joint besides its place.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SpringOfJoint {
+    /// Its name.
+    pub(super) joint: String,
+    /// Compliance of its own motion, rad/(N·m) or m/N.
+    pub(super) compliance: f64,
+    /// Moment or force that its friction holds, N·m or N.
+    pub(super) friction: f64,
+}
+
+impl KinematicTree {
+    /// The bodies of a mechanism in a pose.
+    ///
+    /// # Arguments
+    /// - `springs`: of joints that yield or have friction; of several of one name the first.
+    ///
+    /// # Errors
+    /// [`RobotError`] if the pose cannot be reached.
+    pub(super) fn new(
+        robot: &Robot,
+        mechanism: &Mechanism,
+        pose: &Pose,
+        springs: &[SpringOfJoint],
+    ) -> Result<Self, RobotError> {
+        let placed = PlacedRobot::new(robot, mechanism, pose)?;
+        let members = mechanism.members.iter();
+        let mut bodies: Vec<usize> = members.map(|&member| robot.members[member].body).collect();
+        let links = mechanism.rigid_links.iter();
+        bodies.extend(links.map(|&link| robot.rigid_links[link].body));
+        bodies.extend(placed.joints().iter().flat_map(|&j| robot.joints[j].bodies));
+        bodies.sort_unstable();
+        bodies.dedup();
+        let mut builder = TreeBuilder {
+            robot,
+            pose,
+            mechanism,
+            springs,
+            placed,
+            link_of: vec![None; robot.bodies.len()],
+            found: Self {
+                links: Vec::new(),
+                cut: Vec::new(),
+                end: 0,
+                end_m: [0.0; 3],
+            },
+        };
+        builder.build(&bodies);
+        builder.weigh();
+        Ok(builder.found)
+    }
+
+    /// Name of a link, another one than those that the file itself needs.
+    pub(super) fn link_name(&self, link: usize, taken: &[&str]) -> String {
+        let name = &self.links[link].name;
+        let is_taken = taken.contains(&name.as_str());
+        if is_taken {
+            format!("{name}.body")
+        } else {
+            name.clone()
+        }
+    }
+}
+
+struct TreeBuilder<'a> {
+    robot: &'a Robot,
+    pose: &'a Pose,
+    mechanism: &'a Mechanism,
+    springs: &'a [SpringOfJoint],
+    placed: PlacedRobot<'a>,
+    /// The link of each body.
+    link_of: Vec<Option<usize>>,
+    found: KinematicTree,
+}
+
+impl TreeBuilder<'_> {
+    fn build(&mut self, bodies: &[usize]) {
+        let is_ground =
+            |body: &&usize| matches!(self.robot.bodies[**body].place, BodyPlace::Ground);
+        let ground = bodies.iter().find(is_ground).copied();
+        // Without one the body of the first support stands for it.
+        let Some(ground) = ground.or_else(|| bodies.first().copied()) else {
+            return;
+        };
+        self.add(ground, None, [0.0; 3]);
+        let mut used = vec![false; self.robot.joints.len()];
+        let mut next = VecDeque::from([ground]);
+        loop {
+            while let Some(body) = next.pop_front() {
+                for number in self.placed.joints().to_vec() {
+                    let ends = self.robot.joints[number].bodies;
+                    if !ends.contains(&body) || std::mem::replace(&mut used[number], true) {
+                        continue;
+                    }
+                    let other = ends[usize::from(ends[0] == body)];
+                    if self.link_of[other].is_some() {
+                        let joint = self.joint(number, body, self.link(other));
+                        self.found.cut.push(joint);
+                    } else {
+                        let joint = self.joint(number, body, self.found.links.len());
+                        let position_m = joint.position_m;
+                        self.add(other, Some(joint), position_m);
+                        next.push_back(other);
+                    }
+                }
+            }
+            // A body without a joint is fixed on the one that it is placed on.
+            let left = bodies.iter().find(|body| self.link_of[**body].is_none());
+            let Some(&body) = left else {
+                break;
+            };
+            let parent = self.carrier(body).unwrap_or(ground);
+            let position_m = self.found.links[self.link(parent)].position_m;
+            let joint = KinematicJoint {
+                name: format!("{}.fixed", self.robot.bodies[body].name),
+                links: [self.link(parent), self.found.links.len()],
+                position_m,
+                axis: [1.0, 0.0, 0.0],
+                motion: None,
+                stiffness: None,
+                friction: 0.0,
+                limits: None,
+            };
+            self.add(body, Some(joint), position_m);
+            next.push_back(body);
+        }
+    }
+
+    fn add(&mut self, body: usize, joint: Option<KinematicJoint>, position_m: [f64; 3]) {
+        self.link_of[body] = Some(self.found.links.len());
+        self.found.links.push(KinematicLink {
+            name: self.robot.bodies[body].name.clone(),
+            joint,
+            position_m,
+            inertia: Inertia::default(),
+            rods: Vec::new(),
+        });
+    }
+
+    fn link(&self, body: usize) -> usize {
+        self.link_of[body].unwrap_or(0)
+    }
+
+    /// The nearest body below that is a link already.
+    fn carrier(&self, body: usize) -> Option<usize> {
+        let mut at = body;
+        // No chain is longer than there are bodies.
+        for _ in 0..self.robot.bodies.len() {
+            at = match &self.robot.bodies[at].place {
+                BodyPlace::Ground => return None,
+                BodyPlace::Turned { parent, .. } | BodyPlace::Slid { parent, .. } => *parent,
+                BodyPlace::Along { plane, .. } => self.robot.planes[*plane].body,
+            };
+            if self.link_of[at].is_some() {
+                return Some(at);
+            }
+        }
+        None
+    }
+
+    /// A joint from a body that is a link to the link that will be, or is, the other.
+    fn joint(&self, number: usize, from: usize, to: usize) -> KinematicJoint {
+        let joint = &self.robot.joints[number];
+        // The tree may reach the second body first: then the first turns on it, the other way round.
+        let forward = joint.bodies[0] == from;
+        let axis = self.placed.axis(number);
+        let axis = if forward { axis } else { axis.map(|x| -x) };
+        let spring = self
+            .springs
+            .iter()
+            .find(|spring| spring.joint == joint.name);
+        let compliance = spring.map_or(0.0, |spring| spring.compliance);
+        KinematicJoint {
+            name: joint.name.clone(),
+            links: [self.link(from), to],
+            position_m: self.placed.node_m(joint.node),
+            axis,
+            motion: Some(joint.motion),
+            stiffness: (compliance > STIFFEST).then(|| 1.0 / compliance),
+            friction: spring.map_or(0.0, |spring| spring.friction),
+            limits: self.limits(number, forward),
+        }
+    }
+
+    /// Limits of the one variable that moves a joint, from where it stands.
+    fn limits(&self, number: usize, forward: bool) -> Option<[f64; 2]> {
+        let joint = &self.robot.joints[number];
+        let mut found = None;
+        for (place, variable) in self.robot.variables.iter().enumerate() {
+            let mut moved = self.pose.clone();
+            moved.angles_deg[place] += STEP;
+            // A loop that does not close a step further is at its limit.
+            let moved = PlacedRobot::new(self.robot, self.mechanism, &moved).ok()?;
+            let rate = match joint.motion {
+                JointMotion::Turns => self.turn_rad(&moved, number) / STEP.to_radians(),
+                JointMotion::Slides => self.slide_m(&moved, number) / STEP,
+            };
+            if rate.abs() < ONE_TO_ONE {
+                continue;
+            }
+            if found.is_some() || (rate.abs() - 1.0).abs() > ONE_TO_ONE {
+                return None;
+            }
+            let now = self.pose.angles_deg[place];
+            let scale = if joint.motion == JointMotion::Turns {
+                1.0_f64.to_radians()
+            } else {
+                1.0
+            };
+            let sign = if forward {
+                rate.signum()
+            } else {
+                -rate.signum()
+            };
+            let ends = [variable.min_deg, variable.max_deg].map(|end| sign * scale * (end - now));
+            found = Some([ends[0].min(ends[1]), ends[0].max(ends[1])]);
+        }
+        found.filter(|limits| limits[0] < limits[1])
+    }
+
+    /// How far the second body of a joint has turned on the first about its axis, rad; for small turns.
+    fn turn_rad(&self, moved: &PlacedRobot<'_>, number: usize) -> f64 {
+        let joint = &self.robot.joints[number];
+        let axis = self.placed.axis(number);
+        // Half the sum of before × after over the axes of a body is its turn.
+        let turn = |body: usize| {
+            let (before, after) = (self.placed.body_axes(body), moved.body_axes(body));
+            let pairs = before.into_iter().zip(after);
+            pairs
+                .map(|(before, after)| 0.5 * dot(axis, cross(before, after)))
+                .sum::<f64>()
+        };
+        turn(joint.bodies[1]) - turn(joint.bodies[0])
+    }
+
+    /// How far the second body of a joint has slid on the first along its axis, m.
+    fn slide_m(&self, moved: &PlacedRobot<'_>, number: usize) -> f64 {
+        let joint = &self.robot.joints[number];
+        let axis = self.placed.axis(number);
+        let travel = |body: usize| {
+            let moved_m = subtract(moved.body_origin_m(body), self.placed.body_origin_m(body));
+            dot(axis, moved_m)
+        };
+        travel(joint.bodies[1]) - travel(joint.bodies[0])
+    }
+
+    /// Gives each link its beams and masses, and finds the end.
+    fn weigh(&mut self) {
+        self.found.end_m = self.placed.node_m(self.robot.end);
+        for &link in &self.mechanism.rigid_links {
+            let link = &self.robot.rigid_links[link];
+            if link.nodes.contains(&self.robot.end) {
+                self.found.end = self.link(link.body);
+            }
+        }
+        for &member in &self.mechanism.members {
+            let member = &self.robot.members[member];
+            let section = &self.robot.sections[member.section];
+            let radius_m = (section.section.area_m2 / std::f64::consts::PI).sqrt();
+            let ends_m = member.nodes.map(|node| self.placed.node_m(node));
+            let rod = Inertia::rod(section.mass_kg_per_m.unwrap_or(0.0), ends_m, radius_m);
+            let link = self.link(member.body);
+            if member.nodes.contains(&self.robot.end) {
+                self.found.end = link;
+            }
+            let link = &mut self.found.links[link];
+            link.inertia = link.inertia.with(rod);
+            link.rods.push((ends_m, radius_m));
+        }
+    }
+}

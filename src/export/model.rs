@@ -1,0 +1,382 @@
+//! What an export is written from.
+
+use crate::analysis::{AnalysisError, ResolvedModel};
+use crate::physics::{Effect, Place, SimulatedRotation};
+use crate::robot::{
+    GRAVITY_M_PER_S2, JointModel, MechanismModel, ModelParameter, Pose, Predictor, Robot,
+    RobotError, Theory,
+};
+use crate::test_point::PoseId;
+use crate::vector::scale;
+
+use super::kinematics::{KinematicTree, STIFFEST, SpringOfJoint};
+use super::lumped::{LumpedModel, LumpedParts};
+use super::mjcf::{MjcfHeader, mjcf};
+use super::sdf::sdf;
+use super::table::{ExportTable, ParameterRow, PoseRow};
+use super::urdf::urdf;
+use super::xml::{number, rounded};
+
+/// Name of the pose in which every variable has its nominal value.
+const NOMINAL: &str = "nominal";
+
+/// A robot with factors and physics, ready to be written for other programs.
+#[derive(Debug)]
+pub struct ExportModel<'a> {
+    resolved: &'a ResolvedModel,
+    /// What a fit found of the parameters, if the factors are those of a fit.
+    fitted: Vec<ParameterRow>,
+    effects: Vec<ParameterRow>,
+}
+
+impl<'a> ExportModel<'a> {
+    /// # Arguments
+    /// - `fitted`: the parameters of a fit, whose values are the factors of the model; empty for other factors.
+    #[must_use]
+    pub fn new(resolved: &'a ResolvedModel, fitted: Vec<ParameterRow>) -> Self {
+        let rows = resolved.found.iter().flat_map(|found| {
+            let effect = &found.effect;
+            let parameters = effect.law.parameters.iter().zip(&effect.values);
+            parameters.enumerate().map(|(place, (parameter, value))| {
+                let known = found.uncertainties.get(place);
+                let name = format!(
+                    "{}@{}:{}",
+                    effect.law.name,
+                    effect.place.compact(),
+                    parameter.name
+                );
+                ParameterRow::new(
+                    name,
+                    *value,
+                    parameter.unit(),
+                    known.and_then(|known| known.ci95),
+                )
+            })
+        });
+        let effects = rows.collect();
+        Self {
+            resolved,
+            fitted,
+            effects,
+        }
+    }
+
+    fn robot(&self) -> &'a Robot {
+        &self.resolved.robot
+    }
+
+    /// A pose by name; without one every variable has its nominal value.
+    fn pose(&self, name: Option<&str>) -> Result<(String, Pose), RobotError> {
+        match name {
+            Some(name) => Ok((
+                name.to_owned(),
+                self.robot().pose(&PoseId::new(name))?.clone(),
+            )),
+            None => Ok((NOMINAL.to_owned(), self.robot().nominal_pose())),
+        }
+    }
+
+    /// Parameters, and the compliance in one pose or, without one, in all that the robot names, else in the nominal one.
+    ///
+    /// # Errors
+    /// For a pose that is not there or cannot be reached.
+    pub fn table(&self, pose: Option<&str>) -> Result<ExportTable, AnalysisError> {
+        let named = self.robot().poses.iter().map(|named| named.id.to_string());
+        let names: Vec<String> = pose.map_or_else(|| named.collect(), |pose| vec![pose.to_owned()]);
+        let mut poses: Vec<(String, Pose)> = Vec::new();
+        for name in &names {
+            poses.push(self.pose(Some(name))?);
+        }
+        if poses.is_empty() {
+            poses.push(self.pose(None)?);
+        }
+        Ok(ExportTable {
+            robot: self.robot().name.clone(),
+            mechanism: self.resolved.mechanism.clone(),
+            factors: self.resolved.factors_name.clone(),
+            parameters: self.parameters(&poses[0].1)?,
+            poses: poses
+                .into_iter()
+                .map(|pose| self.pose_row(pose))
+                .collect::<Result<_, _>>()?,
+            notes: self.notes(),
+        })
+    }
+
+    fn pose_row(&self, (name, pose): (String, Pose)) -> Result<PoseRow, RobotError> {
+        let (robot, physics) = (self.robot(), &self.resolved.physics);
+        let factors = &self.resolved.factors;
+        let joints = physics.joints_under(robot, factors, &pose, [0.0; 3])?;
+        let theory = Theory::EulerBernoulli;
+        let mut predictor = Predictor::with(robot, &physics.mechanism, &joints, theory, factors)?;
+        predictor.place(&pose)?;
+        let compliance = physics.with_base(&predictor.compliance(), predictor.model());
+        let structure = predictor.model().structure();
+        let variables = robot.variables.iter().zip(&pose.angles_deg);
+        Ok(PoseRow {
+            pose: name,
+            variables: variables
+                .map(|(variable, value)| (variable.name.clone(), *value))
+                .collect(),
+            end_m: structure.nodes[structure.end.node].position_m.map(rounded),
+            compliance: compliance.0.map(|row| row.map(rounded)),
+        })
+    }
+}
+
+/// The structure of a mechanism in a pose with all that yields in it.
+struct PlacedModel<'a> {
+    model: MechanismModel<'a>,
+    parts: LumpedParts,
+}
+
+impl<'a> ExportModel<'a> {
+    /// The factors, springs and values of laws.
+    fn parameters(&self, pose: &Pose) -> Result<Vec<ParameterRow>, RobotError> {
+        let mut rows = self.fitted.clone();
+        if rows.is_empty() {
+            let factors = &self.resolved.factors;
+            let all = ModelParameter::all(self.robot(), self.resolved.mechanism()?);
+            // Of single sections and groups those that change something.
+            let own = |p: &ModelParameter| {
+                matches!(p, ModelParameter::Class(..)) || factors.get(p) != 1.0
+            };
+            for factor in all.iter().filter(|p| p.is_factor()).filter(|p| own(p)) {
+                let value = factors.get(factor);
+                rows.push(ParameterRow::new(
+                    factor.to_string(),
+                    value,
+                    factor.unit(),
+                    None,
+                ));
+            }
+            let PlacedModel { model, .. } = self.placed(pose)?;
+            let hinges = model
+                .structure()
+                .hinges
+                .iter()
+                .zip(model.hinge_parameters());
+            for (hinge, spring) in hinges {
+                let compliance = 1.0 / hinge.stiffness_nm_per_rad;
+                if compliance > STIFFEST && compliance.is_finite() {
+                    rows.push(ParameterRow::new(
+                        spring.to_string(),
+                        compliance,
+                        spring.unit(),
+                        None,
+                    ));
+                }
+            }
+        }
+        rows.extend(self.effects.iter().cloned());
+        Ok(rows)
+    }
+
+    /// What a file for simulators does not hold.
+    fn notes(&self) -> Vec<String> {
+        let physics = &self.resolved.physics;
+        let bench = physics.of_the_bench();
+        let mut notes: Vec<String> = bench
+            .map(|effect| format!("{effect}: of the bench, not of the robot, and left out"))
+            .collect();
+        let approximate = physics.effects.iter().filter_map(|effect| {
+            let note = effect.law.in_simulators(&effect.values)?.left_out?;
+            Some(format!("{effect}: {note}"))
+        });
+        notes.extend(approximate);
+        notes
+    }
+
+    fn placed(&self, pose: &Pose) -> Result<PlacedModel<'a>, RobotError> {
+        let (robot, physics) = (self.robot(), &self.resolved.physics);
+        let joint = |effect: &Effect| {
+            let Place::Joint(name) = &effect.place else {
+                return None;
+            };
+            let joint = robot.joints.iter().position(|joint| joint.name == *name)?;
+            Some((joint, effect.law.in_simulators(&effect.values)?))
+        };
+        let laws: Vec<(usize, SimulatedRotation)> =
+            physics.effects.iter().filter_map(joint).collect();
+        // A joint with a law is a hinge, rigid but for its own spring.
+        let mut turning: Vec<usize> = laws.iter().map(|(joint, _)| *joint).collect();
+        turning.sort_unstable();
+        turning.dedup();
+        let joints = turning.into_iter().map(|joint| (joint, f64::INFINITY));
+        let joints = JointModel::Hinged(joints.collect());
+        let mut model = MechanismModel::new(
+            robot,
+            &physics.mechanism,
+            &joints,
+            Theory::EulerBernoulli,
+            &self.resolved.factors,
+        )?;
+        model.place(pose)?;
+        let hinge_of = |joint: usize| {
+            let own = ModelParameter::Joint(robot.joints[joint].name.as_str().into());
+            model.hinge_parameters().position(|spring| *spring == own)
+        };
+        let kg_per_m = model.members().map(|member| {
+            let section = &robot.sections[member.section];
+            section.mass_kg_per_m.unwrap_or(0.0)
+        });
+        let parts = LumpedParts {
+            members: model.members().map(|member| member.name.clone()).collect(),
+            kg_per_m: kg_per_m.collect(),
+            hinges: model.hinge_parameters().map(ToString::to_string).collect(),
+            laws: laws
+                .iter()
+                .filter_map(|(joint, law)| Some((hinge_of(*joint)?, *law)))
+                .collect(),
+            base_rad_per_nm: physics.laws.base_rad_per_nm(),
+            masses: model
+                .point_masses()
+                .map(|(at, kg, position_m)| (at.clone(), kg, position_m))
+                .collect(),
+        };
+        Ok(PlacedModel { model, parts })
+    }
+
+    /// Whether every member has a mass.
+    fn is_weighed(&self) -> bool {
+        let mechanism = &self.resolved.physics.mechanism;
+        let mut members = mechanism.members.iter();
+        members.all(|&member| {
+            let section = self.robot().members[member].section;
+            self.robot().sections[section].mass_kg_per_m.is_some()
+        })
+    }
+
+    /// What every file says at its beginning.
+    fn comments(
+        &self,
+        (name, pose): (&str, &Pose),
+        about: &[&str],
+    ) -> Result<Vec<String>, RobotError> {
+        let resolved = self.resolved;
+        let mut comments = vec![format!(
+            "{}: mechanism {}, factors {}, pose {name}. Written by stiffbench {}. SI units; axes of the robot file, {} is up.",
+            self.robot().name,
+            resolved.mechanism,
+            resolved.factors_name,
+            env!("CARGO_PKG_VERSION"),
+            self.robot().vertical.map(number).join(" ")
+        )];
+        comments.extend(about.iter().map(|text| (*text).to_owned()));
+        if !self.is_weighed() {
+            comments.push("Not every section has a mass in the robot file: some masses here are placeholders. Displacements under a steady load do not depend on them.".to_owned());
+        }
+        comments.extend(self.parameters(pose)?.iter().map(ParameterRow::in_words));
+        comments.extend(self.notes());
+        Ok(comments)
+    }
+
+    /// The robot in a pose for MuJoCo.
+    ///
+    /// # Errors
+    /// For a pose that is not there or cannot be reached.
+    pub fn mjcf(&self, pose: Option<&str>) -> Result<String, AnalysisError> {
+        let (name, pose) = self.pose(pose)?;
+        let PlacedModel { model, parts } = self.placed(&pose)?;
+        let lumped = LumpedModel::new(model.structure(), &parts);
+        let comments = self.comments(
+            (&name, &pose),
+            &[
+                "The robot is held in this pose: drives do not move. Each beam is two rigid halves with six springs in its middle, exact for loads at its ends. Springs are at rest in this pose without load.",
+                "The site `end` is where loads act and displacements are read. Damping is chosen for the time step, not measured.",
+            ],
+        )?;
+        let gravity = if self.is_weighed() {
+            -GRAVITY_M_PER_S2
+        } else {
+            0.0
+        };
+        let header = MjcfHeader {
+            name: &self.robot().name,
+            comments: &comments,
+            gravity_m_per_s2: scale(self.robot().vertical, gravity),
+        };
+        Ok(mjcf(&lumped, &header))
+    }
+
+    /// The bodies and joints of the robot, at zero in a pose, with the springs and friction of its joints.
+    fn tree(&self, pose: &Pose) -> Result<KinematicTree, RobotError> {
+        let PlacedModel { parts, model } = self.placed(pose)?;
+        let mut springs = Vec::new();
+        let hinges = model
+            .structure()
+            .hinges
+            .iter()
+            .zip(model.hinge_parameters());
+        for (number, (hinge, spring)) in hinges.enumerate() {
+            let own = matches!(
+                spring,
+                ModelParameter::Joint(_) | ModelParameter::JointAlong(_)
+            );
+            let Some(joint) = spring.joint().filter(|_| own) else {
+                continue;
+            };
+            let of_hinge = |(of, law): &(usize, SimulatedRotation)| (*of == number).then_some(*law);
+            let laws: Vec<SimulatedRotation> = parts.laws.iter().filter_map(of_hinge).collect();
+            springs.push(SpringOfJoint {
+                joint: joint.to_owned(),
+                compliance: 1.0 / hinge.stiffness_nm_per_rad
+                    + laws
+                        .iter()
+                        .map(|law| law.compliance_rad_per_nm)
+                        .sum::<f64>(),
+                friction: laws.iter().map(|law| law.friction_nm).sum(),
+            });
+        }
+        KinematicTree::new(
+            self.robot(),
+            &self.resolved.physics.mechanism,
+            pose,
+            &springs,
+        )
+    }
+
+    /// The robot for Gazebo and others (SDF).
+    ///
+    /// # Errors
+    /// For a pose that is not there or cannot be reached.
+    pub fn sdf(&self, pose: Option<&str>) -> Result<String, AnalysisError> {
+        let (name, pose) = self.pose(pose)?;
+        let tree = self.tree(&pose)?;
+        let comments = self.comments(
+            (&name, &pose),
+            &[
+                "Joints are at zero in this pose. Each has the stiffness of its spring, at rest at zero, and its friction. A joint without spring_stiffness does not yield: hold it with a controller.",
+                "Links are rigid: the beams, the base and what else yields stand in these comments only.",
+            ],
+        )?;
+        Ok(sdf(
+            &self.robot().name,
+            self.robot().vertical,
+            &tree,
+            &comments,
+        ))
+    }
+
+    /// The robot for ROS and others (URDF).
+    ///
+    /// # Errors
+    /// For a pose that is not there or cannot be reached.
+    pub fn urdf(&self, pose: Option<&str>) -> Result<String, AnalysisError> {
+        let (name, pose) = self.pose(pose)?;
+        let tree = self.tree(&pose)?;
+        let comments = self.comments(
+            (&name, &pose),
+            &[
+                "Joints are at zero in this pose. URDF has friction and damping of joints only: springs, beams and the base stand in these comments.",
+                "Effort and velocity of limits are not known: 0 stands for them. A limit of 1 m either way stands where that of a sliding joint is not known.",
+            ],
+        )?;
+        Ok(urdf(
+            &self.robot().name,
+            self.robot().vertical,
+            &tree,
+            &comments,
+        ))
+    }
+}

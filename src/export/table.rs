@@ -1,0 +1,211 @@
+//! The parameters of a model with units and intervals, and its compliance, as a table.
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::xml::{number, rounded};
+
+/// Displacements and loads of a compliance, in the order of its rows and columns, with the units of a row over a column.
+const DISPLACEMENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
+const LOADS: [&str; 6] = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
+
+/// What an export is made of.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ExportTable {
+    /// Name of the robot.
+    pub robot: String,
+    /// The mechanism.
+    pub mechanism: String,
+    /// Name of the factors.
+    pub factors: String,
+    /// Every parameter: factors of sections, springs, values of laws.
+    pub parameters: Vec<ParameterRow>,
+    /// Poses with the compliance of the end.
+    pub poses: Vec<PoseRow>,
+    /// What acts and is not among the parameters, or is known in part.
+    pub notes: Vec<String>,
+}
+
+/// A parameter of a model.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ParameterRow {
+    /// Its name, for example `beam.Iy`, `joint.J2` or `joint-friction@J2:friction_moment`.
+    pub name: String,
+    /// Its value in `unit`.
+    pub value: f64,
+    /// ASCII unit.
+    pub unit: String,
+    /// 95 % interval in `unit`; `null` where it is not known.
+    pub ci95: Option<[f64; 2]>,
+    /// What a fit did with it, if the values are those of a fit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub status: Option<String>,
+    /// The stiffness of a spring, whose value is its compliance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<SpringStiffness>,
+}
+
+/// The stiffness of a spring.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SpringStiffness {
+    /// Its value in `unit`; `null` of a rigid spring.
+    pub value: Option<f64>,
+    /// ASCII unit.
+    pub unit: &'static str,
+    /// Lower end of the 95 % interval; `null` where it is not known.
+    pub low95: Option<f64>,
+    /// Upper end; `null` also where it reaches infinity.
+    pub high95: Option<f64>,
+}
+
+/// The compliance of the end in a pose.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct PoseRow {
+    /// The pose.
+    pub pose: String,
+    /// Its variables, degrees or, of those that slide, m.
+    pub variables: IndexMap<String, f64>,
+    /// Position of the end, m.
+    pub end_m: [f64; 3],
+    /// Displacements and rotations of the end (rows ux, uy, uz, rx, ry, rz) per force and moment, SI; without joints that stick or have
+    /// play, as under the smallest load.
+    pub compliance: [[f64; 6]; 6],
+}
+
+impl ParameterRow {
+    /// A parameter without an interval; the compliance of a spring has a stiffness too.
+    #[must_use]
+    pub fn new(name: String, value: f64, unit: &str, ci95: Option<[f64; 2]>) -> Self {
+        let unit_of_stiffness = match unit {
+            "rad/(N*m)" => Some("N*m/rad"),
+            "m/N" => Some("N/m"),
+            _ => None,
+        };
+        let inverse = |c: f64| (c > 0.0).then(|| rounded(1.0 / c));
+        Self {
+            name,
+            value: rounded(value),
+            unit: unit.to_owned(),
+            ci95: ci95.map(|ends| ends.map(rounded)),
+            status: None,
+            stiffness: unit_of_stiffness.map(|unit| SpringStiffness {
+                value: inverse(value),
+                unit,
+                low95: ci95.and_then(|[_, high]| inverse(high)),
+                high95: ci95.and_then(|[low, _]| inverse(low)),
+            }),
+        }
+    }
+
+    /// In a line, for comments.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let unit = match self.unit.as_str() {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let interval = |low: f64, high: Option<f64>| {
+            let high = high.map_or_else(|| "infinity".to_owned(), number);
+            format!(", 95 % {} to {high}", number(low))
+        };
+        let mut parts = vec![format!("{} = {}{unit}", self.name, number(self.value))];
+        parts.push(match self.ci95 {
+            Some([low, high]) => interval(low, Some(high)) + &unit,
+            None => ", no interval".to_owned(),
+        });
+        if let Some(status) = &self.status {
+            parts.push(format!(", {}", status.replace('_', " ")));
+        }
+        if let Some(spring) = &self.stiffness
+            && let Some(value) = spring.value
+        {
+            parts.push(format!("; stiffness {} {}", number(value), spring.unit));
+            parts.extend(spring.low95.map(|low| interval(low, spring.high95)));
+        }
+        parts.concat()
+    }
+}
+
+impl ExportTable {
+    /// One row a value: `pose,name,value,unit,ci95_low,ci95_high,status`; the pose is empty for parameters.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut rows = Vec::new();
+        for parameter in &self.parameters {
+            rows.extend(parameter.csv_rows());
+        }
+        for pose in &self.poses {
+            for (i, row) in pose.compliance.iter().enumerate() {
+                rows.extend(row.iter().enumerate().map(|(j, entry)| CsvRow {
+                    pose: pose.pose.clone(),
+                    name: format!("compliance.{}.{}", DISPLACEMENTS[i], LOADS[j]),
+                    value: number(*entry),
+                    unit: unit(i, j).to_owned(),
+                    ..CsvRow::default()
+                }));
+            }
+        }
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for row in rows {
+            writer
+                .serialize(row)
+                .expect("memory takes whatever is written");
+        }
+        let bytes = writer
+            .into_inner()
+            .expect("memory takes whatever is written");
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+}
+
+/// A row of the table, with numbers as texts: what is not known is empty.
+#[derive(Debug, Clone, Default, Serialize)]
+struct CsvRow {
+    pose: String,
+    name: String,
+    value: String,
+    unit: String,
+    ci95_low: String,
+    ci95_high: String,
+    status: String,
+}
+
+impl ParameterRow {
+    /// The parameter and, of a spring, its stiffness.
+    fn csv_rows(&self) -> Vec<CsvRow> {
+        let text = |value: Option<f64>| value.map_or_else(String::new, number);
+        let infinite = || "inf".to_owned();
+        let own = CsvRow {
+            name: self.name.clone(),
+            value: number(self.value),
+            unit: self.unit.clone(),
+            ci95_low: text(self.ci95.map(|[low, _]| low)),
+            ci95_high: text(self.ci95.map(|[_, high]| high)),
+            status: self.status.clone().unwrap_or_default(),
+            ..CsvRow::default()
+        };
+        let stiffness = self.stiffness.as_ref().map(|spring| CsvRow {
+            name: format!("{}.stiffness", self.name),
+            value: spring.value.map_or_else(infinite, number),
+            unit: spring.unit.to_owned(),
+            ci95_low: text(spring.low95),
+            ci95_high: match (spring.low95, spring.high95) {
+                (Some(_), None) => infinite(),
+                (_, high) => text(high),
+            },
+            ..own.clone()
+        });
+        std::iter::once(own).chain(stiffness).collect()
+    }
+}
+
+/// Unit of an entry of a compliance.
+fn unit(row: usize, column: usize) -> &'static str {
+    match (row < 3, column < 3) {
+        (true, true) => "m/N",
+        (true, false) => "m/(N*m)",
+        (false, true) => "rad/N",
+        (false, false) => "rad/(N*m)",
+    }
+}

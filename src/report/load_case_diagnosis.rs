@@ -1,0 +1,401 @@
+//! A diagnosis of load cases for people and for programs.
+
+use std::fmt::Write;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::elastostatics::{
+    LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained, VerdictGrade,
+};
+use crate::mismatch::Verdict;
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::test_point::PoseId;
+
+use super::load_case_fit::LoadCaseFitReport;
+use super::text::{AlignedTable, significant};
+
+/// A diagnosis of load cases.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadCaseDiagnosisReport {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// How far it may be relied on.
+    pub grade: VerdictGrade,
+    /// The verdict in a sentence.
+    pub headline: String,
+    /// What the load cases lack, where they cannot decide.
+    pub lacking: Vec<String>,
+    /// What is missing; with the verdict `unknown` what explains part of it.
+    pub findings: Vec<LoadCaseFindingReport>,
+    /// Chance that noise alone gives any candidate as much as the first finding, or as the best candidate if there is none.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p_family: f64,
+    /// What the final model leaves; `null` where the load cases cannot decide.
+    #[serde(rename = "left_over")]
+    pub unexplained: Option<LoadCaseUnexplainedReport>,
+    /// Share of the misfit that the findings explain; `null` where too little misfit is visible.
+    pub share_of_misfit: Option<f64>,
+    /// The same in poses left out in turn.
+    pub share_unseen: Option<f64>,
+    /// Root mean squares of the residual displacements.
+    pub rms: DiagnosisErrors,
+    /// Values of the free parameters beside the findings, in the unit of the baseline.
+    pub parameters_after: Vec<ParameterAfter>,
+    /// How many candidates were tried.
+    pub candidates: usize,
+    /// `repeats` or `residuals`.
+    pub scatter_from: &'static str,
+    /// The fit without the findings.
+    pub baseline: LoadCaseFitReport,
+    /// Seed of the simulated noise.
+    pub seed: u64,
+    /// Version of the program.
+    pub version: &'static str,
+}
+
+/// A parameter with its value beside the findings.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ParameterAfter {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+}
+
+/// Root mean squares of the residual displacements, µm.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+pub struct DiagnosisErrors {
+    /// Of the baseline.
+    pub before_um: Option<f64>,
+    /// Of the final model.
+    pub after_um: f64,
+    /// Of the baseline in poses left out in turn.
+    pub before_unseen_um: Option<f64>,
+    /// Of the final model in poses left out in turn.
+    pub after_unseen_um: Option<f64>,
+}
+
+/// Something that acts beside the free parameters.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadCaseFindingReport {
+    /// Its name: of a spring that of the parameter, for example `joint.J3.z`, which `--free` takes.
+    pub name: String,
+    /// Name of the law.
+    pub physics: &'static str,
+    /// Where, in words.
+    pub place: String,
+    /// `physics` or `setup`.
+    pub kind: &'static str,
+    /// Its size in `unit`.
+    pub value: f64,
+    /// Its standard error.
+    pub se: f64,
+    /// 95 % interval; an end that is `null` is infinite.
+    pub ci95: [Option<f64>; 2],
+    /// ASCII unit.
+    pub unit: &'static str,
+    /// Largest change of a displacement, µm.
+    pub end_effect_um: f64,
+    /// Its length in standard errors, beside the others.
+    pub standard_errors: f64,
+    /// Natural logarithm of the Bayes factor against the model without it.
+    pub log_bayes_factor: f64,
+    /// Candidates that the load cases do not distinguish from it.
+    pub alternatives: Vec<LoadCaseRivalReport>,
+    /// The nearest that they distinguish.
+    pub rivals: Vec<LoadCaseRivalReport>,
+}
+
+/// A rival of a finding.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadCaseRivalReport {
+    /// Its name.
+    pub name: String,
+    /// Where, in words.
+    pub place: String,
+    /// Natural logarithm of the Bayes factor of the finding against it.
+    pub log_bayes_factor_to_winner: f64,
+    /// Cosine of the angle between the two effects.
+    pub cosine: f64,
+}
+
+/// What the final model leaves.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadCaseUnexplainedReport {
+    /// Chance that noise alone leaves as much structure.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p: f64,
+    /// The test that shows most.
+    pub test: &'static str,
+    /// Pose of the largest residual.
+    pub pose: PoseId,
+    /// Its component.
+    pub component: &'static str,
+    /// Its size in `unit`.
+    pub size: f64,
+    /// `um` or `urad`.
+    pub unit: &'static str,
+    /// Its size in standard errors.
+    pub standard_errors: f64,
+}
+
+fn micro(value: f64) -> f64 {
+    value / METRES_PER_MICROMETRE
+}
+
+impl LoadCaseDiagnosisReport {
+    /// The diagnosis as it is printed and written.
+    #[must_use]
+    pub fn new(diagnosis: &LoadCaseDiagnosis, seed: u64) -> Self {
+        Self {
+            verdict: diagnosis.verdict,
+            grade: diagnosis.grade,
+            headline: headline(diagnosis),
+            lacking: diagnosis.lacking.clone(),
+            findings: diagnosis.findings.iter().map(Into::into).collect(),
+            p_family: diagnosis.p_family,
+            unexplained: diagnosis.unexplained.as_ref().map(Into::into),
+            share_of_misfit: diagnosis.share_of_misfit,
+            share_unseen: diagnosis.share_unseen,
+            rms: DiagnosisErrors {
+                before_um: diagnosis.baseline.rms_m()[1].map(micro),
+                after_um: micro(diagnosis.after_m),
+                before_unseen_um: diagnosis.before_unseen_m.map(micro),
+                after_unseen_um: diagnosis.after_unseen_m.map(micro),
+            },
+            parameters_after: diagnosis
+                .parameters_after
+                .iter()
+                .map(|(name, value)| ParameterAfter {
+                    name: name.clone(),
+                    value: *value,
+                })
+                .collect(),
+            candidates: diagnosis.candidates,
+            scatter_from: if diagnosis.from_repeats {
+                "repeats"
+            } else {
+                "residuals"
+            },
+            baseline: (&diagnosis.baseline).into(),
+            seed,
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
+    /// The diagnosis for people.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!("{}\n", self.headline);
+        for lack in &self.lacking {
+            let _ = writeln!(text, "- lacking: {lack}");
+        }
+        if !self.findings.is_empty() {
+            let _ = writeln!(text, "\n{}", self.findings_table());
+            for finding in &self.findings {
+                text.push_str(&finding.sets());
+            }
+        }
+        let um = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |um| significant(um, 4));
+        let rms = &self.rms;
+        let mut errors = AlignedTable::new(&[
+            "residual displacement, rms",
+            "fitted, um",
+            "poses left out, um",
+        ]);
+        errors.row([
+            "free parameters alone".to_owned(),
+            um(rms.before_um),
+            um(rms.before_unseen_um),
+        ]);
+        if !self.findings.is_empty() {
+            errors.row([
+                "with what is named".to_owned(),
+                um(Some(rms.after_um)),
+                um(rms.after_unseen_um),
+            ]);
+        }
+        let _ = write!(text, "\n{}", errors.text());
+        let percent = |share: Option<f64>| share.map(|share| format!("{:.0} %", 100.0 * share));
+        if let Some(share) = percent(self.share_of_misfit) {
+            let unseen = percent(self.share_unseen).map_or_else(String::new, |unseen| {
+                format!(", {unseen} of it in poses left out")
+            });
+            let _ = writeln!(
+                text,
+                "\nWhat is named explains {share} of the misfit{unseen}."
+            );
+        }
+        if let Some(left) = &self.unexplained {
+            let _ = writeln!(
+                text,
+                "Noise alone leaves as much structure in {} of such tables (test: {}).\nLargest residual: pose {}, {}: {} {} ({:.1} standard errors).",
+                share_of_tables(left.p),
+                left.test,
+                left.pose,
+                left.component,
+                significant(left.size, 3),
+                left.unit,
+                left.standard_errors
+            );
+        }
+        let _ = writeln!(
+            text,
+            "\n{} candidates were tried beside the free parameters; the scatter is that of the {}.",
+            self.candidates, self.scatter_from
+        );
+        text
+    }
+
+    fn findings_table(&self) -> String {
+        let mut table = AlignedTable::new(&[
+            "finding",
+            "law",
+            "size",
+            "95 % interval",
+            "unit",
+            "largest effect, um",
+            "standard errors",
+            "log Bayes factor",
+        ]);
+        for finding in &self.findings {
+            let end = |value: Option<f64>| {
+                value.map_or_else(|| "infinite".to_owned(), |v| significant(v, 3))
+            };
+            let [low, high] = finding.ci95.map(end);
+            table.row([
+                finding.name.clone(),
+                finding.physics.to_owned(),
+                significant(finding.value, 3),
+                format!("{low} to {high}"),
+                finding.unit.to_owned(),
+                significant(finding.end_effect_um, 3),
+                format!("{:.1}", finding.standard_errors),
+                format!("{:.1}", finding.log_bayes_factor),
+            ]);
+        }
+        table.text()
+    }
+}
+
+impl LoadCaseFindingReport {
+    /// What cannot be distinguished from it, as a sentence.
+    fn sets(&self) -> String {
+        if self.alternatives.is_empty() {
+            return String::new();
+        }
+        let names: Vec<String> = self
+            .alternatives
+            .iter()
+            .map(|rival| format!("{} ({})", rival.name, rival.place))
+            .collect();
+        format!(
+            "These poses do not distinguish {} from {}.\n",
+            self.name,
+            names.join(", ")
+        )
+    }
+}
+
+/// A share with two decimals, or its bound where these would be zero.
+fn share_of_tables(share: f64) -> String {
+    if share < 1e-4 {
+        "fewer than 0.01 %".to_owned()
+    } else {
+        format!("{:.2} %", 100.0 * share)
+    }
+}
+
+fn headline(diagnosis: &LoadCaseDiagnosis) -> String {
+    let names: Vec<String> = diagnosis
+        .findings
+        .iter()
+        .map(|finding| format!("{} at {}", finding.law.replace('-', " "), finding.place))
+        .collect();
+    let names = names.join(", and ");
+    let left = diagnosis
+        .unexplained
+        .as_ref()
+        .map_or_else(String::new, |left| {
+            let (size, unit) = (
+                micro(left.size),
+                if left.is_rotation { "urad" } else { "um" },
+            );
+            format!(
+                "largest residual in pose {}, {}: {} {unit}",
+                left.pose,
+                left.component,
+                significant(size.abs(), 3)
+            )
+        });
+    match diagnosis.grade {
+        VerdictGrade::Is => format!("The free parameters are not enough: {names}."),
+        VerdictGrade::Mostly => {
+            format!(
+                "The free parameters are not enough: mostly {names}. Something is left: {left}."
+            )
+        }
+        VerdictGrade::Weak => format!("Weak evidence that something is missing: {names}."),
+        VerdictGrade::Unknown if diagnosis.findings.is_empty() => {
+            format!("Something is missing that no candidate explains: {left}.")
+        }
+        VerdictGrade::Unknown => format!(
+            "Something is missing that no candidate explains as a whole: {left}. A part of it looks like {names}."
+        ),
+        VerdictGrade::Nothing => {
+            "Nothing is missing: the free parameters explain the load cases.".to_owned()
+        }
+        VerdictGrade::Undecided => "These load cases cannot decide.".to_owned(),
+    }
+}
+
+impl From<&LoadCaseFinding> for LoadCaseFindingReport {
+    fn from(finding: &LoadCaseFinding) -> Self {
+        let finite = |end: f64| end.is_finite().then_some(end);
+        Self {
+            name: finding.name.clone(),
+            physics: finding.law,
+            place: finding.place.clone(),
+            kind: if finding.is_set_up {
+                "setup"
+            } else {
+                "physics"
+            },
+            value: finding.value,
+            se: finding.standard_error,
+            ci95: finding.interval_95.map(finite),
+            unit: finding.unit,
+            end_effect_um: micro(finding.end_effect_m),
+            standard_errors: finding.standard_errors,
+            log_bayes_factor: finding.log_bayes,
+            alternatives: finding.alternatives.iter().map(Into::into).collect(),
+            rivals: finding.rivals.iter().map(Into::into).collect(),
+        }
+    }
+}
+
+impl From<&LoadCaseRival> for LoadCaseRivalReport {
+    fn from(rival: &LoadCaseRival) -> Self {
+        Self {
+            name: rival.name.clone(),
+            place: rival.place.clone(),
+            log_bayes_factor_to_winner: rival.log_bayes_to_winner,
+            cosine: rival.cosine,
+        }
+    }
+}
+
+impl From<&LoadCaseUnexplained> for LoadCaseUnexplainedReport {
+    fn from(left: &LoadCaseUnexplained) -> Self {
+        Self {
+            p: left.p,
+            test: left.test,
+            pose: left.pose.clone(),
+            component: left.component,
+            size: micro(left.size),
+            unit: if left.is_rotation { "urad" } else { "um" },
+            standard_errors: left.standard_errors,
+        }
+    }
+}

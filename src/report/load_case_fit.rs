@@ -1,0 +1,289 @@
+//! A fit to load cases as the data of `stiffbench fit --json`.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::elastostatics::{
+    FittedComponent, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase, PoseError, ScatterSource,
+};
+use crate::fit::{FactorCorrelations, FactorEstimate};
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::robot::{FittingFactors, Robot};
+use crate::test_point::{Direction, PoseId};
+
+use super::fit_report::{FitReport, ParameterReport};
+
+/// What `fit` gives: of stiffness values, or of load cases.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum FitResult {
+    /// Of stiffness values, one a pose and direction.
+    Cells(Box<FitReport>),
+    /// Of loads and displacements as vectors.
+    LoadCases(Box<LoadCaseFitReport>),
+}
+
+/// A fit to load cases.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadCaseFitReport {
+    /// The mechanism that was fitted.
+    pub mechanism: String,
+    /// Fitted values of all parameters.
+    pub factors: FittingFactors,
+    /// Every parameter of the fit.
+    pub parameters: Vec<LoadCaseParameterReport>,
+    /// Correlations of the determined parameters; `null` without intervals.
+    pub correlation: Option<FactorCorrelations>,
+    /// Scatter, degrees of freedom, rank and condition; `null` without degrees of freedom.
+    pub agreement: Option<LoadCaseAgreementReport>,
+    /// Combinations of parameters that the poses do not determine, in words.
+    pub not_determined: Vec<String>,
+    /// Root mean square errors of the displacements.
+    pub rms: LoadCaseErrors,
+    /// Errors by pose.
+    pub poses: Vec<PoseErrorReport>,
+    /// Every component that was read.
+    pub components: Vec<ComponentReport>,
+    /// Why the search ended.
+    pub termination: String,
+    /// Further load cases that would determine best what is open, one after the other.
+    pub next: Vec<NextLoadCase>,
+}
+
+/// A further load case.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NextLoadCase {
+    /// Name of the pose in the robot file or the table, else a new one.
+    pub pose: PoseId,
+    /// Values of the variables of the robot file in this pose, degrees.
+    pub joints_deg: BTreeMap<String, f64>,
+    /// Axis of the base along which to load.
+    pub direction: Direction,
+    /// Size of the force, N.
+    #[serde(rename = "force_N")]
+    pub force_n: f64,
+    /// What becomes of the standard errors of the open parameters.
+    pub errors: Vec<NextStandardError>,
+}
+
+/// The standard error of a parameter before and with a further load case, in its unit; of a factor that of its logarithm.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NextStandardError {
+    /// The parameter.
+    pub name: String,
+    /// Now.
+    pub now: f64,
+    /// With this load case.
+    pub then: f64,
+}
+
+/// A parameter; of a spring with its stiffness.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadCaseParameterReport {
+    /// The parameter; of a spring its compliance.
+    #[serde(flatten)]
+    pub parameter: ParameterReport,
+    /// Stiffness of a spring, the inverse of its compliance; `null` of a factor and where it is infinite.
+    pub stiffness: Option<f64>,
+    /// 95 % interval of the stiffness; an end that is `null` is infinite.
+    pub stiffness_ci95: Option<[Option<f64>; 2]>,
+    /// Unit of the stiffness; `null` of a factor.
+    pub stiffness_unit: Option<String>,
+}
+
+/// How well the model agrees with the components.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadCaseAgreementReport {
+    /// Where the scatter comes from.
+    pub scatter_from: ScatterSource,
+    /// Standard deviation of a displacement, µm; `null` if none was read.
+    pub displacement_sd_um: Option<f64>,
+    /// Standard deviation of a rotation, µrad; `null` if none was read.
+    pub rotation_sd_urad: Option<f64>,
+    /// Degrees of freedom of the scatter, and of the intervals.
+    pub scatter_dof: f64,
+    /// Components less determined parameters.
+    pub dof: usize,
+    /// Sum of the squared residuals in units of the scatter over `dof`.
+    pub reduced_chi2: Option<f64>,
+    /// Probability of a lack of fit at least as large if the model is right; only with scatter from repeats.
+    pub p: Option<f64>,
+    /// Independent combinations of parameters that the poses determine.
+    pub rank: usize,
+    /// Parameters that were to be determined.
+    pub free: usize,
+    /// Largest over smallest singular value of the columns of unit length; `null` if the smallest is zero.
+    pub condition: Option<f64>,
+}
+
+/// Root mean square errors of all displacements, µm.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+pub struct LoadCaseErrors {
+    /// Of the model before the fit; `null` if no displacement was read, as of the others.
+    pub before_um: Option<f64>,
+    /// Of the fitted model, in the poses of the fit.
+    pub fitted_um: Option<f64>,
+    /// In poses that the fit did not know: held-out ones if there are any, else each left out in turn.
+    pub unseen_um: Option<f64>,
+}
+
+/// Root mean square errors of the displacements in a pose, µm.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PoseErrorReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// Of the model before the fit.
+    pub before_um: f64,
+    /// Of the fitted model.
+    pub fitted_um: f64,
+    /// Of a fit without this pose.
+    pub unseen_um: Option<f64>,
+}
+
+/// A component beside what the model says of it.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ComponentReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// Line of the table.
+    pub line: u32,
+    /// n-th application of the load.
+    pub repeat: u32,
+    /// Its name, for example `displacement x`.
+    pub component: &'static str,
+    /// `um` or `urad`.
+    pub unit: &'static str,
+    /// What was read.
+    pub measured: f64,
+    /// What the fitted model predicts.
+    pub predicted: f64,
+    /// What a fit without this pose predicts.
+    pub unseen: Option<f64>,
+    /// Whether its pose took no part in the fit.
+    pub held_out: bool,
+}
+
+/// A length in µm, or an angle in µrad.
+fn micro(value: f64) -> f64 {
+    value / METRES_PER_MICROMETRE
+}
+
+impl From<&LoadCaseFit> for LoadCaseFitReport {
+    fn from(fit: &LoadCaseFit) -> Self {
+        let [before_um, fitted_um, unseen_um] = fit.rms_m().map(|rms| rms.map(micro));
+        Self {
+            mechanism: fit.mechanism.clone(),
+            factors: fit.factors.clone(),
+            parameters: fit.estimates.iter().map(Into::into).collect(),
+            correlation: fit.correlation.clone(),
+            agreement: fit.agreement.as_ref().map(Into::into),
+            not_determined: fit.not_determined.clone(),
+            rms: LoadCaseErrors {
+                before_um,
+                fitted_um,
+                unseen_um,
+            },
+            poses: fit.poses.iter().map(Into::into).collect(),
+            components: fit.components.iter().map(Into::into).collect(),
+            termination: fit.termination.clone(),
+            next: Vec::new(),
+        }
+    }
+}
+
+impl LoadCaseFitReport {
+    /// With load cases that would determine what is open.
+    #[must_use]
+    pub fn with_next(mut self, planned: &[PlannedLoadCase], robot: &Robot) -> Self {
+        let next = planned.iter().map(|one| NextLoadCase {
+            pose: one.name.clone(),
+            joints_deg: robot
+                .variables
+                .iter()
+                .zip(&one.pose.angles_deg)
+                .map(|(variable, angle)| (variable.name.clone(), *angle))
+                .collect(),
+            direction: one.direction,
+            force_n: one.force_n,
+            errors: one
+                .errors
+                .iter()
+                .map(|(name, now, then)| NextStandardError {
+                    name: name.clone(),
+                    now: *now,
+                    then: *then,
+                })
+                .collect(),
+        });
+        self.next = next.collect();
+        self
+    }
+}
+
+impl From<&FactorEstimate> for LoadCaseParameterReport {
+    fn from(estimate: &FactorEstimate) -> Self {
+        let is_spring = !estimate.parameter.is_factor();
+        let inverse = |compliance: f64| (compliance > 0.0).then(|| 1.0 / compliance);
+        let interval = estimate.interval_95.filter(|_| is_spring);
+        Self {
+            parameter: estimate.into(),
+            stiffness: is_spring.then(|| inverse(estimate.value)).flatten(),
+            stiffness_ci95: interval.map(|[low, high]| [inverse(high), inverse(low)]),
+            stiffness_unit: is_spring.then(|| stiffness_unit(estimate.parameter.unit())),
+        }
+    }
+}
+
+/// The unit of the inverse of a compliance.
+pub(super) fn stiffness_unit(compliance: &str) -> String {
+    match compliance.split_once('/') {
+        Some((over, under)) => format!("{}/{over}", under.trim_matches(['(', ')'])),
+        None => compliance.to_owned(),
+    }
+}
+
+impl From<&LoadCaseAgreement> for LoadCaseAgreementReport {
+    fn from(agreement: &LoadCaseAgreement) -> Self {
+        Self {
+            scatter_from: agreement.source,
+            displacement_sd_um: agreement.displacement_sd_m.map(micro),
+            rotation_sd_urad: agreement.rotation_sd_rad.map(micro),
+            scatter_dof: agreement.scatter_dof,
+            dof: agreement.dof,
+            reduced_chi2: agreement.reduced_chi2,
+            p: agreement.p,
+            rank: agreement.rank,
+            free: agreement.free,
+            condition: Some(agreement.condition).filter(|condition| condition.is_finite()),
+        }
+    }
+}
+
+impl From<&PoseError> for PoseErrorReport {
+    fn from(error: &PoseError) -> Self {
+        Self {
+            pose: error.pose.clone(),
+            before_um: micro(error.before_m),
+            fitted_um: micro(error.fitted_m),
+            unseen_um: error.without_its_pose_m.map(micro),
+        }
+    }
+}
+
+impl From<&FittedComponent> for ComponentReport {
+    fn from(one: &FittedComponent) -> Self {
+        Self {
+            pose: one.pose.clone(),
+            line: one.line,
+            repeat: one.repeat,
+            component: one.component,
+            unit: if one.is_rotation { "urad" } else { "um" },
+            measured: micro(one.measured),
+            predicted: micro(one.predicted),
+            unseen: one.without_its_pose.map(micro),
+            held_out: one.held_out,
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! A fit to load cases for people.
+
+use std::fmt::Write;
+
+use crate::elastostatics::{LoadCaseAgreement, LoadCaseFit, ScatterSource};
+use crate::fit::{FactorEstimate, FactorStatus};
+use crate::quantity::METRES_PER_MICROMETRE;
+
+use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
+use super::text::{AlignedTable, interval, significant};
+
+/// Correlations beyond this are named.
+const STRONG_CORRELATION: f64 = 0.95;
+
+/// Parameters, errors by pose, and what to think of them.
+#[must_use]
+pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
+    let poses = fit.poses.len();
+    let cases: Vec<(u32, u32)> = fit
+        .components
+        .iter()
+        .map(|one| (one.line, one.repeat))
+        .collect();
+    let mut distinct = cases.clone();
+    distinct.dedup();
+    let mut text = format!(
+        "Mechanism {}, least squares on {} components of {} load cases in {poses} poses, {}.\n\n",
+        fit.mechanism,
+        fit.components.len(),
+        distinct.len(),
+        fit.termination
+    );
+    text.push_str(&parameters(fit));
+    text.push_str(&open(fit));
+    if let Some(agreement) = &fit.agreement {
+        text.push_str(&scatter(agreement));
+    }
+    text.push_str(&errors(fit));
+    for warning in &fit.warnings {
+        let _ = writeln!(text, "\nnote: {warning}");
+    }
+    text
+}
+
+fn parameters(fit: &LoadCaseFit) -> String {
+    let mut text = String::new();
+    let moved = |estimate: &&FactorEstimate| {
+        estimate.status != FactorStatus::Fixed || !estimate.parameter.is_factor()
+    };
+    let springs = fit
+        .estimates
+        .iter()
+        .filter(|one| !one.parameter.is_factor());
+    let mut rows = AlignedTable::new(&[
+        "spring",
+        "compliance, 1e-6",
+        "standard error",
+        "95 % interval",
+        "stiffness",
+        "95 % interval",
+        "unit",
+        "status",
+    ]);
+    let mut any = false;
+    for estimate in springs {
+        any = true;
+        rows.row(spring(estimate));
+    }
+    if any {
+        text.push_str(&rows.text());
+        text.push('\n');
+    }
+    let factors = fit.estimates.iter().filter(|one| one.parameter.is_factor());
+    let mut factors = factors.filter(moved).peekable();
+    if factors.peek().is_some() {
+        let mut rows = AlignedTable::new(&[
+            "factor",
+            "start",
+            "value",
+            "standard error",
+            "95 % interval",
+            "status",
+        ]);
+        for estimate in factors {
+            rows.row([
+                estimate.name.clone(),
+                significant(estimate.start, 4),
+                significant(estimate.value, 4),
+                optional(estimate.standard_uncertainty, 2),
+                interval(estimate.interval_95, 4),
+                estimate.status.word().replace('_', " "),
+            ]);
+        }
+        text.push_str(&rows.text());
+        text.push('\n');
+    }
+    text
+}
+
+fn spring(estimate: &FactorEstimate) -> [String; 8] {
+    let micro = |value: f64| value / METRES_PER_MICROMETRE;
+    let inverse = |compliance: f64| {
+        if compliance > 0.0 {
+            significant(1.0 / compliance, 4)
+        } else {
+            "infinite".to_owned()
+        }
+    };
+    let unit = estimate.parameter.unit();
+    let stiffness = estimate.interval_95.map_or_else(
+        || "-".to_owned(),
+        |[low, high]| format!("{} to {}", inverse(high), inverse(low)),
+    );
+    [
+        estimate.name.clone(),
+        significant(micro(estimate.value), 4),
+        optional(estimate.standard_uncertainty.map(micro), 2),
+        interval(estimate.interval_95.map(|ends| ends.map(micro)), 4),
+        inverse(estimate.value),
+        stiffness,
+        stiffness_unit(unit),
+        estimate.status.word().replace('_', " "),
+    ]
+}
+
+fn optional(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
+}
+
+/// Sentences about parameters that the poses do not determine.
+fn open(fit: &LoadCaseFit) -> String {
+    let mut text = String::new();
+    for estimate in &fit.estimates {
+        if let Some(words) = estimate.status.why_open() {
+            let _ = writeln!(text, "{}: {words}.", estimate.name);
+        }
+    }
+    for combination in &fit.not_determined {
+        let _ = writeln!(text, "Not determined by these poses: {combination}.");
+    }
+    if let Some(correlation) = &fit.correlation {
+        for (i, a) in correlation.names.iter().enumerate() {
+            for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
+                let rho = correlation.matrix[i][j];
+                if rho.abs() > STRONG_CORRELATION {
+                    let _ = writeln!(
+                        text,
+                        "{a} and {b} can hardly be distinguished: correlation {rho:+.3}."
+                    );
+                }
+            }
+        }
+    }
+    text
+}
+
+fn scatter(agreement: &LoadCaseAgreement) -> String {
+    let micro = |value: f64| significant(value / METRES_PER_MICROMETRE, 3);
+    let displacement = agreement
+        .displacement_sd_m
+        .map(|sd| format!("{} um of a displacement", micro(sd)));
+    let rotation = agreement
+        .rotation_sd_rad
+        .map(|sd| format!("{} urad of a rotation", micro(sd)));
+    let both: Vec<String> = displacement.into_iter().chain(rotation).collect();
+    let source = match agreement.source {
+        ScatterSource::Repeats => "from the repeats",
+        ScatterSource::Residuals => "from what the fit leaves over the poses",
+    };
+    let lack = agreement.p.map_or_else(String::new, |p| {
+        format!(
+            "; lack of fit: reduced chi-squared {}, p = {}",
+            optional(agreement.reduced_chi2, 3),
+            if p < 0.01 {
+                format!("{p:.1e}")
+            } else {
+                format!("{p:.2}")
+            }
+        )
+    });
+    let condition = if agreement.condition.is_finite() {
+        significant(agreement.condition, 3)
+    } else {
+        "infinite".to_owned()
+    };
+    format!(
+        "Scatter {source}: {}, {:.0} degrees of freedom{lack}.\nThe poses determine {} of {} parameters; condition {condition}.\n",
+        both.join(", "),
+        agreement.scatter_dof,
+        agreement.rank,
+        agreement.free
+    )
+}
+
+fn errors(fit: &LoadCaseFit) -> String {
+    let um = |value: Option<f64>| optional(value.map(|m| m / METRES_PER_MICROMETRE), 4);
+    let mut rows = AlignedTable::new(&["pose", "before, um", "fitted, um", "without its pose, um"]);
+    for pose in &fit.poses {
+        rows.row([
+            pose.pose.to_string(),
+            um(Some(pose.before_m)),
+            um(Some(pose.fitted_m)),
+            um(pose.without_its_pose_m),
+        ]);
+    }
+    let [before, fitted, unseen] = fit.rms_m();
+    rows.row(["all".to_owned(), um(before), um(fitted), um(unseen)]);
+    format!(
+        "\nRoot mean square error of the displacements:\n\n{}",
+        rows.text()
+    )
+}
+
+/// Further load cases that would determine what is open, as a table; empty without any.
+#[must_use]
+pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
+    if report.next.is_empty() {
+        return String::new();
+    }
+    let mut rows = AlignedTable::new(&[
+        "pose",
+        "joints, deg",
+        "load",
+        "standard errors, now and then",
+    ]);
+    for next in &report.next {
+        let joints = next.joints_deg.iter();
+        let joints: Vec<String> = joints.map(|(name, deg)| format!("{name} {deg}")).collect();
+        let errors = next.errors.iter().map(|one| {
+            let [now, then] = [one.now, one.then].map(|error| significant(error, 2));
+            format!("{} {now} to {then}", one.name)
+        });
+        rows.row([
+            next.pose.to_string(),
+            joints.join(", "),
+            format!(
+                "{} N along {}",
+                significant(next.force_n, 3),
+                next.direction
+            ),
+            errors.collect::<Vec<_>>().join(", "),
+        ]);
+    }
+    format!(
+        "\nLoad cases that would determine best what is open, one after the other:\n\n{}",
+        rows.text()
+    )
+}

@@ -1,0 +1,220 @@
+//! Compliance along the base axes, for people and programs.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::reported::Reported;
+use crate::statistics::Estimate;
+use crate::stiffness::{VectorStiffness, format_value_uncertainty};
+use crate::test_point::PoseId;
+
+use super::text::AlignedTable;
+
+/// Metres per newton in a micrometre and in a millimetre per newton.
+const UM_PER_N: f64 = 1e-6;
+const MM_PER_N: f64 = 1e-3;
+
+/// Name of the procedure whose table is that of ISO 9283.
+const STATIC_COMPLIANCE: &str = "iso-9283-static-compliance";
+
+/// Compliance of every pose under each load.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct VectorStiffnessReport {
+    /// Poses and directions of load, in the order of measurement.
+    pub cells: Vec<VectorStiffnessCell>,
+    /// Static compliance after ISO 9283; only of sessions of that procedure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub static_compliance: Option<Vec<StaticComplianceRow>>,
+}
+
+/// Compliance of one pose under a load in one direction.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct VectorStiffnessCell {
+    /// The pose.
+    pub pose: PoseId,
+    /// Name of the direction of the load.
+    pub direction: String,
+    /// The direction, a unit vector along the base axes.
+    pub unit_vector: [f64; 3],
+    /// Number of runs.
+    pub runs: usize,
+    /// Number of readings.
+    pub readings: usize,
+    /// Displacement along the base axes per force along the load, slope over the loads of each run.
+    pub compliance: AxisValues,
+    /// Stiffness along the load, the inverse of the compliance along it.
+    pub stiffness: Reported,
+}
+
+/// Values along the base axes.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct AxisValues {
+    /// Along x.
+    pub x: Reported,
+    /// Along y.
+    pub y: Reported,
+    /// Along z.
+    pub z: Reported,
+}
+
+/// Static compliance in one pose and direction of force.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct StaticComplianceRow {
+    /// The pose.
+    pub pose: PoseId,
+    /// Name of the direction of the force.
+    pub direction: String,
+    /// The largest force, N.
+    #[serde(rename = "force_N")]
+    pub force_n: f64,
+    /// Displacement along the base axes at the largest force per that force, averaged over the repeats.
+    pub compliance: AxisValues,
+}
+
+impl VectorStiffnessReport {
+    /// The report on a session of a procedure.
+    #[must_use]
+    pub fn new(cells: &[VectorStiffness], procedure: Option<&str>) -> Self {
+        let rows = || cells.iter().map(StaticComplianceRow::from).collect();
+        Self {
+            cells: cells.iter().map(Into::into).collect(),
+            static_compliance: (procedure == Some(STATIC_COMPLIANCE)).then(rows),
+        }
+    }
+
+    /// The tables in words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut rows = AlignedTable::new(&[
+            "pose",
+            "load along",
+            "runs",
+            "x, um/N",
+            "U",
+            "y, um/N",
+            "U",
+            "z, um/N",
+            "U",
+            "K along the load, N/um",
+            "U",
+        ]);
+        for cell in &self.cells {
+            let mut row = vec![
+                cell.pose.to_string(),
+                cell.direction.clone(),
+                cell.runs.to_string(),
+            ];
+            let AxisValues { x, y, z } = &cell.compliance;
+            for value in [x, y, z, &cell.stiffness] {
+                row.extend(value_and_u(value));
+            }
+            rows.row(row);
+        }
+        let mut text = rows.text();
+        text.push_str(
+            "\nDisplacement along the base axes per force along the load: the slope over the loads of each run, averaged over the runs. U is the\n\
+             expanded uncertainty for 95 % from the scatter between runs, of a single run from its residuals; calibration is not in it.\n\
+             - : no gauge along this axis, or too few runs.\n",
+        );
+        if let Some(static_compliance) = &self.static_compliance {
+            text.push_str(&static_text(static_compliance));
+        }
+        text
+    }
+}
+
+/// The table of ISO 9283.
+fn static_text(rows: &[StaticComplianceRow]) -> String {
+    let mut table = AlignedTable::new(&[
+        "pose",
+        "force along",
+        "force, N",
+        "x, mm/N",
+        "U",
+        "y, mm/N",
+        "U",
+        "z, mm/N",
+        "U",
+    ]);
+    for row in rows {
+        let mut fields = vec![
+            row.pose.to_string(),
+            row.direction.clone(),
+            format!("{:.1}", row.force_n),
+        ];
+        let AxisValues { x, y, z } = &row.compliance;
+        for value in [x, y, z] {
+            fields.extend(value_and_u(value));
+        }
+        table.row(fields);
+    }
+    format!(
+        "\nStatic compliance (ISO 9283), mm/N in the base frame\n\n{}\nDisplacement at the largest force per that force, averaged over the repeats.\n",
+        table.text()
+    )
+}
+
+/// A value and its expanded uncertainty with as many digits as that has.
+fn value_and_u(value: &Reported) -> [String; 2] {
+    let none = || "-".to_owned();
+    match (value.value, value.expanded_uncertainty) {
+        (Some(number), expanded) => {
+            let rounded = expanded.and_then(|expanded| format_value_uncertainty(number, expanded));
+            match rounded {
+                Some(rounded) => [rounded.value, rounded.uncertainty],
+                None => [super::text::significant(number, 4), none()],
+            }
+        }
+        (None, _) => [none(), none()],
+    }
+}
+
+fn axis_values(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> AxisValues {
+    let value = |axis: usize| match &values[axis] {
+        Some(estimate) => Reported::from_estimate(estimate, si_per_unit, unit),
+        None => Reported::missing(unit, "not read along this axis"),
+    };
+    AxisValues {
+        x: value(0),
+        y: value(1),
+        z: value(2),
+    }
+}
+
+impl From<&VectorStiffness> for VectorStiffnessCell {
+    fn from(cell: &VectorStiffness) -> Self {
+        let inverse = cell.along_m_per_n.filter(|along| along.value != 0.0);
+        let inverse = inverse.map(|along| Estimate {
+            value: 1.0 / along.value,
+            standard_uncertainty: along.standard_uncertainty / along.value.powi(2),
+            dof: along.dof,
+        });
+        Self {
+            pose: cell.pose.clone(),
+            direction: cell.direction.clone(),
+            unit_vector: cell.unit,
+            runs: cell.runs,
+            readings: cell.readings,
+            compliance: axis_values(&cell.compliance_m_per_n, UM_PER_N, "um/N"),
+            stiffness: match &inverse {
+                Some(inverse) => Reported::from_estimate(inverse, N_PER_UM, "N/um"),
+                None => Reported::missing(
+                    "N/um",
+                    "the load has a component along an axis that was not read",
+                ),
+            },
+        }
+    }
+}
+
+impl From<&VectorStiffness> for StaticComplianceRow {
+    fn from(cell: &VectorStiffness) -> Self {
+        Self {
+            pose: cell.pose.clone(),
+            direction: cell.direction.clone(),
+            force_n: cell.largest_n,
+            compliance: axis_values(&cell.at_largest_m_per_n, MM_PER_N, "mm/N"),
+        }
+    }
+}

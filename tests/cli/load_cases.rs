@@ -1,0 +1,299 @@
+//! Load cases through the commands: a real robot, what is refused with its place, and commands that need series of loads.
+
+use super::{assert_output_contains, desk};
+use stiffbench_test_files::text;
+
+/// A desk with the robot `fanuc.toml` and its load cases `cases.csv`.
+fn fanuc() -> super::Desk {
+    let desk = desk();
+    desk.write("fanuc.toml", text("data/robots/fanuc-r2000ic.toml"));
+    desk.write(
+        "cases.csv",
+        text("data/load-cases/fanuc-r2000ic/readings.csv"),
+    );
+    desk
+}
+
+#[test]
+fn six_joint_springs_of_a_real_robot_are_fitted_without_an_option() {
+    let desk = fanuc();
+    let data = desk.data("fit cases.csv --robot fanuc.toml");
+    let springs = data["parameters"].as_array().unwrap().iter();
+    let springs: Vec<_> = springs
+        .filter(|one| one["name"].as_str().unwrap().starts_with("joint."))
+        .collect();
+    assert_eq!(springs.len(), 6);
+    for spring in springs {
+        assert_eq!(spring["status"], "free");
+        let (value, stiffness) = (
+            spring["value"].as_f64().unwrap(),
+            spring["stiffness"].as_f64().unwrap(),
+        );
+        assert!((value * stiffness - 1.0).abs() < 1e-12);
+        assert_eq!(spring["unit"], "rad/(N*m)");
+        assert_eq!(spring["stiffness_unit"], "N*m/rad");
+        let [low, high] = [0, 1].map(|end| spring["stiffness_ci95"][end].as_f64().unwrap());
+        assert!(low < stiffness && stiffness < high);
+    }
+    let unseen = data["rms"]["unseen_um"].as_f64().unwrap();
+    assert!((unseen - 234.0).abs() < 1.0, "{unseen}");
+    assert_eq!(data["agreement"]["scatter_from"], "residuals");
+}
+
+#[test]
+fn options_choose_springs_poses_and_files() {
+    let desk = fanuc();
+    let run = "fit cases.csv --robot fanuc.toml --free joint.J1,joint.J3 --train 1,2,3,4,5,6,7,8 --figures drawn --save-factors fitted.toml";
+    let data = desk.data(run);
+    let free: Vec<&str> = data["parameters"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|one| one["status"] == "free")
+        .map(|one| one["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(free, ["joint.J1", "joint.J3"]);
+    let held_out = data["components"].as_array().unwrap().iter();
+    assert_eq!(held_out.filter(|one| one["held_out"] == true).count(), 105);
+    assert!(
+        desk.read("drawn/components.svg")
+            .contains("measured against predicted")
+    );
+    assert!(desk.path("drawn/correlation.png").exists());
+    // The values serve as a start: fixed, they predict what the fit predicted.
+    let again = desk.data("fit cases.csv --robot fanuc.toml --factors fitted.toml --free joint.J6");
+    let value = |data: &serde_json::Value, name: &str| {
+        let parameters = data["parameters"].as_array().unwrap().clone();
+        let one = parameters
+            .into_iter()
+            .find(|one| one["name"] == name)
+            .unwrap();
+        one["value"].as_f64().unwrap()
+    };
+    assert_eq!(value(&again, "joint.J1"), value(&data, "joint.J1"));
+}
+
+#[test]
+fn what_does_not_fit_the_robot_is_refused_with_its_place() {
+    let desk = fanuc();
+    let head = "pose,joint_J1_deg,axes,force_x_N,displacement_x_um\n";
+    desk.write("axes.csv", &format!("{head}a,0,link66,1,2\n"));
+    desk.write(
+        "variable.csv",
+        "pose,joint_q1_deg,force_x_N,displacement_x_um\na,0,1,2\n",
+    );
+    desk.write("pose.csv", "pose,force_x_N,displacement_x_um\nPX,1,2\n");
+    desk.write("zero.csv", &format!("{head}a,0,base,0,2\n"));
+    desk.write("few.csv", &format!("{head}a,0,base,1,2\n"));
+    desk.write(
+        "slide.csv",
+        "pose,joint_J1_mm,force_x_N,displacement_x_um\na,0,1,2\n",
+    );
+    desk.write(
+        "limit.csv",
+        text("data/load-cases/fanuc-r2000ic/readings.csv")
+            .replace("1,-59.991000025", "1,-459.991000025")
+            .as_str(),
+    );
+    for (file, exit, code, words) in [
+        (
+            "axes",
+            11,
+            "stiffbench::load_cases::unknown_axes",
+            ["line 2", "link66", "link6"],
+        ),
+        (
+            "variable",
+            11,
+            "stiffbench::load_cases::unknown_variable",
+            ["joint_q1", "J1", "J2"],
+        ),
+        (
+            "pose",
+            11,
+            "stiffbench::load_cases::unknown_pose",
+            ["line 2", "PX", "joint_J1_deg"],
+        ),
+        (
+            "zero",
+            11,
+            "stiffbench::load_cases::no_load",
+            ["line 2", "zero", "rejected"],
+        ),
+        (
+            "few",
+            40,
+            "stiffbench::load_cases::too_few",
+            ["were read: 1", "parameters: 4", "--fix"],
+        ),
+        (
+            "slide",
+            11,
+            "stiffbench::load_cases::joint_unit",
+            ["joint_J1", "length", "_deg"],
+        ),
+    ] {
+        let error = desk.refusal(&format!("fit {file}.csv --robot fanuc.toml"), exit, code);
+        assert_output_contains(&error, &words);
+    }
+    let outside = desk
+        .run("fit limit.csv --robot fanuc.toml --json")
+        .succeeds()
+        .json();
+    let warnings = outside["warnings"].to_string();
+    assert!(
+        warnings.contains("line 3, pose 1: outside the limit J1 >= -185"),
+        "{warnings}"
+    );
+    desk.refusal("fit cases.csv", 2, "stiffbench::usage::no_robot");
+    let cases = "cases.csv --robot fanuc.toml";
+    desk.refusal(
+        &format!("fit {cases} --bootstrap 5"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.refusal(
+        &format!("fit {cases} --method paper"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.refusal(
+        &format!("fit {cases} --train 1,99"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.refusal(
+        &format!("fit {cases} --sigma known"),
+        2,
+        "stiffbench::load_cases::no_repeats",
+    );
+}
+
+#[test]
+fn commands_that_need_series_of_loads_say_so() {
+    let desk = fanuc();
+    for command in [
+        "stiffness cases.csv",
+        "compare cases.csv cases.csv",
+        "plot residuals cases.csv --robot fanuc.toml",
+    ] {
+        let error = desk.refusal(command, 2, "stiffbench::usage::needs_runs");
+        assert_output_contains(&error, &["load cases", "stiffbench diagnose"]);
+    }
+}
+
+#[test]
+fn a_real_robot_is_diagnosed_with_springs_across_its_axes() {
+    let desk = fanuc();
+    let data = desk.data("diagnose cases.csv --robot fanuc.toml --out found");
+    let verdict = data["verdict"].as_str().unwrap();
+    assert!(
+        ["explained", "ambiguous", "unknown"].contains(&verdict),
+        "{verdict}"
+    );
+    let findings = data["findings"].as_array().unwrap();
+    assert!(
+        findings.iter().any(|one| one["name"] == "joint.J3.y"),
+        "{findings:?}"
+    );
+    assert!(findings.iter().all(|one| one["kind"] == "physics"));
+    assert!(data["left_over"]["pose"].is_string());
+    assert!(desk.read("found/verdict.txt").contains("joint.J3.y"));
+    assert!(desk.path("found/components.svg").exists());
+    desk.refusal(
+        "diagnose cases.csv --robot fanuc.toml --noise records",
+        2,
+        "stiffbench::usage::argument",
+    );
+    let few = "pose,joint_J1_deg,force_x_N,displacement_x_um,displacement_y_um,displacement_z_um\n";
+    let rows = "a,0,100,10,0,0\nb,90,100,10,0,1\n";
+    desk.write("few.csv", &format!("{few}{rows}"));
+    let undecided = desk.data("diagnose few.csv --robot fanuc.toml --free joint.J1");
+    assert_eq!(undecided["verdict"], "insufficient-data");
+    assert!(undecided["lacking"][0].is_string());
+}
+
+#[test]
+fn simulated_load_cases_give_their_springs_back_and_the_same_bytes() {
+    let desk = fanuc();
+    let springs =
+        "joint.J1=1e-6,joint.J2=4e-7,joint.J3=6e-7,joint.J4=3e-6,joint.J5=2e-6,joint.J6=5e-6";
+    let run = |folder: &str| {
+        desk.data(&format!(
+            "simulate {folder} --robot fanuc.toml --load-cases 30 --seed 3 --true-factor {springs} --loads-n 800"
+        ))
+    };
+    assert_eq!(run("a")["readings"], 90);
+    run("b");
+    assert_eq!(desk.read("a/readings.csv"), desk.read("b/readings.csv"));
+    assert!(desk.read("a/session.toml").contains("stiffbench/session/2"));
+    let fit = desk.run("fit a --next next.csv --json").succeeds().json();
+    assert!(
+        fit["inputs"]["data"][0]["origin"]
+            .as_str()
+            .unwrap()
+            .contains("simulated")
+    );
+    for (joint, compliance) in springs.split(',').map(|one| one.split_once('=').unwrap()) {
+        let parameters = fit["data"]["parameters"].as_array().unwrap();
+        let one = parameters.iter().find(|one| one["name"] == joint).unwrap();
+        let expected: f64 = compliance.parse().unwrap();
+        let off = (one["value"].as_f64().unwrap() - expected) / one["se"].as_f64().unwrap();
+        assert!(off.abs() < 4.5, "{joint}: {off} standard errors");
+    }
+    assert!(desk.read("next.csv").starts_with("pose,joint_J1_deg"));
+    let refused = "simulate c --robot fanuc.toml --load-cases 3";
+    desk.refusal(
+        &format!("{refused} --directions x"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.refusal(
+        &format!("{refused} --loads-n 0"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.refusal(
+        &format!("{refused} --effect creep@structure:k=1%/decade,t0=1s"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.refusal(
+        "fit paper-experiment --next next.csv",
+        2,
+        "stiffbench::usage::argument",
+    );
+}
+
+#[test]
+fn what_is_open_is_named_with_the_load_that_would_determine_it() {
+    let desk = fanuc();
+    let head = "pose,joint_J1_deg,joint_J2_deg,joint_J3_deg,force_z_N,displacement_x_um,displacement_z_um\n";
+    let rows = "a,0,0,0,500,100,900\nb,30,20,-10,500,90,700\nc,-40,-30,20,500,120,950\nd,70,40,10,500,80,800\n";
+    desk.write("lifted.csv", &format!("{head}{rows}"));
+    let data =
+        desk.data("fit lifted.csv --robot fanuc.toml --free joint.J1,joint.J2 --next next.csv");
+    let parameters = data["parameters"].as_array().unwrap();
+    let first = parameters
+        .iter()
+        .find(|one| one["name"] == "joint.J1")
+        .unwrap();
+    assert_eq!(first["status"], "not_identified");
+    assert!(first["words"].as_str().unwrap().contains("no load"));
+    let next = &data["next"][0];
+    assert_ne!(next["direction"], "z");
+    let error = next["errors"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|one| one["name"] == "joint.J1")
+        .unwrap();
+    assert!(error["then"].as_f64().unwrap() < 0.5 * error["now"].as_f64().unwrap());
+    let table = desk.read("next.csv");
+    assert_eq!(table.lines().count(), 4);
+    desk.refusal(
+        "fit next.csv --robot fanuc.toml",
+        11,
+        "stiffbench::load_cases::nothing_read",
+    );
+}
