@@ -24,8 +24,9 @@ nightly: parquet
     STIFFBENCH_GOLDENS=all cargo test --release --locked --test stiffbench --test validation goldens
     cargo test --release --locked -- --ignored
     python3 -m venv target/nightly/venv
-    target/nightly/venv/bin/pip install --quiet mujoco yourdfpy
+    target/nightly/venv/bin/pip install --quiet mujoco yourdfpy pin example-robot-data pybullet
     target/nightly/venv/bin/python tests/mujoco/check.py target/release/stiffbench
+    target/nightly/venv/bin/python tests/urdf/check.py target/release/stiffbench
     cargo run --release --locked --bin stiffbench-validate -- faults
     cargo run --release --locked --bin stiffbench-validate -- prove --quick --out target/nightly/prove
     cargo run --release --locked --bin stiffbench-validate -- reference export --pose P1 --load=-50 --size 40 --out target/nightly/solids

@@ -31,7 +31,7 @@ fn parsed(text: &str) -> Robot {
         .unwrap_or_else(|error| panic!("{error:?}\n{text}"))
 }
 
-/// `generate.py` beside the fixture made the positions; two of its robots lie there, the others in Python packages that
+/// `tests/urdf/check.py` made the positions; two of its robots lie there, the others in Python packages that
 /// `STIFFBENCH_URDF_PACKAGES` names.
 #[test]
 fn imported_robots_stand_where_pinocchio_puts_them() {
@@ -291,11 +291,17 @@ fn urdfs_that_cannot_be_used_name_the_element() {
         ("name=\"j2\"", "name=\"j1\"", "joint `j1` is there twice"),
         ("<link name=\"b\"/>", "<link name=\"b\"/><link name=\"c\"/>", "2 links hang on no joint: world, c | name the one that is held with --base"),
         ("</robot>", "<joint name=\"j3\" type=\"fixed\"><parent link=\"world\"/><child link=\"b\"/></joint></robot>", "hangs on joint `j2` already: the robot has a loop"),
-        ("</robot>", "<link name=\"c\"/><joint name=\"j3\" type=\"fixed\"><parent link=\"world\"/><child link=\"c\"/></joint></robot>", "the robot has 2 ends: b, c | name the link that carries the tool with --tip"),
+        ("</robot>", "<link name=\"c\"/><joint name=\"j3\" type=\"fixed\"><parent link=\"world\"/><child link=\"c\"/></joint></robot>", "the robot has 2 ends: b, c | name the link that carries the tool with --tip, for example --tip b"),
         ("<parent link=\"world\"/>", "<parent link=\"b\"/>", "no joint moves between `world` and `world`"),
         ("<robot name=\"arm\">", "<sdf>", "no XML"),
         ("<mass value=\"2\"/>", "<mass value=\"-2\"/>", "link `a`: its mass is -2"),
         ("lower=\"-1\"", "lower=\"${-pi}\"", "this is a xacro expression; expand the file first"),
+        ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"$(arg axis)\"/>", "joint `j1`: `xyz` is `$(arg axis)` | this is a xacro expression"),
+        ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 nan\"/>", "joint `j1`: `xyz` is `nan` | write a finite number"),
+        ("lower=\"-1\"", "lower=\"nan\"", "joint `j1`: `lower` is `nan` | write a finite number"),
+        ("</joint>", "<mimic joint=\"j1\"/></joint>", "joint `j1` follows joint `j1`, and both follow each other"),
+        ("type=\"revolute\"", "type=\"planar\"", "joint `j1` is planar: it has more than one freedom"),
+        ("type=\"revolute\"", "type=\"spherical\"", "joint `j1` is spherical: it has more than one freedom"),
         ("<link name=\"world\"/>", "<link name=\"world\"/><xacro:macro xmlns:xacro=\"http://www.ros.org/wiki/xacro\"/>", "this file is a xacro"),
     ];
     for (find, replacement, message) in refused {
@@ -313,7 +319,12 @@ fn urdfs_with_oddities_are_imported_with_a_note() {
     let noted = [
         ("<limit lower=\"-1\" upper=\"1\"/>", "", "arm.urdf:3: joint `j1` has no limits: -180 to 180 degrees were taken"),
         ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 2\"/>", "joint `j1` has an axis of length 2"),
-        ("</joint>", "<mimic joint=\"gone\"/></joint>", "joint `j1` follows joint `gone`, which is no joint of this file"),
+        ("<limit lower=\"-1\" upper=\"1\"/>", "<limit lower=\"-1e16\" upper=\"1e16\"/>", "joint `j1` has no limits"),
+        ("<limit lower=\"-1\" upper=\"1\"/>", "<limit effort=\"3\"/>", "joint `j1` has no limits"),
+        ("<limit lower=\"-1\" upper=\"1\"/>", "<limit lower=\"2\" upper=\"1\"/>", "joint `j1` has a lower limit of 2 above its upper limit of 1: -180 to 180 degrees were taken"),
+        ("</joint>", "<mimic joint=\"gone\"/></joint>", "joint `j1` follows joint `gone`, which is no joint of this file: it has a variable of its own"),
+        ("</joint>", "<mimic joint=\"j0\"/></joint><link name=\"c\"/><joint name=\"j0\" type=\"fixed\"><parent link=\"b\"/><child link=\"c\"/></joint>", "joint `j1` follows joint `j0`, which has no variable"),
+        ("<link name=\"b\"/>", "<link name=\"b\"><visual><geometry><mesh filename=\"package://nowhere/b.stl\"/></geometry></visual></link>", "arm.urdf:2: link `b`: its mesh package://nowhere/b.stl is not there; meshes have no part in stiffness"),
     ];
     for (find, replacement, note) in noted {
         let made = urdf(find, replacement).unwrap();
@@ -324,9 +335,28 @@ fn urdfs_with_oddities_are_imported_with_a_note() {
         );
         parsed(&made.text);
     }
-    // A mesh that is not there takes no part.
-    let mesh = "<link name=\"b\"><visual><geometry><mesh filename=\"package://nowhere/b.stl\"/></geometry></visual></link>";
-    parsed(&urdf("<link name=\"b\"/>", mesh).unwrap().text);
+    // Followers of followers, and of joints that come later: 0.1 + 2 (0.2 + 3 q).
+    let text = URDF.replace(
+        "<axis",
+        "<mimic joint=\"j2\" multiplier=\"2\" offset=\"0.1\"/><axis",
+    );
+    let text = text.replacen(
+        "joint=\"j2\" multiplier=\"2\" offset=\"0.1\"/><axis xyz=\"0 0 1\"/><limit lower=\"0\"",
+        "joint=\"j3\" multiplier=\"3\" offset=\"0.2\"/><axis xyz=\"0 0 1\"/><limit lower=\"0\"",
+        1,
+    );
+    let text = text.replace("</robot>", "<link name=\"c\"/><joint name=\"j3\" type=\"prismatic\"><parent link=\"b\"/><child link=\"c\"/><limit lower=\"0\" upper=\"1\"/></joint></robot>");
+    let made = robot_from_urdf(&SourceText::new("arm.urdf", text), &UrdfSettings::default());
+    let made = made.unwrap_or_else(|error| panic!("{error}")).text;
+    assert!(
+        made.contains("angle = { j3 = 343.77467707849, offset_deg = 28.647889756541 }"),
+        "{made}"
+    );
+    assert!(
+        made.contains("angle = { j3 = 3, offset_mm = 200 }"),
+        "{made}"
+    );
+    parsed(&made);
     let sections = UrdfSettings {
         sections: vec![(Some("j1".to_owned()), "tube 60x4 aluminium".to_owned())],
         ..UrdfSettings::default()

@@ -56,3 +56,8 @@ pub(super) fn first_line(path: &Path) -> Result<String, ReadError> {
         .unwrap_or("")
         .to_owned())
 }
+
+/// Whether there is a file or folder of this name.
+pub(super) fn is_there(path: &Path) -> bool {
+    path.exists()
+}

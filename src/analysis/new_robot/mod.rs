@@ -6,6 +6,8 @@ mod positions;
 mod templates;
 mod urdf;
 mod urdf_chain;
+mod urdf_meshes;
+mod urdf_mimic;
 mod urdf_tree;
 
 use crate::source_text::PlacedError;

@@ -11,6 +11,9 @@ use crate::source_text::SourceText;
 
 use super::{ImportError, ImportProblem};
 
+/// Size from which a number means that there is none, rad, m or kg.
+const UNLIMITED: f64 = 1e9;
+
 /// The links and joints of a robot.
 #[derive(Debug)]
 pub(super) struct Urdf {
@@ -25,6 +28,8 @@ pub(super) struct UrdfLink {
     pub(super) name: String,
     /// Mass, kg, and its centre, m.
     pub(super) mass: Option<(f64, [f64; 3])>,
+    /// Files of its meshes, as they are written.
+    pub(super) meshes: Vec<String>,
     /// Place in the text.
     pub(super) at: usize,
 }
@@ -52,6 +57,8 @@ pub(super) struct UrdfJoint {
     pub(super) axis: [f64; 3],
     /// Lower and upper limit, rad or m.
     pub(super) limits: Option<[f64; 2]>,
+    /// Why there are no limits, where a <limit> is stated.
+    pub(super) no_limits: Option<String>,
     /// Joint that it follows, multiplier, offset in rad or m.
     pub(super) mimic: Option<(String, f64, f64)>,
     pub(super) at: usize,
@@ -127,6 +134,15 @@ fn byte_of(text: &str, position: roxmltree::TextPos) -> usize {
     before.sum::<usize>().min(text.len())
 }
 
+/// What to do about a text that is no number.
+fn expression_help<'h>(text: &str, otherwise: &'h str) -> &'h str {
+    if text.contains("${") || text.contains("$(") {
+        "this is a xacro expression; expand the file first: xacro FILE.xacro > FILE.urdf"
+    } else {
+        otherwise
+    }
+}
+
 struct UrdfReader<'a> {
     source: &'a SourceText,
 }
@@ -159,15 +175,16 @@ impl UrdfReader<'_> {
         of: &str,
     ) -> Result<f64, ImportError> {
         let number = text.trim().parse::<f64>().ok();
-        number.filter(|number| number.abs() < 1e9).ok_or_else(|| {
-            let message = format!("{of}: `{name}` is `{text}`");
-            let help = if text.contains("${") {
-                "this is a xacro expression; expand the file first: xacro FILE.xacro > FILE.urdf"
-            } else {
-                "write a finite number"
-            };
-            self.error(node, message, help)
-        })
+        number
+            .filter(|number| number.abs() < UNLIMITED)
+            .ok_or_else(|| {
+                let message = format!("{of}: `{name}` is `{text}`");
+                self.error(
+                    node,
+                    message,
+                    expression_help(text, "write a finite number"),
+                )
+            })
     }
 
     fn three(
@@ -182,11 +199,8 @@ impl UrdfReader<'_> {
         let numbers: Vec<&str> = text.split_whitespace().collect();
         let [x, y, z] = numbers[..] else {
             let message = format!("{of}: `{name}` is `{text}`");
-            return Err(self.error(
-                node,
-                message,
-                "write three numbers with spaces between them",
-            ));
+            let help = expression_help(text, "write three numbers with spaces between them");
+            return Err(self.error(node, message, help));
         };
         Ok(Some([
             self.number(node, name, x, of)?,
@@ -221,9 +235,12 @@ impl UrdfReader<'_> {
                 mass = (value > 0.0).then_some((value, origin.unwrap_or_default()));
             }
         }
+        let meshes = node.descendants().filter(|node| node.has_tag_name("mesh"));
+        let meshes = meshes.filter_map(|mesh| mesh.attribute("filename").map(str::to_owned));
         Ok(UrdfLink {
             name,
             mass,
+            meshes: meshes.collect(),
             at: node.range().start,
         })
     }
@@ -276,14 +293,24 @@ impl UrdfReader<'_> {
             Some(axis) => self.three(axis, "xyz", &of)?,
             None => None,
         };
-        let mut limits = None;
+        let (mut limits, mut no_limits) = (None, None);
         if let Some(limit) = child_of("limit") {
+            // Files write 1e16 for "none": only what is no number is refused.
             let bound = |name: &str| {
-                let text = limit.attribute(name).unwrap_or("0");
-                self.number(limit, name, text, &of)
+                let text = limit.attribute(name).unwrap_or("0").trim();
+                match text.parse::<f64>() {
+                    Ok(number) if !number.is_nan() => Ok(number),
+                    _ => self.number(limit, name, text, &of),
+                }
             };
-            let bounds = [bound("lower")?, bound("upper")?];
-            limits = (bounds[0] < bounds[1]).then_some(bounds);
+            let [lower, upper] = [bound("lower")?, bound("upper")?];
+            if lower < upper && lower.abs().max(upper.abs()) < UNLIMITED {
+                limits = Some([lower, upper]);
+            } else if lower > upper {
+                no_limits = Some(format!(
+                    "has a lower limit of {lower} above its upper limit of {upper}"
+                ));
+            }
         }
         let mut mimic = None;
         if let Some(element) = child_of("mimic") {
@@ -303,6 +330,7 @@ impl UrdfReader<'_> {
             rpy_rad: xyz_rpy[1],
             axis: axis.unwrap_or([1.0, 0.0, 0.0]),
             limits,
+            no_limits,
             mimic,
             at: node.range().start,
         })

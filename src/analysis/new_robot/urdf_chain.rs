@@ -1,13 +1,11 @@
 //! The joints of a URDF as rows of a robot file, one after the other from the base.
 
 use std::collections::HashMap;
-use std::f64::consts::PI;
-use std::fmt::Write as _;
 
 use crate::vector::norm;
 
 use super::ImportError;
-use super::draft::{Draft, DraftRow, key, number, quoted, three};
+use super::draft::{Draft, DraftRow, number, quoted, three};
 use super::urdf::{UrdfJoint, UrdfMotion};
 use super::urdf_tree::{UrdfTree, list};
 
@@ -79,8 +77,6 @@ pub(super) struct ChainWriter<'t, 'a> {
     pub(super) draft: Draft,
     /// Body of each link, and where the link lies in its axes.
     pub(super) places: HashMap<usize, (String, LinkPlace)>,
-    /// Names of joints in the file by their names in the URDF.
-    pub(super) written: HashMap<String, String>,
     pub(super) notes: Vec<String>,
     /// Variables of the chain with their ranges.
     pub(super) ranges: Vec<(String, bool, [f64; 2])>,
@@ -147,7 +143,7 @@ impl ChainWriter<'_, '_> {
             row.set("turn_deg", three(here.rpy_rad.map(f64::to_degrees)));
         }
         row.set("axis", axis_text(joint.axis));
-        self.motion(joint, slides, in_chain, &mut row);
+        self.motion(joint, slides, in_chain, &mut row)?;
         if in_chain {
             row.set("spring", "\"free\"");
             let sections = &self.tree.settings.sections;
@@ -160,43 +156,28 @@ impl ChainWriter<'_, '_> {
         } else {
             self.draft.branches.push(row);
         }
-        self.written.insert(joint.name.clone(), name);
         let own = LinkPlace::of([0.0; 3], [0.0; 3]);
         self.places.insert(joint.child, (body, own));
         Ok(())
     }
 
     /// Limits of a joint, or the joint that it follows.
-    fn motion(&mut self, joint: &UrdfJoint, slides: bool, in_chain: bool, row: &mut DraftRow) {
-        let (unit, scale) = if slides {
-            ("mm", 1e3)
-        } else {
-            ("deg", 180.0 / PI)
-        };
-        if let Some((master, multiplier, offset)) = &joint.mimic {
-            if let Some(name) = self.written.get(master) {
-                let of_master = self
-                    .tree
-                    .urdf
-                    .joints
-                    .iter()
-                    .find(|joint| joint.name == *master);
-                let master_slides =
-                    of_master.is_some_and(|joint| joint.motion == UrdfMotion::Prismatic);
-                // Coefficients are degrees or m per degree or m.
-                let per = match (slides, master_slides) {
-                    (false, true) => 180.0 / PI,
-                    (true, false) => PI / 180.0,
-                    _ => 1.0,
-                };
-                let mut angle = format!("{} = {}", key(name), number(multiplier * per));
-                if *offset != 0.0 {
-                    let _ = write!(angle, ", offset_{unit} = {}", number(offset * scale));
+    fn motion(
+        &mut self,
+        joint: &UrdfJoint,
+        slides: bool,
+        in_chain: bool,
+        row: &mut DraftRow,
+    ) -> Result<(), ImportError> {
+        let tree = self.tree;
+        if joint.mimic.is_some() {
+            match tree.leader(joint)? {
+                Ok(leader) => {
+                    row.set("angle", leader.angle(&name_of(leader.name), slides));
+                    return Ok(());
                 }
-                row.set("angle", format!("{{ {angle} }}"));
-                return;
+                Err(why) => self.note(joint, format!("{why}: it has a variable of its own")),
             }
-            self.note(joint, format!("follows joint `{master}`, which is no joint of this file: it has a variable of its own"));
         }
         let range = match (joint.limits, joint.motion) {
             (Some(limits), UrdfMotion::Revolute | UrdfMotion::Prismatic) => {
@@ -205,20 +186,23 @@ impl ChainWriter<'_, '_> {
             (None, UrdfMotion::Revolute | UrdfMotion::Prismatic) => {
                 let bound = NO_LIMITS[usize::from(slides)];
                 let words = if slides { "m" } else { "degrees" };
+                let why = joint.no_limits.as_deref().unwrap_or("has no limits");
                 self.note(
                     joint,
-                    format!("has no limits: -{bound} to {bound} {words} were taken"),
+                    format!("{why}: -{bound} to {bound} {words} were taken"),
                 );
                 [-bound, bound]
             }
             _ => [-NO_LIMITS[0], NO_LIMITS[0]],
         };
         let written = range.map(|bound| if slides { 1e3 * bound } else { bound });
+        let unit = if slides { "mm" } else { "deg" };
         row.set(format!("min_{unit}"), number(written[0]));
         row.set(format!("max_{unit}"), number(written[1]));
         if in_chain {
             self.ranges.push((row.name.clone(), slides, range));
         }
+        Ok(())
     }
 
     /// Joints off the chain, in the order of the tree.

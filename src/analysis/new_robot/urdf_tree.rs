@@ -8,6 +8,7 @@ use super::draft::Draft;
 use super::draft::poses_within;
 use super::urdf::{Urdf, read};
 use super::urdf_chain::{ChainWriter, LinkPlace};
+use super::urdf_meshes::missing_meshes;
 use super::{ImportError, ImportProblem, NewRobot};
 
 /// What to take from a URDF.
@@ -30,7 +31,9 @@ pub fn robot_from_urdf(
     settings: &UrdfSettings,
 ) -> Result<NewRobot, ImportError> {
     let urdf = read(source)?;
-    UrdfTree::new(source, &urdf, settings)?.robot()
+    let mut made = UrdfTree::new(source, &urdf, settings)?.robot()?;
+    made.notes.extend(missing_meshes(source, &urdf));
+    Ok(made)
 }
 
 pub(super) struct UrdfTree<'a> {
@@ -154,12 +157,13 @@ impl<'a> UrdfTree<'a> {
                 .iter()
                 .map(|leaf| self.urdf.links[*leaf].name.as_str());
             let message = format!("the robot has {} ends: {}", leaves.len(), list(names));
-            let at = leaves.first().map_or(0, |leaf| self.urdf.links[*leaf].at);
-            Err(self.error(
-                at,
-                message,
-                "name the link that carries the tool with --tip",
-            ))
+            let first = leaves.first().map(|leaf| &self.urdf.links[*leaf]);
+            let help = "name the link that carries the tool with --tip";
+            let help = first.map_or_else(
+                || help.to_owned(),
+                |first| format!("{help}, for example --tip {}", first.name),
+            );
+            Err(self.error(first.map_or(0, |first| first.at), message, &help))
         }
     }
 
@@ -206,7 +210,6 @@ impl<'a> UrdfTree<'a> {
                 ..Draft::default()
             },
             places: HashMap::new(),
-            written: HashMap::new(),
             notes: Vec::new(),
             ranges: Vec::new(),
         };
@@ -216,6 +219,11 @@ impl<'a> UrdfTree<'a> {
         );
         for &joint in &self.path {
             writer.joint(joint, true)?;
+        }
+        if writer.draft.chain.is_empty() && self.urdf.joints.is_empty() {
+            let message = format!("the robot `{}` has no joints", self.urdf.name);
+            let help = "name a URDF file that describes a robot";
+            return Err(self.error(self.urdf.links[self.tip].at, message, help));
         }
         if writer.draft.chain.is_empty() {
             let message = format!(

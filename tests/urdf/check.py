@@ -1,0 +1,144 @@
+"""Makes robot files of public URDFs with `stiffbench robot new --urdf` and compares where their tools are with Pinocchio.
+
+    python3 -m venv venv && venv/bin/pip install pin example-robot-data pybullet
+    venv/bin/python tests/urdf/check.py target/release/stiffbench            compare
+    venv/bin/python tests/urdf/check.py target/release/stiffbench --write    write fixtures/urdf/kinematics.json again, for tests/robot_new.rs
+
+Nothing is changed by hand: the file that the command writes gets the poses, and `robot check` says where the tool is. The position must
+agree to 1e-9 m. The fixture holds, for each robot, joint names and values (rad, m), position (m) and the rows of the rotation matrix of
+the tip in the axes of the base; the URDFs stay in their packages.
+"""
+
+import argparse
+import json
+import math
+import random
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import tomllib
+from pathlib import Path
+
+PACKAGES = Path(sysconfig.get_path("purelib"))
+DATA = "cmeel.prefix/share/example-robot-data/robots"
+ROBOTS = [
+    (f"{DATA}/panda_description/urdf/panda.urdf", "panda_link0", "panda_hand_tcp"),
+    (f"{DATA}/ur_description/urdf/ur5_robot.urdf", "base_link", "tool0"),
+    (f"{DATA}/ur_description/urdf/ur10_robot.urdf", "base_link", "tool0"),
+    (f"{DATA}/kinova_description/robots/kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"),
+    (f"{DATA}/xarm_description/urdf/xarm7.urdf", None, "link_eef"),
+    (f"{DATA}/talos_data/robots/talos_left_arm.urdf", None, "arm_left_7_link"),
+    (f"{DATA}/baxter_description/urdf/baxter.urdf", "torso", "left_gripper"),
+    (f"{DATA}/tiago_description/robots/tiago_no_hand.urdf", "base_link", "arm_tool_link"),
+    (f"{DATA}/pr2_description/urdf/pr2.urdf", "torso_lift_link", "l_gripper_tool_frame"),
+    (f"{DATA}/z1_description/urdf/z1.urdf", None, None),
+    ("pybullet_data/kuka_iiwa/model.urdf", None, "lbr_iiwa_link_7"),
+    ("pybullet_data/xarm/xarm6_robot.urdf", "link_base", "link6"),
+]
+POSES = 20
+KEPT_POSES = 3
+TOLERANCE_M = 1e-9
+FIXTURE = Path(__file__).resolve().parents[2] / "fixtures" / "urdf" / "kinematics.json"
+
+
+def by_pinocchio(pin, path, base, tip, count):
+    """Base, tip, kinds of the joints between them, and random poses with the place of the tip in the axes of the base."""
+    model = pin.buildModelFromUrdf(str(PACKAGES / path))
+    data = model.createData()
+    frames = {frame.name: i for i, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
+    base = base or next(f.name for f in model.frames if f.type == pin.FrameType.BODY)
+    if tip is None:
+        leaves = [n for n, i in frames.items() if not any(j.parentFrame == i for j in model.frames)]
+        assert len(leaves) == 1, leaves
+        tip = leaves[0]
+    # Joints that do not lie between base and tip take no part.
+    chain = {}
+    joint = model.frames[frames[tip]].parentJoint
+    while joint != model.frames[frames[base]].parentJoint:
+        chain[model.names[joint]] = "slides" if model.joints[joint].shortname().startswith("JointModelP") else "turns"
+        joint = model.parents[joint]
+    poses = []
+    for _ in range(count):
+        q = pin.neutral(model)
+        values = {}
+        for joint in range(1, model.njoints):
+            i = model.joints[joint].idx_q
+            if model.joints[joint].nq == 2:
+                angle = random.uniform(-3, 3)
+                q[i], q[i + 1] = math.cos(angle), math.sin(angle)
+                values[model.names[joint]] = angle
+            else:
+                low, high = model.lowerPositionLimit[i], model.upperPositionLimit[i]
+                q[i] = random.uniform(max(low, -3.0), min(high, 3.0))
+                values[model.names[joint]] = float(q[i])
+        pin.framesForwardKinematics(model, data, q)
+        place = data.oMf[frames[base]].actInv(data.oMf[frames[tip]])
+        values = {name: value for name, value in values.items() if name in chain}
+        poses.append({"values": values, "position_m": place.translation.tolist(), "rotation": place.rotation.tolist()})
+    return base, tip, chain, poses
+
+
+def with_poses(text, chain, poses):
+    """The robot file with other poses; joints keep their names, or end in `_joint` where the name means something else."""
+    joints = tomllib.loads(text)["joints"]
+    head, found, _ = text.partition("\n[poses]\n")
+    assert found, "the file has no poses"
+    rows = []
+    for index, pose in enumerate(poses):
+        cells = []
+        for name, value in pose["values"].items():
+            name_here = name if name in joints else f"{name}_joint"
+            key, value = (f"{name_here}_m", value) if chain[name] == "slides" else (f"{name_here}_deg", math.degrees(value))
+            cells.append(f'"{key}" = {value!r}')
+        rows.append(f"Q{index} = {{ {', '.join(cells)} }}")
+    return head + "\n[poses]\n" + "\n".join(rows) + "\n"
+
+
+def imported(program, path, base, tip, chain, poses):
+    """Notes of the import and the largest difference of a position, m."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "robot.toml"
+        command = [program, "robot", "new", str(file), "--urdf", str(PACKAGES / path)]
+        command += [word for name, value in (("--base", base), ("--tip", tip)) if value for word in (name, value)]
+        made = subprocess.run([*command, "--json"], capture_output=True, text=True)
+        if made.returncode:
+            sys.exit(f"{path}: {made.stdout}{made.stderr}")
+        file.write_text(with_poses(file.read_text(), chain, poses))
+        checked = subprocess.run([program, "robot", "check", str(file), "--json", "--quiet"], capture_output=True, text=True)
+        if checked.returncode:
+            sys.exit(f"{path}: {checked.stdout}{checked.stderr}")
+        places = {row["pose"]: row["tool_m"] for row in json.loads(checked.stdout)["data"]["checked"]}
+    worst = max(abs(a - b) for i, pose in enumerate(poses) for a, b in zip(pose["position_m"], places[f"Q{i}"]))
+    return json.loads(made.stdout).get("warnings", []), worst
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("program")
+    parser.add_argument("--write", action="store_true", help="write what Pinocchio finds to fixtures/urdf/kinematics.json")
+    options = parser.parse_args()
+    try:
+        import pinocchio as pin
+    except ImportError:
+        print("skipped: Pinocchio is not installed (pip install pin example-robot-data pybullet)")
+        return 0
+    program = str(Path(options.program).resolve())
+    random.seed(23)
+    kept, failed = [], 0
+    print("| robot | from | to | joints | largest difference in 20 poses, m | warnings |\n| --- | --- | --- | --- | --- | --- |")
+    for path, base, tip in ROBOTS:
+        base_found, tip_found, chain, poses = by_pinocchio(pin, path, base, tip, POSES)
+        warnings, worst = imported(program, path, base, tip, chain, poses)
+        failed += worst > TOLERANCE_M
+        name = path.rsplit("/", 1)[1]
+        mark = "" if worst <= TOLERANCE_M else " **FAILED**"
+        print(f"| `{name}` | {base_found} | {tip_found} | {len(chain)} | {worst:.1e}{mark} | {len(warnings)} |")
+        kept.append({"package_path": path, "base": base_found, "tip": tip_found, "poses": poses[:KEPT_POSES]})
+    if options.write:
+        FIXTURE.write_text(json.dumps({"made_by": f"Pinocchio {pin.__version__}", "robots": kept}, indent=1) + "\n")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
