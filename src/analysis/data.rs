@@ -118,7 +118,7 @@ impl Data {
             });
         }
         if LoadedLoadCases::is_at(path) {
-            let loaded = LoadedLoadCases::open(path)?;
+            let loaded = LoadedLoadCases::open(path, options)?;
             return Ok(Self::LoadCases(Box::new(loaded)));
         }
         Ok(Self::Readings(Box::new(LoadedSession::open(
@@ -211,14 +211,14 @@ impl LoadedSession {
             });
         }
         let file = readings_file(path)?;
-        if options.gauge_log.is_none() && LoadedLoadCases::is_at(path) {
-            return Err(LoadedLoadCases::open(path)?.needs_runs("this subcommand"));
-        }
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         let name = file.display().to_string();
         let bytes = read_bytes(&file)?;
         if options.gauge_log.is_none() && is_vector_table(&bytes) {
             return Err(AnalysisError::Vectors { path: file });
+        }
+        if options.gauge_log.is_none() && LoadedLoadCases::is_at(path) {
+            return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
         let table = match &options.gauge_log {
             Some(log) => read_gauge_log(&name, bytes.as_slice(), log)?,

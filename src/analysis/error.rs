@@ -58,11 +58,13 @@ pub enum AnalysisError {
         help: String,
     },
     /// Readings of several displacement gauges where one along the load is needed.
-    #[error("{path} has forces and displacements along the base axes, which only stiffness reads")]
+    #[error(
+        "{path} has forces and displacements along the base axes, which this command does not read"
+    )]
     #[diagnostic(
         code(stiffbench::input::vectors),
         help(
-            "stiffbench stiffness gives the compliance along each axis; for this command measure with one displacement gauge along the load, \
+            "stiffbench stiffness, fit and diagnose read them; for this command measure with one displacement gauge along the load, \
              without displacement_axes"
         )
     )]

@@ -11,17 +11,20 @@ use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::parameters::ParameterChoice;
 use crate::physics::Place;
-use crate::readings::{ReadOptions, SessionHeader, is_vector_table};
+use crate::procedure::Procedure;
+use crate::readings::{ReadOptions, SessionHeader};
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::PoseId;
 
-use super::data::{readings_file, session_header};
+use super::data::{OpenSettings, readings_file, session_header};
 use super::error::{AnalysisError, ArgumentError};
 use super::files::read_bytes;
 use super::fit::training_poses;
 use super::hash::sha256;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
+use super::procedure::add_missing_poses;
+use super::vectors::VectorSession;
 
 /// Load cases with the session they belong to.
 #[derive(Debug, Clone)]
@@ -41,19 +44,22 @@ pub struct LoadedLoadCases {
 }
 
 impl LoadedLoadCases {
-    /// Whether a session folder or file holds load cases; readings of a guided session with several gauges are none, though they have vectors.
+    /// Whether a session folder or file holds load cases, or readings of a session with displacement gauges along the base axes.
     #[must_use]
     pub fn is_at(path: &Path) -> bool {
         let file = readings_file(path).ok();
         let bytes = file.and_then(|file| read_bytes(&file).ok());
-        bytes.is_some_and(|bytes| is_load_case_table(&bytes) && !is_vector_table(&bytes))
+        bytes.is_some_and(|bytes| is_load_case_table(&bytes))
     }
 
-    /// Opens a session folder or a file of load cases.
+    /// Opens a session folder or a file of load cases; of a session with displacement gauges along the base axes, each run is one.
     ///
     /// # Errors
-    /// For data that are not there or cannot be read.
-    pub fn open(path: &Path) -> Result<Self, AnalysisError> {
+    /// For data that are not there or cannot be read; of a session as [`VectorSession::open`].
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+        if let Some(session) = VectorSession::open(path, options)? {
+            return Self::of_runs(session);
+        }
         let file = readings_file(path)?;
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         let bytes = read_bytes(&file)?;
@@ -68,6 +74,19 @@ impl LoadedLoadCases {
             header,
             folder,
             warnings,
+        })
+    }
+
+    fn of_runs(session: VectorSession) -> Result<Self, AnalysisError> {
+        let table = LoadCaseTable::of_runs(&session.table, session.preload_n())?;
+        let notes = table.notes.iter().map(ToString::to_string);
+        Ok(Self {
+            warnings: session.warnings.into_iter().chain(notes).collect(),
+            name: session.name,
+            sha256: session.sha256,
+            table,
+            header: session.header,
+            folder: session.folder,
         })
     }
 
@@ -110,6 +129,8 @@ pub struct LoadCaseData {
     pub warnings: Vec<String>,
     /// Data, robot, mechanism and factors.
     pub inputs: Inputs,
+    /// The procedure that the session followed, if there was one.
+    pub(super) procedure: Option<Procedure>,
     /// Values of the parameters with the springs that the user's effects name.
     start: FittingFactors,
 }
@@ -126,11 +147,48 @@ impl LoadCaseData {
         let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
         Ok(Self {
             inputs: Inputs::default().with_load_cases(loaded).with_model(&model),
+            procedure: loaded
+                .header
+                .as_ref()
+                .and_then(|header| header.procedure.as_ref())
+                .and_then(|record| Procedure::from_record(record).ok()),
             start: start_of(&model)?,
             model,
             posed,
             warnings,
         })
+    }
+
+    /// Takes in further load cases of the same robot.
+    ///
+    /// # Errors
+    /// For a session of another robot, and variables, poses and axes that the robot does not have.
+    pub fn join(&mut self, further: &LoadedLoadCases) -> Result<(), AnalysisError> {
+        let header = further.header.as_ref();
+        let own = sha256(&self.model.source.text);
+        if let Some(hash) = header.and_then(|header| header.robot_sha256.as_ref())
+            && *hash != own
+        {
+            return Err(ArgumentError::new(
+                further.name.clone(),
+                format!(
+                    "it was measured on another robot file than {} (its SHA-256 differs)",
+                    self.model.source.name
+                ),
+                "fit sessions of one robot together",
+            )
+            .into());
+        }
+        if let Some(procedure) = header.and_then(|header| header.procedure.as_ref()) {
+            add_missing_poses(&mut self.model.robot, &procedure.joint_values);
+        }
+        let mechanism = self.model.mechanism()?;
+        let posed = PosedLoadCases::new(&self.model.robot, mechanism, &further.table)?;
+        self.warnings.extend(further.warnings.iter().cloned());
+        self.warnings.extend(posed.warnings.iter().cloned());
+        self.posed.join(posed);
+        self.inputs = std::mem::take(&mut self.inputs).with_load_cases(further);
+        Ok(())
     }
 
     /// The load cases with what they were measured on.

@@ -32,6 +32,7 @@ mod load_cases;
 mod model;
 mod new_robot;
 mod plausible;
+mod pose_plan;
 mod procedure;
 mod robot_check;
 mod vectors;
@@ -56,6 +57,7 @@ pub use new_robot::{
     UrdfSettings, check_positions, robot_from_dh, robot_from_urdf, template,
 };
 pub use plausible::{doubts_about_fit, doubts_about_stiffness};
-pub use procedure::named_procedure;
+pub use pose_plan::choose_poses;
+pub use procedure::{add_poses, joints_of, named_procedure, state_joint_values};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use vectors::VectorSession;

@@ -15,6 +15,7 @@ use super::data::LoadedSession;
 use super::error::{AnalysisError, ArgumentError};
 use super::files::read_text;
 use super::hash::sha256;
+use super::procedure::add_missing_poses;
 
 /// Which robot, mechanism and factors, and which physics beside them. What is not chosen comes from the model file, then from the
 /// session, then from the defaults: the robot `hp-robot`, its last mechanism, its factors `m_fsd` or else `unit`.
@@ -141,7 +142,10 @@ pub(super) fn resolve_beside(
         (None, None, None) if data.is_some() => return Err(no_robot()),
         (None, None, None) => robot_source("hp-robot", None)?,
     };
-    let robot = Robot::parse(&source)?;
+    let mut robot = Robot::parse(&source)?;
+    if let Some(procedure) = &header.procedure {
+        add_missing_poses(&mut robot, &procedure.joint_values);
+    }
     let mechanism = choice.mechanism.as_ref();
     let mechanism = mechanism.or(model.and_then(|model| model.mechanism.as_ref()));
     let mechanism = mechanism.or(header.mechanism.as_ref()).map(String::as_str);

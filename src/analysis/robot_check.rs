@@ -3,8 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::robot::{Mechanism, Pose, Predictor, Robot, RobotError, RoleInFit};
+use crate::load_cases::VectorQuantity;
+use crate::robot::{JointMotion, Mechanism, Pose, Predictor, Robot, RobotError, RoleInFit};
 use crate::source_text::SourceText;
+use crate::test_point::Direction;
 use crate::toml_text::DocumentStep::Key;
 use crate::vector::norm;
 
@@ -16,6 +18,9 @@ const PLAUSIBLE_REACH_M: [f64; 2] = [0.05, 10.0];
 
 /// Compliance, m/N, below which nothing of a robot gives way.
 const RIGID_M_PER_N: f64 = 1e-15;
+
+/// By how much a variable is moved to see whether the tool does, degrees or m.
+const STEP: f64 = 0.01;
 
 /// A robot file, tried.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -32,6 +37,8 @@ pub struct RobotCheck {
     pub findings: Vec<String>,
     /// What a fit is to find.
     pub free_springs: Vec<String>,
+    /// Columns of a table of load cases for this robot: pose, the joints that move the tool, force and displacement.
+    pub load_case_columns: Vec<String>,
 }
 
 /// A mechanism in a pose.
@@ -62,6 +69,7 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
         checked: Vec::new(),
         findings: robot.warnings.clone(),
         free_springs: Vec::new(),
+        load_case_columns: load_case_columns(robot),
     };
     let poses = poses_of(robot);
     for (name, pose) in &poses {
@@ -98,6 +106,36 @@ fn poses_of(robot: &Robot) -> Vec<(String, Pose)> {
     let named = robot.poses.iter();
     named
         .map(|named| (named.id.to_string(), named.pose.clone()))
+        .collect()
+}
+
+/// The columns of a table of load cases; of joints those that move the tool.
+fn load_case_columns(robot: &Robot) -> Vec<String> {
+    let nominal = robot.nominal_pose();
+    let tool_at = |pose: &Pose| robot.tool_pose(pose).ok();
+    let before = tool_at(&nominal);
+    let moves = |variable: &usize| {
+        let mut moved = nominal.clone();
+        moved.angles_deg[*variable] += STEP;
+        let after = tool_at(&moved);
+        // A pose that cannot be reached says nothing: the column stays.
+        before.is_none() || after.is_none() || after != before
+    };
+    let joints = (0..robot.variables.len()).filter(moves).map(|variable| {
+        let variable = &robot.variables[variable];
+        let unit = match variable.motion {
+            JointMotion::Turns => "deg",
+            JointMotion::Slides => "mm",
+        };
+        format!("joint_{}_{unit}", variable.name)
+    });
+    let vectors = [VectorQuantity::Force, VectorQuantity::Displacement];
+    let vectors = vectors
+        .into_iter()
+        .flat_map(|quantity| Direction::ALL.map(|axis| quantity.column(axis)));
+    std::iter::once("pose".to_owned())
+        .chain(joints)
+        .chain(vectors)
         .collect()
 }
 

@@ -68,13 +68,20 @@ impl VectorSession {
     /// Compliance along each axis for every pose and direction of load.
     #[must_use]
     pub fn stiffness(&self, branches: Branches) -> Vec<VectorStiffness> {
+        let accepted: Vec<&VectorReading> = self.table.accepted().collect();
+        vector_stiffness(&accepted, branches, self.preload_n())
+    }
+
+    /// Force along the load at which the displacement gauges were zeroed, N; 0 where it is not known.
+    #[must_use]
+    pub fn preload_n(&self) -> f64 {
         let procedure = self
             .header
             .as_ref()
             .and_then(|header| header.procedure.as_ref());
-        let preload_n = procedure.and_then(|procedure| procedure.preload_n);
-        let accepted: Vec<&VectorReading> = self.table.accepted().collect();
-        vector_stiffness(&accepted, branches, preload_n.unwrap_or(0.0))
+        procedure
+            .and_then(|procedure| procedure.preload_n)
+            .unwrap_or(0.0)
     }
 
     /// Name of its procedure.

@@ -256,11 +256,14 @@ pub(super) enum Sigma {
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml"
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml\n  stiffbench fit positions.csv --robot my-robot.toml   (elastic calibration: position_x_mm, position_y_mm, position_z_mm, joint_J1_deg ...)"
 )]
 pub(super) struct FitArgs {
     /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name
     pub(super) data: PathBuf,
+    /// Further load cases of the same robot, fitted together with the first
+    #[arg(value_name = "DATA")]
+    pub(super) further: Vec<PathBuf>,
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
@@ -294,7 +297,7 @@ pub(super) struct FitArgs {
     /// Write the fitted factors as TOML that --factors takes
     #[arg(long, value_name = "FILE")]
     pub(super) save_factors: Option<PathBuf>,
-    /// Write the load cases that would determine best what is open, as a table to be filled in (load cases only)
+    /// Write what would determine best what is open: a procedure (FILE.toml) or a table to be filled in (FILE.csv); load cases only
     #[arg(long, value_name = "FILE")]
     pub(super) next: Option<PathBuf>,
     /// Write the figures of the fit into this folder

@@ -43,7 +43,8 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         return diagnose_specimen::run(args, &options, without);
     }
     if LoadedLoadCases::is_at(data(args)?) {
-        return diagnose_load_cases::run(args, &LoadedLoadCases::open(data(args)?)?, global);
+        let loaded = LoadedLoadCases::open(data(args)?, &global.open_settings())?;
+        return diagnose_load_cases::run(args, &loaded, global);
     }
     let session = LoadedSession::open(data(args)?, &global.open_settings())?;
     of_session(args, &session, without, global)

@@ -26,6 +26,14 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     if let Data::LoadCases(loaded) = &data {
         return fit_load_cases::run(args, loaded, global);
     }
+    if let Some(further) = args.further.first() {
+        return Err(ArgumentError::new(
+            further.display().to_string(),
+            "several data are fitted together if all are load cases: loads and displacements as vectors",
+            "fit one session at a time; compare takes two",
+        )
+        .into());
+    }
     if args.next.is_some() {
         return Err(ArgumentError::new(
             "--next",

@@ -1,9 +1,12 @@
 //! `stiffbench fit` of load cases.
 
+use std::path::Path;
+
 use crate::analysis::{ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases};
+use crate::elastostatics::PlannedLoadCase;
 use crate::fit::FactorStatus;
 use crate::least_squares::SigmaMode;
-use crate::load_cases::write_load_cases;
+use crate::load_cases::{LoadCaseTable, write_load_cases};
 use crate::report::{
     FitResult, LoadCaseFitReport, load_case_figures, load_case_fit_text, next_load_cases_text,
 };
@@ -23,8 +26,19 @@ pub(super) fn run(
     global: &Global,
 ) -> Result<Outcome, Failure> {
     refuse_what_needs_cells(args)?;
-    let data = LoadCaseData::new(loaded, &args.model.choice()?)
+    let mut data = LoadCaseData::new(loaded, &args.model.choice()?)
         .map_err(|error| Failure::from(error).with_warnings(&loaded.warnings))?;
+    for path in &args.further {
+        if !LoadedLoadCases::is_at(path) {
+            return Err(ArgumentError::new(
+                path.display().to_string(),
+                "no load cases are there: loads and displacements as vectors, which the first data are",
+                "name a session with displacement gauges along the base axes, or a table of load cases",
+            )
+            .into());
+        }
+        data.join(&LoadedLoadCases::open(path, &global.open_settings())?)?;
+    }
     of_data(args, &data, global).map_err(|failure| failure.with_warnings(&data.warnings))
 }
 
@@ -65,13 +79,17 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
             FactorStatus::AtBound { .. } | FactorStatus::NotIdentified { .. }
         )
     });
+    if args.next.is_some() && fit.frames.is_some() {
+        return Err(ArgumentError::new(
+            "--next",
+            "the data are absolute positions, and load cases are planned from displacements",
+            "leave it out; what is open is printed with the force that would determine it",
+        )
+        .into());
+    }
     let (planned, table) = data.plan(&fit, FURTHER)?;
     if let Some(file) = &args.next {
-        write(file, write_load_cases(&table).as_bytes())?;
-        warnings.push(format!(
-            "wrote {}: fill in the displacements",
-            file.display()
-        ));
+        warnings.push(write_next(file, data, &planned, &table)?);
     }
     let report = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
     let text = load_case_fit_text(&fit) + &next_load_cases_text(&report);
@@ -80,6 +98,40 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
         .with_inputs(data.inputs.clone())
         .with_warnings(warnings)
         .with_strict_exit(if open { 41 } else { 0 }))
+}
+
+/// Writes what is to be measured next: a procedure if the file is TOML, else a table to be filled in. Gives what to say of it.
+fn write_next(
+    file: &Path,
+    data: &LoadCaseData,
+    planned: &[PlannedLoadCase],
+    table: &LoadCaseTable,
+) -> Result<String, Failure> {
+    let ending = file.extension().and_then(|ending| ending.to_str());
+    let name = file.display();
+    if planned.is_empty() {
+        return Ok(format!("{name} was not written: no parameter is open"));
+    }
+    match ending {
+        Some("toml") => {
+            let procedure = data.procedure_of(planned);
+            write(file, procedure.to_toml().as_bytes())?;
+            let text = procedure.text.unwrap_or_default();
+            Ok(format!(
+                "wrote {name}: {text}; measure it by stiffbench session run NEW --procedure {name}"
+            ))
+        }
+        Some("csv") => {
+            write(file, write_load_cases(table).as_bytes())?;
+            Ok(format!("wrote {name}: fill in the displacements"))
+        }
+        _ => Err(ArgumentError::new(
+            format!("--next {name}"),
+            "the ending decides what is written, and this one is neither .toml nor .csv",
+            "--next next.toml for a procedure, --next next.csv for a table to be filled in",
+        )
+        .into()),
+    }
 }
 
 /// Options without effect are a misunderstanding, and worth an error.

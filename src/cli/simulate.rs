@@ -18,16 +18,17 @@ use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::resolve_procedure;
 use super::simulate_load_cases;
-use crate::analysis::{ArgumentError, Inputs, ResolvedModel, sha256};
+use crate::analysis::{ArgumentError, Inputs, ResolvedModel, add_poses, sha256};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    let resolved = args.model.resolve()?;
+    let mut resolved = args.model.resolve()?;
     let truth = true_factors(args, &resolved)?;
     if let Some(count) = args.load_cases {
         return simulate_load_cases::run(args, count, resolved, truth);
     }
     let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    warnings.extend(add_poses(&mut resolved.robot, &procedure)?);
     let poses = procedure.poses.get_or_insert_with(|| {
         let named = resolved.robot.poses.iter();
         named.map(|named| named.id.clone()).collect()

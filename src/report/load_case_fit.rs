@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::elastostatics::{
-    FittedComponent, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase, PoseError, ScatterSource,
+    FittedComponent, FittedFrames, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase, PoseError,
+    ScatterSource,
 };
 use crate::fit::{FactorCorrelations, FactorEstimate};
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -36,6 +37,8 @@ pub struct LoadCaseFitReport {
     pub parameters: Vec<LoadCaseParameterReport>,
     /// Correlations of the determined parameters; `null` without intervals.
     pub correlation: Option<FactorCorrelations>,
+    /// Base frame and tool point of absolute positions; `null` of displacements under loads.
+    pub frames: Option<FramesReport>,
     /// Scatter, degrees of freedom, rank and condition; `null` without degrees of freedom.
     pub agreement: Option<LoadCaseAgreementReport>,
     /// Combinations of parameters that the poses do not determine, in words.
@@ -50,6 +53,36 @@ pub struct LoadCaseFitReport {
     pub termination: String,
     /// Further load cases that would determine best what is open, one after the other.
     pub next: Vec<NextLoadCase>,
+}
+
+/// Where the tracker stands, and which point of the tool it measures.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FramesReport {
+    /// Position of the robot's base in the axes of the tracker, mm.
+    pub base_mm: [f64; 3],
+    /// Rotation vector from the axes of the base to those of the tracker, degrees.
+    pub rotation_vector_deg: [f64; 3],
+    /// The same as a matrix, row by row.
+    pub rotation: [[f64; 3]; 3],
+    /// The measured point from the tool centre, in the axes of the tool, mm.
+    pub tool_point_mm: [f64; 3],
+    /// The nine parameters with their standard errors.
+    pub parameters: Vec<FrameParameterReport>,
+    /// Root mean square error of the rigid robot, with frames of its own, in poses left out of its fit, um.
+    pub rigid_unseen_um: Option<f64>,
+}
+
+/// How well a parameter of the frames is known.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FrameParameterReport {
+    /// Its name: `base_frame.x`, `base_frame.rx` (about the axes of the tracker), `tool_point.x`.
+    pub name: &'static str,
+    /// `um` or `urad`.
+    pub unit: &'static str,
+    /// Standard error; `null` where the poses do not determine it.
+    pub se: Option<f64>,
+    /// Half of the 95 % interval.
+    pub half_width_95: Option<f64>,
 }
 
 /// A further load case.
@@ -153,7 +186,7 @@ pub struct ComponentReport {
     pub repeat: u32,
     /// Its name, for example `displacement x`.
     pub component: &'static str,
-    /// `um` or `urad`.
+    /// `um` or `urad`; `mm` of a position.
     pub unit: &'static str,
     /// What was read.
     pub measured: f64,
@@ -178,6 +211,7 @@ impl From<&LoadCaseFit> for LoadCaseFitReport {
             factors: fit.factors.clone(),
             parameters: fit.estimates.iter().map(Into::into).collect(),
             correlation: fit.correlation.clone(),
+            frames: fit.frames.as_ref().map(Into::into),
             agreement: fit.agreement.as_ref().map(Into::into),
             not_determined: fit.not_determined.clone(),
             rms: LoadCaseErrors {
@@ -203,7 +237,7 @@ impl LoadCaseFitReport {
                 .variables
                 .iter()
                 .zip(&one.pose.angles_deg)
-                .map(|(variable, angle)| (variable.name.clone(), *angle))
+                .map(|(variable, angle)| (variable.name.clone(), (angle * 1e6).round() / 1e6))
                 .collect(),
             direction: one.direction,
             force_n: one.force_n,
@@ -261,6 +295,33 @@ impl From<&LoadCaseAgreement> for LoadCaseAgreementReport {
     }
 }
 
+impl From<&FittedFrames> for FramesReport {
+    fn from(fitted: &FittedFrames) -> Self {
+        let mm = |metres: [f64; 3]| metres.map(|metres| 1e3 * metres);
+        let frames = &fitted.frames;
+        let parameters = fitted.parameters.iter();
+        Self {
+            base_mm: mm(frames.base_m),
+            rotation_vector_deg: frames.rotation_vector_rad().map(f64::to_degrees),
+            rotation: frames.rotation,
+            tool_point_mm: mm(frames.tool_point_m),
+            parameters: parameters
+                .map(|one| FrameParameterReport {
+                    name: one.name,
+                    unit: if one.name.contains(".r") {
+                        "urad"
+                    } else {
+                        "um"
+                    },
+                    se: one.standard_error.map(micro),
+                    half_width_95: one.half_width_95.map(micro),
+                })
+                .collect(),
+            rigid_unseen_um: fitted.rigid_unseen_m.map(micro),
+        }
+    }
+}
+
 impl From<&PoseError> for PoseErrorReport {
     fn from(error: &PoseError) -> Self {
         Self {
@@ -274,15 +335,26 @@ impl From<&PoseError> for PoseErrorReport {
 
 impl From<&FittedComponent> for ComponentReport {
     fn from(one: &FittedComponent) -> Self {
+        let scaled = |value: f64| {
+            if one.is_position {
+                1e3 * value
+            } else {
+                micro(value)
+            }
+        };
         Self {
             pose: one.pose.clone(),
             line: one.line,
             repeat: one.repeat,
             component: one.component,
-            unit: if one.is_rotation { "urad" } else { "um" },
-            measured: micro(one.measured),
-            predicted: micro(one.predicted),
-            unseen: one.without_its_pose.map(micro),
+            unit: match (one.is_position, one.is_rotation) {
+                (true, _) => "mm",
+                (_, true) => "urad",
+                _ => "um",
+            },
+            measured: scaled(one.measured),
+            predicted: scaled(one.predicted),
+            unseen: one.without_its_pose.map(scaled),
             held_out: one.held_out,
         }
     }

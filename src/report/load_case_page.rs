@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::elastostatics::{LoadCaseAgreement, LoadCaseFit, ScatterSource};
+use crate::elastostatics::{FittedFrames, LoadCaseAgreement, LoadCaseFit, ScatterSource};
 use crate::fit::{FactorEstimate, FactorStatus};
 use crate::quantity::METRES_PER_MICROMETRE;
 
@@ -32,6 +32,9 @@ pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
     );
     text.push_str(&parameters(fit));
     text.push_str(&open(fit));
+    if let Some(frames) = &fit.frames {
+        text.push_str(&frames_table(frames));
+    }
     if let Some(agreement) = &fit.agreement {
         text.push_str(&scatter(agreement));
     }
@@ -192,6 +195,40 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
     )
 }
 
+/// Base frame and tool point.
+fn frames_table(fitted: &FittedFrames) -> String {
+    let frames = &fitted.frames;
+    let turn = frames.rotation_vector_rad().map(f64::to_degrees);
+    let millimetres = |metres: [f64; 3]| metres.map(|metres| 1e3 * metres);
+    let values = [
+        millimetres(frames.base_m),
+        turn,
+        millimetres(frames.tool_point_m),
+    ];
+    let mut rows = AlignedTable::new(&["frame", "value", "unit", "standard error", "unit"]);
+    for (one, value) in fitted.parameters.iter().zip(values.as_flattened()) {
+        let [unit, small] = if one.name.contains(".r") {
+            ["deg", "urad"]
+        } else {
+            ["mm", "um"]
+        };
+        let error = one
+            .standard_error
+            .map(|error| error / METRES_PER_MICROMETRE);
+        rows.row([
+            one.name.to_owned(),
+            format!("{value:.4}"),
+            unit.to_owned(),
+            optional(error, 2),
+            small.to_owned(),
+        ]);
+    }
+    format!(
+        "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:\n\n{}\n",
+        rows.text()
+    )
+}
+
 fn errors(fit: &LoadCaseFit) -> String {
     let um = |value: Option<f64>| optional(value.map(|m| m / METRES_PER_MICROMETRE), 4);
     let mut rows = AlignedTable::new(&["pose", "before, um", "fitted, um", "without its pose, um"]);
@@ -205,8 +242,20 @@ fn errors(fit: &LoadCaseFit) -> String {
     }
     let [before, fitted, unseen] = fit.rms_m();
     rows.row(["all".to_owned(), um(before), um(fitted), um(unseen)]);
+    let rigid = fit.frames.as_ref().and_then(|frames| frames.rigid_unseen_m);
+    let rigid = rigid.map_or_else(String::new, |rigid| {
+        format!(
+            "Before: the rigid robot with base frame and tool point of its own; in poses left out it misses by {} um.\n",
+            um(Some(rigid))
+        )
+    });
+    let what = if fit.frames.is_some() {
+        "positions"
+    } else {
+        "displacements"
+    };
     format!(
-        "\nRoot mean square error of the displacements:\n\n{}",
+        "\nRoot mean square error of the {what}:\n\n{}{rigid}",
         rows.text()
     )
 }
@@ -215,11 +264,22 @@ fn errors(fit: &LoadCaseFit) -> String {
 #[must_use]
 pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
     if report.next.is_empty() {
-        return String::new();
+        let unloaded = report
+            .parameters
+            .iter()
+            .filter(|one| one.parameter.status == "not_identified");
+        let unloaded: Vec<&str> = unloaded.map(|one| one.parameter.name.as_str()).collect();
+        if unloaded.is_empty() {
+            return String::new();
+        }
+        return format!(
+            "\nNo force at the tool centre would determine {}: apply a moment, or load a point off the axis and state it as `at_mm` of [tool].\n",
+            unloaded.join(", ")
+        );
     }
     let mut rows = AlignedTable::new(&[
         "pose",
-        "joints, deg",
+        "joints, deg or m",
         "load",
         "standard errors, now and then",
     ]);

@@ -357,6 +357,11 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
             "Springs that a fit finds: {}.",
             check.free_springs.join(", ")
         );
+        let _ = writeln!(
+            text,
+            "Columns of a table of load cases for `fit`: {}",
+            check.load_case_columns.join(",")
+        );
     }
     let rigid = check
         .checked

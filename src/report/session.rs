@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::elastostatics::BestPoses;
 use crate::load_direction::LoadDirection;
 use crate::session::{PROMPTS, Record, SessionCell, SessionEnd, SessionPlan};
 use crate::test_point::{Branch, PoseId};
+
+use super::text::{AlignedTable, significant};
 
 /// What happened in a session.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -31,6 +34,20 @@ pub struct PlanReport {
     pub prompts: Vec<PromptReport>,
     /// The files that a session makes.
     pub files: Vec<&'static str>,
+    /// What the poses determine, where they were chosen for it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub determines: Vec<ExpectedParameter>,
+}
+
+/// How well planned poses determine a parameter.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ExpectedParameter {
+    /// Its name.
+    pub name: String,
+    /// Unit of the standard error; of a factor it is that of its logarithm.
+    pub unit: &'static str,
+    /// Standard error to be expected with the noise of `simulate`: the Cramér-Rao limit.
+    pub se: f64,
 }
 
 /// A pose and direction with its readings.
@@ -85,8 +102,42 @@ impl PlanReport {
                 .map(|(id, answer)| PromptReport { id, answer })
                 .collect(),
             files,
+            determines: Vec::new(),
         }
     }
+
+    /// With what poses determine that were chosen for it.
+    #[must_use]
+    pub fn with_best_poses(mut self, best: Option<&BestPoses>) -> Self {
+        let errors = best.iter().flat_map(|best| &best.errors);
+        let determines = errors.map(|(parameter, se)| ExpectedParameter {
+            name: parameter.to_string(),
+            unit: parameter.unit(),
+            se: *se,
+        });
+        self.determines = determines.collect();
+        self
+    }
+}
+
+/// The standard errors to be expected in poses that were chosen for it, as a table.
+#[must_use]
+pub fn best_poses_text(best: &BestPoses) -> String {
+    let mut rows = AlignedTable::new(&["parameter", "standard error to be expected", "unit"]);
+    for (parameter, error) in &best.errors {
+        rows.row([
+            parameter.to_string(),
+            significant(*error, 2),
+            parameter.unit().to_owned(),
+        ]);
+    }
+    let poses = best.poses.iter().map(|named| named.id.to_string());
+    format!(
+        "\nPoses that determine the parameters best, of {} within the limits: {}\nStandard errors with the noise of simulate (Cramér-Rao limit):\n\n{}",
+        best.tried,
+        poses.collect::<Vec<_>>().join(", "),
+        rows.text()
+    )
 }
 
 impl From<&SessionCell> for PlannedCellReport {

@@ -304,7 +304,7 @@ fn arguments_that_do_not_parse() {
         ("nonsense", "nonsense"),
         ("stiffness", "<DATA>"),
         ("robot", "subcommand"),
-        ("fit a b", "'b'"),
+        ("stiffness a b", "'b'"),
         ("simulate s --directions w", "is not a direction: x, y, z"),
         ("plot robot --load 1,2", "three numbers"),
         ("plot robot --load nan,0,0", "three numbers"),

@@ -88,10 +88,100 @@ fn three_gauges_measure_the_compliance_that_the_robot_has() {
         assert!(log.contains(part), "{part} in {log}");
     }
     // What reads one displacement gauge says so.
-    for command in ["fit s --train P1", "diagnose s", "compare s s"] {
-        let error = desk.refusal(command, 11, "stiffbench::input::vectors");
-        assert_output_contains(&error, &["stiffbench stiffness"]);
+    let error = desk.refusal("compare s s", 11, "stiffbench::input::vectors");
+    assert_output_contains(&error, &["stiffbench stiffness"]);
+}
+
+/// True springs of the emulated serial arm, rad/(N·m).
+const SPRINGS: [(&str, f64); 4] = [("S1", 5e-6), ("S2", 8e-6), ("S3", 6e-6), ("S4", 1e-5)];
+
+#[test]
+fn springs_are_fitted_from_a_guided_session_and_from_the_one_it_plans() {
+    let desk = desk();
+    let effects =
+        SPRINGS.map(|(joint, c)| format!("--effect joint-compliance@{joint}:c={c}rad/(N*m)"));
+    let arm = format!(
+        "--robot serial-arm {} {EMULATED} --answer sign-differs=use",
+        effects.join(" ")
+    );
+    desk.run(&format!("session run s --procedure iso-9283-static-compliance --poses P1 --directions -y,0,0.6,0.8 --loads-n 20,40,60 --repeats 3 {arm}"))
+        .succeeds();
+    assert!(
+        desk.read("s/readings.csv")
+            .contains(",joint_theta1_deg,joint_theta2_deg,")
+    );
+    assert!(
+        desk.read("s/session.toml")
+            .contains("[procedure.joint_values")
+    );
+    let springs = "--fix beam.A,beam.Iy,beam.Iz,beam.J --free joint.S1,joint.S2,joint.S3,joint.S4";
+    let first = desk.data(&format!("fit s {springs} --next next.toml"));
+    let of = |data: &Value, name: &str| {
+        let parameters = data["parameters"].as_array().unwrap();
+        parameters
+            .iter()
+            .find(|one| one["name"] == name)
+            .unwrap()
+            .clone()
+    };
+    // One pose with its arm in the plane of all loads cannot turn the post.
+    assert_eq!(of(&first, "joint.S1")["status"], "not_identified");
+    let error = desk.refusal(
+        &format!("fit s {springs} --next next.txt"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert_output_contains(&error, &[".toml", ".csv"]);
+    assert!(desk.read("next.toml").contains("minutes"));
+    desk.run(&format!("session run t --procedure next.toml {arm}"))
+        .succeeds();
+    let both = desk.data(&format!("fit s t {springs}"));
+    for (joint, expected) in SPRINGS {
+        let one = of(&both, &format!("joint.{joint}"));
+        let off = (one["value"].as_f64().unwrap() - expected) / one["se"].as_f64().unwrap();
+        assert!(off.abs() < 4.0, "{joint}: {off} standard errors");
+        assert_eq!(one["status"], "free", "{joint}");
     }
+    assert_eq!(desk.data("diagnose s")["verdict"], "insufficient-data");
+    // Poses that are not those of the robot are named.
+    let next = desk.read("next.toml");
+    desk.write("other.toml", &next.replacen("theta1_deg", "theta9_deg", 1));
+    let error = desk
+        .run("session plan --robot serial-arm --procedure other.toml --json")
+        .json();
+    assert_output_contains(
+        &error["error"],
+        &["joint_values.", "no variable theta9", "theta1"],
+    );
+    desk.write("unit.toml", &next.replacen("theta1_deg", "theta1_mm", 1));
+    let error = desk
+        .run("session plan --robot serial-arm --procedure unit.toml --json")
+        .json();
+    assert_output_contains(&error["error"], &["theta1 is an angle", "_deg"]);
+}
+
+#[test]
+fn the_poses_that_determine_springs_best_are_planned_and_measured() {
+    let desk = desk();
+    let plan =
+        "session plan --robot serial-arm --directions x,y,z --loads-n=0,-20,-40 --best-poses";
+    let data = desk.data(&format!("{plan} 3 --save-procedure three.toml"));
+    assert_eq!(data["determines"].as_array().unwrap().len(), 4);
+    let further = desk.data(&format!("{plan} 6"));
+    for (three, six) in data["determines"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(further["determines"].as_array().unwrap())
+    {
+        // Twice the poses: about a half of the variance.
+        let ratio = six["se"].as_f64().unwrap() / three["se"].as_f64().unwrap();
+        assert!((0.4..1.0).contains(&ratio), "{ratio}");
+    }
+    let simulated = desk.data("simulate a --robot serial-arm --procedure three.toml");
+    assert_eq!(simulated["readings"], 3 * 3 * 5 * 3);
+    desk.run("stiffness a").succeeds();
+    desk.refusal(&format!("{plan} 0"), 2, "stiffbench::usage::argument");
 }
 
 #[test]

@@ -171,3 +171,44 @@ fn rejected_rows_are_left_out_and_listed_and_repeated_ones_noted() {
         "{notes:?}"
     );
 }
+
+const POSITIONS: &str =
+    "joint_J1_deg,position_x_mm,position_y_m,position_z_mm\n10,1234.5,2,\n20,1,,3\n";
+
+#[test]
+fn positions_need_no_load_and_come_back_from_what_was_written() {
+    let mut table = read(POSITIONS).unwrap();
+    assert!(table.has_positions());
+    assert_eq!(table.cases[0].position_m, [Some(1.2345), Some(2.0), None]);
+    assert_eq!(table.cases[0].force_n, [0.0; 3]);
+    assert_eq!(table.component_count(), 4);
+    let notes: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
+    assert!(!notes.iter().any(|note| note.contains("axes")), "{notes:?}");
+    table.cases[1].force_n = [0.0, -120.0, 0.0];
+    let text = write_load_cases(&table);
+    assert!(
+        text.starts_with("pose,joint_J1_deg,repeat,axes,force_x_N"),
+        "{text}"
+    );
+    assert!(!text.contains("displacement"), "{text}");
+    let again = read(&text).unwrap();
+    for (found, expected) in again.cases.iter().zip(&table.cases) {
+        assert_eq!(found.position_m, expected.position_m);
+        assert_eq!(found.force_n, expected.force_n);
+    }
+}
+
+#[test]
+fn positions_beside_displacements_and_rows_without_any_are_refused() {
+    let mixed = error("pose,force_x_N,position_x_mm,displacement_x_um\na,1,2,3\n");
+    for words in ["line 1", "position_x_mm", "displacement_x_um", "two tables"] {
+        assert!(mixed.contains(words), "{mixed}");
+    }
+    let empty = error("joint_J1_deg,position_x_mm\n10,5\n20,\n");
+    assert!(
+        empty.contains("line 3") && empty.contains("position"),
+        "{empty}"
+    );
+    let unit = error("joint_J1_deg,position_x_N\n10,5\n");
+    assert!(unit.contains("position_x_N"), "{unit}");
+}

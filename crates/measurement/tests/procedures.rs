@@ -7,7 +7,9 @@ use proptest::prelude::*;
 use stiffbench_measurement::procedure::{
     Procedure, ProcedureError, ProcedureProblem, Settle, shuffled,
 };
-use stiffbench_measurement::readings::{LoadOrder, RepeatOrder, SessionHeader, ZeroScope};
+use stiffbench_measurement::readings::{
+    JointColumn, JointUnit, LoadOrder, PoseJoints, RepeatOrder, SessionHeader, ZeroScope,
+};
 use stiffbench_test_files::{shipped_procedure, shipped_procedures};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::source_text::SourceText;
@@ -334,11 +336,33 @@ fn some_directions() -> Vec<LoadDirection> {
     directions
 }
 
+/// Joint values of up to two poses: a turning joint, and a sliding one.
+fn any_joint_values() -> impl Strategy<Value = Vec<PoseJoints>> {
+    let values = (decimal(-360_000..=360_000, 3), decimal(-99_999..=99_999, 5));
+    proptest::collection::vec(values, 0..3).prop_map(|poses| {
+        let joint = |variable: &str, unit| JointColumn {
+            variable: variable.to_owned(),
+            unit,
+        };
+        let poses = poses.into_iter().enumerate();
+        poses
+            .map(|(i, (angle_deg, length_m))| PoseJoints {
+                pose: PoseId::new(&format!("pose \"{i}\"")),
+                values: vec![
+                    (joint("J1", JointUnit::Angle), angle_deg.to_radians()),
+                    (joint("s", JointUnit::Length), length_m),
+                ],
+            })
+            .collect()
+    })
+}
+
 prop_compose! {
     /// Procedures that can be followed.
     fn any_procedure()(
         name in "[^\\x00]{0,12}",
         text in proptest::option::of("(?s).{0,30}"),
+        joint_values in any_joint_values(),
         n_poses in proptest::option::of(1_usize..5),
         directions in proptest::sample::subsequence(some_directions(), 1..=6).prop_shuffle(),
         displacement_axes in proptest::sample::subsequence(Direction::ALL.to_vec(), 0..=3),
@@ -362,6 +386,7 @@ prop_compose! {
         Procedure {
             name,
             text,
+            joint_values,
             poses: n_poses.map(|n| (0..n).map(|i| PoseId::new(&format!("pose \"{i}\""))).collect()),
             directions,
             displacement_axes,

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use stiffbench_gauges::Channel;
+use stiffbench_measurement::readings::{JointColumn, JointUnit};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
@@ -121,7 +122,7 @@ pub struct SignChecked {
 }
 
 /// A pose and direction that stand.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PoseSet {
     /// Place of the cell in the plan, from 0.
     pub cell: usize,
@@ -129,6 +130,22 @@ pub struct PoseSet {
     pub pose: String,
     /// The direction of the load.
     pub direction: LoadDirection,
+    /// The joints of the robot in this pose, where the procedure states them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<JointSet>,
+}
+
+/// The value of a variable of the robot: an angle or, of a sliding joint, a length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct JointSet {
+    /// Name of the variable.
+    pub variable: String,
+    /// The angle, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deg: Option<f64>,
+    /// The length, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mm: Option<f64>,
 }
 
 /// A gauge zero.
@@ -254,6 +271,37 @@ pub struct AxisReading {
     pub zero_m: f64,
     /// When the sample arrived, s.
     pub at_s: f64,
+}
+
+impl JointSet {
+    /// The value of a variable, rad or m, as it is kept.
+    #[must_use]
+    pub fn new(joint: &JointColumn, value_si: f64) -> Self {
+        // The digits that tables have, so that journal and table agree.
+        let written = joint.unit.written(value_si).parse().ok();
+        let (deg, mm) = match joint.unit {
+            JointUnit::Angle => (written, None),
+            JointUnit::Length => (None, written),
+        };
+        Self {
+            variable: joint.variable.clone(),
+            deg,
+            mm,
+        }
+    }
+
+    /// The column of the variable, and its value, rad or m; `None` for a record without a value.
+    #[must_use]
+    pub fn column(&self) -> Option<(JointColumn, f64)> {
+        let column = |unit| JointColumn {
+            variable: self.variable.clone(),
+            unit,
+        };
+        let angle = self
+            .deg
+            .map(|deg| (column(JointUnit::Angle), deg.to_radians()));
+        angle.or_else(|| self.mm.map(|mm| (column(JointUnit::Length), mm / 1e3)))
+    }
 }
 
 impl TakenReading {

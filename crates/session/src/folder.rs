@@ -360,7 +360,8 @@ impl TableFile {
 /// As [`ReadingsWriter::write`].
 pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsError> {
     if state.is_of_vectors() {
-        let mut writer = VectorReadingsWriter::new(output, session(state), origin(state))?;
+        let joints = state.joint_columns();
+        let mut writer = VectorReadingsWriter::new(output, session(state), origin(state), &joints)?;
         for reading in state.vector_rows() {
             writer.write(&reading)?;
         }
@@ -377,7 +378,9 @@ pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsErr
 fn last_row(state: &SessionState) -> Result<Vec<u8>, ReadingsError> {
     let mut row = Vec::new();
     if state.is_of_vectors() {
-        let mut writer = VectorReadingsWriter::continuing(&mut row, session(state), origin(state));
+        let joints = state.joint_columns();
+        let mut writer =
+            VectorReadingsWriter::continuing(&mut row, session(state), origin(state), &joints);
         if let Some(reading) = state.vector_rows().last() {
             writer.write(reading)?;
         }

@@ -20,9 +20,9 @@ mod view;
 pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
 pub use awake::KeptAwake;
 pub use event::{
-    AxisReading, AxisZero, ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, LinkChange,
-    Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Skipped, Started, Superseded,
-    Surroundings, TakenReading, Warning, ZeroOccasion, Zeroed,
+    AxisReading, AxisZero, ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, JointSet,
+    LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Skipped, Started,
+    Superseded, Surroundings, TakenReading, Warning, ZeroOccasion, Zeroed,
 };
 pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,

@@ -2,7 +2,7 @@
 
 use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::{Pace, PlannedReading, Procedure};
-use stiffbench_measurement::readings::ZeroScope;
+use stiffbench_measurement::readings::{JointColumn, JointUnit, ZeroScope};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::PoseId;
 
@@ -59,6 +59,30 @@ impl SessionPlan {
         }
         channels.extend(axes.iter().map(|axis| Channel::along(*axis)));
         channels
+    }
+
+    /// The joints of a pose with their values, rad or m; none where the procedure does not state them.
+    pub fn joints_of(&self, pose: &PoseId) -> impl Iterator<Item = &(JointColumn, f64)> {
+        let poses = self.procedure.joint_values.iter();
+        let of_pose = poses.filter(move |known| known.pose == *pose);
+        of_pose.flat_map(|known| &known.values)
+    }
+
+    /// A pose with its joint values in words, for example ` (J1 30°, q2 120 mm)`; empty where they are not stated.
+    #[must_use]
+    pub fn joints_text(&self, pose: &PoseId) -> String {
+        let joints = self.joints_of(pose).map(|(joint, value)| {
+            let written = joint.unit.written(*value);
+            match joint.unit {
+                JointUnit::Angle => format!("{} {written}°", joint.variable),
+                JointUnit::Length => format!("{} {written} mm", joint.variable),
+            }
+        });
+        let joints: Vec<String> = joints.collect();
+        if joints.is_empty() {
+            return String::new();
+        }
+        format!(" ({})", joints.join(", "))
     }
 
     /// The displacement gauge of a cell that moves most with the load: that of the axis nearest to it.

@@ -6,12 +6,13 @@ use jiff::Timestamp;
 
 use stiffbench_gauges::Channel;
 use stiffbench_measurement::readings::{
-    Reading, ReadingStatus, ReadingText, RunKey, RunNumbers, VectorReading,
+    JointColumn, Reading, ReadingStatus, ReadingText, RunKey, RunNumbers, VectorReading,
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::event::{
-    Ended, Event, Flagged, InstrumentSeen, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
+    Ended, Event, Flagged, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion,
+    Zeroed,
 };
 use super::journal::Record;
 
@@ -67,6 +68,8 @@ pub struct SessionState {
     pub signs: [Option<f64>; Channel::COUNT],
     /// The gauges as they were last seen.
     pub instruments: [Option<InstrumentSeen>; Channel::COUNT],
+    /// The joints of each pose that was set, where they are known.
+    pub poses: BTreeMap<String, Vec<JointSet>>,
     /// The gauge zero in use.
     pub zero: Option<CurrentZero>,
     /// How many zeros each scope of each cell has had.
@@ -137,8 +140,10 @@ impl SessionState {
             Event::Note(noted) => self.notes.push((record.t_s, noted.clone())),
             Event::Environment(now) => self.temperature_deg_c = Some(now.temperature_deg_c),
             Event::Ended(ended) => self.ended = Some(ended.clone()),
-            Event::PoseSet(_)
-            | Event::Gap(_)
+            Event::PoseSet(set) => {
+                self.poses.insert(set.pose.clone(), set.joints.clone());
+            }
+            Event::Gap(_)
             | Event::ClockJump(_)
             | Event::Paused(_)
             | Event::CalibrationWarning(_) => {}
@@ -306,11 +311,35 @@ impl SessionState {
     /// All readings of a session with gauges along base axes as they go into `readings.csv`.
     #[must_use]
     pub fn vector_rows(&self) -> Vec<VectorReading> {
-        self.readings.iter().map(vector_row).collect()
+        let columns = self.joint_columns();
+        let rows = self.readings.iter();
+        rows.map(|kept| vector_row(kept, self.joints_of(&kept.taken.pose, &columns)))
+            .collect()
+    }
+
+    /// The variables of the robot whose values are known in the poses that were set.
+    #[must_use]
+    pub fn joint_columns(&self) -> Vec<JointColumn> {
+        let mut columns: Vec<JointColumn> = Vec::new();
+        for (column, _) in self.poses.values().flatten().filter_map(JointSet::column) {
+            if !columns.contains(&column) {
+                columns.push(column);
+            }
+        }
+        columns
+    }
+
+    fn joints_of(&self, pose: &str, columns: &[JointColumn]) -> Vec<Option<f64>> {
+        let set = self.poses.get(pose).map_or(&[][..], Vec::as_slice);
+        let value = |column: &JointColumn| {
+            let mut known = set.iter().filter_map(JointSet::column);
+            known.find(|(of, _)| of == column).map(|(_, value)| value)
+        };
+        columns.iter().map(value).collect()
     }
 }
 
-fn vector_row(kept: &KeptReading) -> VectorReading {
+fn vector_row(kept: &KeptReading, joints: Vec<Option<f64>>) -> VectorReading {
     let taken = &kept.taken;
     let zero_n = taken.zero_si.map(|zeros| zeros[0]);
     let of = |axis: Direction| {
@@ -333,6 +362,7 @@ fn vector_row(kept: &KeptReading) -> VectorReading {
             None => ReadingStatus::Accepted,
         },
         target_n: taken.target_n,
+        joints,
         // Without a minus in front of zero.
         force_n: taken
             .direction

@@ -91,6 +91,7 @@ pub fn simulate_load_cases(
                 moment_nm: [0.0; 3],
                 displacement_m,
                 rotation_rad: [None; 3],
+                position_m: [None; 3],
             });
         }
     }

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::analysis::files::is_there;
 use crate::source_text::SourceText;
 
-use super::super::files::is_there;
 use super::urdf::Urdf;
 
 /// One note on all meshes that are not there, with the first by name.

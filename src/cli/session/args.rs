@@ -66,6 +66,28 @@ pub(super) struct PlanArgs {
     /// Where displacements are read.
     #[command(flatten)]
     pub(super) axes: AxesArgs,
+    /// Which poses determine the parameters best.
+    #[command(flatten)]
+    pub(super) best: BestPosesArgs,
+}
+
+/// Poses of the program's own choice.
+#[derive(Debug, Args)]
+pub(super) struct BestPosesArgs {
+    /// Choose this many poses within the limits of the robot: those that determine the free parameters best
+    #[arg(long, value_name = "N", conflicts_with = "poses")]
+    pub(super) best_poses: Option<usize>,
+    /// Parameters to free, which the poses are to determine: joint.NAME, base.rx, beam.Iy [default: the springs that the robot file frees, else those of all joints]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "PARAMETER",
+        requires = "best_poses"
+    )]
+    pub(super) free: Vec<String>,
+    /// Write the procedure that is planned, for --procedure
+    #[arg(long, value_name = "FILE")]
+    pub(super) save_procedure: Option<PathBuf>,
 }
 
 /// Where displacements are read.

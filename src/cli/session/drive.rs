@@ -5,7 +5,7 @@ use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{AnalysisError, ArgumentError, sha256};
+use crate::analysis::{AnalysisError, ArgumentError, add_poses, sha256, state_joint_values};
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::{Outcome as Printed, print_error};
@@ -58,10 +58,11 @@ pub(super) fn run(
     global: &Global,
     other: Option<Box<dyn Operator>>,
 ) -> Result<Printed, Failure> {
-    let robot = args.model.resolve()?;
+    let mut robot = args.model.resolve()?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     let mut procedure = args.axes.applied(procedure)?;
     warnings.extend(robot.warnings.iter().cloned());
+    warnings.extend(add_poses(&mut robot.robot, &procedure)?);
     // The poses are frozen with the procedure.
     let named = robot.robot.poses.iter();
     let poses = procedure
@@ -69,6 +70,9 @@ pub(super) fn run(
         .get_or_insert_with(|| named.map(|named| named.id.clone()).collect());
     for pose in poses.iter() {
         robot.robot.pose(pose)?;
+    }
+    if !procedure.displacement_axes.is_empty() {
+        state_joint_values(&robot.robot, &mut procedure)?;
     }
     let plan = SessionPlan::new(&procedure, &[]);
     let (mut instruments, notes) = instrument_records(args.instruments.as_deref())?;

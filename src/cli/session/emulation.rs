@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::analysis::{ArgumentError, ResolvedModel};
+use crate::analysis::{ArgumentError, ResolvedModel, add_poses};
 use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::cli::model::effects_text;
@@ -150,7 +150,9 @@ pub(super) fn emulate_again(
             _ => args.displacement_instrument.push(model),
         }
     }
-    emulate(args, &model.resolve()?, &plan.procedure, clock)
+    let mut model = model.resolve()?;
+    add_poses(&mut model.robot, &plan.procedure)?;
+    emulate(args, &model, &plan.procedure, clock)
 }
 
 /// The mark of readings that nobody measures; `None` at a real bench.

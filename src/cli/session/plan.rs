@@ -2,12 +2,15 @@
 
 use std::fmt::Write;
 
-use crate::analysis::Inputs;
+use crate::analysis::{Inputs, ResolvedModel, add_poses, choose_poses};
 use crate::cli::failure::Failure;
+use crate::cli::figure_files::write;
 use crate::cli::outcome::Outcome;
+use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::procedure::resolve_procedure;
-use crate::procedure::{Pace, PlannedReading};
-use crate::report::PlanReport;
+use crate::elastostatics::{BestPoses, spring_choice};
+use crate::procedure::{Pace, PlannedReading, Procedure};
+use crate::report::{PlanReport, best_poses_text};
 use crate::session::{PROMPTS, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
@@ -24,9 +27,11 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
-    let resolved = args.model.resolve()?;
+    let mut resolved = args.model.resolve()?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
-    let procedure = args.axes.applied(procedure)?;
+    warnings.extend(add_poses(&mut resolved.robot, &procedure)?);
+    let mut procedure = args.axes.applied(procedure)?;
+    let best = best_poses(args, &resolved, &mut procedure)?;
     let poses: Vec<PoseId> = resolved
         .robot
         .poses
@@ -53,6 +58,9 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             axes.join(", ")
         );
     }
+    if let Some(best) = &best {
+        text.push_str(&best_poses_text(best));
+    }
     for (place, cell) in plan.cells.iter().enumerate() {
         describe(&mut text, place, cell, &plan);
     }
@@ -68,23 +76,46 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "  {name:<18} {what}");
     }
     let files = FILES.iter().map(|(name, _)| *name).collect();
-    let report = PlanReport::new(&plan, seconds, files);
+    let report = PlanReport::new(&plan, seconds, files).with_best_poses(best.as_ref());
     warnings.extend(resolved.warnings.iter().cloned());
+    if let Some(file) = &args.best.save_procedure {
+        write(file, procedure.to_toml().as_bytes())?;
+        warnings.push(format!("wrote {}", file.display()));
+    }
     Ok(Outcome::new("session-plan", text, report)
         .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(warnings))
+}
+
+/// The poses that determine the parameters best, if they are to be chosen; the procedure then measures them.
+fn best_poses(
+    args: &PlanArgs,
+    resolved: &ResolvedModel,
+    procedure: &mut Procedure,
+) -> Result<Option<BestPoses>, Failure> {
+    let Some(count) = args.best.best_poses else {
+        return Ok(None);
+    };
+    let parameters = ParameterArgs {
+        free: args.best.free.clone(),
+        ..ParameterArgs::default()
+    };
+    let usual = spring_choice(&resolved.robot, resolved.mechanism()?);
+    let choice = parameters.choice_beside(resolved, usual)?;
+    Ok(Some(choose_poses(resolved, procedure, &choice, count)?))
 }
 
 /// The steps of a cell: a line for each gauge zero and each run or load.
 fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionPlan) {
     let _ = writeln!(
         text,
-        "\nCell {} of {}: setup.{}.{} asks for pose {} and direction {} ({})",
+        "\nCell {} of {}: setup.{}.{} asks for pose {}{} and direction {} ({})",
         place + 1,
         plan.cells.len(),
         cell.pose,
         cell.direction,
         cell.pose,
+        plan.joints_text(&cell.pose),
         cell.direction,
         cell.direction.word()
     );

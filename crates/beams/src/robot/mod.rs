@@ -32,6 +32,7 @@ mod springs;
 mod structure_parts;
 mod sweep;
 mod tool_pose;
+mod tracker_frames;
 mod weight;
 
 use std::sync::Arc;
@@ -65,6 +66,7 @@ pub use springs::{
 };
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 pub use tool_pose::ToolPose;
+pub use tracker_frames::TrackerFrames;
 pub use weight::{GRAVITY_M_PER_S2, Masses};
 
 /// A robot, checked and ready to be posed.

@@ -6,10 +6,12 @@ use crate::parameters::{FitRole, ParameterChoice};
 
 use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
+use super::frames::PositionFrames;
 use super::posed::PosedLoadCases;
 use super::prediction::predict_rows;
 
-/// Links whose own compliance gives less than this share of what was measured are rigid: the share is far below any gauge.
+/// Links whose own compliance gives less than this share of what was measured, or of what the rigid robot leaves of positions, are rigid: the
+/// share is far below any gauge.
 const RIGID_SHARE: f64 = 1e-6;
 
 /// On rigid links the springs that the robot file frees, or those of all joints if it frees none (the virtual joint method); else the factors
@@ -23,23 +25,29 @@ pub fn usual_choice(
     start: &FittingFactors,
     posed: &PosedLoadCases,
 ) -> Result<ParameterChoice, LoadCaseFitError> {
-    let mut choice = ParameterChoice::default();
     let mut structure = start.clone();
     let own = robot.own_springs().map(|(spring, _)| spring);
     for spring in own.chain(start.springs()) {
         structure.set(&spring, 0.0);
     }
     let mut solver = ComplianceSolver::new(robot, mechanism, &[], &structure)?;
-    let predicted = predict_rows(&mut solver, posed, &structure, false)?;
-    let rows = posed.rows().zip(&predicted.values);
-    let [mut own, mut measured] = [0.0; 2];
-    for ((_, read), predicted) in rows {
-        own += predicted * predicted;
-        measured += read.value * read.value;
-    }
+    let predicted = predict_rows(&mut solver, posed, &structure)?;
+    let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+    let own = squares(&predicted);
+    let measured = match PositionFrames::of(robot, mechanism, posed)? {
+        Some(frames) => squares(&frames.left_by_rigid_robot(posed)),
+        None => posed.rows().map(|(_, read)| read.value * read.value).sum(),
+    };
     if own > RIGID_SHARE * RIGID_SHARE * measured {
-        return Ok(choice);
+        return Ok(ParameterChoice::default());
     }
+    Ok(spring_choice(robot, mechanism))
+}
+
+/// The springs that the robot file frees, or those of all joints if it frees none; factors of beams are fixed.
+#[must_use]
+pub fn spring_choice(robot: &Robot, mechanism: &Mechanism) -> ParameterChoice {
+    let mut choice = ParameterChoice::default();
     for beam in ModelParameter::BEAMS {
         choice.set(&beam, FitRole::Fixed);
     }
@@ -62,5 +70,5 @@ pub fn usual_choice(
             choice.set(&own, FitRole::Free);
         }
     }
-    Ok(choice)
+    choice
 }

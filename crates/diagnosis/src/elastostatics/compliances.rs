@@ -15,6 +15,24 @@ pub(super) struct PoseCompliance {
     pub(super) compliance: EndCompliance,
     /// Its derivative to each parameter: to ln a of a factor, to the compliance of a spring.
     pub(super) derivatives: Vec<EndCompliance>,
+    /// Motion of the end under own weight; zero where it was not asked for.
+    weight: [f64; 6],
+    /// Its derivatives to each parameter.
+    weight_derivatives: Vec<[f64; 6]>,
+}
+
+impl PoseCompliance {
+    /// Motion of the end under a load, and under own weight if that was asked for.
+    pub(super) fn motion(&self, load: &[f64; 6]) -> [f64; 6] {
+        moved(&self.compliance, load, &self.weight)
+    }
+
+    /// Derivative of that motion to a parameter.
+    pub(super) fn derivative(&self, parameter: usize, load: &[f64; 6]) -> [f64; 6] {
+        let none = [0.0; 6];
+        let weight = self.weight_derivatives.get(parameter).unwrap_or(&none);
+        moved(&self.derivatives[parameter], load, weight)
+    }
 }
 
 /// Model and solver of a mechanism for any poses and values.
@@ -48,6 +66,9 @@ impl<'a> ComplianceSolver<'a> {
 
     /// Solves a pose with the given values.
     ///
+    /// # Arguments
+    /// - `weighs`: whether own weight is to be solved for too.
+    ///
     /// # Errors
     /// [`RobotError`] for a pose that cannot be reached, or in which the structure carries nothing.
     pub(super) fn solve(
@@ -55,6 +76,7 @@ impl<'a> ComplianceSolver<'a> {
         pose: &Pose,
         factors: &FittingFactors,
         derivatives: bool,
+        weighs: bool,
     ) -> Result<PoseCompliance, RobotError> {
         // Values first: a structure is factorised where it is placed.
         self.predictor.prepare(factors);
@@ -66,11 +88,31 @@ impl<'a> ComplianceSolver<'a> {
         } else {
             Vec::new()
         };
+        let (weight, weight_derivatives) = if weighs {
+            let asked = if derivatives.is_empty() {
+                &[]
+            } else {
+                &self.parameters[..]
+            };
+            self.predictor.weight_displacement(asked)
+        } else {
+            ([0.0; 6], Vec::new())
+        };
         Ok(PoseCompliance {
             compliance,
             derivatives,
+            weight,
+            weight_derivatives,
         })
     }
+}
+
+/// Motion by a matrix under a load, and a further one.
+fn moved(matrix: &EndCompliance, load: &[f64; 6], further: &[f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|row| {
+        let by_load: f64 = matrix[row].iter().zip(load).map(|(c, f)| c * f).sum();
+        by_load + further[row]
+    })
 }
 
 /// Component of the end's motion along a unit vector of six under a load.

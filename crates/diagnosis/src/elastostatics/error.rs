@@ -27,6 +27,22 @@ pub enum LoadCaseFitError {
         #[help]
         advice: String,
     },
+    /// A column with the name of a variable, but not that of a joint column.
+    #[error("{file}: column `{column}` has the name of a joint of {robot}, and is not read")]
+    #[diagnostic(
+        code(stiffbench::load_cases::bare_variable),
+        help("write `{expected}`")
+    )]
+    BareVariable {
+        /// The file.
+        file: String,
+        /// Name of the robot.
+        robot: String,
+        /// The column, as named in the file.
+        column: String,
+        /// The column that is meant.
+        expected: String,
+    },
     /// A joint column with a unit that its variable does not have.
     #[error(
         "{file}: column `joint_{variable}` has the unit of {found}, and the variable is {expected}"
@@ -113,6 +129,34 @@ pub enum LoadCaseFitError {
         components: usize,
         /// Free parameters.
         free: usize,
+    },
+    /// Too few whole positions to find the base frame from.
+    #[error(
+        "{whole} poses have a position with x, y and z, and {needed} are needed to find where the tracker stands"
+    )]
+    #[diagnostic(
+        code(stiffbench::load_cases::too_few_positions),
+        help(
+            "measure all three components in more poses; poses in which one is missing count once the frames are found"
+        )
+    )]
+    TooFewPositions {
+        /// Poses with a whole position.
+        whole: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// Positions where displacements are needed.
+    #[error("{needs} needs displacements under known loads, and the table has absolute positions")]
+    #[diagnostic(
+        code(stiffbench::load_cases::needs_displacements),
+        help(
+            "`stiffbench fit` finds springs and frames from positions; measure displacements, displacement_x_um …, for {needs}"
+        )
+    )]
+    Positions {
+        /// What was asked for.
+        needs: &'static str,
     },
     /// Scatter from repeats was asked for, and there are none.
     #[error("no load was applied twice in a pose: nothing shows the scatter of repeats")]

@@ -1,9 +1,9 @@
 //! The fit of parameters to load cases.
 
-use stiffbench_beams::robot::FittingFactors;
+use stiffbench_beams::robot::{FittingFactors, ModelParameter};
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, LeastSquaresError, LeastSquaresFit, ParameterCovariance, ParameterSet,
-    SigmaMode, Termination, covariance, minima, spread,
+    ParameterStatus, SigmaMode, Termination, covariance, minima, spread,
 };
 use stiffbench_numeric::statistics::f_upper_tail;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -13,10 +13,12 @@ use crate::parameters::ParameterChoice;
 use crate::search::constants::ALTERNATIONS;
 
 use super::error::LoadCaseFitError;
+use super::frames::PositionFrames;
 use super::held_out::leave_poses_out;
 use super::intervals::add_intervals;
 use super::outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
-use super::problem::{LoadCaseModel, LoadCaseProblem};
+use super::positions::{RigidRobot, fitted_frames, why_open};
+use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
 use super::scatter::{ScatterSums, sizes};
 
 /// Starts beside the given one where factors are free: sections that carry the same load have two minima.
@@ -46,6 +48,8 @@ struct WeighedRows {
 
 /// Fits parameters to load cases by least squares over all components.
 ///
+/// Absolute positions are taken under own weight and the load of each case; base frame and tool point are fitted beside the parameters.
+///
 /// Displacements and rotations are weighed by their scatter: from the differences between repeats of a load where there are any, else from
 /// what the fit leaves over the poses, parameters counted off. Springs are fitted by their compliance, from zero up.
 ///
@@ -55,18 +59,26 @@ pub fn fit_load_cases(
     model: &LoadCaseModel<'_>,
     options: &LoadCaseFitOptions,
 ) -> Result<LoadCaseFit, LoadCaseFitError> {
-    let (parameters, unloaded) = model.parameters(&options.choice)?;
-    let set = parameters.set()?;
+    let frames = PositionFrames::of(model.robot, model.mechanism, model.posed)?;
+    let frames = frames.as_ref();
+    let (parameters, unloaded) = model.parameters(&options.choice, frames)?;
+    let set = coordinates(&parameters, frames)?;
     let takes_part = training(model, options.train.as_deref());
     let components = takes_part.iter().filter(|takes_part| **takes_part).count();
     let free = set.free_indices().len();
     if components < free {
         return Err(LoadCaseFitError::TooFew { components, free });
     }
-    let (fit, mut problem, rows) = weighed_fit(model, &parameters, &set, takes_part, options)?;
+    let (fit, mut problem, rows) =
+        weighed_fit(model, (&parameters, frames), &set, takes_part, options)?;
     let covariance = covariance_of(&set, &fit, &rows, components)?;
     let factors = parameters.values(&fit.values);
     let predicted = problem.predictions(&fit.values)?;
+    let leave_out = options.train.is_none();
+    let rigid = match frames {
+        None => None,
+        Some(_) => Some(RigidRobot::fit(model, &mut problem, leave_out)?),
+    };
     let mut outcome = LoadCaseFit {
         mechanism: model.mechanism.name.clone(),
         estimates: plain(&parameters, model.start, &factors),
@@ -74,6 +86,10 @@ pub fn fit_load_cases(
         correlation: covariance
             .as_ref()
             .map(|covariance| correlations(&parameters, &set, covariance)),
+        frames: frames.zip(rigid.as_ref()).map(|(frames, rigid)| {
+            let own = parameters.parameters().len();
+            fitted_frames(model, frames, &fit.values, own, covariance.as_ref(), rigid)
+        }),
         agreement: covariance
             .as_ref()
             .map(|covariance| agreement(&fit, &rows, covariance, components)),
@@ -87,23 +103,26 @@ pub fn fit_load_cases(
         warnings: Vec::new(),
     };
     if let Some(covariance) = &covariance {
-        let again = || LoadCaseProblem::new(*model, &parameters, problem.weights().to_vec()).ok();
+        let weights = || problem.weights().to_vec();
+        let again = || LoadCaseProblem::new(*model, &parameters, weights(), frames).ok();
         add_intervals(&again, &set, &fit, covariance, &mut outcome)?;
     } else {
         outcome.warnings.push(format!(
             "{components} components and {free} free parameters leave no degrees of freedom: the values have no intervals"
         ));
     }
-    if options.train.is_none() {
-        leave_poses_out(model, &mut problem, &set, &fit, &mut outcome)?;
-    }
-    for estimate in &mut outcome.estimates {
-        if unloaded.contains(&estimate.parameter) {
-            let words = "no load of these poses acts on it".to_owned();
-            estimate.status = FactorStatus::NotIdentified { words };
+    if leave_out {
+        let unseen = leave_poses_out(model, &mut problem, &set, &fit)?;
+        for (component, unseen) in outcome.components.iter_mut().zip(unseen) {
+            component.without_its_pose = unseen;
         }
     }
-    outcome.poses = pose_errors(model, &mut problem, &outcome)?;
+    name_what_is_open(model, &unloaded, covariance.as_ref(), &mut outcome)?;
+    let before = match rigid {
+        Some(rigid) => rigid.predicted,
+        None => problem.predictions(&parameters.coordinates_of_start())?,
+    };
+    outcome.poses = pose_errors(model, &before, &outcome);
     if !fit.termination.is_converged() {
         let words = &outcome.termination;
         outcome
@@ -111,6 +130,35 @@ pub fn fit_load_cases(
             .push(format!("the search did not arrive: {words}"));
     }
     Ok(outcome)
+}
+
+/// Says of springs on which no load acts, and of those that positions do not determine, why that is.
+fn name_what_is_open(
+    model: &LoadCaseModel<'_>,
+    unloaded: &[ModelParameter],
+    covariance: Option<&ParameterCovariance>,
+    outcome: &mut LoadCaseFit,
+) -> Result<(), LoadCaseFitError> {
+    let positions = outcome.frames.is_some();
+    for (place, estimate) in outcome.estimates.iter_mut().enumerate() {
+        let status = covariance.map(|found| found.estimates[place].status);
+        let words = if unloaded.contains(&estimate.parameter) {
+            if positions {
+                why_open(model, &estimate.parameter, false)?
+            } else {
+                "no load of these poses acts on it".to_owned()
+            }
+        } else if let Some(ParameterStatus::NotIdentified { .. }) = status
+            && positions
+            && !estimate.parameter.is_factor()
+        {
+            why_open(model, &estimate.parameter, true)?
+        } else {
+            continue;
+        };
+        estimate.status = FactorStatus::NotIdentified { words };
+    }
+    Ok(())
 }
 
 /// Whether each row belongs to the poses of the fit.
@@ -126,7 +174,7 @@ fn training(model: &LoadCaseModel<'_>, train: Option<&[PoseId]>) -> Vec<bool> {
 /// Parameters and scatter, each from the other.
 fn weighed_fit<'a>(
     model: &LoadCaseModel<'a>,
-    parameters: &FitParameters,
+    (parameters, frames): (&FitParameters, Option<&PositionFrames>),
     set: &ParameterSet,
     takes_part: Vec<bool>,
     options: &LoadCaseFitOptions,
@@ -143,7 +191,7 @@ fn weighed_fit<'a>(
         weights
     };
     let start = mask(ScatterSums::default().weights(posed, sizes));
-    let mut problem = LoadCaseProblem::new(*model, parameters, start)?;
+    let mut problem = LoadCaseProblem::new(*model, parameters, start, frames)?;
     let mut set = set.clone();
     let mut scatter = ScatterSums::default();
     let mut source = ScatterSource::Residuals;
@@ -248,13 +296,15 @@ fn correlations(
     };
     let uncertainty = |&place: &usize| {
         let variance = covariance.of(place, place).unwrap_or_default();
-        parameters.slope(place) * variance.sqrt()
+        let own = place < parameters.parameters().len();
+        let slope = if own { parameters.slope(place) } else { 1.0 };
+        slope * variance.sqrt()
     };
     let dof = covariance.interval_dof;
     FactorCorrelations {
         names: known
             .iter()
-            .map(|&place| parameters.parameters()[place].to_string())
+            .map(|&place| set.parameters()[place].name.clone())
             .collect(),
         matrix: known
             .iter()
@@ -309,6 +359,7 @@ fn fitted_components(
         repeat: case.repeat,
         component: read.name(),
         is_rotation: read.is_rotation(),
+        is_position: read.is_position(),
         axis: read.axis(),
         measured: read.value,
         predicted: *predicted,
@@ -318,15 +369,8 @@ fn fitted_components(
     .collect()
 }
 
-/// Root mean squares of displacements, pose by pose.
-fn pose_errors(
-    model: &LoadCaseModel<'_>,
-    problem: &mut LoadCaseProblem<'_>,
-    outcome: &LoadCaseFit,
-) -> Result<Vec<PoseError>, LoadCaseFitError> {
-    let parameters = problem.parameters().clone();
-    let start = parameters.coordinates_of_start();
-    let before = problem.predictions(&start)?;
+/// Root mean squares of displacements or positions, pose by pose.
+fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit) -> Vec<PoseError> {
     let rms = |label: usize, error: &dyn Fn(usize) -> Option<f64>| {
         let rows = model.posed.rows().enumerate();
         let own = rows.filter(|(_, (case, read))| case.label == label && !read.is_rotation());
@@ -352,7 +396,7 @@ fn pose_errors(
             }),
         })
     };
-    Ok(labels.filter_map(of_pose).collect())
+    labels.filter_map(of_pose).collect()
 }
 
 fn termination(termination: &Termination) -> String {

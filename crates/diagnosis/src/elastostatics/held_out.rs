@@ -3,10 +3,12 @@
 use stiffbench_numeric::least_squares::{LeastSquaresFit, ParameterSet, minimise};
 
 use super::error::LoadCaseFitError;
-use super::outcome::LoadCaseFit;
 use super::problem::{LoadCaseModel, LoadCaseProblem};
 
-/// Leaves each pose out in turn, and predicts it by a fit to the others; nothing with fewer than two poses, or too few rows without one.
+/// Leaves each pose out in turn, and predicts it by a fit to the others.
+///
+/// # Returns
+/// A prediction for each row; `None` with fewer than two poses, or too few rows without its pose.
 ///
 /// # Errors
 /// [`LoadCaseFitError`].
@@ -15,13 +17,13 @@ pub(super) fn leave_poses_out(
     problem: &mut LoadCaseProblem<'_>,
     set: &ParameterSet,
     fit: &LeastSquaresFit,
-    outcome: &mut LoadCaseFit,
-) -> Result<(), LoadCaseFitError> {
+) -> Result<Vec<Option<f64>>, LoadCaseFitError> {
     let posed = model.posed;
     let labels: Vec<usize> = posed.rows().map(|(case, _)| case.label).collect();
     let free = set.free_indices().len();
+    let mut unseen = vec![None; labels.len()];
     if posed.labels.len() < 2 {
-        return Ok(());
+        return Ok(unseen);
     }
     let weights = problem.weights().to_vec();
     let from_here = set.with_start(&fit.free_values)?;
@@ -38,9 +40,9 @@ pub(super) fn leave_poses_out(
         let predicted = problem.predictions_of(&refitted.values, label)?;
         let rows = (0..labels.len()).filter(|row| left_out(*row));
         for (row, predicted) in rows.zip(predicted) {
-            outcome.components[row].without_its_pose = Some(predicted);
+            unseen[row] = Some(predicted);
         }
     }
     problem.set_weights(weights);
-    Ok(())
+    Ok(unseen)
 }

@@ -43,7 +43,8 @@ pub(super) fn add_intervals<'a>(
         ..LikelihoodSetSettings::default()
     };
     let minima = std::slice::from_ref(fit);
-    for &place in set.free_indices() {
+    let own = parameters.parameters().len();
+    for &place in set.free_indices().iter().filter(|place| **place < own) {
         let of = |coordinate: f64| parameters.value(place, coordinate);
         let estimate = &mut outcome.estimates[place];
         estimate.bounds = Some(parameters.bounds(place).map(of));

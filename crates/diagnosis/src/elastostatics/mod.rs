@@ -3,34 +3,44 @@
 //! With joint springs as parameters and rigid links this is the virtual joint method (Salisbury 1980; Dumas, Caro, Chérif, Garnier & Furet,
 //! Robotica 30, 2012); beams and springs are fitted together in the same way.
 //!
+//! Absolute positions by a tracker are load cases too (elastic calibration): own weight acts, and base frame and tool point are fitted beside.
+//!
 //! - [`PosedLoadCases`]: a table of load cases in the poses and axes of a robot;
 //! - [`fit_load_cases`]: least squares over all components, scatter from repeats or from the residuals;
 //! - [`diagnose_load_cases`]: what the free parameters leave out;
 //! - [`plan_load_cases`]: which further pose and load would determine what is open;
+//! - [`best_poses`]: which poses determine parameters best before anything was measured;
 //! - [`usual_choice`]: which parameters are free unless the user says.
 
+mod best_poses;
 mod choice;
 mod compliances;
 mod error;
 mod fit;
+mod frames;
 mod held_out;
 mod intervals;
 mod missing;
 mod outcome;
 mod plan;
 mod posed;
+mod positions;
 mod prediction;
 mod problem;
 mod scatter;
 
-pub use choice::usual_choice;
+pub use best_poses::{BestPoses, PoseReadings, best_poses};
+pub use choice::{spring_choice, usual_choice};
 pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
 pub use missing::{
     CandidateKind, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
     VerdictGrade, diagnose_load_cases,
 };
-pub use outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
+pub use outcome::{
+    FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,
+    ScatterSource,
+};
 pub use plan::{PlannedLoadCase, plan_load_cases, planned_table};
 pub use posed::{PosedLoad, PosedLoadCases, ReadComponent};
 pub use problem::LoadCaseModel;

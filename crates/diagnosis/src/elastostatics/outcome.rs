@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_beams::robot::FittingFactors;
+use stiffbench_beams::robot::{FittingFactors, TrackerFrames};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorCorrelations, FactorEstimate};
@@ -56,7 +56,9 @@ pub struct FittedComponent {
     pub component: &'static str,
     /// Whether it is a rotation, rad; else a displacement, m.
     pub is_rotation: bool,
-    /// Its axis among the stated ones.
+    /// Whether it is an absolute position, m.
+    pub is_position: bool,
+    /// Its axis among the stated ones, of a position among those of the tracker.
     pub axis: Direction,
     /// What was read, m or rad.
     pub measured: f64,
@@ -73,12 +75,36 @@ pub struct FittedComponent {
 pub struct PoseError {
     /// The pose.
     pub pose: PoseId,
-    /// Without what was fitted, m.
+    /// Without what was fitted, m; of positions the rigid robot with frames of its own.
     pub before_m: f64,
     /// Of the fitted model, m.
     pub fitted_m: f64,
     /// Of a fit without this pose, m.
     pub without_its_pose_m: Option<f64>,
+}
+
+/// Base frame and tool point, fitted to absolute positions beside the springs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedFrames {
+    /// Where the tracker stands, and which point of the tool it measures.
+    pub frames: TrackerFrames,
+    /// Those that fit the rigid robot best, the same springs rigid.
+    pub rigid: TrackerFrames,
+    /// Position of the base (m), its rotation about the axes of the tracker (rad), and the point of the tool (m), each along three axes.
+    pub parameters: [FrameParameter; 9],
+    /// Root mean square error of the rigid robot with its own frames in poses that its fit did not know, m.
+    pub rigid_unseen_m: Option<f64>,
+}
+
+/// How well one of the nine parameters of the frames is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameParameter {
+    /// Its name, for example `base_frame.rx`.
+    pub name: &'static str,
+    /// Standard error, m or rad; `None` where the poses do not determine it.
+    pub standard_error: Option<f64>,
+    /// Half of its 95 % interval, m or rad.
+    pub half_width_95: Option<f64>,
 }
 
 /// The result of a fit to load cases.
@@ -92,6 +118,8 @@ pub struct LoadCaseFit {
     pub estimates: Vec<FactorEstimate>,
     /// Correlations of the determined parameters.
     pub correlation: Option<FactorCorrelations>,
+    /// Base frame and tool point; only of absolute positions.
+    pub frames: Option<FittedFrames>,
     /// Agreement with the components of the fit; `None` without degrees of freedom.
     pub agreement: Option<LoadCaseAgreement>,
     /// Combinations of parameters that the poses do not determine, in words.

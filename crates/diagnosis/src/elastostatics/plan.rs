@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use stiffbench_beams::robot::{FittingFactors, JointMotion, Pose, RobotError};
+use stiffbench_beams::robot::{FittingFactors, JointMotion, Pose, Robot, RobotError};
 use stiffbench_measurement::load_cases::{
     JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseTable,
 };
@@ -20,6 +20,9 @@ const SPREAD_POSES: usize = 200;
 
 /// A parameter whose interval reaches further, upper end over lower end, is open.
 const WIDE: f64 = 2.0;
+
+/// A load case is planned if some standard error falls below this share of itself.
+const WORTH: f64 = 0.99;
 
 /// Scatter of a further displacement where the load cases state none, m: a dial gauge.
 const USUAL_SCATTER_M: f64 = 10e-6;
@@ -61,7 +64,7 @@ struct TriedPose {
     derivatives: Vec<EndCompliance>,
 }
 
-/// The further load cases that determine the open parameters best, one after the other; none if no parameter is open.
+/// The further load cases that determine the open parameters best, one after the other; none if no parameter is open, and none beside positions.
 ///
 /// All displacements of the end are read. What is made least is the sum of the variances of the open parameters, each in units of what its
 /// bounds allow (weighted A-optimality: Pukelsheim, Optimal Design of Experiments, 2006, section 6.5).
@@ -79,6 +82,9 @@ pub fn plan_load_cases(
             estimate.bounds.is_some() || is_unloaded(estimate)
         })
         .collect();
+    if model.posed.has_positions() {
+        return Ok(Vec::new());
+    }
     let is_open = |place: &usize| {
         let estimate = &fit.estimates[*place];
         estimate
@@ -98,34 +104,9 @@ pub fn plan_load_cases(
     let scatter = fit.agreement.as_ref();
     let scatter = scatter.and_then(|agreement| agreement.displacement_sd_m);
     let scatter = scatter.filter(|sd| *sd > 0.0).unwrap_or(USUAL_SCATTER_M);
-    let width = |estimate: &FactorEstimate| {
-        let [low, high] = estimate.bounds?;
-        Some(if estimate.parameter.is_factor() {
-            0.5 * (high / low).ln()
-        } else {
-            0.5 * (high - low)
-        })
-    };
-    // A spring on which no load acted may be as soft as the softest of the others.
-    let widest = |unit: &str| {
-        let alike = fit
-            .estimates
-            .iter()
-            .filter(|one| one.parameter.unit() == unit);
-        alike.filter_map(width).fold(0.0, f64::max)
-    };
-    let prior = free.iter().map(|&place| {
-        let estimate = &fit.estimates[place];
-        let widest = widest(estimate.parameter.unit());
-        width(estimate).unwrap_or(if widest > 0.0 {
-            widest
-        } else {
-            USUAL_COMPLIANCE
-        })
-    });
     let mut known = ParameterInformation {
         matrix: DMatrix::identity(free.len(), free.len()),
-        prior: prior.collect(),
+        prior: prior_widths(fit, &free),
     };
     let tried = tried_poses(model, &fit.factors, &mut solver, &mut known, scatter)?;
     let usual = model.posed.usual_force_n();
@@ -134,29 +115,27 @@ pub fn plan_load_cases(
     let mut planned = Vec::new();
     for _ in 0..count {
         let now = known.standard_errors(&open);
-        let choices = tried
+        let best = tried
             .iter()
-            .flat_map(|pose| Direction::ALL.map(|axis| (pose, axis)));
-        let best = choices
+            .flat_map(|pose| Direction::ALL.map(|axis| (pose, axis)))
             .map(|(pose, axis)| {
                 let with = known.with_load(&pose.derivatives, axis, force_n, scatter);
                 let errors = with.standard_errors(&open);
-                let shares = errors
-                    .iter()
-                    .zip(&open)
-                    .map(|(error, &i)| error / with.prior[i]);
-                (
-                    shares.map(|share| share * share).sum::<f64>(),
-                    pose,
-                    axis,
-                    with,
-                    errors,
-                )
+                let shares = errors.iter().zip(&open);
+                let shares = shares.map(|(error, &i)| (error / with.prior[i]).powi(2));
+                (shares.sum::<f64>(), pose, axis, with, errors)
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, pose, direction, with, errors)) = best else {
             break;
         };
+        let helps = errors
+            .iter()
+            .zip(&now)
+            .any(|(then, now)| *then < WORTH * now);
+        if !helps {
+            break;
+        }
         planned.push(PlannedLoadCase {
             name: pose.name.clone(),
             pose: pose.pose.clone(),
@@ -173,6 +152,34 @@ pub fn plan_load_cases(
     Ok(planned)
 }
 
+/// What the bounds allow the free parameters: half their width. A spring on which no load acted may be as soft as the softest of the others.
+fn prior_widths(fit: &LoadCaseFit, free: &[usize]) -> Vec<f64> {
+    let width = |estimate: &FactorEstimate| {
+        let [low, high] = estimate.bounds?;
+        Some(if estimate.parameter.is_factor() {
+            0.5 * (high / low).ln()
+        } else {
+            0.5 * (high - low)
+        })
+    };
+    let widest = |unit: &str| {
+        let estimates = fit.estimates.iter();
+        let alike = estimates.filter(|one| one.parameter.unit() == unit);
+        let widest = alike.filter_map(width).fold(0.0, f64::max);
+        if widest > 0.0 {
+            widest
+        } else {
+            USUAL_COMPLIANCE
+        }
+    };
+    free.iter()
+        .map(|&place| {
+            let estimate = &fit.estimates[place];
+            width(estimate).unwrap_or_else(|| widest(estimate.parameter.unit()))
+        })
+        .collect()
+}
+
 /// Poses of the table, whose components join what is known, of the robot file, and poses spread over the limits.
 fn tried_poses(
     model: &LoadCaseModel<'_>,
@@ -183,7 +190,7 @@ fn tried_poses(
 ) -> Result<Vec<TriedPose>, LoadCaseFitError> {
     let mut tried: Vec<TriedPose> = Vec::new();
     for (place, pose) in model.posed.poses.iter().enumerate() {
-        let solved = solver.solve(pose, factors, true)?;
+        let solved = solver.solve(pose, factors, true, false)?;
         let cases = model.posed.cases.iter().filter(|case| case.pose == place);
         let mut label = None;
         for case in cases {
@@ -201,8 +208,8 @@ fn tried_poses(
             derivatives: solved.derivatives,
         });
     }
-    for (name, pose) in further_poses(model) {
-        match solver.solve(&pose, factors, true) {
+    for (name, pose) in further_poses(model.robot, SPREAD_POSES) {
+        match solver.solve(&pose, factors, true, false) {
             Ok(solved) => tried.push(TriedPose {
                 name,
                 pose,
@@ -221,8 +228,7 @@ fn is_unloaded(estimate: &FactorEstimate) -> bool {
 }
 
 /// Named poses of the robot, and poses spread over its limits.
-fn further_poses(model: &LoadCaseModel<'_>) -> Vec<(PoseId, Pose)> {
-    let robot = model.robot;
+pub(super) fn further_poses(robot: &Robot, spread: usize) -> Vec<(PoseId, Pose)> {
     let named = robot
         .poses
         .iter()
@@ -230,7 +236,7 @@ fn further_poses(model: &LoadCaseModel<'_>) -> Vec<(PoseId, Pose)> {
     let dimensions = robot.variables.len() as f64;
     // Multiples of the powers of 1/g modulo 1, with g^(d+1) = g + 1 (Roberts' sequence R_d).
     let g = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (dimensions + 1.0)));
-    let spread = (1..=SPREAD_POSES as u32).map(|k| {
+    let spread = (1..=spread as u32).map(|k| {
         let angle = |(place, variable): (usize, &stiffbench_beams::robot::Variable)| {
             let share = (0.5 + f64::from(k) * g.powi(-(place as i32 + 1))).fract();
             let angle = variable.min_deg + share * (variable.max_deg - variable.min_deg);
@@ -331,6 +337,7 @@ pub fn planned_table(model: &LoadCaseModel<'_>, planned: &[PlannedLoadCase]) -> 
         moment_nm: [0.0; 3],
         displacement_m: [None; 3],
         rotation_rad: [None; 3],
+        position_m: [None; 3],
     });
     LoadCaseTable {
         source: "planned".to_owned(),

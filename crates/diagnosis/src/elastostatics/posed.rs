@@ -1,29 +1,37 @@
 //! Load cases of one robot: poses, loads and what was read, all in the axes of the base.
 
 use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot};
-use stiffbench_measurement::load_cases::{JointUnit, LoadAxes, LoadCase, LoadCaseTable};
+use stiffbench_measurement::load_cases::{
+    JointUnit, LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable,
+};
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::LoadCaseFitError;
 
-/// Names of the six components, in the order of loads and displacements.
-const COMPONENTS: [&str; 6] = [
+/// Names of the components, in the order of loads, displacements and positions.
+const COMPONENTS: [&str; 9] = [
     "displacement x",
     "displacement y",
     "displacement z",
     "rotation x",
     "rotation y",
     "rotation z",
+    "position x",
+    "position y",
+    "position z",
 ];
+
+/// Joint values that differ by no more are readings of one pose, degrees or m.
+const SAME_POSE_DEG: f64 = 1.0;
 
 /// A component that was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReadComponent {
-    /// Its place among displacement x, y, z and rotation x, y, z along the stated axes.
+    /// Its place among displacement x, y, z and rotation x, y, z along the stated axes, and position x, y, z along those of the tracker.
     pub component: usize,
-    /// The unit vector of six along which it was read, in the axes of the base.
+    /// The unit vector of six along which it was read, in the axes of the base; of a position in those of the tracker.
     pub unit: [f64; 6],
     /// What was read, m or rad.
     pub value: f64,
@@ -33,7 +41,13 @@ impl ReadComponent {
     /// Whether it is a rotation.
     #[must_use]
     pub fn is_rotation(&self) -> bool {
-        self.component >= 3
+        (3..6).contains(&self.component)
+    }
+
+    /// Whether it is an absolute position.
+    #[must_use]
+    pub fn is_position(&self) -> bool {
+        self.component >= 6
     }
 
     /// Its name, for example `displacement x`.
@@ -116,6 +130,7 @@ impl PosedLoadCases {
             });
             let axes = axes_of(robot, mechanism, table, case, &posed.poses[pose])?;
             let label = posed.labels.iter().position(|label| *label == case.pose);
+            posed.warn_of_same_name(case, label, pose);
             posed.cases.push(PosedLoad {
                 line: case.line,
                 label: label.unwrap_or_default(),
@@ -128,10 +143,27 @@ impl PosedLoadCases {
         Ok(posed)
     }
 
+    /// Adds load cases of the same robot; poses of one name and joint values are one.
+    pub fn join(&mut self, further: Self) {
+        for mut case in further.cases {
+            let label = &further.labels[case.label];
+            case.label = place_of(&mut self.labels, label);
+            case.pose = place_of(&mut self.poses, &further.poses[case.pose]);
+            self.cases.push(case);
+        }
+        self.warnings.extend(further.warnings);
+    }
+
     /// Number of components that were read.
     #[must_use]
     pub fn component_count(&self) -> usize {
         self.cases.iter().map(|case| case.components.len()).sum()
+    }
+
+    /// Whether absolute positions were read; else displacements and rotations under a load.
+    #[must_use]
+    pub fn has_positions(&self) -> bool {
+        self.rows().any(|(_, read)| read.is_position())
     }
 
     /// Every component with its load case, in the order of all vectors of rows.
@@ -163,6 +195,29 @@ impl PosedLoadCases {
         }
     }
 
+    /// A name stands for one pose: those under it are left out together.
+    fn warn_of_same_name(&mut self, case: &LoadCase, label: Option<usize>, pose: usize) {
+        let first = self
+            .cases
+            .iter()
+            .find(|earlier| Some(earlier.label) == label);
+        let Some(first) = first.filter(|first| first.pose != pose) else {
+            return;
+        };
+        let [here, there] = [pose, first.pose].map(|pose| &self.poses[pose].angles_deg);
+        let apart = here
+            .iter()
+            .zip(there)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        if apart > SAME_POSE_DEG {
+            self.warnings.push(format!(
+                "line {}: pose {} has other joint values than in line {}: give each pose its own name",
+                case.line, case.pose, first.line
+            ));
+        }
+    }
+
     fn warn_of_limits(&mut self, robot: &Robot, case: &LoadCase, pose: &Pose) {
         for broken in robot.violated_limits(pose) {
             self.warnings.push(format!(
@@ -171,6 +226,15 @@ impl PosedLoadCases {
             ));
         }
     }
+}
+
+/// The place of a member, added if it is new.
+fn place_of<T: PartialEq + Clone>(list: &mut Vec<T>, member: &T) -> usize {
+    let known = list.iter().position(|known| known == member);
+    known.unwrap_or_else(|| {
+        list.push(member.clone());
+        list.len() - 1
+    })
 }
 
 /// The robot's variable of each joint column.
@@ -185,6 +249,11 @@ fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, LoadCas
         let exact = names().position(|known| known == name);
         exact.or_else(|| names().position(|known| known.eq_ignore_ascii_case(name)))
     };
+    for note in &table.notes {
+        if let LoadCaseNote::UnusedColumn(column) = note {
+            refuse_bare_variable(robot, table, column)?;
+        }
+    }
     let columns = table
         .joints
         .iter()
@@ -214,6 +283,34 @@ fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, LoadCas
             Ok(found)
         });
     columns.collect()
+}
+
+/// Refuses a column that is named like a variable: joint values that are not read would be those of another pose.
+fn refuse_bare_variable(
+    robot: &Robot,
+    table: &LoadCaseTable,
+    column: &str,
+) -> Result<(), LoadCaseFitError> {
+    let is_meant = |name: &str| {
+        let head = column.trim().get(..name.len());
+        let rest = column.trim().get(name.len()..).unwrap_or_default();
+        head.is_some_and(|head| head.eq_ignore_ascii_case(name))
+            && (rest.is_empty() || rest.starts_with(['_', ' ', '(', '[']))
+    };
+    let mut variables = robot.variables.iter();
+    let Some(variable) = variables.find(|variable| is_meant(&variable.name)) else {
+        return Ok(());
+    };
+    let unit = match variable.motion {
+        JointMotion::Turns => "deg",
+        JointMotion::Slides => "mm",
+    };
+    Err(LoadCaseFitError::BareVariable {
+        file: table.source.clone(),
+        robot: robot.name.clone(),
+        column: column.to_owned(),
+        expected: format!("joint_{}_{unit}", variable.name),
+    })
 }
 
 /// The pose of a case: the robot's of that name, or its nominal one, with the joint values of the table.
@@ -296,14 +393,19 @@ fn load_along(axes: &[[f64; 3]; 3], case: &LoadCase) -> [f64; 6] {
     load
 }
 
-/// The components that were read, with their directions in the axes of the base.
+/// The components that were read, with their directions in the axes of the base; positions have those of the tracker.
 fn components_along(axes: &[[f64; 3]; 3], case: &LoadCase) -> Vec<ReadComponent> {
-    let read = case.displacement_m.iter().chain(&case.rotation_rad);
+    let motion = case.displacement_m.iter().chain(&case.rotation_rad);
+    let read = motion.chain(&case.position_m);
     read.enumerate()
         .filter_map(|(component, value)| {
             let mut unit = [0.0; 6];
-            let first = 3 * (component / 3);
-            unit[first..first + 3].copy_from_slice(&axes[component % 3]);
+            let own = Direction::ALL[component % 3].unit_vector();
+            let (first, axis) = match component / 3 {
+                2 => (0, &own),
+                kind => (3 * kind, &axes[component % 3]),
+            };
+            unit[first..first + 3].copy_from_slice(axis);
             value.map(|value| ReadComponent {
                 component,
                 unit,

@@ -3,7 +3,8 @@
 use stiffbench_beams::physics::PlaceScale;
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
 use stiffbench_numeric::least_squares::{
-    EvaluationFailure, JacobianView, LeastSquaresSettings, ResidualFunction,
+    EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresSettings, Parameter,
+    ParameterSet, ResidualFunction,
 };
 
 use crate::fit::FitParameters;
@@ -11,8 +12,11 @@ use crate::parameters::{FitRole, ParameterChoice};
 
 use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
-use super::posed::PosedLoadCases;
-use super::prediction::{PredictedRows, predict_rows};
+use super::frames::{PositionFrames, lengths_beside};
+use super::posed::{PosedLoadCases, ReadComponent};
+use super::prediction::{
+    PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_of,
+};
 
 /// A spring that moves the end by less than this share of what one of its kind does bears no load: the rest is rounding of angles.
 const UNLOADED: f64 = 1e-7;
@@ -42,19 +46,22 @@ pub(super) struct LoadCaseProblem<'a> {
     measured: Vec<f64>,
     /// One a row; zero of a row that takes no part.
     weights: Vec<f64>,
-    /// Where the model is linear in the coordinates: rows and columns at all coordinates zero.
-    linear: Option<PredictedRows>,
+    /// Where motions are linear in the coordinates of the parameters: motions and columns at all coordinates zero.
+    linear: Option<PredictedMotions>,
+    /// Of absolute positions: the frames, whose coordinates follow those of the parameters.
+    frames: Option<PositionFrames>,
 }
 
 impl LoadCaseModel<'_> {
-    /// What the model predicts of every component with the values of the start, m and rad, in the order of [`PosedLoadCases::rows`].
+    /// What the model predicts of every displacement and rotation with the values of the start, m and rad, in the order of
+    /// [`PosedLoadCases::rows`].
     ///
     /// # Errors
     /// [`LoadCaseFitError`] for a pose that cannot be reached, or a structure that carries nothing.
     pub fn predicted(&self) -> Result<Vec<f64>, LoadCaseFitError> {
         let (robot, mechanism) = (self.robot, self.mechanism);
         let mut solver = ComplianceSolver::new(robot, mechanism, &[], self.start)?;
-        Ok(predict_rows(&mut solver, self.posed, self.start, false)?.values)
+        Ok(predict_rows(&mut solver, self.posed, self.start)?)
     }
 
     /// What was measured, in the order of the rows.
@@ -62,32 +69,53 @@ impl LoadCaseModel<'_> {
         self.posed.rows().map(|(_, read)| read.value).collect()
     }
 
-    /// The coordinates of a fit: springs in units of the compliance that would give by itself all that was measured; and the free springs on
-    /// which no load acts, which are kept.
+    /// The coordinates of a fit: springs in units of the compliance that would give by itself all that was measured, beside positions what
+    /// the rigid robot leaves; and the free springs on which no load acts, which are kept.
     ///
     /// # Errors
     /// [`LoadCaseFitError`] for a pose, structure, tie or bounds that cannot be.
     pub(super) fn parameters(
         &self,
         choice: &ParameterChoice,
+        frames: Option<&PositionFrames>,
     ) -> Result<(FitParameters, Vec<ModelParameter>), LoadCaseFitError> {
         let list = choice.parameters();
         let springs: Vec<ModelParameter> =
             list.into_iter().filter(|one| !one.is_factor()).collect();
-        let (robot, mechanism) = (self.robot, self.mechanism);
+        let (robot, mechanism, posed) = (self.robot, self.mechanism, self.posed);
         let mut solver = ComplianceSolver::new(robot, mechanism, &springs, self.start)?;
-        let rows = predict_rows(&mut solver, self.posed, self.start, true)?;
+        let motions = predict_motions(&mut solver, posed, self.start, true)?;
+        let rows = |motions: &[ToolMotion]| match frames {
+            None => rows_of(posed, motions, |_, read, motion| along(&read.unit, motion)),
+            Some(frames) => frames.column(posed, &frames.at(&[]), motions),
+        };
+        let columns: Vec<Vec<f64>> = motions.columns.iter().map(|column| rows(column)).collect();
         let length = |vector: &[f64]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let measured = length(&self.measured());
-        let lengths: Vec<f64> = rows.columns.iter().map(|column| length(column)).collect();
+        let lengths: Vec<f64> = columns.iter().map(|column| length(column)).collect();
+        let (measured, beside) = match frames {
+            None => (length(&self.measured()), lengths.clone()),
+            Some(frames) => {
+                let rigid = vec![[0.0; 6]; posed.cases.len()];
+                let by_frames = frames.frame_columns(posed, &[], &rigid);
+                let left = length(&frames.left_by_rigid_robot(posed));
+                (left, lengths_beside(&by_frames, &columns))
+            }
+        };
         let column = |parameter: &ModelParameter| {
             let place = springs.iter().position(|spring| spring == parameter);
             place.map_or(0.0, |place| lengths[place])
         };
         let scale = |parameter: &ModelParameter| {
-            let column = column(parameter);
+            let place = springs.iter().position(|spring| spring == parameter);
+            let own = place.map_or(0.0, |place| {
+                if beside[place] > UNLOADED * lengths[place] {
+                    beside[place]
+                } else {
+                    lengths[place]
+                }
+            });
             PlaceScale {
-                compliance: if column > 0.0 { measured / column } else { 0.0 },
+                compliance: if own > 0.0 { measured / own } else { 0.0 },
                 ..PlaceScale::default()
             }
         };
@@ -116,6 +144,7 @@ impl<'a> LoadCaseProblem<'a> {
         model: LoadCaseModel<'a>,
         parameters: &FitParameters,
         weights: Vec<f64>,
+        frames: Option<&PositionFrames>,
     ) -> Result<Self, LoadCaseFitError> {
         let list = parameters.parameters();
         let (robot, mechanism) = (model.robot, model.mechanism);
@@ -127,7 +156,7 @@ impl<'a> LoadCaseProblem<'a> {
         let linear = if factors_move {
             None
         } else {
-            linear_rows(&mut solver, model.posed, parameters)?
+            linear_motions(&mut solver, model.posed, parameters)?
         };
         Ok(Self {
             measured: model.measured(),
@@ -136,6 +165,7 @@ impl<'a> LoadCaseProblem<'a> {
             solver,
             weights,
             linear,
+            frames: frames.cloned(),
         })
     }
 
@@ -144,7 +174,8 @@ impl<'a> LoadCaseProblem<'a> {
         &self.parameters
     }
 
-    /// Whether every prediction is linear in the coordinates.
+    /// Whether every prediction is linear in the coordinates, but for frames: their rotations are small, and their product with the
+    /// elastic motions smaller still.
     pub(super) fn is_linear(&self) -> bool {
         self.linear.is_some()
     }
@@ -174,10 +205,8 @@ impl<'a> LoadCaseProblem<'a> {
     /// # Errors
     /// [`RobotError`].
     pub(super) fn predictions(&mut self, point: &[f64]) -> Result<Vec<f64>, RobotError> {
-        if let Some(linear) = &self.linear {
-            return Ok(linear.at(point));
-        }
-        Ok(self.rows(point, false)?.values)
+        let motions = self.motions(point, false)?;
+        Ok(self.rows(point, &motions.values))
     }
 
     /// The same of one named pose.
@@ -195,38 +224,120 @@ impl<'a> LoadCaseProblem<'a> {
         Ok(own.map(|(_, predicted)| predicted).collect())
     }
 
-    fn rows(&mut self, point: &[f64], derivatives: bool) -> Result<PredictedRows, RobotError> {
+    /// Motions of the tool centre at a point with, where asked for, their derivatives to the coordinates of the parameters.
+    fn motions(
+        &mut self,
+        point: &[f64],
+        derivatives: bool,
+    ) -> Result<PredictedMotions, RobotError> {
+        if let Some(linear) = &self.linear {
+            return Ok(PredictedMotions {
+                values: linear.at(point),
+                columns: Vec::new(),
+            });
+        }
         let factors = self.parameters.values(point);
-        predict_rows(&mut self.solver, self.model.posed, &factors, derivatives)
+        let posed = self.model.posed;
+        let mut motions = predict_motions(&mut self.solver, posed, &factors, derivatives)?;
+        by_coordinate(&mut motions, &self.parameters);
+        Ok(motions)
+    }
+
+    /// Coordinates of the frames.
+    fn of_frames<'p>(&self, point: &'p [f64]) -> &'p [f64] {
+        &point[self.parameters.parameters().len()..]
+    }
+
+    fn rows(&self, point: &[f64], motions: &[ToolMotion]) -> Vec<f64> {
+        let posed = self.model.posed;
+        match &self.frames {
+            None => rows_of(posed, motions, |_, read, motion| along(&read.unit, motion)),
+            Some(frames) => frames.rows(posed, &frames.at(self.of_frames(point)), motions),
+        }
+    }
+
+    /// Derivatives of all rows to every coordinate.
+    fn columns(&self, point: &[f64], motions: &PredictedMotions) -> Vec<Vec<f64>> {
+        let posed = self.model.posed;
+        let linear = self.linear.as_ref().unwrap_or(motions);
+        let changes = linear.columns.iter();
+        let Some(frames) = &self.frames else {
+            let row =
+                |_: usize, read: &ReadComponent, change: &ToolMotion| along(&read.unit, change);
+            return changes
+                .map(|changes| rows_of(posed, changes, row))
+                .collect();
+        };
+        let coordinates = self.of_frames(point);
+        let there = frames.at(coordinates);
+        let columns = changes.map(|changes| frames.column(posed, &there, changes));
+        let of_frames = frames.frame_columns(posed, coordinates, &motions.values);
+        columns.chain(of_frames).collect()
     }
 }
 
-/// Rows at all coordinates zero, and columns; `None` if the model is not linear in the springs, as with those in a closed loop.
-fn linear_rows(
-    solver: &mut ComplianceSolver<'_>,
-    posed: &PosedLoadCases,
+/// All coordinates of a fit: those of the parameters, then those of the frames.
+///
+/// # Errors
+/// [`LeastSquaresError`] if ties go in a circle or nothing is free.
+pub(super) fn coordinates(
     parameters: &FitParameters,
-) -> Result<Option<PredictedRows>, RobotError> {
-    let mut point = vec![0.0; parameters.parameters().len()];
-    let mut rows = predict_rows(solver, posed, &parameters.values(&point), true)?;
-    for (place, column) in rows.columns.iter_mut().enumerate() {
+    frames: Option<&PositionFrames>,
+) -> Result<ParameterSet, LeastSquaresError> {
+    let mut list = parameters.list();
+    if frames.is_some() {
+        list.extend(PositionFrames::parameters());
+    }
+    ParameterSet::new(list)
+}
+
+/// The same with every parameter that may move rigid or at its start, and the frames alone free.
+///
+/// # Errors
+/// As [`coordinates`].
+pub(super) fn frames_alone(parameters: &FitParameters) -> Result<ParameterSet, LeastSquaresError> {
+    let rigid = parameters.list().into_iter().enumerate();
+    let rigid = rigid.map(|(place, one)| {
+        let is_spring = !parameters.parameters()[place].is_factor();
+        let moves = parameters.moves(place) && is_spring;
+        let start = parameters.coordinates_of_start()[place];
+        Parameter::fixed(one.name, if moves { 0.0 } else { start })
+    });
+    ParameterSet::new(rigid.chain(PositionFrames::parameters()).collect())
+}
+
+/// Derivatives to parameters as those to their coordinates.
+fn by_coordinate(motions: &mut PredictedMotions, parameters: &FitParameters) {
+    for (place, column) in motions.columns.iter_mut().enumerate() {
         let slope = parameters.slope(place);
-        for value in column {
+        for value in column.iter_mut().flatten() {
             *value *= slope;
         }
     }
+}
+
+/// Motions at all coordinates zero, and columns; `None` if the model is not linear in the springs, as with those in a closed loop.
+fn linear_motions(
+    solver: &mut ComplianceSolver<'_>,
+    posed: &PosedLoadCases,
+    parameters: &FitParameters,
+) -> Result<Option<PredictedMotions>, RobotError> {
+    let mut point = vec![0.0; parameters.parameters().len()];
+    let mut motions = predict_motions(solver, posed, &parameters.values(&point), true)?;
+    by_coordinate(&mut motions, parameters);
     // Far from there, all springs at once: whatever is not linear shows.
     for (place, coordinate) in point.iter_mut().enumerate() {
         *coordinate = if parameters.moves(place) { 1.0 } else { 0.0 };
     }
-    let exact = predict_rows(solver, posed, &parameters.values(&point), false)?.values;
-    let linear = rows.at(&point);
+    let exact = predict_motions(solver, posed, &parameters.values(&point), false)?.values;
+    let linear = motions.at(&point);
     let size = exact
         .iter()
+        .flatten()
         .fold(0.0_f64, |size, value| size.max(value.abs()));
-    let mut pairs = exact.iter().zip(&linear);
+    let mut pairs = exact.iter().flatten().zip(linear.iter().flatten());
     let is_linear = pairs.all(|(a, b)| (a - b).abs() <= NOT_LINEAR * size);
-    Ok(is_linear.then_some(rows))
+    Ok(is_linear.then_some(motions))
 }
 
 impl ResidualFunction for LoadCaseProblem<'_> {
@@ -240,33 +351,22 @@ impl ResidualFunction for LoadCaseProblem<'_> {
         residuals: &mut [f64],
         jacobian: Option<&mut JacobianView<'_>>,
     ) -> Result<(), EvaluationFailure> {
-        let solved;
-        let (rows, scaled) = if let Some(linear) = &self.linear {
-            residuals.copy_from_slice(&linear.at(parameters));
-            (linear, true)
-        } else {
-            let rows = self.rows(parameters, jacobian.is_some());
-            solved = rows.map_err(EvaluationFailure::of_model)?;
-            residuals.copy_from_slice(&solved.values);
-            (&solved, false)
-        };
-        let weighed = residuals.iter_mut().zip(&self.measured).zip(&self.weights);
-        for ((residual, measured), weight) in weighed {
-            *residual = (*residual - measured) * weight;
+        let motions = self.motions(parameters, jacobian.is_some());
+        let motions = motions.map_err(EvaluationFailure::of_model)?;
+        let rows = self.rows(parameters, &motions.values);
+        let weighed = rows.iter().zip(&self.measured).zip(&self.weights);
+        for (residual, ((row, measured), weight)) in residuals.iter_mut().zip(weighed) {
+            *residual = (row - measured) * weight;
         }
         let Some(jacobian) = jacobian else {
             return Ok(());
         };
-        for (place, derivatives) in rows.columns.iter().enumerate() {
-            let slope = if scaled {
-                1.0
-            } else {
-                self.parameters.slope(place)
-            };
+        let columns = self.columns(parameters, &motions);
+        for (place, derivatives) in columns.iter().enumerate() {
             if let Some(column) = jacobian.column_mut(place) {
                 let entries = column.iter_mut().zip(derivatives).zip(&self.weights);
                 for ((entry, derivative), weight) in entries {
-                    *entry = derivative * slope * weight;
+                    *entry = derivative * weight;
                 }
             }
         }

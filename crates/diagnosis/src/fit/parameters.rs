@@ -164,6 +164,11 @@ impl FitParameters {
     /// # Errors
     /// [`LeastSquaresError`] if ties go in a circle or no parameter is free.
     pub(crate) fn set(&self) -> Result<ParameterSet, LeastSquaresError> {
+        ParameterSet::new(self.list())
+    }
+
+    /// The coordinates one by one.
+    pub(crate) fn list(&self) -> Vec<Parameter> {
         let members = self.members.iter().enumerate();
         let parameter = |(place, member): (usize, &FitMember)| {
             let (name, start) = (&member.name, self.coordinate(place, member.start));
@@ -177,7 +182,7 @@ impl FitParameters {
                 Role::Tied { to } => Parameter::tied(name, to, 1.0),
             }
         };
-        ParameterSet::new(members.map(parameter).collect())
+        members.map(parameter).collect()
     }
 
     /// Values at a point of the coordinates.

@@ -12,8 +12,11 @@ use crate::search::constants::OPEN_LOOP;
 /// bound would hold it.
 pub(crate) const FIRST_SPRING: f64 = 0.1;
 
-/// Displacement per force, m/N, that stands for the structure's where that is rigid: an industrial arm of middle size.
-const RIGID_ARM_M_PER_N: f64 = 1e-6;
+/// Displacement per force, m/N, that stands for the structure's where that is rigid: a light industrial arm, softer than most.
+const RIGID_ARM_M_PER_N: f64 = 1e-5;
+
+/// A structure that gives less is rigid, and what it seems to give is rounding, m/N.
+const RIGID_BELOW_M_PER_N: f64 = 1e-12;
 
 /// Scale of each spring of a mechanism in cells.
 #[derive(Debug, Clone)]
@@ -93,7 +96,7 @@ fn scale_in(cells: impl Iterator<Item = SpringInCell>) -> PlaceScale {
     let (mut most, mut scale) = (0.0, PlaceScale::default());
     for cell in cells {
         let lever = cell.squared_lever;
-        let structure = if cell.structure_m_per_n > 0.0 {
+        let structure = if cell.structure_m_per_n > RIGID_BELOW_M_PER_N {
             cell.structure_m_per_n
         } else {
             RIGID_ARM_M_PER_N

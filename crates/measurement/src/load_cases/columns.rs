@@ -1,8 +1,10 @@
 //! The header of a table of load cases: which column stands where, in which unit.
 
 use super::error::LoadCaseError;
-use super::table::{JointColumn, JointUnit, LoadCaseNote, VectorQuantity};
-use crate::readings::{Conversion, ReadOptions, ReadingsError, RecordTable, split_unit};
+use super::table::{LoadCaseNote, VectorQuantity};
+use crate::readings::{
+    Conversion, JointColumn, JointUnit, ReadOptions, ReadingsError, RecordTable, split_unit,
+};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -33,7 +35,7 @@ pub(super) struct LoadCaseColumns {
     pub(super) origin: Option<usize>,
     pub(super) joints: Vec<VariableColumn>,
     /// By quantity, in the order of [`VectorQuantity::ALL`], and axis.
-    pub(super) vectors: [[Option<NumberColumn>; 3]; 4],
+    pub(super) vectors: [[Option<NumberColumn>; 3]; 5],
     pub(super) notes: Vec<LoadCaseNote>,
 }
 
@@ -59,6 +61,7 @@ fn component(stem: &str) -> Option<(VectorQuantity, Direction)> {
         "moment" | "torque" => VectorQuantity::Moment,
         "displacement" | "disp" | "deflection" => VectorQuantity::Displacement,
         "rotation" => VectorQuantity::Rotation,
+        "position" => VectorQuantity::Position,
         _ => return None,
     };
     Some((quantity, axis.parse().ok()?))
@@ -192,23 +195,18 @@ impl LoadCaseColumns {
         variable: &str,
         unit: &str,
     ) -> Result<(), LoadCaseError> {
-        let of = |kind| Conversion::from_unit(kind, unit);
-        let (conversion, joint) = match (of(Kind::Angle), of(Kind::Displacement)) {
-            (Some(conversion), _) => (conversion, JointUnit::Angle),
-            (None, Some(conversion)) => (conversion, JointUnit::Length),
-            (None, None) => {
-                return Err(LoadCaseError::WrongUnit {
-                    file: text.file(),
-                    line: text.header_line,
-                    column: text.names[index].clone(),
-                    unit: format!("`{unit}`"),
-                    accepted: format!(
-                        "{}; of a sliding joint {}",
-                        Kind::Angle.units(),
-                        Kind::Displacement.units()
-                    ),
-                });
-            }
+        let Some((joint, conversion)) = JointUnit::of(unit) else {
+            return Err(LoadCaseError::WrongUnit {
+                file: text.file(),
+                line: text.header_line,
+                column: text.names[index].clone(),
+                unit: format!("`{unit}`"),
+                accepted: format!(
+                    "{}; of a sliding joint {}",
+                    Kind::Angle.units(),
+                    Kind::Displacement.units()
+                ),
+            });
         };
         let mut known = self.joints.iter();
         if let Some(first) = known.find(|known| known.column.variable == variable) {
@@ -224,19 +222,45 @@ impl LoadCaseColumns {
         Ok(())
     }
 
+    /// Whether there is a column of a quantity.
+    pub(super) fn has(&self, quantity: VectorQuantity) -> bool {
+        self.of(quantity).iter().any(Option::is_some)
+    }
+
+    /// The first column of a quantity, as named in the file.
+    fn first(&self, text: &RecordTable<'_>, quantity: VectorQuantity) -> Option<String> {
+        let column = self.of(quantity).iter().flatten().next()?;
+        Some(text.names[column.index].clone())
+    }
+
     fn check_complete(&self, text: &RecordTable<'_>) -> Result<(), LoadCaseError> {
-        let has = |quantity| self.of(quantity).iter().any(Option::is_some);
+        let has = |quantity| self.has(quantity);
+        let motion = [VectorQuantity::Displacement, VectorQuantity::Rotation];
+        let motion = motion
+            .into_iter()
+            .find_map(|quantity| self.first(text, quantity));
+        let position = self.first(text, VectorQuantity::Position);
+        if let (Some(position), Some(displacement)) = (&position, motion) {
+            return Err(LoadCaseError::PositionsAndDisplacements {
+                file: text.file(),
+                line: text.header_line,
+                position: position.clone(),
+                displacement,
+            });
+        }
         let (what, advice) = if self.pose.is_none() && self.joints.is_empty() {
             (
                 "a pose or a joint",
                 "add `pose` with names of the robot file, or one column for each variable, for example joint_J1_deg",
             )
+        } else if position.is_some() {
+            return Ok(());
         } else if !(has(VectorQuantity::Force) || has(VectorQuantity::Moment)) {
             ("a load", "add force_x_N, force_y_N and force_z_N")
         } else if !(has(VectorQuantity::Displacement) || has(VectorQuantity::Rotation)) {
             (
                 "a displacement",
-                "add at least one of displacement_x_um, displacement_y_um and displacement_z_um",
+                "add at least one of displacement_x_um, displacement_y_um and displacement_z_um; or position_x_mm, position_y_mm and position_z_mm for absolute positions",
             )
         } else {
             return Ok(());

@@ -68,6 +68,24 @@ pub enum LoadCaseError {
         /// A column of vectors.
         vector: String,
     },
+    /// Columns of positions beside those of displacements.
+    #[error(
+        "{file}, line {line}: column `{position}` beside column `{displacement}`: absolute positions and displacements under a load are two tables"
+    )]
+    #[diagnostic(
+        code(stiffbench::load_cases::positions_and_displacements),
+        help("put the positions, with their loads, into a table of their own")
+    )]
+    PositionsAndDisplacements {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// A column of positions.
+        position: String,
+        /// A column of displacements or rotations.
+        displacement: String,
+    },
     /// A load case without a load.
     #[error("{file}, line {line}: force and moment are zero")]
     #[diagnostic(
@@ -83,12 +101,10 @@ pub enum LoadCaseError {
         line: u32,
     },
     /// A load case of which nothing was read.
-    #[error("{file}, line {line}: no component of displacement or rotation")]
+    #[error("{file}, line {line}: no component of displacement, rotation or position")]
     #[diagnostic(
         code(stiffbench::load_cases::nothing_read),
-        help(
-            "fill at least one displacement or rotation, or mark the row `rejected` under `status`"
-        )
+        help("fill at least one component, or mark the row `rejected` under `status`")
     )]
     NothingRead {
         /// The file.
@@ -107,6 +123,7 @@ impl LoadCaseError {
             Self::MissingColumn { line, .. }
             | Self::WrongUnit { line, .. }
             | Self::Mixed { line, .. }
+            | Self::PositionsAndDisplacements { line, .. }
             | Self::NoLoad { line, .. }
             | Self::NothingRead { line, .. } => Some(*line),
         }

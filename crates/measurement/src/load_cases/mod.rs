@@ -5,14 +5,14 @@
 
 mod columns;
 mod error;
+mod of_runs;
 mod read;
 mod table;
 mod write;
 
+pub use crate::readings::{JointColumn, JointUnit};
 pub use columns::is_load_case_table;
 pub use error::LoadCaseError;
 pub use read::read_load_cases;
-pub use table::{
-    JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity,
-};
+pub use table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
 pub use write::write_load_cases;

@@ -39,13 +39,14 @@ pub fn read_load_cases(
         let (file, line) = (source.to_owned(), text.header_line);
         return Err(ReadingsError::NoReadings { file, line }.into());
     }
+    let has_load = columns.has(VectorQuantity::Force) || columns.has(VectorQuantity::Moment);
     let mut notes: Vec<LoadCaseNote> = text
         .assumptions()
         .into_iter()
         .map(LoadCaseNote::Text)
         .collect();
     notes.extend(columns.notes);
-    if columns.axes.is_none() {
+    if columns.axes.is_none() && has_load {
         notes.push(LoadCaseNote::BaseAxes);
     }
     if columns.pose.is_none() {
@@ -114,9 +115,11 @@ impl LoadCaseReader {
             moment_nm: load(text, columns.of(VectorQuantity::Moment))?,
             displacement_m: read(text, columns.of(VectorQuantity::Displacement))?,
             rotation_rad: read(text, columns.of(VectorQuantity::Rotation))?,
+            position_m: read(text, columns.of(VectorQuantity::Position))?,
         };
         let file = || text.file();
-        if case.force_n == [0.0; 3] && case.moment_nm == [0.0; 3] {
+        let is_loaded = case.force_n != [0.0; 3] || case.moment_nm != [0.0; 3];
+        if !(is_loaded || columns.has(VectorQuantity::Position)) {
             return Err(LoadCaseError::NoLoad { file: file(), line });
         }
         if case.component_count() == 0 {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::readings::Assumption;
+use crate::readings::{Assumption, JointColumn};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -17,15 +17,18 @@ pub enum VectorQuantity {
     Displacement,
     /// Rotation of the end, rad.
     Rotation,
+    /// Position of a point of the tool in the axes of a tracker, m.
+    Position,
 }
 
 impl VectorQuantity {
     /// All, in the order in which they are written.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 5] = [
         Self::Force,
         Self::Moment,
         Self::Displacement,
         Self::Rotation,
+        Self::Position,
     ];
 
     /// Its name in a column.
@@ -36,6 +39,7 @@ impl VectorQuantity {
             Self::Moment => "moment",
             Self::Displacement => "displacement",
             Self::Rotation => "rotation",
+            Self::Position => "position",
         }
     }
 
@@ -47,6 +51,7 @@ impl VectorQuantity {
             Self::Moment => "Nm",
             Self::Displacement => "um",
             Self::Rotation => "urad",
+            Self::Position => "mm",
         }
     }
 
@@ -56,7 +61,7 @@ impl VectorQuantity {
         match self {
             Self::Force => Kind::Force,
             Self::Moment => Kind::Torque,
-            Self::Displacement => Kind::Displacement,
+            Self::Displacement | Self::Position => Kind::Displacement,
             Self::Rotation => Kind::Angle,
         }
     }
@@ -96,25 +101,7 @@ impl fmt::Display for LoadAxes {
     }
 }
 
-/// Whether a joint's variable turns or slides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum JointUnit {
-    /// An angle, rad.
-    Angle,
-    /// A length, m.
-    Length,
-}
-
-/// A column with the values of one variable of the robot.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct JointColumn {
-    /// Name of the variable.
-    pub variable: String,
-    /// What its values are.
-    pub unit: JointUnit,
-}
-
-/// One load application in one pose.
+/// One load application, or one position, in one pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadCase {
     /// Line of the file, from 1; 0 if there is none.
@@ -135,14 +122,16 @@ pub struct LoadCase {
     pub displacement_m: [Option<f64>; 3],
     /// Rotation of the end, rad; `None` for a component that was not read.
     pub rotation_rad: [Option<f64>; 3],
+    /// Position of a point of the tool in the axes of a tracker, m; `None` for a component that was not read.
+    pub position_m: [Option<f64>; 3],
 }
 
 impl LoadCase {
     /// Number of components that were read.
     #[must_use]
     pub fn component_count(&self) -> usize {
-        let read = self.displacement_m.iter().chain(&self.rotation_rad);
-        read.flatten().count()
+        let motion = self.displacement_m.iter().chain(&self.rotation_rad);
+        motion.chain(&self.position_m).flatten().count()
     }
 }
 
@@ -164,6 +153,15 @@ pub enum LoadCaseNote {
     NumberedPoses,
     /// A column that means nothing here.
     UnusedColumn(String),
+    /// Runs of a session, each of which gives one load case.
+    Runs {
+        /// Load cases.
+        runs: usize,
+        /// Readings of their loading branches.
+        readings: usize,
+        /// Readings of unloading branches, which are not used.
+        unloading: usize,
+    },
     /// Rows that are marked as not to be used.
     Rejected {
         /// Their lines.
@@ -192,6 +190,20 @@ impl fmt::Display for LoadCaseNote {
                 "assumed: no column `pose`: poses are numbered in the order of their joint values",
             ),
             Self::UnusedColumn(name) => write!(f, "column `{name}` means nothing here"),
+            Self::Runs {
+                runs,
+                readings,
+                unloading,
+            } => {
+                write!(
+                    f,
+                    "{readings} readings of {runs} runs: each run is one load case, its displacement per force at its largest load"
+                )?;
+                if *unloading > 0 {
+                    write!(f, "; {unloading} readings of unloading are not used")?;
+                }
+                Ok(())
+            }
             Self::Rejected { lines } => write!(
                 f,
                 "{} rows are not used, because their `status` says so: line {}",
@@ -236,6 +248,13 @@ impl LoadCaseTable {
             }
         }
         poses
+    }
+
+    /// Whether the table has absolute positions; else it has displacements and rotations under a load.
+    #[must_use]
+    pub fn has_positions(&self) -> bool {
+        let mut read = self.cases.iter().flat_map(|case| &case.position_m);
+        read.any(Option::is_some)
     }
 
     /// Number of components that were read.

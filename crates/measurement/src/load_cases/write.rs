@@ -2,34 +2,29 @@
 
 use std::fmt::Write as _;
 
-use super::table::{JointUnit, LoadCaseTable, VectorQuantity};
+use super::table::{LoadCaseTable, VectorQuantity};
 use crate::readings::write_decimal;
 use stiffbench_units_and_text::test_point::Direction;
 
 /// The table as text: `pose`, the joints, `repeat`, `axes`, the load, what was read, and `origin` if there is one.
 ///
-/// Moments and rotations of which no case has a component have no columns. Values are written to 15 digits, so that they are read back as they were.
+/// Moments and rotations of which no case has a component have no columns; nor have forces and displacements beside positions. Values are written to 15 digits, so that they are read back as they were.
 #[must_use]
 pub fn write_load_cases(table: &LoadCaseTable) -> String {
     let used: Vec<VectorQuantity> = VectorQuantity::ALL
         .into_iter()
         .filter(|quantity| {
-            matches!(
-                quantity,
-                VectorQuantity::Force | VectorQuantity::Displacement
-            ) || table
-                .cases
-                .iter()
-                .any(|case| (0..3).any(|axis| component(case, *quantity, axis).is_some()))
+            let always = [VectorQuantity::Force, VectorQuantity::Displacement];
+            (always.contains(quantity) && !table.has_positions())
+                || table
+                    .cases
+                    .iter()
+                    .any(|case| (0..3).any(|axis| component(case, *quantity, axis).is_some()))
         })
         .collect();
     let mut text = "pose".to_owned();
     for joint in &table.joints {
-        let unit = match joint.unit {
-            JointUnit::Angle => "deg",
-            JointUnit::Length => "mm",
-        };
-        let _ = write!(text, ",joint_{}_{unit}", joint.variable);
+        let _ = write!(text, ",{}", joint.name());
     }
     text.push_str(",repeat,axes");
     for quantity in &used {
@@ -46,18 +41,14 @@ pub fn write_load_cases(table: &LoadCaseTable) -> String {
     for case in &table.cases {
         text.push_str(&quoted(case.pose.as_str()));
         for (joint, value) in table.joints.iter().zip(&case.joints) {
-            let (value, shift) = match joint.unit {
-                JointUnit::Angle => (value.to_degrees(), 0),
-                JointUnit::Length => (*value, 3),
-            };
-            write_decimal(value, shift, &mut digits);
-            let _ = write!(text, ",{digits}");
+            let _ = write!(text, ",{}", joint.unit.written(*value));
         }
         let _ = write!(text, ",{},{}", case.repeat, case.axes);
         for quantity in &used {
             let shift = match quantity {
                 VectorQuantity::Force | VectorQuantity::Moment => 0,
                 VectorQuantity::Displacement | VectorQuantity::Rotation => 6,
+                VectorQuantity::Position => 3,
             };
             for axis in 0..3 {
                 text.push(',');
@@ -85,6 +76,7 @@ fn component(case: &super::table::LoadCase, quantity: VectorQuantity, axis: usiz
         VectorQuantity::Moment => of_load(case.moment_nm[axis]),
         VectorQuantity::Displacement => case.displacement_m[axis],
         VectorQuantity::Rotation => case.rotation_rad[axis],
+        VectorQuantity::Position => case.position_m[axis],
     }
 }
 

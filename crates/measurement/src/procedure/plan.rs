@@ -1,6 +1,8 @@
 //! The checked plan, its defaults, and its way to and from a session's header.
 
-use crate::readings::{LoadOrder, ProcedureRecord, RepeatOrder, SettleRecord, ZeroScope};
+use crate::readings::{
+    LoadOrder, PoseJoints, ProcedureRecord, RepeatOrder, SettleRecord, ZeroScope,
+};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
@@ -20,6 +22,8 @@ pub struct Procedure {
     pub text: Option<String>,
     /// Poses, in the order of measurement; `None` stands for every named pose of the robot.
     pub poses: Option<Vec<PoseId>>,
+    /// Joint values of poses: of those that the robot file does not have and, in sessions whose displacements are vectors, of all.
+    pub joint_values: Vec<PoseJoints>,
     /// Directions of the loads, in the order of measurement.
     pub directions: Vec<LoadDirection>,
     /// Base axes along which displacement gauges stand, in the order x, y, z; empty for one gauge along the load.
@@ -78,6 +82,7 @@ impl Default for Procedure {
             name: "unnamed".to_owned(),
             text: None,
             poses: None,
+            joint_values: Vec::new(),
             directions: LoadDirection::axes(),
             displacement_axes: Vec::new(),
             // The paper's loads and repeats (IV-C, steps 4 and 5).
@@ -118,6 +123,7 @@ impl Procedure {
             name: record.name.clone().unwrap_or(default.name),
             text: record.text.clone(),
             poses: (!record.poses.is_empty()).then(|| record.poses.clone()),
+            joint_values: record.joint_values.clone(),
             directions: match record.directions.as_slice() {
                 [] => default.directions,
                 directions => directions.to_vec(),
@@ -158,6 +164,7 @@ impl Procedure {
             name: Some(self.name.clone()),
             text: self.text.clone(),
             poses: self.poses.clone().unwrap_or_default(),
+            joint_values: self.joint_values.clone(),
             directions: self.directions.clone(),
             displacement_axes: self.displacement_axes.clone(),
             loads_n: self.loads_n.clone(),

@@ -2,6 +2,7 @@
 
 use toml::Table;
 
+use super::joint_values::{joint_values_table, read_joint_values};
 use super::session_file::{ProcedureRecord, SettleRecord};
 use super::toml_values::{
     decimal, one_of, put, put_list, put_number, put_text, quantities, quantity, rate, seed, word,
@@ -49,6 +50,7 @@ pub(super) fn read_procedure(
         name: table.read("name", TomlValue::text_or_digits)?,
         text: table.read("text", TomlValue::text_or_digits)?,
         poses: table.read_all("poses", |name| name.text().map(PoseId::new))?,
+        joint_values: read_joint_values(table)?,
         directions: read_directions(table, unknown)?,
         displacement_axes: table.read_all("displacement_axes", one_of)?,
         loads_n: quantities(table, "loads", Kind::Force)?,
@@ -194,6 +196,11 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         put_number(&mut inner, "slope_um_per_s", settle.slope_m_per_s, 6);
         put(&mut table, "settle", Some(toml::Value::Table(inner)));
     }
+    put(
+        &mut table,
+        "joint_values",
+        joint_values_table(&procedure.joint_values),
+    );
     let mut names = Table::new();
     for direction in &procedure.directions {
         if let Some(name) = direction.name() {

@@ -6,6 +6,7 @@ use jiff::civil::Date;
 use miette::Diagnostic;
 use thiserror::Error;
 
+use super::joint_values::PoseJoints;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::source_text::PlacedError;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
@@ -148,6 +149,8 @@ pub struct ProcedureRecord {
     pub text: Option<String>,
     /// Poses, in the order of measurement.
     pub poses: Vec<PoseId>,
+    /// Joint values of poses, of those that the robot file does not have and, in sessions whose displacements are vectors, of all.
+    pub joint_values: Vec<PoseJoints>,
     /// Directions of the loads, in the order of measurement.
     pub directions: Vec<LoadDirection>,
     /// Base axes along which displacement gauges stand; empty for one gauge along the load.

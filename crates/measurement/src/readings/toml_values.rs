@@ -51,7 +51,7 @@ fn with_unit<'a>(
     }
 }
 
-fn in_si(value: &toml_text::TomlValue<'_>, conversion: Conversion) -> Read<f64> {
+pub(super) fn in_si(value: &toml_text::TomlValue<'_>, conversion: Conversion) -> Read<f64> {
     let digits = value.digits()?.as_bytes();
     let number = NumberReader::new(None).read(digits, conversion, 0);
     number.map_err(|_| value.wrong("a finite number"))

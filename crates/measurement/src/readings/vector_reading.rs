@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::error::ReadingsError;
+use super::joint_values::JointColumn;
 use super::number::write_decimal;
 use super::reading::ReadingStatus;
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
@@ -30,6 +31,8 @@ pub struct VectorReading {
     pub status: ReadingStatus,
     /// Target along the load, N, signed.
     pub target_n: f64,
+    /// Values of the joint columns of its table, rad or m; `None` where they are not stated.
+    pub joints: Vec<Option<f64>>,
     /// Force along the base axes, N.
     pub force_n: [f64; 3],
     /// Displacement from the zero along the base axes, m; `None` along an axis without a gauge.
@@ -63,8 +66,8 @@ pub struct VectorReading {
 /// Columns that hold the analyst's own marks; all others make the result.
 pub const MARK_COLUMNS: [&str; 3] = ["status", "flag", "note"];
 
-/// All columns, in the order in which they are written; the last only for readings that were not measured.
-pub(super) const VECTOR_COLUMNS: [&str; 33] = [
+/// Columns before those of the joints, in the order in which they are written.
+const COLUMNS_BEFORE_JOINTS: [&str; 13] = [
     "session",
     "seq",
     "utc",
@@ -78,6 +81,10 @@ pub(super) const VECTOR_COLUMNS: [&str; 33] = [
     "attempt",
     "run",
     "zero_id",
+];
+
+/// Columns behind those of the joints; `origin` follows in readings that were not measured.
+const COLUMNS_AFTER_JOINTS: [&str; 20] = [
     "axes",
     "force_x_N",
     "force_y_N",
@@ -110,10 +117,14 @@ pub struct VectorReadingsWriter<W: Write> {
     output: csv::Writer<W>,
     session: String,
     origin: Option<String>,
+    joints: Vec<JointColumn>,
 }
 
 impl<W: Write> VectorReadingsWriter<W> {
     /// Writes the header; `session` and `origin` go into every row. Readings that were measured have no origin and no such column.
+    ///
+    /// # Arguments
+    /// - `joints`: the columns of joint values, those of [`VectorReading::joints`].
     ///
     /// # Errors
     /// [`ReadingsError::Write`] if the output fails.
@@ -121,17 +132,25 @@ impl<W: Write> VectorReadingsWriter<W> {
         output: W,
         session: Option<&str>,
         origin: Option<&str>,
+        joints: &[JointColumn],
     ) -> Result<Self, ReadingsError> {
-        let mut writer = Self::continuing(output, session, origin);
-        let marked = origin.map(|_| "origin");
-        let columns = VECTOR_COLUMNS.into_iter().chain(marked);
+        let mut writer = Self::continuing(output, session, origin, joints);
+        let mut columns = COLUMNS_BEFORE_JOINTS.map(str::to_owned).to_vec();
+        columns.extend(joints.iter().map(JointColumn::name));
+        columns.extend(COLUMNS_AFTER_JOINTS.map(str::to_owned));
+        columns.extend(origin.map(|_| "origin".to_owned()));
         writer.output.write_record(columns).map_err(failed)?;
         Ok(writer)
     }
 
     /// The same behind rows that are there already: no header is written.
     #[must_use]
-    pub fn continuing(output: W, session: Option<&str>, origin: Option<&str>) -> Self {
+    pub fn continuing(
+        output: W,
+        session: Option<&str>,
+        origin: Option<&str>,
+        joints: &[JointColumn],
+    ) -> Self {
         let output = csv::WriterBuilder::new()
             .terminator(csv::Terminator::Any(b'\n'))
             // A first field that starts with `#` must not become a comment.
@@ -142,6 +161,7 @@ impl<W: Write> VectorReadingsWriter<W> {
             output,
             session: session.unwrap_or_default().to_owned(),
             origin: origin.map(str::to_owned),
+            joints: joints.to_vec(),
         }
     }
 
@@ -166,8 +186,12 @@ impl<W: Write> VectorReadingsWriter<W> {
             reading.attempt.to_string(),
             reading.run.clone(),
             reading.zero.clone(),
-            BASE_AXES.to_owned(),
         ];
+        for (place, joint) in self.joints.iter().enumerate() {
+            let value = reading.joints.get(place).copied().flatten();
+            row.push(value.map_or_else(String::new, |value| joint.unit.written(value)));
+        }
+        row.push(BASE_AXES.to_owned());
         row.extend(reading.force_n.map(|part| decimal(part, 0)));
         row.push(reading.force_raw.clone());
         row.push(optional(reading.force_zero_n, 0));
@@ -212,6 +236,7 @@ fn check_finite(reading: &VectorReading) -> Result<(), ReadingsError> {
     let [force_x, force_y, force_z] = reading.force_n.map(Some);
     let [x, y, z] = reading.displacement_m;
     let [zero_x, zero_y, zero_z] = reading.displacement_zero_m;
+    let joints = reading.joints.iter().map(|value| ("joint", *value));
     let numbers = [
         ("target_N", Some(reading.target_n)),
         ("force_x_N", force_x),
@@ -228,7 +253,7 @@ fn check_finite(reading: &VectorReading) -> Result<(), ReadingsError> {
         ("hold_s", reading.hold_s),
         ("temp_degC", reading.temperature_deg_c),
     ];
-    for (column, value) in numbers {
+    for (column, value) in numbers.into_iter().chain(joints) {
         if let Some(value) = value.filter(|value| !value.is_finite()) {
             return Err(ReadingsError::NotWritable {
                 seq: reading.seq,

@@ -2,8 +2,10 @@
 
 use std::io::Read;
 
+use super::column::split_unit;
 use super::csv::ReadOptions;
 use super::error::ReadingsError;
+use super::joint_values::{JointColumn, JointUnit};
 use super::number::{Conversion, read_count};
 use super::reading::ReadingStatus;
 use super::text_table::RecordTable;
@@ -42,6 +44,8 @@ pub struct VectorTable {
     pub origin: Option<String>,
     /// Column names.
     pub names: Vec<String>,
+    /// The columns of joint values.
+    pub joints: Vec<JointColumn>,
     /// The fields of each reading, in the order of `readings`.
     pub rows: Vec<Vec<String>>,
     /// The readings.
@@ -101,8 +105,13 @@ pub fn read_vector_readings(source: &str, input: impl Read) -> Result<VectorTabl
             });
         }
     }
+    let joints = joint_columns(&text)?;
+    table.joints = joints.iter().map(|joint| joint.column.clone()).collect();
     while text.next_record()? {
-        let mut row = VectorRow { text: &mut text };
+        let mut row = VectorRow {
+            text: &mut text,
+            joints: &joints,
+        };
         let reading = row.reading()?;
         table.origin = table
             .origin
@@ -120,9 +129,58 @@ pub fn read_vector_readings(source: &str, input: impl Read) -> Result<VectorTabl
     Ok(table)
 }
 
+/// A column of joint values.
+struct JointAt {
+    index: usize,
+    conversion: Conversion,
+    column: JointColumn,
+}
+
+/// The columns `joint_VARIABLE_UNIT`.
+fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointAt>, ReadingsError> {
+    let mut columns: Vec<JointAt> = Vec::new();
+    for (index, name) in text.names.iter().enumerate() {
+        let Some(named) = name.strip_prefix("joint_") else {
+            continue;
+        };
+        let (variable, unit) = split_unit(named).unwrap_or((named, ""));
+        let Some((unit, conversion)) = JointUnit::of(unit).filter(|_| !variable.is_empty()) else {
+            return Err(ReadingsError::WrongUnit {
+                file: text.file(),
+                line: text.header_line,
+                column: name.clone(),
+                unit: format!("`{unit}`"),
+                accepted: "deg, rad; of a sliding joint mm, m",
+            });
+        };
+        let known = columns
+            .iter()
+            .find(|known| known.column.variable == variable);
+        if let Some(known) = known {
+            return Err(ReadingsError::DuplicateColumn {
+                file: text.file(),
+                line: text.header_line,
+                column: "a joint",
+                first: text.names[known.index].clone(),
+                second: name.clone(),
+            });
+        }
+        columns.push(JointAt {
+            index,
+            conversion,
+            column: JointColumn {
+                variable: variable.to_owned(),
+                unit,
+            },
+        });
+    }
+    Ok(columns)
+}
+
 /// The current record.
 struct VectorRow<'t, 'a> {
     text: &'t mut RecordTable<'a>,
+    joints: &'t [JointAt],
 }
 
 impl VectorRow<'_, '_> {
@@ -163,6 +221,11 @@ impl VectorRow<'_, '_> {
         for (part, column) in displacement_zero_m.iter_mut().zip(zeros) {
             *part = self.number(column, um)?;
         }
+        let mut joints = Vec::with_capacity(self.joints.len());
+        for joint in self.joints {
+            let value = self.number_at(joint.index, joint.conversion)?;
+            joints.push(value);
+        }
         let pose = self.text_of("pose");
         if pose.is_empty() {
             return Err(self.missing("pose", "the name of a pose"));
@@ -187,6 +250,7 @@ impl VectorRow<'_, '_> {
                 _ => return Err(self.bad("status", "`accepted`, `superseded` or `rejected`")),
             },
             target_n: self.number("target_N", Conversion::NONE)?.unwrap_or(0.0),
+            joints,
             force_n,
             displacement_m,
             run: self.text_of("run"),
@@ -221,15 +285,23 @@ impl VectorRow<'_, '_> {
         column: &str,
         conversion: Conversion,
     ) -> Result<Option<f64>, ReadingsError> {
-        let Some(index) = self
-            .index(column)
-            .filter(|&at| !self.text.field(at).is_empty())
-        else {
+        let index = self.index(column);
+        index.map_or(Ok(None), |index| self.number_at(index, conversion))
+    }
+
+    fn number_at(
+        &mut self,
+        index: usize,
+        conversion: Conversion,
+    ) -> Result<Option<f64>, ReadingsError> {
+        if self.text.field(index).is_empty() {
             return Ok(None);
-        };
+        }
         let read = self.text.number(index, conversion);
-        read.map(Some)
-            .map_err(|fault| self.text.number_error(index, column.to_owned(), fault))
+        read.map(Some).map_err(|fault| {
+            let column = self.text.names[index].clone();
+            self.text.number_error(index, column, fault)
+        })
     }
 
     /// A whole number; 1 without a column or value, as one reading of a table by hand is the first of its kind.

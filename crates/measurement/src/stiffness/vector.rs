@@ -229,6 +229,7 @@ mod tests {
             attempt: 1,
             status: ReadingStatus::Accepted,
             target_n: f,
+            joints: Vec::new(),
             force_n,
             displacement_m,
             run: run.to_string(),

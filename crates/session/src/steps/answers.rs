@@ -102,15 +102,16 @@ impl Machine {
         let planned = &self.plan.cells[cell];
         let axes = &self.plan.procedure.displacement_axes;
         let (pose, direction) = (&planned.pose, &planned.direction);
+        let joints = self.plan.joints_text(pose);
         let text = if axes.is_empty() {
             format!(
-                "Set pose {pose} and mount jack and gauges along {direction} ({}). Done?",
+                "Set pose {pose}{joints} and mount jack and gauges along {direction} ({}). Done?",
                 direction.word()
             )
         } else {
             let axes: Vec<String> = axes.iter().map(ToString::to_string).collect();
             format!(
-                "Set pose {pose} and mount the jack along {direction} ({}), the displacement gauges along {}. Done?",
+                "Set pose {pose}{joints} and mount the jack along {direction} ({}), the displacement gauges along {}. Done?",
                 direction.word(),
                 axes.join(", ")
             )

@@ -2,7 +2,7 @@
 
 use stiffbench_gauges::Ask;
 
-use crate::event::{Event, PoseSet};
+use crate::event::{Event, JointSet, PoseSet};
 use crate::operator::{Prompt, PromptKind};
 
 use super::answers::Why;
@@ -42,10 +42,13 @@ impl Machine {
             out.push(Action::Ask(channel, Ask::State));
         }
         let planned = &self.plan.cells[cell];
+        let joints = self.plan.joints_of(&planned.pose);
+        let joints = joints.map(|(joint, value)| JointSet::new(joint, *value));
         let event = Event::PoseSet(PoseSet {
             cell,
             pose: planned.pose.to_string(),
             direction: planned.direction.clone(),
+            joints: joints.collect(),
         });
         self.record(event, out);
         self.done();

@@ -47,6 +47,9 @@ pub fn diagnose_load_cases(
     options: &LoadCaseFitOptions,
     seed: u64,
 ) -> Result<LoadCaseDiagnosis, LoadCaseFitError> {
+    if model.posed.has_positions() {
+        return Err(LoadCaseFitError::Positions { needs: "diagnose" });
+    }
     let baseline = fit_load_cases(model, options)?;
     let residuals: Vec<f64> = baseline
         .components
@@ -266,7 +269,7 @@ fn solve<'a>(
         parameters: Vec::new(),
     };
     for pose in &model.posed.poses {
-        let found = solver.solve(pose, factors, true)?;
+        let found = solver.solve(pose, factors, true, false)?;
         solved.compliance.push(found.compliance);
         solved.derivatives.push(found.derivatives);
     }

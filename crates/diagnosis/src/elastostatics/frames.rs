@@ -1,0 +1,374 @@
+//! Where the tracker stands and which point of the tool it sees: found beside the springs from absolute positions.
+//!
+//! With x the tool centre of the rigid robot in a pose, A its axes, u and θ its displacement and rotation under own weight and load, all in the
+//! axes of the base, the tracker reads p = t + R (x + A b + u + θ × A b). Base frame (t, R) and tool point b are nine further parameters.
+//!
+//! # Source
+//! Absolute calibration with base and tool frames: Mooring, Roth & Driels, Fundamentals of Manipulator Calibration (1991), chapter 3; elastic
+//! calibration: Klimchik, Wu, Dumas, Caro, Furet & Pashkevich, ICRA 2013. The rotation of the start: Kabsch, Acta Cryst. A32 (1976) 922.
+
+use nalgebra::{Matrix3, Vector3};
+
+use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, ToolPose, TrackerFrames};
+use stiffbench_numeric::least_squares::Parameter;
+use stiffbench_numeric::vector::{cross, norm};
+
+use crate::search::{self, push_orthonormal};
+
+use super::error::LoadCaseFitError;
+use super::posed::{PosedLoadCases, ReadComponent};
+use super::prediction::{ToolMotion, rows_of};
+
+/// Names of the nine parameters: position of the base (m), its rotation (rad) about the axes of the tracker, the point of the tool (m).
+pub(super) const FRAME_NAMES: [&str; 9] = [
+    "base_frame.x",
+    "base_frame.y",
+    "base_frame.z",
+    "base_frame.rx",
+    "base_frame.ry",
+    "base_frame.rz",
+    "tool_point.x",
+    "tool_point.y",
+    "tool_point.z",
+];
+
+/// Whole positions without which a start for the frames cannot be found.
+const FEWEST_POSITIONS: usize = 4;
+
+/// Most alternations between rotation and tool point; what is left is the search's.
+const MOST_ALTERNATIONS: usize = 500;
+
+/// Change of the tool point, m, below which alternations end: far below any tracker.
+const STILL_M: f64 = 1e-10;
+
+/// Singular values below this share of the largest carry no component of the tool point.
+const UNSEEN: f64 = 1e-9;
+
+/// Rigid robot and frames near those of the least squares.
+#[derive(Debug, Clone)]
+pub(super) struct PositionFrames {
+    start: TrackerFrames,
+    /// The tool of the rigid robot in each distinct pose.
+    tools: Vec<ToolPose>,
+}
+
+impl PositionFrames {
+    /// Frames that fit the rigid robot nearly best; `None` without positions.
+    ///
+    /// # Errors
+    /// [`LoadCaseFitError::TooFewPositions`]; a pose that cannot be reached.
+    pub(super) fn of(
+        robot: &Robot,
+        mechanism: &Mechanism,
+        posed: &PosedLoadCases,
+    ) -> Result<Option<Self>, LoadCaseFitError> {
+        if !posed.has_positions() {
+            return Ok(None);
+        }
+        let poses = posed.poses.iter();
+        let tools = poses
+            .map(|pose| tool_of(robot, mechanism, pose))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Some(Self {
+            start: first_frames(posed, &tools)?,
+            tools,
+        }))
+    }
+
+    /// The nine parameters, beginning at the start, which is zero.
+    pub(super) fn parameters() -> impl Iterator<Item = Parameter> {
+        FRAME_NAMES
+            .into_iter()
+            .map(|name| Parameter::unbounded(name, 0.0))
+    }
+
+    /// The frames at nine coordinates: shift, rotation vector from the start, change of the tool point.
+    pub(super) fn at(&self, coordinates: &[f64]) -> TrackerFrames {
+        let mut frames = self.start;
+        if let [x, y, z, rx, ry, rz, bx, by, bz] = *coordinates {
+            frames = frames.turned([rx, ry, rz]);
+            for (value, change) in frames.base_m.iter_mut().zip([x, y, z]) {
+                *value += change;
+            }
+            for (value, change) in frames.tool_point_m.iter_mut().zip([bx, by, bz]) {
+                *value += change;
+            }
+        }
+        frames
+    }
+
+    /// Predicted positions, one a row.
+    pub(super) fn rows(
+        &self,
+        posed: &PosedLoadCases,
+        frames: &TrackerFrames,
+        motions: &[ToolMotion],
+    ) -> Vec<f64> {
+        let position = |pose: usize, read: &ReadComponent, motion: &ToolMotion| {
+            frames.position_m(&self.tools[pose], motion)[read.component % 3]
+        };
+        rows_of(posed, motions, position)
+    }
+
+    /// Positions of the rigid robot at the start less the measured ones, m.
+    pub(super) fn left_by_rigid_robot(&self, posed: &PosedLoadCases) -> Vec<f64> {
+        let rigid = self.rows(posed, &self.start, &vec![[0.0; 6]; posed.cases.len()]);
+        let pairs = rigid.iter().zip(posed.rows());
+        pairs.map(|(rigid, (_, read))| rigid - read.value).collect()
+    }
+
+    /// Derivatives of the positions where motions of the tool centre change so.
+    pub(super) fn column(
+        &self,
+        posed: &PosedLoadCases,
+        frames: &TrackerFrames,
+        changes: &[ToolMotion],
+    ) -> Vec<f64> {
+        let moved = |pose: usize, read: &ReadComponent, change: &ToolMotion| {
+            let point = frames.motion_of_point(&self.tools[pose], change);
+            frames.to_tracker(point)[read.component % 3]
+        };
+        rows_of(posed, changes, moved)
+    }
+
+    /// Derivatives of the positions to the nine coordinates.
+    pub(super) fn frame_columns(
+        &self,
+        posed: &PosedLoadCases,
+        coordinates: &[f64],
+        motions: &[ToolMotion],
+    ) -> Vec<Vec<f64>> {
+        let frames = self.at(coordinates);
+        let turn = coordinates
+            .get(3..6)
+            .map_or([0.0; 3], |turn| std::array::from_fn(|i| turn[i]));
+        let turning = left_jacobian(turn);
+        let unit =
+            |axis: usize| -> [f64; 3] { std::array::from_fn(|i| f64::from(u8::from(i == axis))) };
+        let of_point = |axis: usize| TrackerFrames {
+            tool_point_m: unit(axis),
+            ..frames
+        };
+        let column = |place: usize| {
+            let axis = place % 3;
+            let turned: [f64; 3] = turning.map(|row| row[axis]);
+            let point = of_point(axis);
+            let derivative = |pose: usize, read: &ReadComponent, motion: &ToolMotion| {
+                let (tool, component) = (&self.tools[pose], read.component % 3);
+                match place / 3 {
+                    0 => unit(axis)[component],
+                    1 => {
+                        let arm = frames.to_tracker(frames.from_base_m(tool, motion));
+                        cross(turned, arm)[component]
+                    }
+                    _ => {
+                        let rigid = point.lever_m(tool);
+                        let [_, _, _, rx, ry, rz] = *motion;
+                        let turned = cross([rx, ry, rz], rigid);
+                        frames.to_tracker([0, 1, 2].map(|i| rigid[i] + turned[i]))[component]
+                    }
+                }
+            };
+            rows_of(posed, motions, derivative)
+        };
+        (0..FRAME_NAMES.len()).map(column).collect()
+    }
+}
+
+/// The tool in a pose; of a robot file without a tool the end, with the axes of the body that carries it.
+fn tool_of(robot: &Robot, mechanism: &Mechanism, pose: &Pose) -> Result<ToolPose, RobotError> {
+    let tool = robot.tool_pose(pose)?;
+    Ok(match (robot.tool.body, robot.end_body(mechanism)) {
+        (None, Some(body)) => ToolPose {
+            axes: robot.body_axes(body, pose)?,
+            ..tool
+        },
+        _ => tool,
+    })
+}
+
+/// J with exp(ω + dω) = exp(J dω) exp(ω), row by row.
+///
+/// # Source
+/// Barfoot, State Estimation for Robotics (2017), eq. (7.77).
+fn left_jacobian(vector: [f64; 3]) -> [[f64; 3]; 3] {
+    let angle = norm(vector);
+    let (first, second) = if angle < 1e-4 {
+        (
+            0.5 - angle * angle / 24.0,
+            1.0 / 6.0 - angle * angle / 120.0,
+        )
+    } else {
+        let squared = angle * angle;
+        (
+            (1.0 - angle.cos()) / squared,
+            (angle - angle.sin()) / (squared * angle),
+        )
+    };
+    let column = |axis: usize| {
+        let unit: [f64; 3] = std::array::from_fn(|i| f64::from(u8::from(i == axis)));
+        let once = cross(vector, unit);
+        let twice = cross(vector, once);
+        [0, 1, 2].map(|i| unit[i] + first * once[i] + second * twice[i])
+    };
+    let columns = [0, 1, 2].map(column);
+    [0, 1, 2].map(|row| columns.map(|column| column[row]))
+}
+
+/// A position with all components.
+struct WholePosition<'a> {
+    measured: Vector3<f64>,
+    tool: &'a ToolPose,
+}
+
+impl WholePosition<'_> {
+    fn centre(&self) -> Vector3<f64> {
+        Vector3::from(self.tool.position_m)
+    }
+
+    /// Columns: axes of the tool in those of the base.
+    fn axes(&self) -> Matrix3<f64> {
+        Matrix3::from_columns(&self.tool.axes.map(Vector3::from))
+    }
+}
+
+/// Frames from rotation and tool point in turn: each is the least-squares solution for given values of the other.
+fn first_frames(
+    posed: &PosedLoadCases,
+    tools: &[ToolPose],
+) -> Result<TrackerFrames, LoadCaseFitError> {
+    let whole: Vec<WholePosition<'_>> = posed
+        .cases
+        .iter()
+        .filter_map(|case| {
+            let read = |axis: usize| {
+                let mut components = case.components.iter();
+                let found =
+                    components.find(|read| read.is_position() && read.component % 3 == axis);
+                found.map(|read| read.value)
+            };
+            Some(WholePosition {
+                measured: Vector3::new(read(0)?, read(1)?, read(2)?),
+                tool: &tools[case.pose],
+            })
+        })
+        .collect();
+    let mut poses: Vec<[u64; 3]> = whole
+        .iter()
+        .map(|one| one.tool.position_m.map(f64::to_bits))
+        .collect();
+    poses.sort_unstable();
+    poses.dedup();
+    if poses.len() < FEWEST_POSITIONS {
+        return Err(LoadCaseFitError::TooFewPositions {
+            whole: poses.len(),
+            needed: FEWEST_POSITIONS,
+        });
+    }
+    let count = whole.len() as f64;
+    let mean_axes = whole.iter().map(WholePosition::axes).sum::<Matrix3<f64>>() / count;
+    let mut normal = Matrix3::zeros();
+    for one in &whole {
+        let axes = one.axes() - mean_axes;
+        normal += axes.transpose() * axes;
+    }
+    let inverse = pseudo_inverse(&normal);
+    let mut point = Vector3::zeros();
+    let (mut rotation, mut base) = (Matrix3::identity(), Vector3::zeros());
+    for _ in 0..MOST_ALTERNATIONS {
+        (rotation, base) = kabsch(&whole, &point);
+        // Rᵀ p - x = A b + s with s = Rᵀ t: the mean takes s away.
+        let left = |one: &WholePosition<'_>| rotation.transpose() * one.measured - one.centre();
+        let mean = whole.iter().map(left).sum::<Vector3<f64>>() / count;
+        let mut right = Vector3::zeros();
+        for one in &whole {
+            right += (one.axes() - mean_axes).transpose() * (left(one) - mean);
+        }
+        let next = inverse * right;
+        let change = (next - point).norm();
+        point = next;
+        if change < STILL_M {
+            break;
+        }
+    }
+    Ok(TrackerFrames {
+        rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| rotation[(row, column)])),
+        base_m: base.into(),
+        tool_point_m: point.into(),
+    })
+}
+
+/// Rotation and shift that carry the points of the rigid robot onto the measured ones with the least sum of squares.
+fn kabsch(whole: &[WholePosition<'_>], point: &Vector3<f64>) -> (Matrix3<f64>, Vector3<f64>) {
+    let count = whole.len() as f64;
+    let rigid = |one: &WholePosition<'_>| one.centre() + one.axes() * point;
+    let mean_rigid = whole.iter().map(rigid).sum::<Vector3<f64>>() / count;
+    let mean = whole.iter().map(|one| one.measured).sum::<Vector3<f64>>() / count;
+    let mut covariance = Matrix3::zeros();
+    for one in whole {
+        covariance += (one.measured - mean) * (rigid(one) - mean_rigid).transpose();
+    }
+    let decomposed = covariance.svd(true, true);
+    let (Some(left), Some(right)) = (decomposed.u, decomposed.v_t) else {
+        return (Matrix3::identity(), mean - mean_rigid);
+    };
+    // The weakest direction, whichever place it has, makes up for a reflection.
+    let mut signs = Vector3::repeat(1.0);
+    signs[decomposed.singular_values.imin()] = (left * right).determinant().signum();
+    let rotation = left * Matrix3::from_diagonal(&signs) * right;
+    (rotation, mean - rotation * mean_rigid)
+}
+
+fn pseudo_inverse(matrix: &Matrix3<f64>) -> Matrix3<f64> {
+    let decomposed = matrix.svd(true, true);
+    let largest = decomposed.singular_values.max();
+    // Both sides were computed: the only error does not arise.
+    decomposed
+        .pseudo_inverse(UNSEEN * largest)
+        .unwrap_or_else(|_| Matrix3::zeros())
+}
+
+/// Length of what some columns leave of each vector.
+pub(super) fn lengths_beside(columns: &[Vec<f64>], vectors: &[Vec<f64>]) -> Vec<f64> {
+    let mut units = Vec::with_capacity(columns.len());
+    for column in columns {
+        push_orthonormal(&mut units, column.clone(), UNSEEN, 0.0);
+    }
+    let rest = |vector: &Vec<f64>| {
+        let mut rest = vector.clone();
+        for unit in &units {
+            let share = search::dot(unit, &rest);
+            search::subtract(&mut rest, share, unit);
+        }
+        search::norm(&rest)
+    };
+    vectors.iter().map(rest).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_left_jacobian_is_the_derivative_of_the_rotation() {
+        let step = 1e-6;
+        for vector in [[1e-6, 0.0, 2e-6], [0.4, -0.2, 0.9]] {
+            let jacobian = left_jacobian(vector);
+            let arm = [0.3, -1.2, 0.7];
+            let there = |vector| TrackerFrames::IDENTITY.turned(vector).to_tracker(arm);
+            for axis in 0..3 {
+                let ends = [step, -step].map(|by| {
+                    let mut moved = vector;
+                    moved[axis] += by;
+                    there(moved)
+                });
+                let column = jacobian.map(|row| row[axis]);
+                let expected = cross(column, there(vector));
+                for i in 0..3 {
+                    let found = (ends[0][i] - ends[1][i]) / (2.0 * step);
+                    assert!((found - expected[i]).abs() < 1e-9, "{found} {expected:?}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What belongs to absolute positions alone: the rigid robot as it was before, the frames, and springs that own weight does not load.
+
+use stiffbench_beams::robot::ModelParameter;
+use stiffbench_numeric::least_squares::{ParameterCovariance, minimise};
+use stiffbench_numeric::statistics::student_t_quantile;
+use stiffbench_units_and_text::test_point::Direction;
+
+use super::compliances::ComplianceSolver;
+use super::error::LoadCaseFitError;
+use super::frames::{FRAME_NAMES, PositionFrames};
+use super::held_out::leave_poses_out;
+use super::outcome::{FittedFrames, FrameParameter};
+use super::problem::{LoadCaseModel, LoadCaseProblem, frames_alone};
+
+/// Force that is named as what would determine a spring, N.
+const NAMED_FORCE_N: f64 = 100.0;
+
+/// The rigid robot with the frames that fit it best.
+pub(super) struct RigidRobot {
+    /// All coordinates, those of springs zero.
+    pub(super) coordinates: Vec<f64>,
+    /// What it predicts of every row, m.
+    pub(super) predicted: Vec<f64>,
+    /// The same of each pose by a fit to the others.
+    pub(super) unseen: Vec<Option<f64>>,
+}
+
+impl RigidRobot {
+    /// Fits the frames alone, with the weights of the problem.
+    ///
+    /// # Arguments
+    /// - `leave_out`: whether each pose is to be left out in turn.
+    ///
+    /// # Errors
+    /// [`LoadCaseFitError`].
+    pub(super) fn fit(
+        model: &LoadCaseModel<'_>,
+        problem: &mut LoadCaseProblem<'_>,
+        leave_out: bool,
+    ) -> Result<Self, LoadCaseFitError> {
+        let set = frames_alone(problem.parameters())?;
+        let settings = problem.settings();
+        let fit = minimise(problem, &set, &settings)?;
+        let unseen = if leave_out {
+            leave_poses_out(model, problem, &set, &fit)?
+        } else {
+            vec![None; fit.residuals.len()]
+        };
+        Ok(Self {
+            predicted: problem.predictions(&fit.values)?,
+            coordinates: fit.values,
+            unseen,
+        })
+    }
+
+    /// Root mean square error in poses that a fit did not know, m.
+    fn unseen_m(&self, measured: &[f64]) -> Option<f64> {
+        let errors = self.unseen.iter().zip(measured);
+        let squares: Vec<f64> = errors
+            .filter_map(|(unseen, measured)| Some(((*unseen)? - measured).powi(2)))
+            .collect();
+        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+    }
+}
+
+/// The fitted frames with their standard errors.
+///
+/// # Arguments
+/// - `coordinates`: all coordinates of the fit.
+/// - `parameters`: how many of them are no frames.
+pub(super) fn fitted_frames(
+    model: &LoadCaseModel<'_>,
+    frames: &PositionFrames,
+    coordinates: &[f64],
+    parameters: usize,
+    covariance: Option<&ParameterCovariance>,
+    rigid: &RigidRobot,
+) -> FittedFrames {
+    let quantile = covariance.and_then(|found| student_t_quantile(0.975, found.interval_dof));
+    let parameter = |place: usize| {
+        let found = covariance.map(|found| &found.estimates[parameters + place]);
+        let error = found.and_then(|found| found.standard_error);
+        FrameParameter {
+            name: FRAME_NAMES[place],
+            standard_error: error,
+            half_width_95: error
+                .zip(quantile)
+                .map(|(error, quantile)| error * quantile),
+        }
+    };
+    FittedFrames {
+        frames: frames.at(&coordinates[parameters..]),
+        rigid: frames.at(&rigid.coordinates[parameters..]),
+        parameters: std::array::from_fn(parameter),
+        rigid_unseen_m: rigid.unseen_m(&model.measured()),
+    }
+}
+
+/// Why positions do not determine a spring by itself, and what would: in words.
+///
+/// # Arguments
+/// - `loaded`: whether own weight or a load acts on it, though frames or other springs do the same.
+///
+/// # Errors
+/// [`LoadCaseFitError`].
+pub(super) fn why_open(
+    model: &LoadCaseModel<'_>,
+    spring: &ModelParameter,
+    loaded: bool,
+) -> Result<String, LoadCaseFitError> {
+    let (robot, mechanism) = (model.robot, model.mechanism);
+    let springs = std::slice::from_ref(spring);
+    let mut solver = ComplianceSolver::new(robot, mechanism, springs, model.start)?;
+    let mut best: Option<(f64, Direction, usize)> = None;
+    for (place, pose) in model.posed.poses.iter().enumerate() {
+        let solved = solver.solve(pose, model.start, true, false)?;
+        for axis in Direction::ALL {
+            let i = axis.index();
+            let moved: f64 = (0..3).map(|k| solved.derivatives[0][k][i].powi(2)).sum();
+            if best.is_none_or(|(most, ..)| moved > most * (1.0 + 1e-9)) {
+                best = Some((moved, axis, place));
+            }
+        }
+    }
+    let why = if loaded {
+        "base frame, tool point or other springs move the measured point in the same way"
+    } else if model.posed.cases.iter().all(|case| case.load == [0.0; 6]) {
+        "own weight does not load it, or not so that the measured point moves"
+    } else {
+        "neither own weight nor the loads of these poses act on it"
+    };
+    let label = |pose: usize| {
+        let mut cases = model.posed.cases.iter();
+        let case = cases.find(|case| case.pose == pose);
+        case.map(|case| model.posed.labels[case.label].to_string())
+    };
+    let remedy = best.filter(|(moved, ..)| *moved > 0.0).and_then(|(_, axis, pose)| {
+        Some(format!(
+            "positions with {NAMED_FORCE_N:.0} N along {axis} of the base beside ones without would determine it, best in pose {}",
+            label(pose)?
+        ))
+    });
+    Ok(match remedy {
+        Some(remedy) => format!("{why}; {remedy}"),
+        None => format!("{why}; no force on the tool would load it in these poses"),
+    })
+}

@@ -1,0 +1,172 @@
+//! Load cases of a session with displacement gauges along the base axes: one for each run.
+
+use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable};
+use crate::readings::{ReadingsError, VectorReading, VectorTable};
+use stiffbench_units_and_text::test_point::Branch;
+
+/// Components of a force relative to its size that are rounding.
+const NO_COMPONENT: f64 = 1e-9;
+
+/// A run: one load history on one zero of the gauges.
+struct VectorRun<'t> {
+    readings: Vec<&'t VectorReading>,
+}
+
+impl LoadCaseTable {
+    /// One load case for each run of a session: its displacement per force, a least-squares line over the steps of the loading branch, at
+    /// its largest load.
+    ///
+    /// A run counts from its own zero: its unloaded reading, or, where it has none, the zero of the gauges under the preload. What errors
+    /// the steps of a run share (its zero, its seating) is then one error of one load case, and repeats show it.
+    ///
+    /// # Arguments
+    /// - `preload_n`: force along the load at which the displacement gauges were zeroed, N.
+    ///
+    /// # Errors
+    /// [`ReadingsError`] for a reading without the value of a joint whose column there is, and a table without a run that was loaded.
+    pub fn of_runs(table: &VectorTable, preload_n: f64) -> Result<Self, ReadingsError> {
+        let accepted: Vec<&VectorReading> = table.accepted().collect();
+        let loading = accepted
+            .iter()
+            .copied()
+            .filter(|reading| reading.branch == Branch::Loading);
+        let mut runs: Vec<VectorRun<'_>> = Vec::new();
+        for reading in loading {
+            for (joint, value) in table.joints.iter().zip(&reading.joints) {
+                if value.is_none() {
+                    return Err(ReadingsError::MissingValue {
+                        file: table.source.clone(),
+                        line: reading.line,
+                        column: joint.name(),
+                        expected: "the value of the joint in this pose",
+                    });
+                }
+            }
+            match runs.iter_mut().find(|run| run.has(reading)) {
+                Some(run) => run.readings.push(reading),
+                None => runs.push(VectorRun {
+                    readings: vec![reading],
+                }),
+            }
+        }
+        let cases: Vec<LoadCase> = runs
+            .iter()
+            .filter_map(|run| run.load_case(preload_n))
+            .collect();
+        if cases.is_empty() {
+            return Err(ReadingsError::NoReadings {
+                file: table.source.clone(),
+                line: 1,
+            });
+        }
+        let used = runs.iter().map(|run| run.readings.len()).sum::<usize>();
+        let mut notes = vec![LoadCaseNote::Runs {
+            runs: cases.len(),
+            readings: used,
+            unloading: accepted.len() - used,
+        }];
+        let rejected: Vec<u32> = table
+            .readings
+            .iter()
+            .filter(|reading| !accepted.iter().any(|of| of.seq == reading.seq))
+            .map(|reading| reading.line)
+            .collect();
+        if !rejected.is_empty() {
+            notes.push(LoadCaseNote::Rejected { lines: rejected });
+        }
+        Ok(Self {
+            source: table.source.clone(),
+            origin: table.origin.clone(),
+            joints: table.joints.clone(),
+            cases,
+            notes,
+        })
+    }
+}
+
+impl VectorRun<'_> {
+    fn has(&self, reading: &VectorReading) -> bool {
+        let key = |of: &VectorReading| (of.pose.clone(), of.run.clone(), of.zero.clone());
+        let first = self.readings[0];
+        first.direction == reading.direction && key(first) == key(reading)
+    }
+
+    /// `None` for a run that was never loaded beyond its zero.
+    fn load_case(&self, preload_n: f64) -> Option<LoadCase> {
+        let first = self.readings[0];
+        let size = |reading: &VectorReading| length(reading.force_n);
+        let largest = self
+            .readings
+            .iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let largest_n = size(largest);
+        if largest_n == 0.0 {
+            return None;
+        }
+        // Loads count along the direction, against it below zero.
+        let sense = if largest.target_n < 0.0 { -1.0 } else { 1.0 };
+        let unit = largest.force_n.map(|part| sense * part / largest_n);
+        let along = |reading: &VectorReading| -> f64 {
+            let parts = reading.force_n.iter().zip(&unit);
+            parts.map(|(part, share)| part * share).sum()
+        };
+        let unloaded = self.readings.iter().find(|of| of.target_n == 0.0);
+        let zero_n = unloaded.map_or(preload_n, |of| along(of));
+        let load_n = along(largest) - zero_n;
+        if load_n.abs() <= NO_COMPONENT * largest_n {
+            return None;
+        }
+        let displacement_m = [0, 1, 2].map(|axis| {
+            let mut points: Vec<(f64, f64)> = Vec::new();
+            let mut step = None;
+            for reading in &self.readings {
+                // Of a load that was held, the first reading.
+                if step == Some(reading.step) {
+                    continue;
+                }
+                step = Some(reading.step);
+                points.extend(reading.displacement_m[axis].map(|read| (along(reading), read)));
+            }
+            if points.is_empty() {
+                return None;
+            }
+            if unloaded.is_none() {
+                points.push((preload_n, 0.0));
+            }
+            Some(slope(&points)? * load_n)
+        });
+        displacement_m
+            .iter()
+            .any(Option::is_some)
+            .then(|| LoadCase {
+                line: first.line,
+                pose: first.pose.clone(),
+                joints: first.joints.iter().copied().flatten().collect(),
+                repeat: first.repeat.max(1),
+                axes: LoadAxes::Base,
+                // Without a minus in front of zero.
+                force_n: unit.map(|share| share * load_n + 0.0),
+                moment_nm: [0.0; 3],
+                displacement_m,
+                rotation_rad: [None; 3],
+                position_m: [None; 3],
+            })
+    }
+}
+
+/// Slope of the least-squares line through (force, displacement); `None` below two loads.
+fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let n = points.len() as f64;
+    let mean_n = points.iter().map(|point| point.0).sum::<f64>() / n;
+    let mean_m = points.iter().map(|point| point.1).sum::<f64>() / n;
+    let sxx: f64 = points.iter().map(|point| (point.0 - mean_n).powi(2)).sum();
+    let sxy: f64 = points
+        .iter()
+        .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
+        .sum();
+    Some(sxy / sxx).filter(|slope| slope.is_finite())
+}
+
+fn length(vector: [f64; 3]) -> f64 {
+    vector[0].hypot(vector[1]).hypot(vector[2])
+}

@@ -1,0 +1,124 @@
+//! Joint values of poses: columns of tables, and the table `[joint_values]` of procedures.
+
+use toml::{Table, Value};
+
+use super::column::split_unit;
+use super::number::{Conversion, write_decimal};
+use super::toml_values::{decimal, in_si};
+use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::toml_text::{self, Read, TomlValue};
+
+/// Whether a joint's variable turns or slides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointUnit {
+    /// An angle, rad.
+    Angle,
+    /// A length, m.
+    Length,
+}
+
+impl JointUnit {
+    /// The unit it is written in.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Angle => "deg",
+            Self::Length => "mm",
+        }
+    }
+
+    /// A value in the unit it is written in, with up to 15 significant digits.
+    #[must_use]
+    pub fn written(self, value_si: f64) -> String {
+        let (value, shift) = match self {
+            Self::Angle => (value_si.to_degrees(), 0),
+            Self::Length => (value_si, 3),
+        };
+        let mut text = String::new();
+        write_decimal(value, shift, &mut text);
+        text
+    }
+
+    /// What a unit measures of a joint, and its conversion; `None` for a unit that is neither of an angle nor of a length.
+    pub(crate) fn of(unit: &str) -> Option<(Self, Conversion)> {
+        let angle = Conversion::from_unit(Kind::Angle, unit).map(|of| (Self::Angle, of));
+        let length = || Conversion::from_unit(Kind::Displacement, unit);
+        angle.or_else(|| length().map(|of| (Self::Length, of)))
+    }
+}
+
+/// A column with the values of one variable of the robot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JointColumn {
+    /// Name of the variable.
+    pub variable: String,
+    /// What its values are.
+    pub unit: JointUnit,
+}
+
+impl JointColumn {
+    /// The name of the column.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("joint_{}_{}", self.variable, self.unit.word())
+    }
+}
+
+/// A pose by the values of its joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseJoints {
+    /// Name of the pose.
+    pub pose: PoseId,
+    /// The variables of the robot, each with its value, rad or m.
+    pub values: Vec<(JointColumn, f64)>,
+}
+
+/// The table `[joint_values]`: under the name of each pose one key for each variable, `VARIABLE_deg` or `VARIABLE_mm`.
+pub(super) fn read_joint_values(table: &toml_text::Table<'_>) -> Read<Vec<PoseJoints>> {
+    const EXPECTED: &str =
+        "a variable with its unit, for example J1_deg = 30 or, of a sliding joint, q1_mm = 120";
+    let Some(poses) = table.read("joint_values", TomlValue::table)? else {
+        return Ok(Vec::new());
+    };
+    let read = poses.entries().map(|(pose, _, joints)| {
+        let joints = joints.table()?;
+        let values = joints.entries().map(|(key, span, value)| {
+            let Some((variable, unit)) = split_unit(key).filter(|(stem, _)| !stem.is_empty())
+            else {
+                return Err(value.refused(format!("`{key}` without a unit"), EXPECTED));
+            };
+            let Some((measures, conversion)) = JointUnit::of(unit) else {
+                return Err(joints.wrong_unit(span, &value, unit, Kind::Angle));
+            };
+            let column = JointColumn {
+                variable: variable.to_owned(),
+                unit: measures,
+            };
+            Ok((column, in_si(&value, conversion)?))
+        });
+        Ok(PoseJoints {
+            pose: PoseId::new(pose),
+            values: values.collect::<Read<_>>()?,
+        })
+    });
+    read.collect()
+}
+
+/// The same as the value of the key; `None` without poses.
+pub(super) fn joint_values_table(poses: &[PoseJoints]) -> Option<Value> {
+    let mut table = Table::new();
+    for pose in poses {
+        let mut joints = Table::new();
+        for (column, value) in &pose.values {
+            let (value, shift) = match column.unit {
+                JointUnit::Angle => (value.to_degrees(), 0),
+                JointUnit::Length => (*value, 3),
+            };
+            let key = format!("{}_{}", column.variable, column.unit.word());
+            joints.insert(key, decimal(value, shift).into());
+        }
+        table.insert(pose.pose.to_string(), joints.into());
+    }
+    (!table.is_empty()).then_some(Value::Table(table))
+}

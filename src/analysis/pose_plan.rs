@@ -1,0 +1,144 @@
+//! Procedures with poses of the program's own choice: before a session those that determine the parameters best, after one those that
+//! determine what is open.
+
+use crate::bench::NoiseModel;
+use crate::elastostatics::{BestPoses, PlannedLoadCase, PoseReadings, best_poses};
+use crate::parameters::{FitRole, ParameterChoice};
+use crate::procedure::{Pace, Procedure};
+use crate::robot::{NamedPose, Robot};
+use crate::test_point::{Direction, PoseId};
+
+use super::error::{AnalysisError, ArgumentError};
+use super::load_cases::{LoadCaseData, start_of};
+use super::model::ResolvedModel;
+use super::procedure::joints_of;
+
+/// Load steps of a planned procedure as shares of its largest load.
+const STEPS: [f64; 4] = [0.0, 0.25, 0.5, 1.0];
+
+/// Repeats of a planned procedure: their scatter shows.
+const REPEATS: u32 = 3;
+
+/// Values of joints that differ by less are the same, degrees or m.
+const SAME_VALUE: f64 = 1e-9;
+
+/// The poses of the workspace that determine the free parameters best under the loads and gauges of a procedure, on a bench with the noise of
+/// `simulate`; the procedure then measures these poses.
+///
+/// # Arguments
+/// - `choice`: which parameters are free.
+/// - `count`: number of poses.
+///
+/// # Errors
+/// Without a pose or a free parameter; if no choice of poses determines all parameters.
+pub fn choose_poses(
+    model: &ResolvedModel,
+    procedure: &mut Procedure,
+    choice: &ParameterChoice,
+    count: usize,
+) -> Result<BestPoses, AnalysisError> {
+    let free = choice
+        .members
+        .iter()
+        .filter(|member| member.role == FitRole::Free);
+    let free: Vec<_> = free.map(|member| member.parameter.clone()).collect();
+    if free.is_empty() || count == 0 {
+        return Err(ArgumentError::new(
+            "--best-poses",
+            "a number of poses from 1, and one free parameter at least, are needed",
+            "--best-poses 6, with --free joint.NAME for parameters that the robot file fixes",
+        )
+        .into());
+    }
+    let noise = NoiseModel::default();
+    let readings = PoseReadings {
+        directions: procedure.directions.clone(),
+        displacement_axes: procedure.displacement_axes.clone(),
+        loads_n: procedure.loads_n.clone(),
+        repeats: procedure.repeats,
+        reading_sd_m: noise.reading_sd_m,
+        run_slope_sd: noise.run_slope_sd,
+    };
+    let (robot, mechanism) = (&model.robot, model.mechanism()?);
+    let start = start_of(model)?;
+    let best = best_poses(robot, mechanism, &start, &free, &readings, count)?;
+    state(robot, procedure, &best.poses);
+    Ok(best)
+}
+
+/// Measures these poses, stated by their joint values.
+fn state(robot: &Robot, procedure: &mut Procedure, poses: &[NamedPose]) {
+    procedure.poses = Some(poses.iter().map(|named| named.id.clone()).collect());
+    let stated = poses
+        .iter()
+        .map(|named| joints_of(robot, &named.id, &named.pose));
+    procedure.joint_values = stated.collect();
+}
+
+impl LoadCaseData {
+    /// A procedure that measures planned load cases: every planned pose under loads along every planned direction, with the loads, repeats and
+    /// gauges of the session that was fitted if it has a procedure.
+    #[must_use]
+    pub fn procedure_of(&self, planned: &[PlannedLoadCase]) -> Procedure {
+        let followed = self.procedure.clone();
+        let largest_n = planned.first().map_or(0.0, |one| one.force_n);
+        let mut procedure = followed.unwrap_or_else(|| {
+            Procedure {
+                repeats: REPEATS,
+                ..Procedure::default()
+            }
+            .with_loads(STEPS.map(|share| rounded(share * largest_n)).to_vec())
+        });
+        "next".clone_into(&mut procedure.name);
+        procedure.directions.clear();
+        for one in planned {
+            if !procedure.directions.contains(&one.direction.into()) {
+                procedure.directions.push(one.direction.into());
+            }
+        }
+        if procedure.displacement_axes.is_empty() {
+            procedure.displacement_axes = Direction::ALL.to_vec();
+        }
+        let robot = &self.model.robot;
+        let mut poses: Vec<NamedPose> = Vec::new();
+        for one in planned {
+            if poses.iter().any(|known| known.pose == one.pose) {
+                continue;
+            }
+            let is_other = |name: &PoseId| {
+                let of_robot = robot.pose(name).ok();
+                let differs = of_robot.is_some_and(|known| {
+                    let mut pairs = known.angles_deg.iter().zip(&one.pose.angles_deg);
+                    pairs.any(|(a, b)| (a - b).abs() > SAME_VALUE)
+                });
+                differs || poses.iter().any(|known| known.id == *name)
+            };
+            let mut id = one.name.clone();
+            let mut number = 2;
+            while is_other(&id) {
+                id = PoseId::new(&format!("{}-{number}", one.name));
+                number += 1;
+            }
+            poses.push(NamedPose {
+                id,
+                pose: one.pose.clone(),
+                stated_zy_m: None,
+            });
+        }
+        state(robot, &mut procedure, &poses);
+        let minutes = procedure.minutes(&Pace::default(), poses.len());
+        procedure.text = Some(format!(
+            "what determines best the parameters that a fit left open; some {minutes:.0} minutes"
+        ));
+        procedure
+    }
+}
+
+/// To two digits, as a load is set.
+fn rounded(value: f64) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
+    let unit = 10f64.powf(value.abs().log10().floor() - 1.0);
+    (value / unit).round() * unit
+}
