@@ -32,13 +32,13 @@ from noise import Noise
 from plan import Plan, Table, take
 from recipes import NotReachable, absorbed, beside, impossible_rival, share
 from rivals import Library, left_by_library, rivals_of
+from session_folder import write_session
 from structures import PROPERTIES, ROOT, Robot
 
 SEED = 20260611
 SECOND_SEED = 20261120
 HERE = ROOT / "data" / "concealed"
 OUTSIDE = ("joint-plasticity", "joint-asymmetric-cubic", "quadratic-drift", "load-dependent-creep", "gauge-two-harmonics", "brace")
-COLUMNS = "pose,direction,branch,step,target_N,repeat,force_N,displacement_um,hold_s,t_s,temp_degC"
 
 
 def identity(index: int, seed: int = SEED) -> str:
@@ -142,49 +142,6 @@ def answer_of(entry: Entry, index: int, made: tuple) -> dict:
     return answer
 
 
-def write_session(folder: Path, name: str, entry: Entry, plan: Plan, noise: Noise, table: Table, readings: np.ndarray) -> None:
-    folder.mkdir(parents=True)
-    digits = 0 if noise.res_um >= 1.0 else 1
-    lines = [COLUMNS]
-    for run, step in np.ndindex(readings.shape):
-        force = table.rounded[run, step]
-        lines.append(",".join([
-            table.names[table.pose[run, step]], "xyz"[table.direction[run, step]],
-            "loading" if table.step[run, step] <= 7 else "unloading", str(table.step[run, step]),
-            f"{table.target[run, step]:.0f}", str(table.repeat[run, step]), f"{force + 0.0:.1f}",
-            f"{readings[run, step] + 0.0:.{digits}f}", f"{table.hold[run, step]:.1f}", f"{table.time[run, step]:.2f}",
-            f"{table.temperature[run, step]:.2f}",
-        ]))
-    (folder / "readings.csv").write_text("\n".join(lines) + "\n")
-    quoted = lambda items: "[" + ", ".join(f'"{item}"' for item in items) + "]"
-    branches = ["loading", "unloading"] if plan.unloading else ["loading"]
-    (folder / "session.toml").write_text(f'''schema = "stiffbench/session/1"
-id = "{name}"
-robot = "{catalogue.ROBOTS[entry.robot]}"
-mechanism = "{entry.mechanism}"
-factors = "m_fsd"            # link factors are those of this set; beam factors are to be fitted
-
-[procedure]
-text = "{plan.text()}"
-poses = {quoted(plan.poses)}
-directions = {quoted(plan.directions)}
-loads_N = [0, -10, -20, -30, -40, -50, -60, -70]
-branches = {quoted(branches)}
-repeats = {plan.repeats}
-repeat_order = "sweep"
-zero = "run"
-holds_s = [{", ".join(f"{hold:g}" for hold in plan.holds_s)}]
-
-[procedure.settle]
-force_tolerance_N = 0.5
-
-[instruments.force]
-resolution_N = {noise.force_resolution_N}
-[instruments.displacement]
-resolution_um = {noise.res_um}
-''')
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--second", action="store_true", help="make the second proof list beside the others: a third of the benches, from another seed")
@@ -212,7 +169,7 @@ def main() -> None:
         progress(index, entry, answers[name], time.perf_counter() - began)
         if arguments.only is None:
             bench, noise, plan, _, _, readings, _ = made
-            write_session(arguments.out / "sessions" / name, name, entry, plan, noise, bench.table, readings)
+            write_session(arguments.out / "sessions" / name, catalogue.ROBOTS[entry.robot], entry.mechanism, plan, noise, bench.table, readings)
     if arguments.only is None:
         (sets.write_second if arguments.second else sets.write)(arguments.out, answers)
     else:

@@ -36,23 +36,33 @@ class Noise:
             return (np.exp(s * rng.standard_normal(shape)) - mean) / np.sqrt(variance)
         return rng.standard_normal(shape)
 
+    def covariances(self, baseline: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Covariance of the readings of each run, um^2, runs x steps x steps; `baseline` in um."""
+        own, slopes = self.own_variances(baseline, force), self.slope**2
+        return np.array([
+            np.diag(own[run]) + self.sigma0**2 + slopes * np.outer(baseline[run], baseline[run])
+            for run in range(len(baseline))
+        ])
+
+    def own_variances(self, baseline: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Variance of each reading by itself: scatter and the steps of both gauges, um^2."""
+        loaded = force != 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            compliance = np.where(loaded, np.abs(baseline / force), 0.0)
+        # An unloaded reading has exactly no force: the step of the force gauge is not in it.
+        return self.scatter_variances(baseline) + self.res_um**2 / 12.0 + (compliance * self.force_resolution_N) ** 2 / 12.0
+
+    def scatter_variances(self, baseline: np.ndarray) -> np.ndarray | float:
+        """Variance of the scatter alone, um^2."""
+        return self.sigma**2
+
 
 class Whitener:
     """Multiplies readings (runs x steps) by the inverse Cholesky factor of each run's covariance."""
 
     def __init__(self, noise: Noise, baseline_m: np.ndarray, force: np.ndarray) -> None:
-        baseline = 1e6 * baseline_m
-        runs, steps = baseline.shape
-        loaded = force != 0.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            compliance = np.where(loaded, np.abs(baseline / force), 0.0)
-        # An unloaded reading has exactly no force: the step of the force gauge is not in it.
-        own = noise.sigma**2 + noise.res_um**2 / 12.0 + (compliance * noise.force_resolution_N) ** 2 / 12.0
-        self.inverse = np.empty((runs, steps, steps))
-        for run in range(runs):
-            covariance = np.diag(own[run]) + noise.sigma0**2
-            covariance += noise.slope**2 * np.outer(baseline[run], baseline[run])
-            self.inverse[run] = np.linalg.inv(np.linalg.cholesky(covariance))
+        covariances = noise.covariances(1e6 * baseline_m, force)
+        self.inverse = np.array([np.linalg.inv(np.linalg.cholesky(covariance)) for covariance in covariances])
 
     def __call__(self, values_m: np.ndarray) -> np.ndarray:
         """Readings in m (flat, or readings x columns) to whitened numbers of the same shape."""

@@ -42,6 +42,8 @@ def key(effect: Effect) -> tuple:
 class Library:
     """Candidates of one bench, whitened, before and after the factors are projected out."""
 
+    positive, plausible = POSITIVE, PLAUSIBLE
+
     def __init__(self, information: Information, slips: bool = False) -> None:
         self.information, self.slips = information, slips
         self.candidates: list[Candidate] = []
@@ -112,15 +114,14 @@ class Library:
                 best[name] = (left, self._with_size(candidate, size), candidate.columns)
         return sorted(best.values(), key=lambda item: item[0])
 
-    @staticmethod
-    def _amplitude(candidate: Candidate, columns: np.ndarray, target: np.ndarray, whole: float):
+    def _amplitude(self, candidate: Candidate, columns: np.ndarray, target: np.ndarray, whole: float):
         norms = np.linalg.norm(columns, axis=0)
         if np.any(norms <= 1e-7 * np.linalg.norm(candidate.columns, axis=0)):
             return None, 0.0  # the factors take all of it
         if columns.shape[1] == 1:
             size = float(columns[:, 0] @ target / norms[0] ** 2)
             physics = candidate.effect.physics
-            if size < 0.0 and physics in POSITIVE or abs(size) > PLAUSIBLE.get(physics, np.inf):
+            if size < 0.0 and physics in self.positive or abs(size) > self.plausible.get(physics, np.inf):
                 return None, 0.0
             sizes = np.array([size])
         else:
@@ -156,7 +157,7 @@ class Library:
 
         def left(x: np.ndarray) -> float:
             trial = at(x)
-            if abs(trial.parameters.get(trial.size, 0.0)) > PLAUSIBLE.get(trial.physics, np.inf):
+            if abs(trial.parameters.get(trial.size, 0.0)) > self.plausible.get(trial.physics, np.inf):
                 return 1e9
             try:
                 change = self.information.effect(trial)
