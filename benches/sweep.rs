@@ -5,6 +5,8 @@
 //! - `us_per_pose` of mechanism F with the paper's factors, best of many rounds: `solve` begins with node coordinates in
 //!   memory, `place` ends with them, `both` is [`PoseSweep::run`]; `in space` keeps every part in three dimensions, `all cores` is the
 //!   time in which all of them together have solved one pose more;
+//! - `springs`: the same mechanism with springs in joints, base and tool, against its time without, and the shipped six-axis arm of rigid
+//!   links, 6 x 6;
 //! - `study`: seconds for 50,000 poses of each mechanism, three directions, minimum, maximum, mean and quantiles included;
 //! - `exponents`: slopes of the logarithm of time against those of the number of poses and of elements, from the `points` listed;
 //! - `peak_gflops`: fused products in registers, one core, and the share of it that the solver reaches.
@@ -24,7 +26,9 @@ use std::time::Instant;
 use pulp::{Arch, Simd, WithSimd};
 use serde_json::json;
 
-use stiffbench::robot::{FittingFactors, JointModel, Keep, Pose, PoseSweep, Robot, Swept, Theory};
+use stiffbench::robot::{
+    FittingFactors, JointModel, Keep, ModelParameter, Pose, PoseSweep, Robot, Swept, Theory,
+};
 use stiffbench::shipped::shipped_robot;
 use stiffbench::source_text::SourceText;
 use stiffbench::structure::SolutionPath;
@@ -161,6 +165,63 @@ fn study(sweeps: &[PoseSweep], poses: &[Pose], seconds: f64) -> f64 {
             assert_eq!(swept.alone, 0);
             black_box(statistics(&swept));
         }
+    })
+}
+
+/// Springs in every joint of a mechanism about its axis, and in base and tool.
+fn sprung(robot: &Robot, mechanism: &str) -> FittingFactors {
+    let mechanism = robot.mechanism(Some(mechanism)).unwrap();
+    let mut factors = robot.default_factors().1;
+    for parameter in ModelParameter::all(robot, mechanism) {
+        if parameter.is_factor() {
+            continue;
+        }
+        let along = ["base.x", "base.y", "base.z", "tool.x", "tool.y", "tool.z"];
+        let slides = along.contains(&parameter.to_string().as_str());
+        if matches!(parameter, ModelParameter::JointAbout(..)) {
+            continue;
+        }
+        factors.set(&parameter, if slides { 1e-9 } else { 1e-7 });
+    }
+    factors
+}
+
+/// Sweeps with springs: against the same robot without them, and of the shipped six-axis arm.
+fn springs(robot: &Robot, poses: &[Pose], beams_s: f64, seconds: f64) -> serde_json::Value {
+    let factors = sprung(robot, "F");
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let sweep = PoseSweep::new(robot, mechanism, &factors).unwrap();
+    let run = |sweep: &PoseSweep, poses: &[Pose], threads: usize| {
+        let (mut alone, keep) = (0, Keep::Full);
+        let time = on_threads(threads, || {
+            best(seconds, || {
+                let swept = sweep.run(poses, keep);
+                alone = swept.alone;
+                black_box(swept);
+            })
+        });
+        (time, alone)
+    };
+    let (time, alone) = run(&sweep, poses, 1);
+    let arm = Robot::parse(&shipped_robot("fanuc-r2000ic").unwrap()).unwrap();
+    let arm_sweep =
+        PoseSweep::new(&arm, arm.mechanism(None).unwrap(), &FittingFactors::UNIT).unwrap();
+    let share = |i: u32, j: usize| (f64::from(i) * 0.618_034 * j as f64).fract();
+    let of_arm: Vec<Pose> = (0..50_000)
+        .map(|i| Pose {
+            angles_deg: (1..=arm.variables.len())
+                .map(|j| 360.0 * share(i, j) - 180.0)
+                .collect(),
+        })
+        .collect();
+    let (of_arm_s, of_arm_alone) = run(&arm_sweep, &of_arm, 2);
+    json!({
+        "how": sweep.methods().iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "mechanism F, springs in joints, base and tool, one core, us a pose": 1e6 * time / poses.len() as f64,
+        "times the time without springs": time / beams_s,
+        "poses of mechanism F solved one at a time": alone,
+        "six springs, 50000 poses, 6 x 6, two cores, s": of_arm_s,
+        "poses of the arm solved one at a time": of_arm_alone,
     })
 }
 
@@ -323,6 +384,7 @@ fn main() {
             "both in space, one core": 1e6 * one_spatial / many.len() as f64,
             "both in space, all cores": 1e6 * all_spatial / many.len() as f64,
         },
+        "springs": springs(&robot, &many, one, seconds),
         "cores": cores,
         "speed-up": one / all,
         "study": {

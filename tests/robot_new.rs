@@ -279,6 +279,31 @@ fn urdf(find: &str, replacement: &str) -> Result<stiffbench::analysis::NewRobot,
 }
 
 #[test]
+fn right_angles_and_whole_turns_are_written_as_such() {
+    let text = URDF
+        .replace(
+            "lower=\"-1\" upper=\"1\"",
+            "lower=\"-6.2831853\" upper=\"6.28318530718\"",
+        )
+        .replace(
+            "<child link=\"b\"/>",
+            "<child link=\"b\"/><origin rpy=\"1.570796326795 0 0.25\"/>",
+        );
+    let source = SourceText::new("arm.urdf", text);
+    let made = robot_from_urdf(&source, &UrdfSettings::default())
+        .unwrap()
+        .text;
+    // Fewer digits than a right angle has are kept: kinematics follow the file.
+    for words in [
+        "max_deg = 360,",
+        "min_deg = -359.9999995",
+        "turn_deg = [90, 0, 14.32394487827",
+    ] {
+        assert!(made.contains(words), "{words}: {made}");
+    }
+}
+
+#[test]
 fn urdfs_that_cannot_be_used_name_the_element() {
     #[rustfmt::skip]
     let refused = [

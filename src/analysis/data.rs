@@ -108,6 +108,10 @@ impl Data {
                 measured: read_stiffness_list(name, text)?,
             });
         }
+        if LoadedLoadCases::is_at(path) {
+            let loaded = LoadedLoadCases::open(path, options)?;
+            return Ok(Self::LoadCases(Box::new(loaded)));
+        }
         if path.is_file() && is_stiffness_list(&first_line(path)?) {
             let name = path.display().to_string();
             let text = read_text(path)?;
@@ -116,10 +120,6 @@ impl Data {
                 sha256: sha256(&text),
                 name,
             });
-        }
-        if LoadedLoadCases::is_at(path) {
-            let loaded = LoadedLoadCases::open(path, options)?;
-            return Ok(Self::LoadCases(Box::new(loaded)));
         }
         Ok(Self::Readings(Box::new(LoadedSession::open(
             path, options,

@@ -8,7 +8,7 @@ use crate::mismatch::{
 use crate::parameters::ParameterChoice;
 use crate::procedure::{Pace, Procedure};
 use crate::readings::SessionHeader;
-use crate::robot::{Mechanism, Pose, Robot};
+use crate::robot::{FittingFactors, Mechanism, Pose, Robot};
 use crate::test_point::PoseId;
 
 use super::error::AnalysisError;
@@ -97,11 +97,14 @@ pub fn usual_plan(
 type Proposals = (Vec<NextMeasurement>, Vec<(String, String)>);
 
 /// Plans that separate what a diagnosis left open, with the procedures to be written beside it.
+///
+/// # Arguments
+/// - `found`: values of the parameters with what was found.
 pub(super) fn proposals(
     model: &ResolvedModel,
     header: Option<&SessionHeader>,
     done: &Observations,
-    diagnosis: &Diagnosis,
+    (diagnosis, found): (&Diagnosis, &FittingFactors),
     parameters: &ParameterChoice,
 ) -> Result<Proposals, AnalysisError> {
     let open = diagnosis
@@ -114,10 +117,11 @@ pub(super) fn proposals(
     let mechanism = model.mechanism()?;
     let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &done.poses);
     let baseline = baseline(model, mechanism, &poses, parameters)?;
+    let fitted = baseline.fitted_values(found);
     let bench = DesignBench {
         baseline: &baseline,
         poses: &poses,
-        parameters: Some(&diagnosis.parameters),
+        parameters: Some(&fitted),
         noise: diagnosis.noise,
         steps: done.steps,
         pace: Pace::default(),

@@ -136,14 +136,16 @@ pub fn diagnose(
     step();
     let trace = trace(&baseline, &observations, &diagnosis)?;
     let header = session.header.as_ref();
-    let (next, procedures) = proposals(model, header, &observations, &diagnosis, parameters)?;
+    let fitted_factors = baseline.factors(&diagnosis.parameters);
+    let known = (&diagnosis, &fitted_factors);
+    let (next, procedures) = proposals(model, header, &observations, known, parameters)?;
     step();
     Ok(DiagnosisReport {
         data: session.short_name(),
         robot: model.robot.name.clone(),
         mechanism: model.mechanism.clone(),
         factors: model.factors_name.clone(),
-        fitted_factors: baseline.factors(&diagnosis.parameters),
+        fitted_factors,
         diagnosis,
         critical,
         parameters: baseline.parameters().to_vec(),

@@ -12,7 +12,7 @@ use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::parameters::ParameterChoice;
 use crate::physics::Place;
 use crate::procedure::Procedure;
-use crate::readings::{ReadOptions, SessionHeader};
+use crate::readings::ReadOptions;
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::PoseId;
 
@@ -24,24 +24,10 @@ use super::hash::sha256;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
 use super::procedure::add_missing_poses;
-use super::vectors::VectorSession;
+use super::vectors::{SessionTable, VectorSession};
 
 /// Load cases with the session they belong to.
-#[derive(Debug, Clone)]
-pub struct LoadedLoadCases {
-    /// What the user called them.
-    pub name: String,
-    /// SHA-256 of their file, in hexadecimal.
-    pub sha256: String,
-    /// The load cases.
-    pub table: LoadCaseTable,
-    /// `session.toml` beside them, if there is one.
-    pub header: Option<SessionHeader>,
-    /// Folder of `session.toml`.
-    pub folder: PathBuf,
-    /// What was assumed, and what a user should know.
-    pub warnings: Vec<String>,
-}
+pub type LoadedLoadCases = SessionTable<LoadCaseTable>;
 
 impl LoadedLoadCases {
     /// Whether a session folder or file holds load cases, or readings of a session with displacement gauges along the base axes.
@@ -84,9 +70,9 @@ impl LoadedLoadCases {
             warnings: session.warnings.into_iter().chain(notes).collect(),
             name: session.name,
             sha256: session.sha256,
-            table,
             header: session.header,
             folder: session.folder,
+            table,
         })
     }
 
@@ -157,6 +143,29 @@ impl LoadCaseData {
             posed,
             warnings,
         })
+    }
+
+    /// Opens further load cases of the same robot and takes them in.
+    ///
+    /// # Errors
+    /// For data that are no load cases or of another robot, and variables, poses and axes that the robot does not have.
+    pub fn join_at(
+        &mut self,
+        paths: &[PathBuf],
+        options: &OpenSettings,
+    ) -> Result<(), AnalysisError> {
+        for path in paths {
+            if path.exists() && !LoadedLoadCases::is_at(path) {
+                return Err(ArgumentError::new(
+                    path.display().to_string(),
+                    "no load cases are there: loads and displacements as vectors, which the first data are",
+                    "name a session with displacement gauges along the base axes, or a table of load cases",
+                )
+                .into());
+            }
+            self.join(&LoadedLoadCases::open(path, options)?)?;
+        }
+        Ok(())
     }
 
     /// Takes in further load cases of the same robot.

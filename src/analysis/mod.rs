@@ -56,8 +56,10 @@ pub use new_robot::{
     Controller, DhSettings, ImportError, ImportProblem, NewRobot, StatedPosition, TEMPLATES,
     UrdfSettings, check_positions, robot_from_dh, robot_from_urdf, template,
 };
-pub use plausible::{doubts_about_fit, doubts_about_stiffness};
+pub use plausible::{
+    doubts_about_fit, doubts_about_load_case_fit, doubts_about_load_cases, doubts_about_stiffness,
+};
 pub use pose_plan::choose_poses;
 pub use procedure::{add_poses, joints_of, named_procedure, state_joint_values};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
-pub use vectors::VectorSession;
+pub use vectors::{SessionTable, VectorSession};

@@ -6,10 +6,11 @@ use crate::mismatch::MismatchError;
 use crate::nearest::nearest;
 use crate::physics::{ActingPhysics, Effect, FoundEffect, Law, ModelFile};
 use crate::readings::{SessionHeader, check_poses};
+use crate::robot::file::FactorsEntry;
 use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
 use crate::shipped::{shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
-use crate::toml_text::{TomlError, read_types};
+use crate::toml_text::{TomlError, read};
 
 use super::data::LoadedSession;
 use super::error::{AnalysisError, ArgumentError};
@@ -209,17 +210,26 @@ fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors
         return Ok(robot.factor_set(name)?);
     }
     let text = read_text(&path)?;
-    let entry: crate::robot::file::FactorsEntry = read_types(&SourceText::new(name, text))
-        .map_err(|TomlError(error)| AnalysisError::Factors {
-            file: error.place(),
-            problem: error.problem.to_string(),
+    let (entry, unknown) =
+        read::<FactorsEntry>(&SourceText::new(name, text)).map_err(|TomlError(error)| {
+            AnalysisError::Factors {
+                file: error.place(),
+                problem: error.problem.to_string(),
+            }
         })?;
-    let factors = entry.values();
-    let checked = robot.check_parameters(&factors);
-    checked.map_err(|error| AnalysisError::Factors {
+    if let Some(key) = unknown.first() {
+        return Err(AnalysisError::Factors {
+            file: format!("{name}:{}:{}", key.line, key.column),
+            problem: format!("key `{}` is not known{}", key.key, key.advice()),
+        });
+    }
+    let wrong = |problem: String| AnalysisError::Factors {
         file: name.to_owned(),
-        problem: error.to_string(),
-    })?;
+        problem,
+    };
+    let factors = entry.values().map_err(|error| wrong(error.to_string()))?;
+    let checked = robot.check_parameters(&factors);
+    checked.map_err(|error| wrong(error.to_string()))?;
     Ok(factors)
 }
 

@@ -1,11 +1,21 @@
 //! Results that are no error and hardly meant: each with its number and the likely cause.
 
+use crate::elastostatics::{LoadCaseFit, PosedLoad, PosedLoadCases, ReadComponent};
 use crate::fit::FitOutcome;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::stiffness::{Method, StiffnessTable};
 
 /// Stiffness of machines, N/m: 1 N/mm yields under a finger, 1000 N/um no robot reaches.
 const STIFFNESS_N_PER_M: [f64; 2] = [1e3, 1e9];
+
+/// Stiffness of joints about their axis, N·m/rad: a hobby servo holds 10, the gears of the heaviest arms some 10^7.
+const JOINT_NM_PER_RAD: [f64; 2] = [10.0, 1e9];
+
+/// A load case that gives, for its force, so many times what three quarters of them stay below has another unit or a slip of the pen.
+const FAR_FROM_USUAL: f64 = 100.0;
+
+/// A model that leaves so much of the displacements, root mean square, explains nothing.
+const UNEXPLAINED: f64 = 0.95;
 
 /// Loads are set, displacements follow: across cells the largest force varies less than this, relative.
 const SET: f64 = 0.05;
@@ -100,6 +110,143 @@ pub fn doubts_about_fit(outcome: &FitOutcome) -> Vec<String> {
     if let Some(error) = error {
         odd.push(format!(
             "the model misses a measured stiffness by {error:.0} %: `stiffbench diagnose` with the readings shows what it leaves out"
+        ));
+    }
+    odd
+}
+
+/// Doubts about displacements that were read under forces; none of absolute positions.
+#[must_use]
+pub fn doubts_about_load_cases(posed: &PosedLoadCases) -> Vec<String> {
+    let mut odd = Vec::new();
+    let cases = posed.cases.iter();
+    let compliances: Vec<(&PosedLoad, f64)> = cases
+        .filter_map(|case| Some((case, compliance_m_per_n(case)?)))
+        .collect();
+    let mut sorted: Vec<f64> = compliances.iter().map(|(_, c)| *c).collect();
+    sorted.sort_by(f64::total_cmp);
+    // Where single gauges read across the force, most displacements are small.
+    let Some(&usual) = sorted.get(3 * sorted.len() / 4) else {
+        return odd;
+    };
+    let place = |case: &PosedLoad| {
+        let read = case.components.iter().filter(|one| !one.is_rotation());
+        let largest = read.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        let column = largest
+            .map_or("displacement", |one| one.name())
+            .replace(' ', "_");
+        format!(
+            "line {}, pose {}: {column}",
+            case.line, posed.labels[case.label]
+        )
+    };
+    let stiffness = 1.0 / usual;
+    let [low, high] = STIFFNESS_N_PER_M;
+    if !(low..=high).contains(&stiffness) {
+        let case = compliances.iter().find(|(_, c)| *c == usual);
+        let place = case.map_or_else(String::new, |(case, _)| place(case));
+        let guess = if stiffness < low {
+            "are mm taken for um?"
+        } else {
+            "are um taken for mm?"
+        };
+        odd.push(format!(
+            "{place}: force over displacement is {:.3e} N/um, and about that in the other lines; expected {:e} to {:e}: {guess} The name of a column states its unit",
+            stiffness * METRES_PER_MICROMETRE,
+            low * METRES_PER_MICROMETRE,
+            high * METRES_PER_MICROMETRE
+        ));
+    }
+    let far = compliances
+        .iter()
+        .filter(|(_, c)| *c > FAR_FROM_USUAL * usual);
+    for (case, c) in far {
+        odd.push(format!(
+            "{} is, for its force, {:.0} times what is usual in this table: check its unit and its decimal point",
+            place(case),
+            c / usual
+        ));
+    }
+    let against = compliances
+        .iter()
+        .filter(|(case, _)| work_nm(case) < 0.0)
+        .count();
+    if 2 * against > compliances.len() {
+        odd.push(format!(
+            "in {against} of {} load cases the tool moved against the force: turn the sign of forces or displacements",
+            compliances.len()
+        ));
+    }
+    odd
+}
+
+/// Length of the displacement over that of the force, where all that was applied is a force.
+fn compliance_m_per_n(case: &PosedLoad) -> Option<f64> {
+    let moment = case.load[3..].iter().any(|moment| *moment != 0.0);
+    let read = case.components.iter();
+    if moment || read.clone().any(ReadComponent::is_position) {
+        return None;
+    }
+    let displacements = read.filter(|one| !one.is_rotation());
+    let squares: f64 = displacements.map(|one| one.value * one.value).sum();
+    (squares > 0.0).then(|| squares.sqrt() / case.force_n())
+}
+
+/// Force times displacement: of an elastic robot not below zero if all components were read.
+fn work_nm(case: &PosedLoad) -> f64 {
+    let displacements = case.components.iter().filter(|one| !one.is_rotation());
+    displacements
+        .map(|one| {
+            let along: f64 = one.unit.iter().zip(&case.load).map(|(u, f)| u * f).sum();
+            along * one.value
+        })
+        .sum()
+}
+
+/// Doubts about a model that was fitted to load cases.
+#[must_use]
+pub fn doubts_about_load_case_fit(fit: &LoadCaseFit) -> Vec<String> {
+    let mut odd = Vec::new();
+    let [low, high] = JOINT_NM_PER_RAD;
+    let turns = |unit: &str| unit == "rad/(N*m)";
+    let mut joints = fit.estimates.iter().filter(|one| {
+        one.parameter.joint().is_some() && turns(one.parameter.unit()) && one.value > 0.0
+    });
+    // A spring that may be rigid says nothing.
+    let odd_one = joints.find(|one| {
+        one.interval_95
+            .is_some_and(|[least, most]| least > 1.0 / low || (least > 0.0 && most < 1.0 / high))
+    });
+    if let Some(one) = odd_one {
+        let read = fit.components.iter().filter(|one| !one.is_rotation);
+        let largest = read.max_by(|a, b| a.measured.abs().total_cmp(&b.measured.abs()));
+        let place = largest.map_or_else(String::new, |read| {
+            format!(
+                "; the largest is {} in line {}",
+                read.component.replace(' ', "_"),
+                read.line
+            )
+        });
+        odd.push(format!(
+            "{} has {:.3e} N*m/rad, joints of robots {low} to {high:e}: check the units of forces and displacements{place}",
+            one.name,
+            1.0 / one.value
+        ));
+    }
+    let read = fit.components.iter();
+    let read: Vec<f64> = read
+        .filter(|one| !one.is_rotation && !one.held_out)
+        .map(|one| one.measured * one.measured)
+        .collect();
+    let measured = crate::statistics::mean(&read).unwrap_or_default().sqrt();
+    if let [_, Some(fitted), _] = fit.rms_m()
+        && fit.frames.is_none()
+        && fitted > UNEXPLAINED * measured
+    {
+        odd.push(format!(
+            "the model explains hardly anything: {:.1} um are left of displacements of {:.1} um. Are signs, axes and joint values right, and the loads large enough?",
+            fitted / METRES_PER_MICROMETRE,
+            measured / METRES_PER_MICROMETRE
         ));
     }
     odd

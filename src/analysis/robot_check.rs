@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::load_cases::VectorQuantity;
-use crate::robot::{JointMotion, Mechanism, Pose, Predictor, Robot, RobotError, RoleInFit};
+use crate::robot::{Mechanism, Pose, Predictor, Robot, RobotError, RoleInFit};
 use crate::source_text::SourceText;
 use crate::test_point::Direction;
 use crate::toml_text::DocumentStep::Key;
@@ -18,9 +18,6 @@ const PLAUSIBLE_REACH_M: [f64; 2] = [0.05, 10.0];
 
 /// Compliance, m/N, below which nothing of a robot gives way.
 const RIGID_M_PER_N: f64 = 1e-15;
-
-/// By how much a variable is moved to see whether the tool does, degrees or m.
-const STEP: f64 = 0.01;
 
 /// A robot file, tried.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -53,8 +50,8 @@ pub struct CheckedPose {
     /// Stiffness of the end along x, y and z, N/µm; `null` where nothing gives way.
     #[serde(rename = "stiffness_N_per_um")]
     pub stiffness_n_per_um: [Option<f64>; 3],
-    /// Whether these are stiffnesses that robots have.
-    pub plausible: bool,
+    /// Whether these are stiffnesses that robots have; `null` where nothing gives way.
+    pub plausible: Option<bool>,
 }
 
 /// Tries every mechanism of a robot in every named pose (the nominal one if there is none); `source` gives the lines.
@@ -111,23 +108,10 @@ fn poses_of(robot: &Robot) -> Vec<(String, Pose)> {
 
 /// The columns of a table of load cases; of joints those that move the tool.
 fn load_case_columns(robot: &Robot) -> Vec<String> {
-    let nominal = robot.nominal_pose();
-    let tool_at = |pose: &Pose| robot.tool_pose(pose).ok();
-    let before = tool_at(&nominal);
-    let moves = |variable: &usize| {
-        let mut moved = nominal.clone();
-        moved.angles_deg[*variable] += STEP;
-        let after = tool_at(&moved);
-        // A pose that cannot be reached says nothing: the column stays.
-        before.is_none() || after.is_none() || after != before
-    };
-    let joints = (0..robot.variables.len()).filter(moves).map(|variable| {
+    let variables = (0..robot.variables.len()).filter(|&variable| robot.moves_tool(variable));
+    let joints = variables.map(|variable| {
         let variable = &robot.variables[variable];
-        let unit = match variable.motion {
-            JointMotion::Turns => "deg",
-            JointMotion::Slides => "mm",
-        };
-        format!("joint_{}_{unit}", variable.name)
+        format!("joint_{}_{}", variable.name, variable.motion.usual_unit())
     });
     let vectors = [VectorQuantity::Force, VectorQuantity::Displacement];
     let vectors = vectors
@@ -198,7 +182,11 @@ impl RobotCheck {
             pose: name.to_owned(),
             tool_m,
             stiffness_n_per_um: stiffness,
-            plausible: stiffness.iter().flatten().all(|k| (low..=high).contains(k)),
+            plausible: {
+                let mut known = stiffness.iter().flatten().peekable();
+                let any = known.peek().is_some();
+                any.then(|| known.all(|k| (low..=high).contains(k)))
+            },
         });
         Ok(())
     }
@@ -220,7 +208,7 @@ impl RobotCheck {
         let odd: Vec<&str> = self
             .checked
             .iter()
-            .filter(|checked| !checked.plausible)
+            .filter(|checked| checked.plausible == Some(false))
             .map(|checked| checked.pose.as_str())
             .collect();
         if let Some(first) = odd.first() {

@@ -13,22 +13,25 @@ use super::files::read_bytes;
 use super::hash::sha256;
 use super::integrity::compare_vectors_with_journal;
 
-/// Readings of vectors with the session they belong to.
+/// A table of readings or load cases with the session it belongs to.
 #[derive(Debug, Clone)]
-pub struct VectorSession {
+pub struct SessionTable<T> {
     /// What the user called it.
     pub name: String,
-    /// SHA-256 of the readings file, in hexadecimal.
+    /// SHA-256 of its file, in hexadecimal.
     pub sha256: String,
-    /// The readings.
-    pub table: VectorTable,
-    /// `session.toml` beside them, if there is one.
+    /// The table.
+    pub table: T,
+    /// `session.toml` beside it, if there is one.
     pub header: Option<SessionHeader>,
     /// Folder of `session.toml`.
     pub folder: PathBuf,
-    /// What a user should know.
+    /// What was assumed, and what a user should know.
     pub warnings: Vec<String>,
 }
+
+/// Readings of vectors with the session they belong to.
+pub type VectorSession = SessionTable<VectorTable>;
 
 impl VectorSession {
     /// Opens a session folder or readings file if its readings are vectors; `None` if they are not.

@@ -429,6 +429,9 @@ pub(super) struct SimulateArgs {
     /// Instead of series of loads: this many load cases, a load in any direction each, in random poses or those of --poses (docs/joint-stiffness.md)
     #[arg(long, value_name = "N", value_parser = at_least_one())]
     pub(super) load_cases: Option<usize>,
+    /// Instead of series of loads: this many absolute positions under own weight by a tracker that stands anywhere; with --loads-n a force in every second
+    #[arg(long, value_name = "N", value_parser = at_least_one(), conflicts_with = "load_cases")]
+    pub(super) positions: Option<usize>,
     /// Joints stay as one run left them when the next run of a pose and direction begins [default: every run starts virgin]
     #[arg(long)]
     pub(super) keep_history: bool,

@@ -46,6 +46,14 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         let loaded = LoadedLoadCases::open(data(args)?, &global.open_settings())?;
         return diagnose_load_cases::run(args, &loaded, global);
     }
+    if let Some(further) = args.further.first() {
+        return Err(ArgumentError::new(
+            further.display().to_string(),
+            "several data are diagnosed together if all are load cases: loads and displacements as vectors",
+            "diagnose one session at a time; --earlier takes the scatter of earlier sessions",
+        )
+        .into());
+    }
     let session = LoadedSession::open(data(args)?, &global.open_settings())?;
     of_session(args, &session, without, global)
         .map_err(|failure| failure.with_warnings(&session.warnings))

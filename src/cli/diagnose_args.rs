@@ -14,9 +14,12 @@ use super::specimen_args::SpecimenArgs;
     after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose my-session --free joint.A3,base.rx\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
 )]
 pub(super) struct DiagnoseArgs {
-    /// Session folder or readings file
+    /// Session folder, readings file or load cases (docs/joint-stiffness.md)
     #[arg(required_unless_present = "design")]
     pub(super) data: Option<PathBuf>,
+    /// Further load cases of the same robot, diagnosed together with the first
+    #[arg(value_name = "DATA", conflicts_with_all = ["design", "specimen"])]
+    pub(super) further: Vec<PathBuf>,
     /// Instead: what a planned procedure (file or shipped name) can and cannot tell apart, before any session
     #[arg(long, value_name = "PROCEDURE", conflicts_with_all = ["data", "specimen"])]
     pub(super) design: Option<String>,

@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
-use crate::analysis::{ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases};
+use crate::analysis::{
+    ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, doubts_about_load_case_fit,
+    doubts_about_load_cases,
+};
 use crate::mismatch::Verdict;
 use crate::report::{DiagnosisResult, LoadCaseDiagnosisReport, load_case_figures};
 
@@ -21,8 +24,9 @@ pub(super) fn run(
     global: &Global,
 ) -> Result<Outcome, Failure> {
     refuse_what_needs_runs(args)?;
-    let data = LoadCaseData::new(loaded, &args.model.choice()?)
+    let mut data = LoadCaseData::new(loaded, &args.model.choice()?)
         .map_err(|error| Failure::from(error).with_warnings(&loaded.warnings))?;
+    data.join_at(&args.further, &global.open_settings())?;
     of_data(args, &data, global).map_err(|failure| failure.with_warnings(&data.warnings))
 }
 
@@ -38,6 +42,8 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
     let report = LoadCaseDiagnosisReport::new(&diagnosis, args.seed);
     let text = report.text();
     let mut warnings = data.warnings.clone();
+    warnings.extend(doubts_about_load_cases(&data.posed));
+    warnings.extend(doubts_about_load_case_fit(&diagnosis.baseline));
     if global.json {
         warnings.extend(diagnosis.baseline.warnings.iter().cloned());
     }
@@ -56,7 +62,9 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
             written.push(folder.join(name));
         }
         if !args.no_figures {
-            for (name, figure) in load_case_figures(&diagnosis.baseline) {
+            for (name, figure) in
+                load_case_figures(&diagnosis.baseline, &data.posed, &data.model.robot)
+            {
                 written.extend(write_figure(&folder.join(name), &figure, &data.inputs)?);
             }
         }

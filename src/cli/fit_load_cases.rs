@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use crate::analysis::{ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases};
+use crate::analysis::{
+    ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, doubts_about_load_case_fit,
+    doubts_about_load_cases,
+};
 use crate::elastostatics::PlannedLoadCase;
 use crate::fit::FactorStatus;
 use crate::least_squares::SigmaMode;
@@ -28,17 +31,7 @@ pub(super) fn run(
     refuse_what_needs_cells(args)?;
     let mut data = LoadCaseData::new(loaded, &args.model.choice()?)
         .map_err(|error| Failure::from(error).with_warnings(&loaded.warnings))?;
-    for path in &args.further {
-        if !LoadedLoadCases::is_at(path) {
-            return Err(ArgumentError::new(
-                path.display().to_string(),
-                "no load cases are there: loads and displacements as vectors, which the first data are",
-                "name a session with displacement gauges along the base axes, or a table of load cases",
-            )
-            .into());
-        }
-        data.join(&LoadedLoadCases::open(path, &global.open_settings())?)?;
-    }
+    data.join_at(&args.further, &global.open_settings())?;
     of_data(args, &data, global).map_err(|failure| failure.with_warnings(&data.warnings))
 }
 
@@ -55,6 +48,8 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     };
     let fit = data.fit(&settings)?;
     let mut warnings = data.warnings.clone();
+    warnings.extend(doubts_about_load_cases(&data.posed));
+    warnings.extend(doubts_about_load_case_fit(&fit));
     // The text has them already.
     if global.json {
         warnings.extend(fit.warnings.iter().cloned());
@@ -64,7 +59,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
         warnings.push(format!("wrote {}", file.display()));
     }
     if let Some(folder) = &args.figures {
-        for (name, figure) in load_case_figures(&fit) {
+        for (name, figure) in load_case_figures(&fit, &data.posed, &data.model.robot) {
             let written = write_figure(&folder.join(name), &figure, &data.inputs)?;
             warnings.extend(
                 written
@@ -110,7 +105,9 @@ fn write_next(
     let ending = file.extension().and_then(|ending| ending.to_str());
     let name = file.display();
     if planned.is_empty() {
-        return Ok(format!("{name} was not written: no parameter is open"));
+        return Ok(format!(
+            "{name} was not written: no parameter is open, or no further force at the tool would narrow it"
+        ));
     }
     match ending {
         Some("toml") => {

@@ -30,6 +30,7 @@ pub mod outcome;
 mod parameter_args;
 mod plot;
 mod ports;
+mod pose_args;
 mod procedure;
 pub mod progress;
 pub mod rehearsal;

@@ -14,6 +14,7 @@ use super::failure::Failure;
 use super::figure_files::write;
 use super::map::{FitFile, read_fit};
 use super::outcome::Outcome;
+use super::pose_args::{PoseArgs, limits_passed};
 
 /// Arguments of `model`.
 #[derive(Debug, Args)]
@@ -33,7 +34,7 @@ pub(super) enum ModelCommand {
 /// Arguments of `model export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench model export --format mjcf --robot serial-arm --pose P1 --out arm.xml\n  stiffbench fit my-session --json > fit.json\n  stiffbench model export --format csv --fit fit.json > parameters.csv\n  stiffbench model export --format sdf --model diagnosis/model.toml --pose P1 --out robot.sdf\n\nWhat each format holds: docs/simulators.md."
+    after_help = "Examples:\n  stiffbench model export --format mjcf --robot serial-arm --pose P1 --out arm.xml\n  stiffbench fit my-session --json > fit.json\n  stiffbench model export --format csv --fit fit.json > parameters.csv\n  stiffbench model export --format sdf --model diagnosis/model.toml --pose P1 --out robot.sdf\n\nWithout --pose and --set, csv and json hold every named pose. What each format holds: docs/simulators.md."
 )]
 pub(super) struct ModelExportArgs {
     /// Format of the file
@@ -45,9 +46,9 @@ pub(super) struct ModelExportArgs {
     /// What stiffbench fit --json printed: its factors with their intervals
     #[arg(long, value_name = "FILE", conflicts_with = "factors")]
     fit: Option<PathBuf>,
-    /// Named pose of the robot [default: every variable at its nominal value; csv and json: every named pose]
-    #[arg(long)]
-    pose: Option<String>,
+    /// Which pose.
+    #[command(flatten)]
+    pose: PoseArgs,
     /// Write to this file instead of standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -126,7 +127,8 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
         fitted = parameters;
     }
     let model = ExportModel::new(&resolved, fitted);
-    let pose = args.pose.as_deref();
+    let pose = args.pose.chosen(&resolved.robot)?;
+    let pose = pose.as_ref();
     let table = model.table(pose)?;
     let text = match args.format {
         FormatArg::Mjcf => model.mjcf(pose)?,
@@ -136,6 +138,7 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
         FormatArg::Json => format!("{:#}\n", serde_json::json!(table)),
     };
     let mut warnings = resolved.warnings.clone();
+    warnings.extend(pose.map_or_else(Vec::new, |(_, pose)| limits_passed(&resolved.robot, pose)));
     warnings.extend(table.notes.iter().cloned());
     let inputs = Inputs::default().with_model(&resolved);
     let mut report = ModelExportReport {

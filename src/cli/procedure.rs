@@ -12,9 +12,6 @@ use crate::test_point::PoseId;
 
 use super::failure::Failure;
 
-/// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
-const LARGEST_FORCE_N: f64 = 70.0;
-
 /// Which procedure, and what differs from it.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Procedure")]
@@ -57,40 +54,53 @@ impl FromStr for LoadDirections {
     }
 }
 
-/// Named poses, size of the largest force, N, and repeats of load cases: of a procedure only what the command line says.
-pub(super) fn load_case_settings(
+/// What the command line says of a procedure of load cases or positions.
+pub(super) struct SingleLoads {
+    /// Named poses.
+    pub(super) poses: Option<Vec<PoseId>>,
+    /// Size of the largest force, N.
+    pub(super) largest_n: Option<f64>,
+    /// Applications of each load.
+    pub(super) repeats: u32,
+}
+
+/// What is said of load cases or positions.
+///
+/// # Arguments
+/// - `option`: what asks for them.
+pub(super) fn single_loads(
     args: &ProcedureArgs,
-) -> Result<(Option<Vec<PoseId>>, f64, u32), ArgumentError> {
+    option: &str,
+) -> Result<SingleLoads, ArgumentError> {
     let series = [
         ("--procedure", args.procedure.is_some()),
         ("--directions", args.directions.is_some()),
         ("--force-tolerance-n", args.force_tolerance_n.is_some()),
     ];
-    if let Some((option, _)) = series.iter().find(|(_, given)| *given) {
+    if let Some((of_series, _)) = series.iter().find(|(_, given)| *given) {
         return Err(ArgumentError::new(
-            (*option).to_owned(),
+            (*of_series).to_owned(),
             "it belongs to series of loads",
-            "leave it out, or leave out --load-cases",
+            format!("leave it out, or leave out {option}"),
         ));
     }
     let poses = args.poses.as_ref();
     let poses = poses.map(|poses| poses.iter().map(|name| PoseId::new(name)).collect());
-    let loads = args.loads_n.iter().flatten();
-    let largest = loads.fold(0.0_f64, |largest, load| largest.max(load.abs()));
-    let largest = if args.loads_n.is_some() {
-        largest
-    } else {
-        LARGEST_FORCE_N
-    };
+    let loads = args.loads_n.as_ref().map(|loads| loads.iter());
+    let largest = loads.map(|loads| loads.fold(0.0_f64, |largest, load| largest.max(load.abs())));
     let repeats = args.repeats.unwrap_or(1);
-    if !(largest > 0.0 && largest.is_finite() && repeats > 0) {
+    if largest.is_some_and(|largest| !(largest > 0.0 && largest.is_finite())) || repeats == 0 {
         return Err(ArgumentError::new(
             "--loads-n and --repeats",
-            "a load case needs a force above zero and one repeat at least",
+            "a force above zero and one repeat at least are needed",
             "--loads-n 500 --repeats 1",
         ));
     }
-    Ok((poses, largest, repeats))
+    Ok(SingleLoads {
+        poses,
+        largest_n: largest,
+        repeats,
+    })
 }
 
 /// The procedure that is meant, with the changes of the command line, and what a user should know of its file.

@@ -11,13 +11,13 @@ use crate::robot::{
     JointModel, Mechanism, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
 };
 use crate::structure::Compliance6;
-use crate::test_point::PoseId;
 
 use super::args::Global;
 use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::model::physics_text;
 use super::outcome::Outcome;
+use super::pose_args::limits_passed;
 use super::robot_args::{
     ComplianceArgs, RobotArgs, RobotCheckArgs, RobotCommand, ShowArgs, WorkspaceArgs,
 };
@@ -275,7 +275,7 @@ fn under_load(
     [fx, fy, fz]: [f64; 3],
 ) -> Result<Compliance6, Failure> {
     let structure = predictor.model().structure();
-    if !structure.elements.is_empty() {
+    if !structure.is_serial() {
         return Ok(predictor.compliance());
     }
     let mechanism = &predictor.model().mechanism().name;
@@ -302,31 +302,9 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     }
     let resolved = model.resolve()?;
     let robot = &resolved.robot;
-    let mut pose = match &args.pose {
-        Some(name) => robot.pose(&PoseId::new(name))?.clone(),
-        None => robot.nominal_pose(),
-    };
-    for setting in &args.set {
-        let value = setting.split_once('=').and_then(|(name, value)| {
-            Some((name, value.parse::<f64>().ok().filter(|v| v.is_finite())?))
-        });
-        let Some((name, degrees)) = value else {
-            return Err(ArgumentError::new(
-                format!("--set {setting}"),
-                "a variable, an equals sign and a number of degrees are needed",
-                "--set theta2=397.3",
-            )
-            .into());
-        };
-        pose.angles_deg[robot.variable(name)?] = degrees;
-    }
+    let pose = args.pose.pose(robot)?;
     let mut warnings = resolved.warnings.clone();
-    for violation in robot.violated_limits(&pose) {
-        warnings.push(format!(
-            "the pose lies {:.3e} degrees beyond the limit {}",
-            violation.excess_deg, violation.limit
-        ));
-    }
+    warnings.extend(limits_passed(robot, &pose));
     let physics = &resolved.physics;
     let joints = if args.pinned {
         refuse_laws_of_free_joints(physics)?;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::args::{ModelArgs, at_least_one, three_numbers};
+use super::pose_args::PoseArgs;
 
 /// Arguments of `robot`.
 #[derive(Debug, Args)]
@@ -133,12 +134,9 @@ pub(super) struct ComplianceArgs {
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// Named pose of the robot [default: every variable at its nominal value]
-    #[arg(long)]
-    pub(super) pose: Option<String>,
-    /// Value of a variable, degrees, for example theta2=397.3
-    #[arg(long = "set", value_name = "VARIABLE=DEGREES", num_args = 1..)]
-    pub(super) set: Vec<String>,
+    /// Which pose.
+    #[command(flatten)]
+    pub(super) pose: PoseArgs,
     /// Joints turn freely unless a drive or brake locks them
     #[arg(long)]
     pub(super) pinned: bool,

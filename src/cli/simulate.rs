@@ -17,15 +17,15 @@ use super::figure_files::write;
 use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::resolve_procedure;
-use super::simulate_load_cases;
+use super::simulate_load_cases::{self, CaseKind};
 use crate::analysis::{ArgumentError, Inputs, ResolvedModel, add_poses, sha256};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let mut resolved = args.model.resolve()?;
     let truth = true_factors(args, &resolved)?;
-    if let Some(count) = args.load_cases {
-        return simulate_load_cases::run(args, count, resolved, truth);
+    if let Some(kind) = CaseKind::of(args) {
+        return simulate_load_cases::run(args, kind, resolved, truth);
     }
     let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     warnings.extend(add_poses(&mut resolved.robot, &procedure)?);
@@ -89,6 +89,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         factors: truth,
         physics: resolved.physics.effects.clone(),
         noise,
+        tracker: None,
     };
     warnings.extend(resolved.warnings.iter().cloned());
     Ok(Outcome::new("simulate", text, report)

@@ -1,23 +1,55 @@
-//! `stiffbench simulate --load-cases`.
+//! `stiffbench simulate --load-cases` and `--positions`.
 
-use crate::bench::{LoadCasePlan, NoiseModel, simulate_load_cases};
-use crate::load_cases::write_load_cases;
+use std::fmt::Write as _;
+
+use crate::bench::{
+    LoadCasePlan, NoiseModel, PositionPlan, SimulatedPositions, simulate_load_cases,
+    simulate_positions,
+};
+use crate::load_cases::{LoadCaseTable, write_load_cases};
 use crate::readings::SessionHeader;
-use crate::report::SimulationReport;
-use crate::robot::FittingFactors;
+use crate::report::{SimulationReport, TrackerReport};
+use crate::robot::{FittingFactors, RoleInFit};
 
 use super::args::SimulateArgs;
 use super::failure::Failure;
 use super::figure_files::write;
 use super::outcome::Outcome;
-use super::procedure::load_case_settings;
+use super::procedure::{SingleLoads, single_loads};
 use super::simulate::{create_new, noise, origin};
 use crate::analysis::{ArgumentError, Inputs, ResolvedModel, sha256, start_of};
 
-/// A session folder with load cases.
+/// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
+const LARGEST_FORCE_N: f64 = 70.0;
+
+/// What is made in place of series of loads.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum CaseKind {
+    /// This many load cases.
+    LoadCases(usize),
+    /// This many absolute positions.
+    Positions(usize),
+}
+
+impl CaseKind {
+    /// What is asked for; `None`: series of loads.
+    pub(super) fn of(args: &SimulateArgs) -> Option<Self> {
+        let load_cases = args.load_cases.map(Self::LoadCases);
+        load_cases.or(args.positions.map(Self::Positions))
+    }
+
+    fn option(self) -> &'static str {
+        match self {
+            Self::LoadCases(_) => "--load-cases",
+            Self::Positions(_) => "--positions",
+        }
+    }
+}
+
+/// A session folder with load cases or positions.
 pub(super) fn run(
     args: &SimulateArgs,
-    count: usize,
+    kind: CaseKind,
     mut resolved: ResolvedModel,
     truth: FittingFactors,
 ) -> Result<Outcome, Failure> {
@@ -25,23 +57,15 @@ pub(super) fn run(
         return Err(ArgumentError::new(
             "--keep-history",
             "a load case has no history",
-            "leave it out, or leave out --load-cases",
+            format!("leave it out, or leave out {}", kind.option()),
         )
         .into());
     }
     resolved.factors = truth;
     let truth = start_of(&resolved)?;
-    let (poses, largest_force_n, repeats) = load_case_settings(&args.procedure)?;
-    let plan = LoadCasePlan {
-        count,
-        largest_force_n,
-        repeats,
-        poses,
-    };
+    let rigid_springs = springs_without_stiffness(&resolved, &truth);
     let noise = noise(args);
-    let mechanism = resolved.mechanism()?;
-    let mut table =
-        simulate_load_cases(&resolved.robot, mechanism, &truth, &plan, &noise, args.seed)?;
+    let (mut table, tracker, words) = made(args, kind, &resolved, &truth, &noise)?;
     table.origin = Some(origin(args, &resolved));
     create_new(&args.out)?;
     let header = SessionHeader {
@@ -58,39 +82,113 @@ pub(super) fn run(
         ("robot.toml", resolved.source.text.clone()),
         ("readings.csv", write_load_cases(&table)),
         ("session.toml", header.to_load_case_toml()),
-        ("simulation.toml", record(args, &truth, &noise)),
+        (
+            "simulation.toml",
+            record(args, &truth, &noise, tracker.as_ref()),
+        ),
     ] {
         write(&args.out.join(name), text.as_bytes())?;
     }
     let folder = args.out.display();
     let poses = table.poses().len();
     let text = format!(
-        "{folder}: {} load cases of mechanism {} in {poses} poses, up to {largest_force_n} N, seed {}\n\
-         session.toml, readings.csv, robot.toml and simulation.toml (true factors and noise) written.\nNext: stiffbench fit {folder}\n",
+        "{folder}: {} {words} of mechanism {} in {poses} poses, seed {}\n\
+         session.toml, readings.csv, robot.toml and simulation.toml (true factors{} and noise) written.\nNext: stiffbench fit {folder}\n",
         table.cases.len(),
         resolved.mechanism,
         args.seed,
+        if tracker.is_some() { ", tracker" } else { "" },
     );
     let report = SimulationReport {
         folder: args.out.clone(),
         readings: table.component_count(),
         seed: args.seed,
-        procedure: "load cases".to_owned(),
+        procedure: match kind {
+            CaseKind::LoadCases(_) => "load cases".to_owned(),
+            CaseKind::Positions(_) => "positions".to_owned(),
+        },
         minutes: 0.0,
         mechanism: resolved.mechanism.clone(),
         factors: truth,
         physics: resolved.physics.effects.clone(),
         noise,
+        tracker,
     };
     Ok(Outcome::new("simulate", text, report)
         .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(resolved.warnings.clone()))
+        .with_warnings([resolved.warnings.clone(), rigid_springs].concat()))
+}
+
+/// A warning of springs that are to be fitted and have no stiffness.
+fn springs_without_stiffness(resolved: &ResolvedModel, truth: &FittingFactors) -> Vec<String> {
+    let springs = resolved.robot.own_springs();
+    let unknown = springs
+        .filter(|(spring, own)| own.in_fit == RoleInFit::Free && truth.get(spring) == 0.0)
+        .map(|(spring, _)| spring.to_string());
+    let unknown: Vec<String> = unknown.collect();
+    let warning = unknown.first().map(|first| {
+        format!(
+            "{} have no stiffness yet and are simulated as rigid: give them one, --true-factor {first}=5e-6 (compliance), or stiffness_Nm_per_rad in the robot file",
+            unknown.join(", ")
+        )
+    });
+    warning.into_iter().collect()
+}
+
+/// The table, the tracker that saw it, and what it holds in words.
+fn made(
+    args: &SimulateArgs,
+    kind: CaseKind,
+    resolved: &ResolvedModel,
+    truth: &FittingFactors,
+    noise: &NoiseModel,
+) -> Result<(LoadCaseTable, Option<TrackerReport>, String), Failure> {
+    let (robot, mechanism) = (&resolved.robot, resolved.mechanism()?);
+    let SingleLoads {
+        poses,
+        largest_n: force_n,
+        repeats,
+    } = single_loads(&args.procedure, kind.option())?;
+    match kind {
+        CaseKind::LoadCases(count) => {
+            let largest_force_n = force_n.unwrap_or(LARGEST_FORCE_N);
+            let plan = LoadCasePlan {
+                count,
+                largest_force_n,
+                repeats,
+                poses,
+            };
+            let table = simulate_load_cases(robot, mechanism, truth, &plan, noise, args.seed)?;
+            let words = format!("load cases up to {largest_force_n} N");
+            Ok((table, None, words))
+        }
+        CaseKind::Positions(count) => {
+            let plan = PositionPlan {
+                count,
+                largest_force_n: force_n,
+                repeats,
+                poses,
+            };
+            let SimulatedPositions { table, frames } =
+                simulate_positions(robot, mechanism, truth, &plan, noise, args.seed)?;
+            let forces = force_n.map_or_else(String::new, |force_n| {
+                format!(" and forces up to {force_n} N")
+            });
+            let words = format!("positions under own weight{forces}");
+            Ok((table, Some(TrackerReport::from(&frames)), words))
+        }
+    }
 }
 
 /// What an analysis must not see: the truth.
-fn record(args: &SimulateArgs, truth: &FittingFactors, noise: &NoiseModel) -> String {
+fn record(
+    args: &SimulateArgs,
+    truth: &FittingFactors,
+    noise: &NoiseModel,
+    tracker: Option<&TrackerReport>,
+) -> String {
     let um = |metres: f64| metres / crate::quantity::METRES_PER_MICROMETRE;
-    format!(
+    let mut text = format!(
         "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {}\n[factors]\n{}\n[noise]\n\
          reading_sd_um = {:?}\nzero_sd_um = {:?}\nrun_slope_sd = {:?}\ndisplacement_step_um = {:?}\nforce_step_N = {:?}\n",
         args.seed,
@@ -100,5 +198,13 @@ fn record(args: &SimulateArgs, truth: &FittingFactors, noise: &NoiseModel) -> St
         noise.run_slope_sd,
         um(noise.displacement_step_m),
         noise.force_step_n
-    )
+    );
+    if let Some(tracker) = tracker {
+        let _ = write!(
+            text,
+            "[tracker]\nbase_mm = {:?}\nrotation_vector_deg = {:?}\ntool_point_mm = {:?}\n",
+            tracker.base_mm, tracker.rotation_vector_deg, tracker.tool_point_mm
+        );
+    }
+    text
 }

@@ -2,6 +2,10 @@
 
 use crate::vector::{norm, subtract};
 
+/// Mass and moments of inertia of a body of which none are known, kg and kg·m².
+const PLACEHOLDER_KG: f64 = 1.0;
+const PLACEHOLDER_KG_M2: f64 = 1e-2;
+
 /// What a rigid body weighs, in the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Inertia {
@@ -82,6 +86,54 @@ impl Inertia {
             |i: usize, j: usize| self.second_kg_m2[i][j] - self.mass_kg * centre[i] * centre[j];
         let trace = spread(0, 0) + spread(1, 1) + spread(2, 2);
         [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { trace } else { 0.0 } - spread(i, j)))
+    }
+}
+
+/// What is written of a body's mass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Inertial {
+    /// kg.
+    pub(super) mass_kg: f64,
+    /// In the axes of the world, m.
+    pub(super) centre_m: [f64; 3],
+    /// Inertia tensor about the centre, kg·m².
+    pub(super) about_kg_m2: [[f64; 3]; 3],
+}
+
+impl Inertial {
+    /// Of a body; a placeholder where nothing is known.
+    pub(super) fn of(inertia: &Inertia, origin_m: [f64; 3]) -> Self {
+        let about_kg_m2 = inertia.about_centre_kg_m2();
+        let least = [0, 1, 2].map(|i| about_kg_m2[i][i]);
+        match inertia.centre_m() {
+            Some(centre_m) if least.iter().all(|i| *i > 0.0) => Self {
+                mass_kg: inertia.mass_kg(),
+                centre_m,
+                about_kg_m2,
+            },
+            centre => Self {
+                mass_kg: centre.map_or(PLACEHOLDER_KG, |_| inertia.mass_kg()),
+                centre_m: centre.unwrap_or(origin_m),
+                about_kg_m2: [0, 1, 2].map(|i| {
+                    let mut row = [0.0; 3];
+                    row[i] = PLACEHOLDER_KG_M2;
+                    row
+                }),
+            },
+        }
+    }
+
+    /// The six moments of inertia by the names of URDF and SDF, kg·m².
+    pub(super) fn moments(&self) -> [(&'static str, f64); 6] {
+        let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = self.about_kg_m2;
+        [
+            ("ixx", xx),
+            ("ixy", xy),
+            ("ixz", xz),
+            ("iyy", yy),
+            ("iyz", yz),
+            ("izz", zz),
+        ]
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::vector::subtract;
 
-use super::inertia::Inertia;
+use super::inertia::Inertial;
 use super::lumped::{LumpedBody, LumpedJoint, LumpedModel};
 use super::xml::{Xml, number, numbers};
 
@@ -18,10 +18,6 @@ const CONSTRAINT_S: f64 = 2.0 * TIMESTEP_S;
 
 /// Impedance of constraints: the largest that MuJoCo takes.
 const IMPEDANCE: &str = "0.9999 0.9999 0.001";
-
-/// Mass and moments of inertia of a body of which none are known, kg and kg·m².
-const PLACEHOLDER_KG: f64 = 1.0;
-const PLACEHOLDER_KG_M2: f64 = 1e-2;
 
 /// Armature of a hinge that moves freely in its play, kg·m² or kg: the stop holds the better the more it is.
 const ARMATURE_OF_PLAY: f64 = 1.0;
@@ -179,38 +175,6 @@ fn write_inertia(xml: &mut Xml, body: &LumpedBody) {
             ("fullinertia", numbers([xx, yy, zz, xy, xz, yz])),
         ],
     );
-}
-
-/// What is written of a body's mass.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Inertial {
-    pub(super) mass_kg: f64,
-    pub(super) centre_m: [f64; 3],
-    pub(super) about_kg_m2: [[f64; 3]; 3],
-}
-
-impl Inertial {
-    /// Of a body; a placeholder where nothing is known.
-    pub(super) fn of(inertia: &Inertia, origin_m: [f64; 3]) -> Self {
-        let about_kg_m2 = inertia.about_centre_kg_m2();
-        let least = [0, 1, 2].map(|i| about_kg_m2[i][i]);
-        match inertia.centre_m() {
-            Some(centre_m) if least.iter().all(|i| *i > 0.0) => Self {
-                mass_kg: inertia.mass_kg(),
-                centre_m,
-                about_kg_m2,
-            },
-            centre => Self {
-                mass_kg: centre.map_or(PLACEHOLDER_KG, |_| inertia.mass_kg()),
-                centre_m: centre.unwrap_or(origin_m),
-                about_kg_m2: [0, 1, 2].map(|i| {
-                    let mut row = [0.0; 3];
-                    row[i] = PLACEHOLDER_KG_M2;
-                    row
-                }),
-            },
-        }
-    }
 }
 
 fn write_joint(xml: &mut Xml, body: &LumpedBody, joint: &LumpedJoint) {

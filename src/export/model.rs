@@ -6,7 +6,6 @@ use crate::robot::{
     GRAVITY_M_PER_S2, JointModel, MechanismModel, ModelParameter, Pose, Predictor, Robot,
     RobotError, Theory,
 };
-use crate::test_point::PoseId;
 use crate::vector::scale;
 
 use super::kinematics::{KinematicTree, STIFFEST, SpringOfJoint};
@@ -65,30 +64,23 @@ impl<'a> ExportModel<'a> {
         &self.resolved.robot
     }
 
-    /// A pose by name; without one every variable has its nominal value.
-    fn pose(&self, name: Option<&str>) -> Result<(String, Pose), RobotError> {
-        match name {
-            Some(name) => Ok((
-                name.to_owned(),
-                self.robot().pose(&PoseId::new(name))?.clone(),
-            )),
-            None => Ok((NOMINAL.to_owned(), self.robot().nominal_pose())),
-        }
+    /// A pose with its name; without one every variable has its nominal value.
+    fn pose(&self, chosen: Option<&(String, Pose)>) -> (String, Pose) {
+        let nominal = || (NOMINAL.to_owned(), self.robot().nominal_pose());
+        chosen.cloned().unwrap_or_else(nominal)
     }
 
     /// Parameters, and the compliance in one pose or, without one, in all that the robot names, else in the nominal one.
     ///
     /// # Errors
-    /// For a pose that is not there or cannot be reached.
-    pub fn table(&self, pose: Option<&str>) -> Result<ExportTable, AnalysisError> {
-        let named = self.robot().poses.iter().map(|named| named.id.to_string());
-        let names: Vec<String> = pose.map_or_else(|| named.collect(), |pose| vec![pose.to_owned()]);
-        let mut poses: Vec<(String, Pose)> = Vec::new();
-        for name in &names {
-            poses.push(self.pose(Some(name))?);
-        }
+    /// For a pose that cannot be reached.
+    pub fn table(&self, pose: Option<&(String, Pose)>) -> Result<ExportTable, AnalysisError> {
+        let named = self.robot().poses.iter();
+        let named = named.map(|named| (named.id.to_string(), named.pose.clone()));
+        let mut poses: Vec<(String, Pose)> =
+            pose.map_or_else(|| named.collect(), |pose| vec![pose.clone()]);
         if poses.is_empty() {
-            poses.push(self.pose(None)?);
+            poses.push(self.pose(None));
         }
         Ok(ExportTable {
             robot: self.robot().name.clone(),
@@ -274,9 +266,9 @@ impl<'a> ExportModel<'a> {
     /// The robot in a pose for MuJoCo.
     ///
     /// # Errors
-    /// For a pose that is not there or cannot be reached.
-    pub fn mjcf(&self, pose: Option<&str>) -> Result<String, AnalysisError> {
-        let (name, pose) = self.pose(pose)?;
+    /// For a pose that cannot be reached.
+    pub fn mjcf(&self, pose: Option<&(String, Pose)>) -> Result<String, AnalysisError> {
+        let (name, pose) = self.pose(pose);
         let PlacedModel { model, parts } = self.placed(&pose)?;
         let lumped = LumpedModel::new(model.structure(), &parts);
         let comments = self.comments(
@@ -339,9 +331,9 @@ impl<'a> ExportModel<'a> {
     /// The robot for Gazebo and others (SDF).
     ///
     /// # Errors
-    /// For a pose that is not there or cannot be reached.
-    pub fn sdf(&self, pose: Option<&str>) -> Result<String, AnalysisError> {
-        let (name, pose) = self.pose(pose)?;
+    /// For a pose that cannot be reached.
+    pub fn sdf(&self, pose: Option<&(String, Pose)>) -> Result<String, AnalysisError> {
+        let (name, pose) = self.pose(pose);
         let tree = self.tree(&pose)?;
         let comments = self.comments(
             (&name, &pose),
@@ -361,9 +353,9 @@ impl<'a> ExportModel<'a> {
     /// The robot for ROS and others (URDF).
     ///
     /// # Errors
-    /// For a pose that is not there or cannot be reached.
-    pub fn urdf(&self, pose: Option<&str>) -> Result<String, AnalysisError> {
-        let (name, pose) = self.pose(pose)?;
+    /// For a pose that cannot be reached.
+    pub fn urdf(&self, pose: Option<&(String, Pose)>) -> Result<String, AnalysisError> {
+        let (name, pose) = self.pose(pose);
         let tree = self.tree(&pose)?;
         let comments = self.comments(
             (&name, &pose),

@@ -3,8 +3,8 @@
 use crate::robot::JointMotion;
 use crate::vector::subtract;
 
+use super::inertia::Inertial;
 use super::kinematics::{KinematicJoint, KinematicLink, KinematicTree};
-use super::mjcf::Inertial;
 use super::urdf::{along, upright};
 use super::xml::{Xml, number, numbers};
 
@@ -61,26 +61,13 @@ fn pose(xml: &mut Xml, xyz: [f64; 3], rpy: [f64; 3]) {
 fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
     xml.open("link", &[("name", name.to_owned())]);
     pose(xml, link.position_m, [0.0; 3]);
-    let Inertial {
-        mass_kg,
-        centre_m,
-        about_kg_m2,
-    } = Inertial::of(&link.inertia, link.position_m);
+    let inertial = Inertial::of(&link.inertia, link.position_m);
     xml.open("inertial", &[]);
-    pose(xml, subtract(centre_m, link.position_m), [0.0; 3]);
-    xml.text("mass", number(mass_kg));
+    pose(xml, subtract(inertial.centre_m, link.position_m), [0.0; 3]);
+    xml.text("mass", number(inertial.mass_kg));
     xml.open("inertia", &[]);
-    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = about_kg_m2.map(|row| row.map(number));
-    let moments = [
-        ("ixx", xx),
-        ("ixy", xy),
-        ("ixz", xz),
-        ("iyy", yy),
-        ("iyz", yz),
-        ("izz", zz),
-    ];
-    for (name, moment) in moments {
-        xml.text(name, moment);
+    for (name, moment) in inertial.moments() {
+        xml.text(name, number(moment));
     }
     xml.close();
     xml.close();

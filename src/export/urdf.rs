@@ -3,8 +3,8 @@
 use crate::robot::JointMotion;
 use crate::vector::subtract;
 
+use super::inertia::Inertial;
 use super::kinematics::{KinematicJoint, KinematicLink, KinematicTree};
-use super::mjcf::Inertial;
 use super::xml::{Xml, number, numbers};
 
 /// Link that the ground stands on, its z axis up.
@@ -97,24 +97,16 @@ fn fixed(xml: &mut Xml, name: &str, [parent, child]: [&str; 2], at: [f64; 3], rp
 
 fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
     xml.open("link", &[("name", name.to_owned())]);
-    let Inertial {
-        mass_kg,
-        centre_m,
-        about_kg_m2,
-    } = Inertial::of(&link.inertia, link.position_m);
+    let inertial = Inertial::of(&link.inertia, link.position_m);
     xml.open("inertial", &[]);
-    origin(xml, subtract(centre_m, link.position_m), [0.0; 3]);
-    xml.empty("mass", &[("value", number(mass_kg))]);
-    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = about_kg_m2.map(|row| row.map(number));
-    let moments = [
-        ("ixx", xx),
-        ("ixy", xy),
-        ("ixz", xz),
-        ("iyy", yy),
-        ("iyz", yz),
-        ("izz", zz),
-    ];
-    xml.empty("inertia", &moments);
+    origin(xml, subtract(inertial.centre_m, link.position_m), [0.0; 3]);
+    xml.empty("mass", &[("value", number(inertial.mass_kg))]);
+    xml.empty(
+        "inertia",
+        &inertial
+            .moments()
+            .map(|(name, moment)| (name, number(moment))),
+    );
     xml.close();
     for &(ends_m, radius_m) in &link.rods {
         let (rpy, middle_m, length_m) = along(ends_m);

@@ -1,13 +1,11 @@
 //! A fit to load cases as the data of `stiffbench fit --json`.
 
-use std::collections::BTreeMap;
-
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::elastostatics::{
     FittedComponent, FittedFrames, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase, PoseError,
-    ScatterSource,
 };
 use crate::fit::{FactorCorrelations, FactorEstimate};
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -15,6 +13,7 @@ use crate::robot::{FittingFactors, Robot};
 use crate::test_point::{Direction, PoseId};
 
 use super::fit_report::{FitReport, ParameterReport};
+use super::simulation::TrackerReport;
 
 /// What `fit` gives: of stiffness values, or of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -40,13 +39,13 @@ pub struct LoadCaseFitReport {
     /// Base frame and tool point of absolute positions; `null` of displacements under loads.
     pub frames: Option<FramesReport>,
     /// Scatter, degrees of freedom, rank and condition; `null` without degrees of freedom.
-    pub agreement: Option<LoadCaseAgreementReport>,
+    pub agreement: Option<LoadCaseAgreement>,
     /// Combinations of parameters that the poses do not determine, in words.
     pub not_determined: Vec<String>,
     /// Root mean square errors of the displacements.
     pub rms: LoadCaseErrors,
     /// Errors by pose.
-    pub poses: Vec<PoseErrorReport>,
+    pub poses: Vec<PoseError>,
     /// Every component that was read.
     pub components: Vec<ComponentReport>,
     /// Why the search ended.
@@ -90,8 +89,8 @@ pub struct FrameParameterReport {
 pub struct NextLoadCase {
     /// Name of the pose in the robot file or the table, else a new one.
     pub pose: PoseId,
-    /// Values of the variables of the robot file in this pose, degrees.
-    pub joints_deg: BTreeMap<String, f64>,
+    /// Values of the variables of the robot file in this pose, degrees or m.
+    pub joints_deg: IndexMap<String, f64>,
     /// Axis of the base along which to load.
     pub direction: Direction,
     /// Size of the force, N.
@@ -126,52 +125,16 @@ pub struct LoadCaseParameterReport {
     pub stiffness_unit: Option<String>,
 }
 
-/// How well the model agrees with the components.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct LoadCaseAgreementReport {
-    /// Where the scatter comes from.
-    pub scatter_from: ScatterSource,
-    /// Standard deviation of a displacement, µm; `null` if none was read.
-    pub displacement_sd_um: Option<f64>,
-    /// Standard deviation of a rotation, µrad; `null` if none was read.
-    pub rotation_sd_urad: Option<f64>,
-    /// Degrees of freedom of the scatter, and of the intervals.
-    pub scatter_dof: f64,
-    /// Components less determined parameters.
-    pub dof: usize,
-    /// Sum of the squared residuals in units of the scatter over `dof`.
-    pub reduced_chi2: Option<f64>,
-    /// Probability of a lack of fit at least as large if the model is right; only with scatter from repeats.
-    pub p: Option<f64>,
-    /// Independent combinations of parameters that the poses determine.
-    pub rank: usize,
-    /// Parameters that were to be determined.
-    pub free: usize,
-    /// Largest over smallest singular value of the columns of unit length; `null` if the smallest is zero.
-    pub condition: Option<f64>,
-}
-
 /// Root mean square errors of all displacements, µm.
 #[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct LoadCaseErrors {
-    /// Of the model before the fit; `null` if no displacement was read, as of the others.
+    /// Of the rigid robot: fitted springs without compliance, fitted factors 1; `null` if no displacement was read, as of the others.
+    pub rigid_um: Option<f64>,
+    /// Of the model with the values that the fit began at, such as springs of the robot file; of positions that of the rigid robot.
     pub before_um: Option<f64>,
     /// Of the fitted model, in the poses of the fit.
     pub fitted_um: Option<f64>,
     /// In poses that the fit did not know: held-out ones if there are any, else each left out in turn.
-    pub unseen_um: Option<f64>,
-}
-
-/// Root mean square errors of the displacements in a pose, µm.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct PoseErrorReport {
-    /// The pose.
-    pub pose: PoseId,
-    /// Of the model before the fit.
-    pub before_um: f64,
-    /// Of the fitted model.
-    pub fitted_um: f64,
-    /// Of a fit without this pose.
     pub unseen_um: Option<f64>,
 }
 
@@ -212,14 +175,15 @@ impl From<&LoadCaseFit> for LoadCaseFitReport {
             parameters: fit.estimates.iter().map(Into::into).collect(),
             correlation: fit.correlation.clone(),
             frames: fit.frames.as_ref().map(Into::into),
-            agreement: fit.agreement.as_ref().map(Into::into),
+            agreement: fit.agreement.clone(),
             not_determined: fit.not_determined.clone(),
             rms: LoadCaseErrors {
+                rigid_um: fit.rigid_rms_m().map(micro),
                 before_um,
                 fitted_um,
                 unseen_um,
             },
-            poses: fit.poses.iter().map(Into::into).collect(),
+            poses: fit.poses.clone(),
             components: fit.components.iter().map(Into::into).collect(),
             termination: fit.termination.clone(),
             next: Vec::new(),
@@ -278,33 +242,15 @@ pub(super) fn stiffness_unit(compliance: &str) -> String {
     }
 }
 
-impl From<&LoadCaseAgreement> for LoadCaseAgreementReport {
-    fn from(agreement: &LoadCaseAgreement) -> Self {
-        Self {
-            scatter_from: agreement.source,
-            displacement_sd_um: agreement.displacement_sd_m.map(micro),
-            rotation_sd_urad: agreement.rotation_sd_rad.map(micro),
-            scatter_dof: agreement.scatter_dof,
-            dof: agreement.dof,
-            reduced_chi2: agreement.reduced_chi2,
-            p: agreement.p,
-            rank: agreement.rank,
-            free: agreement.free,
-            condition: Some(agreement.condition).filter(|condition| condition.is_finite()),
-        }
-    }
-}
-
 impl From<&FittedFrames> for FramesReport {
     fn from(fitted: &FittedFrames) -> Self {
-        let mm = |metres: [f64; 3]| metres.map(|metres| 1e3 * metres);
-        let frames = &fitted.frames;
+        let tracker = TrackerReport::from(&fitted.frames);
         let parameters = fitted.parameters.iter();
         Self {
-            base_mm: mm(frames.base_m),
-            rotation_vector_deg: frames.rotation_vector_rad().map(f64::to_degrees),
-            rotation: frames.rotation,
-            tool_point_mm: mm(frames.tool_point_m),
+            base_mm: tracker.base_mm,
+            rotation_vector_deg: tracker.rotation_vector_deg,
+            rotation: fitted.frames.rotation,
+            tool_point_mm: tracker.tool_point_mm,
             parameters: parameters
                 .map(|one| FrameParameterReport {
                     name: one.name,
@@ -318,17 +264,6 @@ impl From<&FittedFrames> for FramesReport {
                 })
                 .collect(),
             rigid_unseen_um: fitted.rigid_unseen_m.map(micro),
-        }
-    }
-}
-
-impl From<&PoseError> for PoseErrorReport {
-    fn from(error: &PoseError) -> Self {
-        Self {
-            pose: error.pose.clone(),
-            before_um: micro(error.before_m),
-            fitted_um: micro(error.fitted_m),
-            unseen_um: error.without_its_pose_m.map(micro),
         }
     }
 }

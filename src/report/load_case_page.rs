@@ -9,6 +9,9 @@ use crate::quantity::METRES_PER_MICROMETRE;
 use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
 use super::text::{AlignedTable, interval, significant};
 
+/// A standard error that a planned load case leaves above this share of itself is not printed.
+const WORTH_PRINTING: f64 = 0.99;
+
 /// Correlations beyond this are named.
 const STRONG_CORRELATION: f64 = 0.95;
 
@@ -231,31 +234,45 @@ fn frames_table(fitted: &FittedFrames) -> String {
 
 fn errors(fit: &LoadCaseFit) -> String {
     let um = |value: Option<f64>| optional(value.map(|m| m / METRES_PER_MICROMETRE), 4);
-    let mut rows = AlignedTable::new(&["pose", "before, um", "fitted, um", "without its pose, um"]);
+    let mut rows = AlignedTable::new(&["pose", "rigid, um", "fitted, um", "without its pose, um"]);
     for pose in &fit.poses {
         rows.row([
             pose.pose.to_string(),
-            um(Some(pose.before_m)),
+            um(Some(pose.rigid_m)),
             um(Some(pose.fitted_m)),
             um(pose.without_its_pose_m),
         ]);
     }
-    let [before, fitted, unseen] = fit.rms_m();
-    rows.row(["all".to_owned(), um(before), um(fitted), um(unseen)]);
-    let rigid = fit.frames.as_ref().and_then(|frames| frames.rigid_unseen_m);
-    let rigid = rigid.map_or_else(String::new, |rigid| {
-        format!(
-            "Before: the rigid robot with base frame and tool point of its own; in poses left out it misses by {} um.\n",
-            um(Some(rigid))
-        )
-    });
-    let what = if fit.frames.is_some() {
-        "positions"
+    let [_, fitted, unseen] = fit.rms_m();
+    rows.row([
+        "all".to_owned(),
+        um(fit.rigid_rms_m()),
+        um(fitted),
+        um(unseen),
+    ]);
+    let (what, own) = if fit.frames.is_some() {
+        ("positions", ", with base frame and tool point of its own")
     } else {
-        "displacements"
+        ("displacements", "")
+    };
+    let moved = fit.estimates.iter();
+    let moved = moved.filter(|one| one.status != FactorStatus::Fixed);
+    let (factors, springs): (Vec<_>, Vec<_>) = moved.partition(|one| one.parameter.is_factor());
+    let without = match (springs.is_empty(), factors.is_empty()) {
+        (false, true) => "fitted springs without compliance",
+        (true, _) => "fitted factors 1",
+        (false, false) => "fitted springs without compliance, fitted factors 1",
+    };
+    let gain = match (fit.rigid_unseen_m(), unseen) {
+        (Some(rigid), Some(unseen)) => format!(
+            "In poses left out: {} um of the rigid robot -> {} um of the fit.\n",
+            um(Some(rigid)),
+            um(Some(unseen))
+        ),
+        _ => String::new(),
     };
     format!(
-        "\nRoot mean square error of the {what}:\n\n{}{rigid}",
+        "\nRoot mean square error of the {what}:\n\n{}Rigid: the robot without what is fitted{own} ({without}).\n{gain}",
         rows.text()
     )
 }
@@ -263,6 +280,10 @@ fn errors(fit: &LoadCaseFit) -> String {
 /// Further load cases that would determine what is open, as a table; empty without any.
 #[must_use]
 pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
+    // Of positions the reason of each spring names what would determine it.
+    if report.frames.is_some() {
+        return String::new();
+    }
     if report.next.is_empty() {
         let unloaded = report
             .parameters
@@ -277,32 +298,32 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
             unloaded.join(", ")
         );
     }
-    let mut rows = AlignedTable::new(&[
-        "pose",
-        "joints, deg or m",
-        "load",
-        "standard errors, now and then",
-    ]);
-    for next in &report.next {
+    let mut text =
+        "\nLoad cases that would determine best what is open, one after the other (standard errors now and then):\n"
+            .to_owned();
+    for (place, next) in report.next.iter().enumerate() {
         let joints = next.joints_deg.iter();
-        let joints: Vec<String> = joints.map(|(name, deg)| format!("{name} {deg}")).collect();
-        let errors = next.errors.iter().map(|one| {
+        let joints: Vec<String> = joints
+            .map(|(name, value)| format!("{name} {value}"))
+            .collect();
+        let errors = next
+            .errors
+            .iter()
+            .filter(|one| one.then < WORTH_PRINTING * one.now);
+        let errors = errors.map(|one| {
             let [now, then] = [one.now, one.then].map(|error| significant(error, 2));
             format!("{} {now} to {then}", one.name)
         });
-        rows.row([
-            next.pose.to_string(),
+        let _ = writeln!(
+            text,
+            "\n{}. {} N along {} in pose {}: {}\n   {}",
+            place + 1,
+            significant(next.force_n, 3),
+            next.direction,
+            next.pose,
             joints.join(", "),
-            format!(
-                "{} N along {}",
-                significant(next.force_n, 3),
-                next.direction
-            ),
-            errors.collect::<Vec<_>>().join(", "),
-        ]);
+            errors.collect::<Vec<_>>().join(", ")
+        );
     }
-    format!(
-        "\nLoad cases that would determine best what is open, one after the other:\n\n{}",
-        rows.text()
-    )
+    text
 }

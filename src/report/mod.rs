@@ -60,8 +60,8 @@ pub use load_case_diagnosis::{
 };
 pub use load_case_figures::load_case_figures;
 pub use load_case_fit::{
-    ComponentReport, FitResult, LoadCaseAgreementReport, LoadCaseErrors, LoadCaseFitReport,
-    LoadCaseParameterReport, NextLoadCase, NextStandardError, PoseErrorReport,
+    ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport, LoadCaseParameterReport,
+    NextLoadCase, NextStandardError,
 };
 pub use load_case_page::{load_case_fit_text, next_load_cases_text};
 #[cfg(feature = "parquet")]

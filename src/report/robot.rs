@@ -8,7 +8,9 @@ use serde::Serialize;
 
 use crate::analysis::RobotCheck;
 use crate::physics::{ActingPhysics, Effect};
-use crate::robot::{ChainMobility, FittingFactors, MechanismModel, Mobility, Robot};
+use crate::robot::{
+    ChainMobility, FittingFactors, MechanismModel, Mobility, Robot, RoleInFit, Yielding,
+};
 use crate::structure::Compliance6;
 use crate::test_point::PoseId;
 
@@ -27,6 +29,10 @@ pub struct RobotReport {
     pub nodes: usize,
     /// Number of elements.
     pub elements: usize,
+    /// Number of rigid links.
+    pub rigid_links: usize,
+    /// Springs of joints, base and tool, by the names that a fit has for them.
+    pub springs: Vec<String>,
     /// The end node.
     pub end: String,
     /// The supported nodes.
@@ -52,6 +58,8 @@ pub struct MechanismReport {
     pub chains: Vec<String>,
     /// Names of its elements.
     pub elements: Vec<String>,
+    /// Names of its rigid links.
+    pub rigid_links: Vec<String>,
     /// Names of its joints.
     pub joints: Vec<String>,
 }
@@ -90,6 +98,11 @@ impl RobotReport {
                 .iter()
                 .map(|&member| robot.members[member].name.clone())
                 .collect(),
+            rigid_links: mechanism
+                .rigid_links
+                .iter()
+                .map(|&link| robot.rigid_links[link].name.clone())
+                .collect(),
             joints: mechanism
                 .joints(robot)
                 .iter()
@@ -113,6 +126,15 @@ impl RobotReport {
             joints: robot.joints.len(),
             nodes: robot.nodes.len(),
             elements: robot.members.len(),
+            rigid_links: robot.rigid_links.len(),
+            springs: robot
+                .own_springs()
+                .filter(|(_, spring)| {
+                    matches!(spring.yielding, Yielding::Compliance(_))
+                        || spring.in_fit != RoleInFit::Fixed
+                })
+                .map(|(name, _)| name.to_string())
+                .collect(),
             end: node(&robot.end),
             supports: robot.supports.iter().map(node).collect(),
             mechanisms: mechanisms.collect(),
@@ -127,21 +149,25 @@ impl RobotReport {
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = format!(
-            "{} bodies, {} joints, {} nodes, {} elements, {} sections, end node {}, supports {}.\n\n",
+            "{} bodies, {} joints, {} nodes, {} elements, {} rigid links, {} springs, {} sections, end node {}, supports {}.\n\n",
             self.bodies,
             self.joints,
             self.nodes,
             self.elements,
+            self.rigid_links,
+            self.springs.len(),
             self.sections,
             self.end,
             self.supports.join(", ")
         );
-        let mut rows = AlignedTable::new(&["mechanism", "chains", "elements", "joints"]);
+        let mut rows =
+            AlignedTable::new(&["mechanism", "chains", "elements", "rigid links", "joints"]);
         for mechanism in &self.mechanisms {
             rows.row([
                 mechanism.name.clone(),
                 mechanism.chains.join(" "),
                 mechanism.elements.len().to_string(),
+                mechanism.rigid_links.len().to_string(),
                 mechanism.joints.len().to_string(),
             ]);
         }
@@ -335,7 +361,11 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
         let stiffness = checked.stiffness_n_per_um;
         let stiffness = stiffness.map(|k| k.map_or("rigid".to_owned(), |k| format!("{k:.5}")));
         let tool = checked.tool_m.map(|m| format!("{m:.3}")).join(", ");
-        let mark = if checked.plausible { "yes" } else { "no" };
+        let mark = match checked.plausible {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "-",
+        };
         rows.row(
             [checked.mechanism.clone(), checked.pose.clone(), tool]
                 .into_iter()

@@ -129,7 +129,7 @@ pub fn with_equal_views(drawings: &mut [RobotDrawing]) {
 }
 
 /// The axes of a robot with its own words for them.
-fn drawn_axes(robot: &Robot) -> DrawnAxes {
+pub(super) fn drawn_axes(robot: &Robot) -> DrawnAxes {
     let length = |axis: &usize| robot.vertical[*axis].abs();
     let up = (0..3).max_by(|a, b| length(a).total_cmp(&length(b)));
     DrawnAxes {

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::bench::NoiseModel;
 use crate::physics::Effect;
-use crate::robot::FittingFactors;
+use crate::robot::{FittingFactors, TrackerFrames};
 
 /// A simulated session.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -30,6 +30,30 @@ pub struct SimulationReport {
     pub physics: Vec<Effect>,
     /// Standard deviations and steps of the noise, SI.
     pub noise: NoiseModel,
+    /// The tracker of absolute positions; `null` of other sessions.
+    pub tracker: Option<TrackerReport>,
+}
+
+/// Where a tracker stands against the robot's base, and which point of the tool it measures.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+pub struct TrackerReport {
+    /// Position of the robot's base in the axes of the tracker, mm.
+    pub base_mm: [f64; 3],
+    /// Rotation vector from the axes of the base to those of the tracker, degrees.
+    pub rotation_vector_deg: [f64; 3],
+    /// The measured point from the tool centre, in the axes of the tool, mm.
+    pub tool_point_mm: [f64; 3],
+}
+
+impl From<&TrackerFrames> for TrackerReport {
+    fn from(frames: &TrackerFrames) -> Self {
+        let mm = |metres: [f64; 3]| metres.map(|metres| 1e3 * metres);
+        Self {
+            base_mm: mm(frames.base_m),
+            rotation_vector_deg: frames.rotation_vector_rad().map(f64::to_degrees),
+            tool_point_mm: mm(frames.tool_point_m),
+        }
+    }
 }
 
 /// A software bench that waits for a session.

@@ -1,10 +1,10 @@
-//! Load cases through the commands: a real robot, what is refused with its place, and commands that need series of loads.
+//! Load cases through the commands: a real robot, simulated ones, and what is to be measured next.
 
 use super::{assert_output_contains, desk};
 use stiffbench_test_files::text;
 
 /// A desk with the robot `fanuc.toml` and its load cases `cases.csv`.
-fn fanuc() -> super::Desk {
+pub(super) fn fanuc() -> super::Desk {
     let desk = desk();
     desk.write("fanuc.toml", text("data/robots/fanuc-r2000ic.toml"));
     desk.write(
@@ -37,6 +37,33 @@ fn six_joint_springs_of_a_real_robot_are_fitted_without_an_option() {
     }
     let unseen = data["rms"]["unseen_um"].as_f64().unwrap();
     assert!((unseen - 234.0).abs() < 1.0, "{unseen}");
+    // On rigid links the rigid robot does not move: it misses what was measured.
+    let measured = data["components"].as_array().unwrap().iter();
+    let measured: Vec<f64> = measured
+        .map(|one| one["measured"].as_f64().unwrap())
+        .collect();
+    let squares: f64 = measured.iter().map(|value| value * value).sum();
+    let size = (squares / measured.len() as f64).sqrt();
+    let rms = |key: &str| data["rms"][key].as_f64().unwrap();
+    assert!((size - 996.0).abs() < 1.0, "{size}");
+    assert!((rms("rigid_um") - size).abs() < 1e-6 * size);
+    // The springs of the shipped robot file are those of a fit.
+    assert!(rms("before_um") < 300.0);
+    assert!(data["poses"][0]["rigid_um"].as_f64() > data["poses"][0]["before_um"].as_f64());
+    let page = desk.run("fit cases.csv --robot fanuc.toml").succeeds();
+    assert!(
+        page.stdout.contains(
+            "Rigid: the robot without what is fitted (fitted springs without compliance)"
+        )
+    );
+    let gain = page
+        .stdout
+        .lines()
+        .find(|line| line.starts_with("In poses left out"));
+    let words: Vec<&str> = gain.unwrap().split(' ').collect();
+    let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
+    assert_eq!(numbers.len(), 2);
+    assert!((numbers[0] - size).abs() < 0.2 && (numbers[1] - unseen).abs() < 0.2);
     assert_eq!(data["agreement"]["scatter_from"], "residuals");
 }
 
@@ -59,6 +86,14 @@ fn options_choose_springs_poses_and_files() {
         desk.read("drawn/components.svg")
             .contains("measured against predicted")
     );
+    let vectors = desk.read("drawn/residual-vectors.svg");
+    for words in [
+        "rigid robot, from the side",
+        "after the fit, from above",
+        "35 hollow points",
+    ] {
+        assert!(vectors.contains(words), "{words}");
+    }
     assert!(desk.path("drawn/correlation.png").exists());
     // The values serve as a start: fixed, they predict what the fit predicted.
     let again = desk.data("fit cases.csv --robot fanuc.toml --factors fitted.toml --free joint.J6");
@@ -74,111 +109,35 @@ fn options_choose_springs_poses_and_files() {
 }
 
 #[test]
-fn what_does_not_fit_the_robot_is_refused_with_its_place() {
+fn load_cases_that_would_not_help_are_not_planned() {
     let desk = fanuc();
-    let head = "pose,joint_J1_deg,axes,force_x_N,displacement_x_um\n";
-    desk.write("axes.csv", &format!("{head}a,0,link66,1,2\n"));
-    desk.write(
-        "variable.csv",
-        "pose,joint_q1_deg,force_x_N,displacement_x_um\na,0,1,2\n",
-    );
-    desk.write("pose.csv", "pose,force_x_N,displacement_x_um\nPX,1,2\n");
-    desk.write("zero.csv", &format!("{head}a,0,base,0,2\n"));
-    desk.write("few.csv", &format!("{head}a,0,base,1,2\n"));
-    desk.write(
-        "slide.csv",
-        "pose,joint_J1_mm,force_x_N,displacement_x_um\na,0,1,2\n",
-    );
-    desk.write(
-        "limit.csv",
-        text("data/load-cases/fanuc-r2000ic/readings.csv")
-            .replace("1,-59.991000025", "1,-459.991000025")
-            .as_str(),
-    );
-    for (file, exit, code, words) in [
-        (
-            "axes",
-            11,
-            "stiffbench::load_cases::unknown_axes",
-            ["line 2", "link66", "link6"],
-        ),
-        (
-            "variable",
-            11,
-            "stiffbench::load_cases::unknown_variable",
-            ["joint_q1", "J1", "J2"],
-        ),
-        (
-            "pose",
-            11,
-            "stiffbench::load_cases::unknown_pose",
-            ["line 2", "PX", "joint_J1_deg"],
-        ),
-        (
-            "zero",
-            11,
-            "stiffbench::load_cases::no_load",
-            ["line 2", "zero", "rejected"],
-        ),
-        (
-            "few",
-            40,
-            "stiffbench::load_cases::too_few",
-            ["were read: 1", "parameters: 4", "--fix"],
-        ),
-        (
-            "slide",
-            11,
-            "stiffbench::load_cases::joint_unit",
-            ["joint_J1", "length", "_deg"],
-        ),
-    ] {
-        let error = desk.refusal(&format!("fit {file}.csv --robot fanuc.toml"), exit, code);
-        assert_output_contains(&error, &words);
-    }
-    let outside = desk
-        .run("fit limit.csv --robot fanuc.toml --json")
-        .succeeds()
-        .json();
-    let warnings = outside["warnings"].to_string();
+    let on_axis = text("data/robots/fanuc-r2000ic.toml")
+        .replace("at_mm = [6.9, 245.3, 319.3]", "at_mm = [0, 0, 319.3]");
+    desk.write("on-axis.toml", &on_axis);
+    let fit = |free: &str| {
+        let run = format!("fit cases.csv --robot on-axis.toml --free {free}");
+        (desk.data(&run), desk.run(&run).succeeds().stdout)
+    };
+    // No force on the axis of the last joint loads its spring.
+    let (data, page) = fit("joint.J6,joint.J1");
+    assert_eq!(data["next"], serde_json::json!([]));
     assert!(
-        warnings.contains("line 3, pose 1: outside the limit J1 >= -185"),
-        "{warnings}"
+        page.contains("No force at the tool centre would determine joint.J6: apply a moment"),
+        "{page}"
     );
-    desk.refusal("fit cases.csv", 2, "stiffbench::usage::no_robot");
-    let cases = "cases.csv --robot fanuc.toml";
-    desk.refusal(
-        &format!("fit {cases} --bootstrap 5"),
-        2,
-        "stiffbench::usage::argument",
+    // Beside it, what a force can determine is planned.
+    desk.write(
+        "cases.csv",
+        "pose,joint_J2_deg,force_z_N,displacement_z_um\na,0,500,900\nb,10,500,850\nc,20,500,800\n",
     );
-    desk.refusal(
-        &format!("fit {cases} --method paper"),
-        2,
-        "stiffbench::usage::argument",
-    );
-    desk.refusal(
-        &format!("fit {cases} --train 1,99"),
-        2,
-        "stiffbench::usage::argument",
-    );
-    desk.refusal(
-        &format!("fit {cases} --sigma known"),
-        2,
-        "stiffbench::load_cases::no_repeats",
-    );
-}
-
-#[test]
-fn commands_that_need_series_of_loads_say_so() {
-    let desk = fanuc();
-    for command in [
-        "stiffness cases.csv",
-        "compare cases.csv cases.csv",
-        "plot residuals cases.csv --robot fanuc.toml",
-    ] {
-        let error = desk.refusal(command, 2, "stiffbench::usage::needs_runs");
-        assert_output_contains(&error, &["load cases", "stiffbench diagnose"]);
+    let (data, _) = fit("joint.J6,joint.J1,joint.J2");
+    let next = data["next"].as_array().unwrap();
+    assert!(!next.is_empty());
+    for one in next {
+        let errors = one["errors"].as_array().unwrap().iter();
+        let mut shares =
+            errors.map(|one| one["then"].as_f64().unwrap() / one["now"].as_f64().unwrap());
+        assert!(shares.any(|share| share < 0.99), "{one}");
     }
 }
 
@@ -302,4 +261,43 @@ fn what_is_open_is_named_with_the_load_that_would_determine_it() {
         11,
         "stiffbench::load_cases::nothing_read",
     );
+}
+
+#[test]
+fn tables_of_one_robot_are_diagnosed_together() {
+    let desk = fanuc();
+    let table = text("data/load-cases/fanuc-r2000ic/readings.csv");
+    let lines: Vec<&str> = table.lines().collect();
+    let head = lines
+        .iter()
+        .position(|line| line.starts_with("pose,"))
+        .unwrap();
+    let part = |rows: &[&str]| format!("{}\n{}\n", lines[head], rows.join("\n"));
+    let rows = &lines[head + 1..];
+    desk.write("first.csv", &part(&rows[..20]));
+    desk.write("second.csv", &part(&rows[20..]));
+    let springs = "--robot fanuc.toml --free joint.J1,joint.J2,joint.J3 --no-figures";
+    let whole = desk.data(&format!("diagnose cases.csv {springs}"));
+    let parts = desk.data(&format!("diagnose first.csv second.csv {springs}"));
+    assert_eq!(parts["verdict"], whole["verdict"]);
+    let names = |data: &serde_json::Value| -> Vec<String> {
+        let findings = data["findings"].as_array().unwrap().iter();
+        findings.map(|one| one["name"].to_string()).collect()
+    };
+    assert!(!names(&whole).is_empty());
+    assert_eq!(names(&parts), names(&whole));
+    desk.run("simulate session").succeeds();
+    for (data, words) in [
+        ("first.csv session", "no load cases are there"),
+        (
+            "session first.csv",
+            "are diagnosed together if all are load cases",
+        ),
+    ] {
+        let run = format!("diagnose {data} --robot fanuc.toml");
+        let error = desk.refusal(&run, 2, "stiffbench::usage::argument");
+        assert_output_contains(&error, &[words]);
+    }
+    let run = "diagnose first.csv absent.csv --robot fanuc.toml";
+    desk.refusal(run, 11, "stiffbench::input::not_found");
 }

@@ -11,6 +11,7 @@ mod inputs;
 mod instruments;
 #[cfg(unix)]
 mod lines;
+mod load_case_input;
 mod load_cases;
 mod map;
 mod map_questions;
@@ -19,6 +20,7 @@ mod names;
 #[cfg(unix)]
 mod permissions;
 mod physics;
+mod positions;
 mod results;
 mod robots;
 mod session;

@@ -62,6 +62,7 @@ const COMMON: &[Common] = &[
     ("schema", &[], &["json schema"]),
     ("seconds", &["S"], &["seconds to"]),
     ("seed", &["SEED"], &["seed of"]),
+    ("set", &["VARIABLE=DEGREES"], &["value of a variable"]),
     ("speed", &["SPEED"], &["times as fast as the real clock"]),
     ("stream", &[], &["let it send by itself"]),
     ("train", &["TRAIN"], &["poses to fit"]),

@@ -237,9 +237,11 @@ fn a_robot_file_is_begun_checked_and_never_written_over() {
     assert_eq!(made["joints"].as_array().unwrap().len(), 9);
     let check = desk.run("robot check panda.toml").succeeds().stdout;
     assert!(
-        check.contains("joint.panda_joint7") && check.contains("rigid"),
+        check.contains("joint.panda_joint7") && check.contains("rigid") && !check.contains("yes"),
         "{check}"
     );
+    let checked = &desk.data("robot check panda.toml")["checked"][0];
+    assert!(checked["plausible"].is_null(), "{checked}");
     desk.write("table.csv", crate::robot_new::TABLE);
     let table = "--dh table.csv --convention modified --check-position";
     let wrong = desk.run(&format!(
@@ -259,6 +261,65 @@ fn a_robot_file_is_begun_checked_and_never_written_over() {
     ))
     .succeeds();
     desk.run("robot new x.toml").exits_with(2);
+}
+
+#[test]
+fn columns_of_a_table_of_load_cases_are_printed_and_read() {
+    let desk = desk();
+    let vectors = [
+        "force_x_N",
+        "force_y_N",
+        "force_z_N",
+        "displacement_x_um",
+        "displacement_y_um",
+        "displacement_z_um",
+    ];
+    let urdf = format!("{}/fixtures/urdf/panda.urdf", env!("CARGO_MANIFEST_DIR"));
+    desk.run(&format!(
+        "robot new panda.toml --urdf {urdf} --tip panda_hand_tcp"
+    ))
+    .succeeds();
+    desk.run("robot new gantry.toml --template gantry")
+        .succeeds();
+    // Fingers do not move the tool centre, and sliding joints have a length.
+    let panda: Vec<String> = (1..=7)
+        .map(|joint| format!("joint_panda_joint{joint}_deg"))
+        .collect();
+    let gantry = ["joint_X_mm", "joint_Y_mm", "joint_Z_mm"].map(str::to_owned);
+    for (robot, joints) in [("panda", panda), ("gantry", gantry.to_vec())] {
+        let joints = joints.iter().map(String::as_str);
+        let expected: Vec<&str> = ["pose"].into_iter().chain(joints).chain(vectors).collect();
+        let check = desk.data(&format!("robot check {robot}.toml"));
+        assert_eq!(check["load_case_columns"], serde_json::json!(expected));
+        let line = expected.join(",");
+        let page = desk
+            .run(&format!("robot check {robot}.toml"))
+            .succeeds()
+            .stdout;
+        let words = format!("Columns of a table of load cases for `fit`: {line}\n");
+        assert!(page.contains(&words), "{page}");
+        // A table with these columns is read.
+        let row = |pose: &str, joint: &str| {
+            let values = expected.iter().map(|column| match *column {
+                "pose" => pose,
+                _ if column.starts_with("joint_") => joint,
+                _ => "50",
+            });
+            values.collect::<Vec<_>>().join(",")
+        };
+        let rows = [("a", "10"), ("b", "30"), ("c", "20"), ("d", "25")];
+        let rows = rows.map(|(pose, joint)| row(pose, joint)).join("\n");
+        desk.write("table.csv", &format!("{line}\n{rows}\n"));
+        let spring = check["free_springs"][0].as_str().unwrap();
+        let fit = format!("fit table.csv --robot {robot}.toml --free {spring} --json");
+        let fit = desk.run(&fit).succeeds().json();
+        assert_eq!(fit["data"]["components"].as_array().unwrap().len(), 12);
+        assert!(
+            !fit["warnings"]
+                .to_string()
+                .contains("no column of joint values")
+        );
+    }
 }
 
 #[test]

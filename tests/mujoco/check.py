@@ -74,13 +74,15 @@ def displacements(mujoco, text):
 
 
 def urdf_differs_m(yourdfpy, program, arguments):
-    """How far the link `end` of the URDF at zero lies from the end of the robot, m; its vertical y is turned to z there."""
+    """How far the link `end` of the URDF at zero lies from the end of the robot, m; a vertical y is turned to z there."""
     import io
 
-    robot = yourdfpy.URDF.load(io.BytesIO(export(program, arguments, "urdf").encode()), build_scene_graph=True, load_meshes=False)
+    text = export(program, arguments, "urdf")
+    robot = yourdfpy.URDF.load(io.BytesIO(text.encode()), build_scene_graph=True, load_meshes=False)
     found = robot.get_transform("end", "world")[:3, 3]
     x, y, z = json.loads(export(program, arguments, "json"))["poses"][0]["end_m"]
-    return max(abs(a - b) for a, b in zip(found, (x, -z, y)))
+    ours = (x, y, z) if "axes of the robot file, 0 0 1 is up" in text else (x, -z, y)
+    return max(abs(a - b) for a, b in zip(found, ours))
 
 
 def main():

@@ -5,12 +5,14 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod balancers;
 mod joint_springs;
 mod model_parameters;
 mod multi_pose;
 mod own_weight;
 mod physics_opensees;
 mod pose_sweep;
+mod rigid_loops;
 mod robot_file_2;
 mod robot_file_errors;
 mod robot_kinematics;

@@ -119,6 +119,7 @@ fn a_four_bar_without_drive_is_a_mechanism() {
         hinges: vec![hinge],
     };
     let mut structure = Structure {
+        struts: Vec::new(),
         rigid_members: Vec::new(),
         nodes: vec![
             node("a", [0.0; 3]),

@@ -90,6 +90,7 @@ fn any_rigid_structure() -> impl Strategy<Value = Structure> {
                 });
             }
             Structure {
+                struts: Vec::new(),
                 rigid_members: Vec::new(),
                 end: (nodes.len() - 1).into(),
                 nodes,

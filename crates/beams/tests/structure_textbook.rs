@@ -392,6 +392,7 @@ fn portal_with_pinned_feet() {
 fn beam_with_a_pin_under_the_load() {
     let a = 0.9;
     let structure = Structure {
+        struts: Vec::new(),
         rigid_members: Vec::new(),
         nodes: vec![
             node("left", [0.0; 3]),
@@ -443,6 +444,7 @@ fn two_bar_truss() {
         hinges: vec![hinge],
     };
     let structure = Structure {
+        struts: Vec::new(),
         rigid_members: Vec::new(),
         nodes: vec![
             node("left", [-l * cos, 0.0, 0.0]),

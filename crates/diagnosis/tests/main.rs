@@ -14,4 +14,6 @@ mod load_case_fit;
 mod map_questions;
 mod mismatch_specimens;
 mod mismatch_verdicts;
+mod position_coverage;
+mod six_springs;
 mod stiffness_map;

@@ -26,6 +26,7 @@ mod held_out_error;
 mod labels;
 mod layout;
 mod load_case_components;
+mod load_case_residuals;
 mod load_displacement;
 mod marks;
 mod mismatch_map;
@@ -66,6 +67,7 @@ pub use found_law::{
 };
 pub use held_out_error::{HeldOutError, HeldOutPose, held_out_error};
 pub use load_case_components::{ComponentPoint, LoadCaseComponents, load_case_components};
+pub use load_case_residuals::{LoadCaseResiduals, ResidualVector, load_case_residuals};
 pub use load_displacement::{
     DisplacementPoint, FittedLine, LoadCurvePoints, LoadDisplacement, SessionCurves,
     load_displacement,

@@ -71,6 +71,11 @@ pub(super) struct RobotView {
 }
 
 impl RobotView {
+    /// The axes that run across and upward.
+    pub(super) fn drawn(self) -> [usize; 2] {
+        [self.across, self.upward]
+    }
+
     /// Where a point is in the view.
     pub(super) fn project(self, point: [f64; 3]) -> [f64; 2] {
         [point[self.across], point[self.upward]]

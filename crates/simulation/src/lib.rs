@@ -9,6 +9,7 @@ mod jack;
 mod load_cases;
 mod mechanics;
 mod noise;
+mod positions;
 mod recorder;
 mod temperature;
 mod virtual_bench;
@@ -17,6 +18,7 @@ pub use emulated_bench::{EmulatedBench, EmulatedSetup};
 pub use jack::Jack;
 pub use load_cases::{LoadCasePlan, simulate_load_cases};
 pub use noise::{NoiseModel, NoiseShape};
+pub use positions::{PositionPlan, SimulatedPositions, simulate_positions};
 pub use virtual_bench::{BenchError, VirtualBench};
 
 /// Streams of the random numbers of one seed: forces and errors come from stream 0, so that they stay the same when times change.

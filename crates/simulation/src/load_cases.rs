@@ -58,18 +58,8 @@ pub fn simulate_load_cases(
     let mut predictor = Predictor::with(robot, mechanism, &JointModel::Rigid, theory, factors)?;
     let mut cases = Vec::new();
     for number in 0..plan.count {
-        let (name, pose) = match &plan.poses {
-            Some(poses) if !poses.is_empty() => {
-                let name = &poses[number % poses.len()];
-                let pose = robot.pose(name)?.clone();
-                predictor.place(&pose)?;
-                (name.clone(), pose)
-            }
-            _ => (
-                PoseId::new(&(number + 1).to_string()),
-                random_pose(robot, &mut predictor, &mut choices)?,
-            ),
-        };
+        let named = plan.poses.as_deref();
+        let (name, pose) = next_pose(robot, named, number, &mut predictor, &mut choices)?;
         let compliance = predictor.compliance().0;
         let force_n = random_force(plan.largest_force_n, &mut choices);
         for repeat in 1..=plan.repeats {
@@ -95,6 +85,11 @@ pub fn simulate_load_cases(
             });
         }
     }
+    Ok(simulated_table(robot, cases))
+}
+
+/// Load cases with a column for each variable of the robot.
+pub(super) fn simulated_table(robot: &Robot, cases: Vec<LoadCase>) -> LoadCaseTable {
     let joints = robot.variables.iter().map(|variable| JointColumn {
         variable: variable.name.clone(),
         unit: match variable.motion {
@@ -102,12 +97,34 @@ pub fn simulate_load_cases(
             JointMotion::Slides => JointUnit::Length,
         },
     });
-    Ok(LoadCaseTable {
+    LoadCaseTable {
         source: "simulated".to_owned(),
         joints: joints.collect(),
         cases,
         ..LoadCaseTable::default()
-    })
+    }
+}
+
+/// The named poses in turn, else one at random, where the predictor then stands.
+pub(super) fn next_pose(
+    robot: &Robot,
+    named: Option<&[PoseId]>,
+    number: usize,
+    predictor: &mut Predictor<'_>,
+    random: &mut ChaCha8Rng,
+) -> Result<(PoseId, Pose), BenchError> {
+    match named {
+        Some(names) if !names.is_empty() => {
+            let name = &names[number % names.len()];
+            let pose = robot.pose(name)?.clone();
+            predictor.place(&pose)?;
+            Ok((name.clone(), pose))
+        }
+        _ => Ok((
+            PoseId::new(&(number + 1).to_string()),
+            random_pose(robot, predictor, random)?,
+        )),
+    }
 }
 
 /// A pose evenly distributed within the limits, where the predictor then stands.
@@ -151,7 +168,7 @@ fn random_pose(
 }
 
 /// Values of the variables in a pose, rad and m.
-fn joint_values(robot: &Robot, pose: &Pose) -> Vec<f64> {
+pub(super) fn joint_values(robot: &Robot, pose: &Pose) -> Vec<f64> {
     let values = robot.variables.iter().zip(&pose.angles_deg);
     values
         .map(|(variable, value)| match variable.motion {
@@ -162,7 +179,7 @@ fn joint_values(robot: &Robot, pose: &Pose) -> Vec<f64> {
 }
 
 /// A force of any direction.
-fn random_force(largest_n: f64, random: &mut ChaCha8Rng) -> [f64; 3] {
+pub(super) fn random_force(largest_n: f64, random: &mut ChaCha8Rng) -> [f64; 3] {
     let direction: [f64; 3] = std::array::from_fn(|_| StandardNormal.sample(random));
     let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
     let share: f64 = random.random_range(SMALLEST_SHARE..1.0);

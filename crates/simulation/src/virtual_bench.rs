@@ -51,6 +51,18 @@ pub enum BenchError {
         /// The effect.
         effect: String,
     },
+    /// Positions of a robot that nothing loads.
+    #[error("robot {robot} has no masses and no payload: its own weight does not move it")]
+    #[diagnostic(
+        code(stiffbench::bench::no_weight),
+        help(
+            "state them in the robot file ([masses], payload of [tool]), or give forces with --loads-n"
+        )
+    )]
+    NoWeight {
+        /// The robot.
+        robot: String,
+    },
     /// A pose or direction that the procedure does not have.
     #[error("the procedure has no {what}")]
     #[diagnostic(code(stiffbench::bench::not_planned), help("it has {planned}"))]

@@ -8,6 +8,7 @@
 #[cfg(unix)]
 mod commands;
 mod goldens;
+mod power_on_robot;
 mod prove;
 mod recordings;
 mod reference;

@@ -7,6 +7,9 @@ use crate::robot::format2::SCHEMA;
 /// Digits that are kept of a converted number: more than any maker states, few enough to hide the rounding of the conversion.
 const DIGITS: i32 = 14;
 
+/// Degrees, mm or parts of a direction by which a converted number may be moved to a shorter one.
+const NEGLIGIBLE: f64 = 5e-10;
+
 /// A robot file in the making.
 #[derive(Debug, Default)]
 pub(super) struct Draft {
@@ -49,6 +52,13 @@ impl DraftRow {
 pub(super) fn number(value: f64) -> String {
     let rounded = format!("{:.*e}", DIGITS as usize - 1, value);
     let rounded: f64 = rounded.parse().unwrap_or(value);
+    // A right angle that a file states with eleven digits is one.
+    let short = (1e4 * rounded).round() / 1e4;
+    let rounded = if (rounded - short).abs() < NEGLIGIBLE {
+        short
+    } else {
+        rounded
+    };
     // A zero has no sign, and what is below any tolerance of a robot is zero.
     if rounded.abs() < 1e-12 {
         "0".to_owned()

@@ -92,10 +92,16 @@ impl MapReport<'_> {
         let first = self.mechanisms.first();
         let columns = first.map_or_else(Vec::new, |(_, study)| study.map.columns.clone());
         let is_drawn = |column: &MapColumn| !column.is_principal() || column.order() == Some(0);
+        // Every mechanism must have something to draw.
+        let yields = |place: usize| {
+            self.mechanisms
+                .iter()
+                .all(|(_, s)| s.found(place).is_some())
+        };
         columns
             .into_iter()
             .enumerate()
-            .filter(|(_, column)| is_drawn(column))
+            .filter(|(place, column)| is_drawn(column) && yields(*place))
             .collect()
     }
 
@@ -132,6 +138,7 @@ impl MapReport<'_> {
             .map(|((_, study), points)| {
                 let values: Vec<f64> = study.map.column(index).map(|k| k / scale).collect();
                 let pairs = points.iter().copied().zip(values.iter().copied());
+                let pairs = pairs.filter(|(_, value)| value.is_finite());
                 let at = |row: Option<usize>| {
                     row.map(|row| ValueAt {
                         at_m: points[row],

@@ -87,8 +87,20 @@ pub struct MechanismMap {
     pub poses: usize,
     /// The others.
     pub failed: Vec<FailedPose>,
-    /// One entry a direction.
+    /// One entry a direction in which something yields.
     pub stiffness: Vec<DirectionMap>,
+    /// Directions in which nothing yields in any pose; absent if there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rigid: Vec<RigidDirection>,
+}
+
+/// A direction in which nothing yields in any pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RigidDirection {
+    /// Name of the direction, as in `stiffness`.
+    pub along: String,
+    /// `null`, with the reason.
+    pub value: Reported,
 }
 
 /// A pose that could not be solved.
@@ -119,6 +131,9 @@ pub struct DirectionMap {
     pub mean: Reported,
     /// Standard deviation over the poses.
     pub standard_deviation: Option<Reported>,
+    /// Poses in which nothing yields there: all numbers are of the others; absent if there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rigid_poses: Option<usize>,
     /// Quantiles over the poses.
     pub quantiles: Vec<StiffnessQuantile>,
     /// 95 % bound of the share of poses beyond the extremes of the samples.
@@ -288,6 +303,7 @@ impl MapReport<'_> {
             poses: study.map.len(),
             failed: self.failed(&study.map.failed),
             stiffness: columns.map(|found| self.column(study, found)).collect(),
+            rigid: study.rigid().map(rigid_direction).collect(),
         }
     }
 
@@ -339,6 +355,7 @@ impl MapReport<'_> {
             difference: exact(sampled[1].stiffness_n_per_m - sampled[0].stiffness_n_per_m),
             mean: Reported::from_estimate(&statistics.mean, scale, unit),
             standard_deviation: statistics.standard_deviation_n_per_m.map(exact),
+            rigid_poses: Some(statistics.rigid).filter(|rigid| *rigid > 0),
             quantiles: quantiles.collect(),
             share_beyond_extremes_95: statistics.share_beyond_95,
             fit_uncertainty: found
@@ -413,6 +430,14 @@ impl MapReport<'_> {
                 .collect(),
             holds: self.words_of(&region.holds),
         }
+    }
+}
+
+fn rigid_direction(column: &MapColumn) -> RigidDirection {
+    let (unit, _) = unit_of(column);
+    RigidDirection {
+        along: column.name().to_owned(),
+        value: Reported::missing(unit, "nothing yields there in any pose"),
     }
 }
 

@@ -96,7 +96,8 @@ pub(super) fn point_values<'a>(
     }))
 }
 
-/// The map as CSV: every digit that tells one number from its neighbours, the same bytes on every machine.
+/// The map as CSV: every digit that tells one number from its neighbours, the same bytes on every machine; a cell is empty where nothing
+/// yields.
 #[must_use]
 pub fn points_csv(robot: &Robot, poses: &PoseSample, map: &StiffnessMap) -> String {
     let rows: Vec<usize> = (0..map.len()).collect();
@@ -107,7 +108,11 @@ pub fn points_csv(robot: &Robot, poses: &PoseSample, map: &StiffnessMap) -> Stri
             for &row in rows {
                 let _ = write!(text, "{}", poses.ids[map.places[row] as usize]);
                 for value in point_values(poses, map, row) {
-                    let _ = write!(text, ",{value}");
+                    text.push(',');
+                    // Where nothing yields there is no number.
+                    if value.is_finite() {
+                        let _ = write!(text, "{value}");
+                    }
                 }
                 text.push('\n');
             }

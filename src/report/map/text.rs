@@ -16,7 +16,8 @@ impl MapReport<'_> {
         let mut text = format!("{}, factors {}\n", self.robot.name, self.factors_name);
         let _ = writeln!(text, "{}.", self.sampling_words());
         text.push_str(&self.methods());
-        let columns = self.mechanisms.iter().map(|(_, study)| study.columns.len());
+        let columns = self.mechanisms.iter();
+        let columns = columns.map(|(_, study)| study.map.columns.len());
         for column in 0..columns.max().unwrap_or_default() {
             let Some(name) = self.column_name(column) else {
                 continue;
@@ -25,8 +26,11 @@ impl MapReport<'_> {
             text.push_str(&self.statistics(column));
             text.push_str(&self.fits(column));
         }
-        text.push_str(&self.extremes());
-        text.push_str(&self.regions());
+        text.push_str(&self.rigid());
+        if self.directions().next().is_some() {
+            text.push_str(&self.extremes());
+            text.push_str(&self.regions());
+        }
         text.push_str(&paper::text(&self.paper_cells()));
         text.push_str(&self.notes());
         text
@@ -34,15 +38,9 @@ impl MapReport<'_> {
 
     fn column_name(&self, column: usize) -> Option<String> {
         let mut studies = self.mechanisms.iter();
-        let study = studies.find_map(|(_, study)| study.columns.get(column))?;
-        let (name, (unit, _)) = (study.column.name(), unit_of(&study.column));
-        let words = match (study.column.is_principal(), study.column.is_rotational()) {
-            (false, false) => format!("along {name}"),
-            (true, false) => format!("along the {name} of its principal directions"),
-            (false, true) => format!("about {}", &name[1..]),
-            (true, true) => format!("about its principal axes, {name}"),
-        };
-        Some(format!("{words}, {unit}"))
+        let study = studies.find_map(|(_, study)| study.found(column))?;
+        let (unit, _) = unit_of(&study.column);
+        Some(format!("{}, {unit}", direction_words(&study.column)))
     }
 
     fn methods(&self) -> String {
@@ -84,7 +82,7 @@ impl MapReport<'_> {
             "95 %",
         ]);
         for (_, study) in &self.mechanisms {
-            let Some(found) = study.columns.get(column) else {
+            let Some(found) = study.found(column) else {
                 continue;
             };
             let statistics = &found.statistics;
@@ -123,6 +121,32 @@ impl MapReport<'_> {
         rows.text()
     }
 
+    /// What does not yield.
+    fn rigid(&self) -> String {
+        let mut text = String::new();
+        for (_, study) in &self.mechanisms {
+            let name = &study.map.mechanism;
+            let rigid: Vec<String> = study.rigid().map(direction_words).collect();
+            if !rigid.is_empty() {
+                let _ = writeln!(
+                    text,
+                    "\nMechanism {name} is rigid {}: nothing yields there in any pose.",
+                    rigid.join(", ")
+                );
+            }
+            for found in study.columns.iter().filter(|c| c.statistics.rigid > 0) {
+                let _ = writeln!(
+                    text,
+                    "\nMechanism {name} is rigid {} in {} of {} poses; the numbers are of the others.",
+                    direction_words(&found.column),
+                    found.statistics.rigid,
+                    study.map.len()
+                );
+            }
+        }
+        text
+    }
+
     /// What the uncertainty of the fit does to a column, if it was carried.
     fn fits(&self, column: usize) -> String {
         let mut rows = AlignedTable::new(&[
@@ -136,7 +160,7 @@ impl MapReport<'_> {
         ]);
         let mut any = false;
         for (_, study) in &self.mechanisms {
-            let Some(found) = study.columns.get(column) else {
+            let Some(found) = study.found(column) else {
                 continue;
             };
             let Some(fit) = found.fit else { continue };
@@ -272,10 +296,12 @@ impl MapReport<'_> {
 
     /// What the columns of the tables mean, with the coverage that is claimed.
     fn notes(&self) -> String {
-        let studies = self.mechanisms.iter();
-        let found = studies.flat_map(|(_, study)| &study.columns).next();
-        let Some(found) = found else {
-            return "\nNo pose can be taken: there is no result.\n".to_owned();
+        let studies = || self.mechanisms.iter().map(|(_, study)| study);
+        let Some(found) = studies().flat_map(|study| &study.columns).next() else {
+            if studies().all(|study| study.map.is_empty()) {
+                return "\nNo pose can be taken: there is no result.\n".to_owned();
+            }
+            return String::new();
         };
         let mut text =
             "\nU is the expanded uncertainty for 95 %, k its coverage factor (Student's t). "
@@ -292,6 +318,17 @@ impl MapReport<'_> {
             None => text.push_str("A grid has no sampling uncertainty.\n"),
         }
         text
+    }
+}
+
+/// The direction of a column in words.
+fn direction_words(column: &MapColumn) -> String {
+    let name = column.name();
+    match (column.is_principal(), column.is_rotational()) {
+        (false, false) => format!("along {name}"),
+        (true, false) => format!("along the {name} of its principal directions"),
+        (false, true) => format!("about {}", &name[1..]),
+        (true, true) => format!("about its principal axes, {name}"),
     }
 }
 

@@ -71,6 +71,10 @@ impl ActingPhysics {
         pose: &Pose,
         force_n: [f64; 3],
     ) -> Result<JointModel, RobotError> {
+        // Without a law no joint turns beside its spring, also where rigid links close a loop.
+        if !self.effects.iter().any(|effect| effect.law.is_of_a_joint()) {
+            return Ok(JointModel::Rigid);
+        }
         let poses = std::slice::from_ref(pose);
         let mechanics = Mechanics::new(robot, &self.mechanism, factors, poses)?;
         let joints = self.mechanism.joints(robot);

@@ -4,6 +4,7 @@ use std::fmt::Display;
 
 use miette::Diagnostic;
 
+use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::source_text::{PlacedError, SourceText};
 use stiffbench_units_and_text::toml_text::TomlProblem;
 
@@ -210,6 +211,24 @@ impl RobotError {
         help: Option<String>,
     ) -> Self {
         Self::File(PlacedError::new(source, span, problem).with_help(help))
+    }
+
+    /// A name that is not among those known, with the nearest of them.
+    pub(super) fn unknown_name<'k>(
+        source: &SourceText,
+        span: std::ops::Range<usize>,
+        (kind, name): (&'static str, &str),
+        known: impl Iterator<Item = &'k str>,
+    ) -> Self {
+        let known: Vec<&str> = known.collect();
+        let help = match nearest(name, known.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if known.is_empty() => "the file has none".to_owned(),
+            None => format!("the file has: {}", known.join(", ")),
+        };
+        let name = name.to_owned();
+        let problem = RobotProblem::UnknownName { kind, name };
+        Self::at(source, span, problem, Some(help))
     }
 }
 

@@ -13,7 +13,7 @@ use stiffbench_units_and_text::toml_text::remove_null;
 
 use super::expression::Expression;
 use super::fitting_factors::FittingFactors;
-use super::model_parameter::ModelParameter;
+use super::model_parameter::{ModelParameter, NotAParameter};
 use super::shapes::{exactly, exactly_if_given};
 use super::springs::SpringAxis;
 
@@ -389,14 +389,32 @@ pub struct FactorsEntry {
     /// Compliance of the base about x, y, z through the first support, rad/(N·m).
     #[serde(default, rename = "base_rad_per_Nm")]
     pub base_rad_per_nm: BaseEntry,
+    /// Of groups of members, by name, beside those of class and section.
+    #[serde(default)]
+    pub groups: OrderedTable<FactorEntry>,
+    /// Compliance of all other springs, by the name of the parameter, for example `joint.J2.y` or `tool.z`, rad/(N·m) or m/N.
+    #[serde(default)]
+    pub springs: OrderedTable<f64>,
 }
 
 impl FactorsEntry {
     /// The values, not checked.
-    #[must_use]
-    pub fn values(&self) -> FittingFactors {
+    ///
+    /// # Errors
+    /// [`NotAParameter`] for a spring whose name is none.
+    pub fn values(&self) -> Result<FittingFactors, NotAParameter> {
         let four = |entry: &FactorEntry| [entry.area, entry.iy, entry.iz, entry.j];
-        let sections = self.sections.iter();
+        let of_each = |entries: &OrderedTable<FactorEntry>| {
+            let entries = entries.iter();
+            entries
+                .map(|(name, entry)| (name.clone(), four(entry)))
+                .collect()
+        };
+        let others = self
+            .springs
+            .iter()
+            .map(|(name, c)| Ok((ModelParameter::spring_named(name)?, *c)));
+        let others = others.collect::<Result<Vec<_>, NotAParameter>>()?;
         let joints = self.joints_rad_per_nm.iter();
         let BaseEntry { x, y, z } = self.base_rad_per_nm;
         let joints = joints.map(|(name, c)| (ModelParameter::Joint(name.as_str().into()), *c));
@@ -406,15 +424,15 @@ impl FactorsEntry {
             (SpringAxis::Rz, z),
         ];
         let base = base.map(|(axis, c)| (ModelParameter::Base(axis), c));
-        FittingFactors {
-            sections: sections
-                .map(|(name, entry)| (name.clone(), four(entry)))
-                .collect(),
+        Ok(FittingFactors {
+            sections: of_each(&self.sections),
+            groups: of_each(&self.groups),
             springs: joints
                 .chain(base.into_iter().filter(|(_, c)| *c != 0.0))
+                .chain(others)
                 .collect(),
             ..FittingFactors::of_classes(four(&self.beam), four(&self.link))
-        }
+        })
     }
 }
 

@@ -107,12 +107,7 @@ impl TryFrom<StoredFactors> for FittingFactors {
             }
         }
         for (name, compliance) in stored.springs {
-            let spring = ModelParameter::try_from(name)?;
-            if spring.is_factor() {
-                let text = spring.to_string();
-                return Err(NotAParameter { text });
-            }
-            springs.insert(spring, compliance);
+            springs.insert(ModelParameter::spring_named(&name)?, compliance);
         }
         Ok(Self {
             beam: stored.beam,

@@ -1,9 +1,9 @@
 //! From a robot, a mechanism and a pose to the structure that carries the load.
 
-use stiffbench_numeric::vector::{cross, subtract};
+use stiffbench_numeric::vector::{cross, norm, subtract};
 use stiffbench_units_and_text::test_point::Direction;
 
-use crate::structure::{Attachment, Element, Reduction, SolutionPath, Structure};
+use crate::structure::{Element, Reduction, SolutionPath, Structure, Strut};
 
 use super::Robot;
 use super::error::RobotError;
@@ -52,8 +52,6 @@ pub struct MechanismModel<'a> {
     nodes: Vec<usize>,
     hinges: Vec<ModelHinge>,
     masses: Vec<CarriedMass>,
-    /// Where the two pivots of each balancer hang; `None` on the ground.
-    pulled: Vec<[Option<Attachment>; 2]>,
     structure: Structure,
 }
 
@@ -108,9 +106,14 @@ impl<'a> MechanismModel<'a> {
         let hangs = |point: &BodyPoint| parts.hangs(point);
         let place_of = |node: usize| parts.nodes.iter().position(|known| *known == node);
         let masses = carried_masses(robot, mechanism, hangs, place_of, &structure.end);
-        let pulled = robot.balancers.iter();
-        let pulled = pulled.map(|balancer| [0, 1].map(|end: usize| hangs(&balancer.pivots[end])));
-        let pulled = pulled.collect();
+        let struts = robot.balancers.iter().map(|balancer| Strut {
+            ends: [0, 1].map(|end: usize| hangs(&balancer.pivots[end])),
+            ..Strut::default()
+        });
+        let structure = Structure {
+            struts: struts.collect(),
+            ..structure
+        };
         let nodes = parts.nodes;
         let wanted = wanted_items(robot, mechanism, &hinges, &nodes);
         let order = Order::of(robot, wanted.iter().copied()).expect(NO_CIRCLE);
@@ -130,7 +133,6 @@ impl<'a> MechanismModel<'a> {
             nodes,
             hinges,
             masses,
-            pulled,
             structure,
         };
         model.set_factors(factors);
@@ -160,6 +162,14 @@ impl<'a> MechanismModel<'a> {
         }
         for (hinge, own) in self.structure.hinges.iter_mut().zip(&self.hinges) {
             hinge.axis = self.placement.direction(&own.direction);
+        }
+        let balancers = &self.robot.balancers;
+        for (strut, balancer) in self.structure.struts.iter_mut().zip(balancers) {
+            let pivot_m = |pivot: &BodyPoint| self.placement.point_m(pivot.body, &pivot.at_m);
+            strut.points_m = [0, 1].map(|end: usize| pivot_m(&balancer.pivots[end]));
+            let [first, second] = strut.points_m;
+            (strut.force_n, strut.stiffness_n_per_m) =
+                balancer.force.at(norm(subtract(second, first)));
         }
         Ok(())
     }
@@ -205,10 +215,6 @@ impl<'a> MechanismModel<'a> {
 
     pub(super) fn carried_masses(&self) -> &[CarriedMass] {
         &self.masses
-    }
-
-    pub(super) fn pulled(&self) -> &[[Option<Attachment>; 2]] {
-        &self.pulled
     }
 
     /// Where the bodies and nodes of the robot are.

@@ -245,6 +245,21 @@ pub struct NotAParameter {
     pub text: String,
 }
 
+impl ModelParameter {
+    /// The spring of a name, such as `joint.J2.y`.
+    ///
+    /// # Errors
+    /// [`NotAParameter`] for a name that is none, and for that of a factor.
+    pub fn spring_named(name: &str) -> Result<Self, NotAParameter> {
+        let text = name.to_owned();
+        let parameter = Self::try_from(text.clone())?;
+        if parameter.is_factor() {
+            return Err(NotAParameter { text });
+        }
+        Ok(parameter)
+    }
+}
+
 impl TryFrom<String> for ModelParameter {
     type Error = NotAParameter;
 

@@ -17,6 +17,17 @@ pub enum JointMotion {
     Slides,
 }
 
+impl JointMotion {
+    /// The unit in which tables state its variable.
+    #[must_use]
+    pub fn usual_unit(self) -> &'static str {
+        match self {
+            Self::Turns => "deg",
+            Self::Slides => "mm",
+        }
+    }
+}
+
 /// How far something gives way where the model is otherwise rigid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Yielding {

@@ -185,6 +185,7 @@ impl<'a> StructureParts<'a> {
                 })
                 .collect(),
             elements: Vec::new(),
+            struts: Vec::new(),
             rigid_members,
             hinges: self
                 .hinges

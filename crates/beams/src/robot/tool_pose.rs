@@ -4,6 +4,7 @@ use super::Robot;
 use super::error::RobotError;
 use super::hinges::FixedDirection;
 use super::kinematics::{Item, Order, Placement};
+use super::mechanism::Mechanism;
 use super::model::Pose;
 
 /// Position and axes of the tool in a pose.
@@ -15,7 +16,22 @@ pub struct ToolPose {
     pub axes: [[f64; 3]; 3],
 }
 
+/// By how much a variable is moved to see whether the tool does, degrees or m.
+const STEP: f64 = 0.01;
+
 impl Robot {
+    /// Whether a variable moves the tool from the nominal pose; so it counts too where that pose, or one next to it, cannot be reached.
+    #[must_use]
+    pub fn moves_tool(&self, variable: usize) -> bool {
+        let nominal = self.nominal_pose();
+        let mut moved = nominal.clone();
+        moved.angles_deg[variable] += STEP;
+        match (self.tool_pose(&nominal), self.tool_pose(&moved)) {
+            (Ok(before), Ok(after)) => before != after,
+            _ => true,
+        }
+    }
+
     /// Where the tool centre is in a pose, and how the tool is turned.
     ///
     /// # Errors
@@ -36,6 +52,21 @@ impl Robot {
                     local,
                 })
             }),
+        })
+    }
+
+    /// The same; of a robot file without a tool, where the end of a mechanism is, with the axes of the body that carries it.
+    ///
+    /// # Errors
+    /// As [`Robot::tool_pose`].
+    pub fn end_pose(&self, mechanism: &Mechanism, pose: &Pose) -> Result<ToolPose, RobotError> {
+        let tool = self.tool_pose(pose)?;
+        Ok(match (self.tool.body, self.end_body(mechanism)) {
+            (None, Some(body)) => ToolPose {
+                axes: self.body_axes(body, pose)?,
+                ..tool
+            },
+            _ => tool,
         })
     }
 }

@@ -111,13 +111,11 @@ impl MechanismModel<'_> {
             let force_n = scale(down, mass.mass_kg);
             loads.push(self.force_at(&mass.at, self.point_of(&mass.point), force_n));
         }
-        for (pulled, balancer) in self.pulled().iter().zip(&self.robot().balancers) {
-            let [first, second] = [0, 1].map(|end: usize| self.body_point_m(&balancer.pivots[end]));
+        for strut in &self.structure().struts {
+            let [first, second] = strut.points_m;
             let span_m = subtract(second, first);
-            let length_m = norm(span_m);
-            let (force_n, _) = balancer.force.at(length_m);
-            let pull = scale(span_m, force_n / length_m);
-            for (at, (point_m, sign)) in pulled.iter().zip([(first, 1.0), (second, -1.0)]) {
+            let pull = scale(span_m, strut.force_n / norm(span_m));
+            for (at, (point_m, sign)) in strut.ends.iter().zip([(first, 1.0), (second, -1.0)]) {
                 if let Some(at) = at {
                     loads.push(self.force_at(at, point_m, scale(pull, sign)));
                 }

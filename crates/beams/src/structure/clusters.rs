@@ -5,12 +5,14 @@
 //! other and turns by the hinges between them, as the links of an arm do. So each vertex moves with the six freedoms of one node, its
 //! root, and with the hinges on the way from there.
 //!
+//! Where hinges join two clusters that already have their ways, they close a loop: what lies behind them moves in two ways that must agree,
+//! see [`closed_loops`](super::closed_loops).
+//!
 //! # Source
 //! Master-slave elimination: Cook, Malkus, Plesha and Witt, Concepts and Applications of Finite Element Analysis (2002), section 13.2.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::sync::Arc;
 
 use stiffbench_numeric::vector::{cross, subtract};
 
@@ -22,6 +24,8 @@ pub(super) struct Clusters {
     /// The bare nodes in their order, then what lies behind hinges.
     pub(super) vertices: Vec<Attachment>,
     ways: Vec<Way>,
+    /// Vertices behind hinges that close a loop of rigid members: they move with their cluster, and by those hinges too.
+    pub(super) closures: Vec<usize>,
 }
 
 /// What a vertex moves with.
@@ -47,7 +51,7 @@ pub(super) type VertexColumn = [f64; 6];
 
 impl Clusters {
     /// # Errors
-    /// [`StructureError::RigidLoop`] if rigid members and hinges close a loop; [`StructureError::HeldRigidBody`].
+    /// [`StructureError::HeldRigidBody`].
     pub(super) fn new(structure: &Structure) -> Result<Self, StructureError> {
         let mut vertices: Vec<Attachment> = (0..structure.nodes.len()).map(Into::into).collect();
         let members = structure.rigid_members.iter();
@@ -59,8 +63,12 @@ impl Clusters {
             }
         }
         let classes = classes(structure, &vertices);
-        let ways = ClusterSearch::new(structure, &vertices, &classes)?.ways()?;
-        Ok(Self { vertices, ways })
+        let (ways, closures) = ClusterSearch::new(structure, &vertices, &classes)?.ways();
+        Ok(Self {
+            vertices,
+            ways,
+            closures,
+        })
     }
 
     /// Number of an attachment; `None` if nothing of the structure hangs there.
@@ -135,6 +143,34 @@ impl Clusters {
     }
 }
 
+impl Clusters {
+    /// The six conditions of a loop: what a unit of each freedom moves the two sides of its closing hinges against each other.
+    ///
+    /// # Arguments
+    /// - `vertex`: one of [`Clusters::closures`].
+    pub(super) fn conditions(
+        &self,
+        structure: &Structure,
+        vertex: usize,
+    ) -> Vec<(IndependentFreedom, VertexColumn)> {
+        let at = &self.vertices[vertex];
+        let near = self.freedoms(at.node).zip(self.columns(structure, at.node));
+        let closing = at.hinges.iter().map(|&hinge| {
+            let own = &structure.hinges[hinge];
+            let [x, y, z] = own.axis;
+            let motion = if own.slides {
+                [x, y, z, 0.0, 0.0, 0.0]
+            } else {
+                [0.0, 0.0, 0.0, x, y, z]
+            };
+            (IndependentFreedom::OfHinge(hinge), motion)
+        });
+        let far = self.freedoms(vertex).zip(self.columns(structure, vertex));
+        let back = far.map(|(freedom, column)| (freedom, column.map(|entry| -entry)));
+        near.chain(closing).chain(back).collect()
+    }
+}
+
 /// The cluster of each vertex, by the smallest of its vertices.
 fn classes(structure: &Structure, vertices: &[Attachment]) -> Vec<usize> {
     let mut classes: Vec<usize> = (0..vertices.len()).collect();
@@ -160,6 +196,7 @@ struct ClusterSearch<'a> {
     /// Held node of a cluster that has one.
     held: BTreeMap<usize, usize>,
     found: BTreeMap<usize, Way>,
+    closures: Vec<usize>,
 }
 
 impl<'a> ClusterSearch<'a> {
@@ -201,11 +238,12 @@ impl<'a> ClusterSearch<'a> {
             behind,
             held,
             found: BTreeMap::new(),
+            closures: Vec::new(),
         })
     }
 
-    /// The way of each vertex.
-    fn ways(mut self) -> Result<Vec<Way>, StructureError> {
+    /// The way of each vertex, and the vertices that close loops.
+    fn ways(mut self) -> (Vec<Way>, Vec<usize>) {
         let root = |root: usize| Way {
             root,
             hinges: Vec::new(),
@@ -214,23 +252,20 @@ impl<'a> ClusterSearch<'a> {
         for (&class, &node) in &self.held {
             self.found.insert(class, root(node));
         }
-        self.follow(held)?;
+        self.follow(held);
         for node in 0..self.structure.nodes.len() {
             let class = self.classes[node];
             if let Entry::Vacant(unknown) = self.found.entry(class) {
                 unknown.insert(root(node));
-                self.follow(vec![class])?;
+                self.follow(vec![class]);
             }
         }
-        Ok(self
-            .classes
-            .iter()
-            .map(|class| self.found[class].clone())
-            .collect())
+        let ways = self.classes.iter().map(|class| self.found[class].clone());
+        (ways.collect(), self.closures)
     }
 
     /// Finds what hangs on clusters by hinges.
-    fn follow(&mut self, mut waiting: Vec<usize>) -> Result<(), StructureError> {
+    fn follow(&mut self, mut waiting: Vec<usize>) {
         while let Some(class) = waiting.pop() {
             for vertex in self.behind.remove(&class).unwrap_or_default() {
                 let at = &self.vertices[vertex];
@@ -245,7 +280,10 @@ impl<'a> ClusterSearch<'a> {
                     seen.retain(|known| *known != vertex);
                 }
                 if other == class || self.found.contains_key(&other) {
-                    return Err(self.closed_loop([class, other]));
+                    if !self.closures.contains(&vertex) {
+                        self.closures.push(vertex);
+                    }
+                    continue;
                 }
                 let mut way = self.found[&class].clone();
                 let hinges = at.hinges.iter().map(|&hinge| (hinge, sense));
@@ -258,32 +296,5 @@ impl<'a> ClusterSearch<'a> {
                 waiting.push(other);
             }
         }
-        Ok(())
-    }
-
-    /// The error for a loop that closes between two clusters: the rigid members of every cluster on the ways to them.
-    fn closed_loop(&self, ends: [usize; 2]) -> StructureError {
-        let on_the_way: Vec<usize> = ends
-            .iter()
-            .filter_map(|end| self.found.get(end))
-            .flat_map(|way| way.hinges.iter().map(|(hinge, _)| *hinge))
-            .collect();
-        let mut clusters = ends.to_vec();
-        for (vertex, at) in self.vertices.iter().enumerate() {
-            if at.hinges.iter().any(|hinge| on_the_way.contains(hinge)) {
-                clusters.extend([self.classes[vertex], self.classes[at.node]]);
-            }
-        }
-        let members = self.structure.rigid_members.iter();
-        let mut names: Vec<Arc<str>> = members
-            .filter(|member| {
-                let at = &member.ends[0];
-                let vertex = self.vertices.iter().position(|known| known == at);
-                vertex.is_some_and(|vertex| clusters.contains(&self.classes[vertex]))
-            })
-            .map(|member| member.name.clone())
-            .collect();
-        names.dedup();
-        StructureError::RigidLoop { members: names }
     }
 }

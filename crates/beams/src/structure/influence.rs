@@ -238,6 +238,17 @@ impl Solver {
     }
 }
 
+/// The error for a twist in a structure with loops of rigid members.
+fn rigid_loop(structure: &Structure, clusters: &Clusters) -> StructureError {
+    let closing = clusters.closures.iter();
+    let hinges = closing.flat_map(|&vertex| &clusters.vertices[vertex].hinges);
+    let mut joints: Vec<_> = hinges
+        .map(|&hinge| structure.hinges[hinge].name.clone())
+        .collect();
+    joints.dedup();
+    StructureError::RigidLoop { joints }
+}
+
 /// Product of a row over twelve end freedoms with a motion of one end.
 fn row_times(row: &[f64; 12], end: usize, motion: &VertexColumn) -> f64 {
     let products = row[6 * end..].iter().zip(motion);
@@ -279,6 +290,9 @@ impl Motions {
             });
         }
         let clusters = Clusters::new(structure)?;
+        if !clusters.closures.is_empty() {
+            return Err(rigid_loop(structure, &clusters));
+        }
         let vertex = |at: &Attachment| clusters.vertex(at).unwrap_or(at.node);
         let after = |vertex: usize, skipped: usize| {
             let columns = clusters.columns(structure, vertex);

@@ -19,10 +19,12 @@ use stiffbench_numeric::vector::{cross, dot, subtract};
 use super::clusters::{Clusters, IndependentFreedom};
 use super::compliance::Compliance6;
 use super::parts::{Structure, StructureError};
+use super::struts::strut_columns;
 
 /// A hinge on the way from the ground to the end.
 #[derive(Debug, Clone, Copy)]
 struct Step {
+    hinge: usize,
     /// Unit vector of its axis, in the sense in which it moves the end.
     axis: [f64; 3],
     node_m: [f64; 3],
@@ -41,7 +43,7 @@ impl Structure {
     /// As [`Compliance6`]; with a moment in the load it is not symmetric, since a moment in fixed axes has no potential.
     ///
     /// # Errors
-    /// [`StructureError::RigidLoop`].
+    /// [`StructureError::HeldRigidBody`].
     pub fn compliance_under_load(
         &self,
         load: [f64; 6],
@@ -55,7 +57,7 @@ impl Structure {
             let mut supports = self.supports.iter();
             supports.any(|support| support.node == node && support.held == [true; 6])
         };
-        if !self.elements.is_empty() || !is_held(root) {
+        if !self.elements.is_empty() || !clusters.closures.is_empty() || !is_held(root) {
             return Ok(None);
         }
         let steps = self.steps(&clusters, end);
@@ -65,7 +67,25 @@ impl Structure {
         let end_m = self.nodes[self.end.node].position_m;
         let count = steps.len();
         let jacobian = Mat::from_fn(6, count, |row, place| steps[place].motion(end_m)[row]);
-        let turned = Mat::from_fn(count, count, |i, j| change(&steps, i, j, end_m, load));
+        let mut turned = Mat::from_fn(count, count, |i, j| change(&steps, i, j, end_m, load));
+        for strut in &self.struts {
+            let columns = strut_columns(&clusters, &strut.ends);
+            let own = strut.stiffness(self, &clusters, &columns);
+            let freedoms = strut.freedoms(&clusters, &columns);
+            let place = |freedom: &IndependentFreedom| steps.iter().position(|s| s.is(*freedom));
+            let places: Vec<Option<usize>> = freedoms.iter().map(place).collect();
+            for (entry, stiffness) in own.into_iter().enumerate() {
+                let (row, column) = (entry / columns.len(), entry % columns.len());
+                match (freedoms[row], freedoms[column], places[row], places[column]) {
+                    // What is held does not move.
+                    (IndependentFreedom::OfNode(..), ..)
+                    | (_, IndependentFreedom::OfNode(..), ..) => {}
+                    (_, _, Some(row), Some(column)) => turned[(row, column)] -= stiffness,
+                    // A hinge that is not on the way to the end moves with those that are.
+                    _ => return Ok(None),
+                }
+            }
+        }
         // 1 - K_C C_θ, whose determinant is one without a load: a load that turns its sign has passed where the arm gives way.
         let eased = Mat::from_fn(count, count, |i, j| {
             f64::from(u8::from(i == j)) - turned[(i, j)] * steps[j].compliance
@@ -81,6 +101,13 @@ impl Structure {
         }))))
     }
 
+    /// Whether it is an arm of rigid members with hinges: nothing but its hinges yields, and they are in series.
+    #[must_use]
+    pub fn is_serial(&self) -> bool {
+        let loops = Clusters::new(self).map_or(true, |clusters| !clusters.closures.is_empty());
+        self.elements.is_empty() && !loops
+    }
+
     fn steps(&self, clusters: &Clusters, end: usize) -> Vec<Step> {
         let columns = clusters.columns(self, end);
         let hinges = clusters.freedoms(end).zip(columns);
@@ -91,6 +118,7 @@ impl Structure {
             let own = &self.hinges[hinge];
             let [x, y, z, rx, ry, rz] = column;
             Some(Step {
+                hinge,
                 axis: if own.slides { [x, y, z] } else { [rx, ry, rz] },
                 node_m: self.nodes[self.node_of_hinge(hinge)?].position_m,
                 slides: own.slides,
@@ -102,6 +130,10 @@ impl Structure {
 }
 
 impl Step {
+    fn is(&self, freedom: IndependentFreedom) -> bool {
+        freedom == IndependentFreedom::OfHinge(self.hinge)
+    }
+
     /// Motion of the end per unit of the hinge.
     fn motion(&self, end_m: [f64; 3]) -> [f64; 6] {
         let [x, y, z] = self.axis;

@@ -11,6 +11,7 @@
 //! derivatives to every section constant, pins and compliant joints all come from the same twelve columns, and the printed
 //! rotation errors of eqs. (22) and (27) have nowhere to enter.
 
+mod closed_loops;
 mod clusters;
 mod compliance;
 mod digits;
@@ -26,6 +27,7 @@ mod rotation;
 mod section;
 mod self_weight;
 mod solve;
+mod struts;
 mod topology;
 
 pub use compliance::{Compliance6, ComplianceGradient};
@@ -42,3 +44,4 @@ pub use rotation::{LocalAxes, paper_rotation};
 pub use section::{Material, Property, Section, ShearCoefficients};
 pub use self_weight::LoadAt;
 pub use solve::Solver;
+pub use struts::Strut;

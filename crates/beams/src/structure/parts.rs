@@ -6,6 +6,7 @@ use std::sync::Arc;
 use stiffbench_numeric::vector::norm;
 
 use super::element::Element;
+use super::struts::Strut;
 
 /// A point of the structure with six freedoms.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +107,8 @@ pub struct Structure {
     pub hinges: Vec<Hinge>,
     /// Held nodes.
     pub supports: Vec<Support>,
+    /// Springs between two points that already pull or push.
+    pub struts: Vec<Strut>,
     /// Where the end of the structure is: loads of a compliance act and displacements are read here.
     pub end: Attachment,
 }
@@ -191,15 +194,29 @@ pub enum StructureError {
         /// Its stiffness over that of the middle element, in the strain where it is largest.
         ratio: f64,
     },
-    /// Rigid members and hinges that close a loop.
-    #[error("the rigid links {} close a loop with their joints", members.join(", "))]
+    /// A law in the joints of a structure with loops of rigid members.
+    #[error("rigid links close a loop at joint {}: laws in joints are not available there", joints.join(", "))]
     #[diagnostic(
         code(stiffbench::structure::rigid_loop),
-        help("give one link of the loop a section, so that it yields, or leave it out")
+        help(
+            "leave the effect in the joint out and give the joint a spring, or give one link of the loop a section, so that it yields"
+        )
     )]
     RigidLoop {
-        /// Names of the members of the loop.
-        members: Vec<Arc<str>>,
+        /// Names of the joints that close loops.
+        joints: Vec<Arc<str>>,
+    },
+    /// A loop of rigid members that stands where its joints move it in more ways than elsewhere.
+    #[error("the loop of rigid links through joints {} is singular in this pose, and its stiffness is not determined", joints.join(", "))]
+    #[diagnostic(
+        code(stiffbench::structure::singular_loop),
+        help(
+            "choose a pose in which the joints of the loop do not lie in one line, or give a link of the loop a section"
+        )
+    )]
+    SingularLoop {
+        /// Names of the joints of the loop.
+        joints: Vec<Arc<str>>,
     },
     /// A rigid body held in part at two nodes.
     #[error("the rigid body at node {node} is held in part at several nodes")]

@@ -10,6 +10,7 @@ use faer::{Conj, MatMut, Par, Side, Spec};
 
 use stiffbench_numeric::vector::subtract;
 
+use super::closed_loops::ConstrainedFactor;
 use super::clusters::VertexColumn;
 use super::compliance::Compliance6;
 use super::digits::{SIX_DIGITS, too_stiff};
@@ -36,6 +37,8 @@ pub struct Solver {
     /// Upper triangle of the stiffness matrix.
     values: Vec<f64>,
     factor: Vec<f64>,
+    /// In place of `factor` where rigid members close loops.
+    constrained: ConstrainedFactor,
     /// Right sides, then solutions: one column of equations per load.
     pub(super) solution: Vec<f64>,
     /// Forces on the ends of the element at its turn per unit of each of its freedoms.
@@ -85,6 +88,7 @@ impl Solver {
             columns: vec![Vec::new(); topology.clusters.vertices.len()],
             values: vec![0.0; topology.pattern.row_idx().len()],
             factor: vec![0.0; topology.symbolic.len_val()],
+            constrained: ConstrainedFactor::default(),
             solution: vec![0.0; 6 * topology.equation_count],
             products: Vec::new(),
             memory: MemBuffer::new(scratch),
@@ -96,7 +100,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`StructureError::Mechanism`] naming the freedom that moves; [`StructureError::DegenerateElement`];
-    /// [`StructureError::ImpossibleConstant`]; [`StructureError::ImpossibleAxis`].
+    /// [`StructureError::ImpossibleConstant`]; [`StructureError::ImpossibleAxis`]; [`StructureError::SingularLoop`].
     ///
     /// # Panics
     /// If the structure is connected otherwise than the one this solver was made for.
@@ -191,6 +195,14 @@ impl Solver {
                 self.values[slot.value as usize] += along(column, product, end);
             }
         }
+        for (strut, map) in structure.struts.iter().zip(&self.topology.struts) {
+            let count = map.columns.len();
+            let own = strut.stiffness(structure, &self.topology.clusters, &map.columns);
+            for slot in &map.slots {
+                self.values[slot.value as usize] +=
+                    own[usize::from(slot.row) * count + usize::from(slot.column)];
+            }
+        }
         for (hinge, &equation) in structure.hinges.iter().zip(&self.topology.hinge_equations) {
             let stiffness = hinge.stiffness_nm_per_rad;
             if !(stiffness.is_finite() && stiffness >= 0.0) {
@@ -210,6 +222,9 @@ impl Solver {
         let matrix = SparseColMatRef::new(self.topology.pattern.as_ref(), &self.values[..]);
         if self.topology.equation_count == 0 {
             return Ok(());
+        }
+        if !self.topology.clusters.closures.is_empty() {
+            return self.factorise_loops(structure);
         }
         let outcome = self.topology.symbolic.factorize_numeric_llt(
             &mut self.factor,
@@ -245,6 +260,24 @@ impl Solver {
         Ok(())
     }
 
+    /// The same where rigid members close loops.
+    fn factorise_loops(&mut self, structure: &Structure) -> Result<(), StructureError> {
+        let n = self.topology.equation_count;
+        let mut dense = vec![0.0; n * n];
+        let starts = self.topology.pattern.col_ptr();
+        for column in 0..n {
+            for slot in starts[column]..starts[column + 1] {
+                let row = self.topology.pattern.row_idx()[slot];
+                dense[row * n + column] = self.values[slot];
+                dense[column * n + row] = self.values[slot];
+            }
+        }
+        let (factor, least) = ConstrainedFactor::of(&self.topology, structure, &dense)?;
+        self.constrained = factor;
+        let lost = (least < SIX_DIGITS).then(|| too_stiff(&self.natural, structure));
+        lost.flatten().map_or(Ok(()), Err)
+    }
+
     /// What each pivot keeps of its diagonal entry.
     fn pivot_shares(&self) -> impl Iterator<Item = f64> {
         use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
@@ -262,6 +295,12 @@ impl Solver {
     pub(super) fn solve_in_place(&mut self, count: usize) {
         let n = self.topology.equation_count;
         if n == 0 {
+            return;
+        }
+        if !self.topology.clusters.closures.is_empty() {
+            for right_side in self.solution[..n * count].chunks_exact_mut(n) {
+                self.constrained.solve(right_side);
+            }
             return;
         }
         let right_sides =

@@ -12,6 +12,7 @@ use faer::sparse::linalg::cholesky::{
 use super::clusters::{Clusters, IndependentFreedom};
 use super::ordering::{Eliminated, minimum_degree_before};
 use super::parts::{Attachment, Freedom, Structure, StructureError};
+use super::struts::{Strut, strut_columns};
 
 /// Equation of a freedom that is held.
 pub(super) const HELD: usize = usize::MAX;
@@ -47,6 +48,7 @@ pub(super) struct Topology {
     pub(super) hinge_equations: Vec<usize>,
     pub(super) equation_count: usize,
     pub(super) elements: Vec<ElementMap>,
+    pub(super) struts: Vec<ElementMap>,
     /// Upper triangle, compressed by columns.
     pub(super) pattern: SymbolicSparseColMat<usize>,
     /// Place of each diagonal entry in the matrix values.
@@ -90,10 +92,8 @@ impl Topology {
             }
         }
 
-        let equation = |freedom: IndependentFreedom| match freedom {
-            IndependentFreedom::OfNode(node, component) => node_equations[node][component],
-            IndependentFreedom::OfHinge(hinge) => hinge_equations[hinge],
-        };
+        let equation =
+            |freedom: IndependentFreedom| equation_of(freedom, &node_equations, &hinge_equations);
         let vertices = 0..clusters.vertices.len();
         let vertex_equations: Vec<Vec<usize>> = vertices
             .map(|vertex| clusters.freedoms(vertex).map(equation).collect())
@@ -106,7 +106,13 @@ impl Topology {
                 element_map(ends, &clusters, &vertex_equations)
             })
             .collect();
-        let (pattern, diagonal_slots) = upper_pattern(equation_count, &mut elements);
+        let mut struts: Vec<ElementMap> = structure
+            .struts
+            .iter()
+            .map(|strut| strut_map(strut, &clusters, equation))
+            .collect();
+        let mut maps: Vec<&mut ElementMap> = elements.iter_mut().chain(&mut struts).collect();
+        let (pattern, diagonal_slots) = upper_pattern(equation_count, &mut maps);
         let symbolic = factorize_symbolic_cholesky(
             pattern.as_ref(),
             Side::Upper,
@@ -123,6 +129,7 @@ impl Topology {
             hinge_equations,
             equation_count,
             elements,
+            struts,
             pattern,
             diagonal_slots,
             symbolic,
@@ -130,6 +137,11 @@ impl Topology {
             vertex_equations,
             clusters,
         })
+    }
+
+    /// The equation of a freedom, [`HELD`] if held.
+    pub(super) fn equation(&self, freedom: IndependentFreedom) -> usize {
+        equation_of(freedom, &self.node_equations, &self.hinge_equations)
     }
 
     /// The freedom behind an equation.
@@ -188,6 +200,13 @@ impl Topology {
     }
 }
 
+fn equation_of(freedom: IndependentFreedom, of_nodes: &[[usize; 6]], of_hinges: &[usize]) -> usize {
+    match freedom {
+        IndependentFreedom::OfNode(node, component) => of_nodes[node][component],
+        IndependentFreedom::OfHinge(hinge) => of_hinges[hinge],
+    }
+}
+
 /// Refuses indices that point outside the structure.
 pub(super) fn check_indices(structure: &Structure) -> Result<(), StructureError> {
     let check = |what, kind, index, count| {
@@ -235,10 +254,13 @@ fn block_order(structure: &Structure, clusters: &Clusters, held: &[[bool; 6]]) -
     let node_count = held.len();
     let block_count = node_count + structure.hinges.len();
     let mut neighbours = vec![BTreeSet::new(); block_count];
-    for element in &structure.elements {
-        let blocks: Vec<usize> = element
-            .ends
-            .iter()
+    let elements = structure.elements.iter().map(|element| &element.ends);
+    let elements = elements.map(|ends| ends.iter().collect::<Vec<_>>());
+    let struts = structure.struts.iter();
+    let struts = struts.map(|strut| strut.ends.iter().flatten().collect());
+    for ends in elements.chain(struts) {
+        let blocks: Vec<usize> = ends
+            .into_iter()
             .filter_map(|end| clusters.vertex(end))
             .flat_map(|vertex| {
                 let freedoms = clusters.freedoms(vertex);
@@ -314,10 +336,28 @@ fn element_map(
     map
 }
 
+/// Equations of the freedoms of a strut.
+fn strut_map(
+    strut: &Strut,
+    clusters: &Clusters,
+    equation: impl Fn(IndependentFreedom) -> usize,
+) -> ElementMap {
+    let mut map = ElementMap::default();
+    let columns = strut_columns(clusters, &strut.ends);
+    let freedoms = strut.freedoms(clusters, &columns);
+    for (column, equation) in columns.into_iter().zip(freedoms.into_iter().map(equation)) {
+        if equation != HELD {
+            map.equations.push(equation);
+            map.columns.push(column);
+        }
+    }
+    map
+}
+
 /// Sparsity of the upper triangle; fills in the slots of every element and returns the place of each diagonal entry.
 fn upper_pattern(
     equation_count: usize,
-    elements: &mut [ElementMap],
+    elements: &mut [&mut ElementMap],
 ) -> (SymbolicSparseColMat<usize>, Vec<usize>) {
     let mut columns: Vec<Vec<usize>> = (0..equation_count).map(|equation| vec![equation]).collect();
     let free = |map: &ElementMap| -> Vec<(u8, usize)> {

@@ -68,7 +68,7 @@ pub enum LoadCaseFitError {
     #[diagnostic(
         code(stiffbench::load_cases::unknown_pose),
         help(
-            "add one column for each variable, for example joint_J1_deg, or name a pose of the robot file: `stiffbench robot show` lists them"
+            "add one column for each joint, for example {example} (`stiffbench robot check` prints them all), or name a pose of the robot file: `stiffbench robot show` lists them"
         )
     )]
     UnknownPose {
@@ -80,6 +80,8 @@ pub enum LoadCaseFitError {
         pose: String,
         /// Name of the robot.
         robot: String,
+        /// A column of joint values.
+        example: String,
     },
     /// Axes of a body that the robot does not have.
     #[error(

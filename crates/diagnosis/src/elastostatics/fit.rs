@@ -79,6 +79,13 @@ pub fn fit_load_cases(
         None => None,
         Some(_) => Some(RigidRobot::fit(model, &mut problem, leave_out)?),
     };
+    let (before, of_rigid) = match &rigid {
+        Some(rigid) => (rigid.predicted.clone(), rigid.predicted.clone()),
+        None => (
+            problem.predictions(&parameters.coordinates_of_start())?,
+            problem.predictions(&parameters.coordinates_of_rigid())?,
+        ),
+    };
     let mut outcome = LoadCaseFit {
         mechanism: model.mechanism.name.clone(),
         estimates: plain(&parameters, model.start, &factors),
@@ -97,7 +104,7 @@ pub fn fit_load_cases(
             let lost = covariance.unidentified.iter();
             lost.map(ToString::to_string).collect()
         }),
-        components: fitted_components(model, &predicted, &rows.takes_part),
+        components: fitted_components(model, &of_rigid, &predicted, &rows.takes_part),
         poses: Vec::new(),
         termination: termination(&fit.termination),
         warnings: Vec::new(),
@@ -118,10 +125,6 @@ pub fn fit_load_cases(
         }
     }
     name_what_is_open(model, &unloaded, covariance.as_ref(), &mut outcome)?;
-    let before = match rigid {
-        Some(rigid) => rigid.predicted,
-        None => problem.predictions(&parameters.coordinates_of_start())?,
-    };
     outcome.poses = pose_errors(model, &before, &outcome);
     if !fit.termination.is_converged() {
         let words = &outcome.termination;
@@ -349,27 +352,35 @@ fn agreement(
 
 fn fitted_components(
     model: &LoadCaseModel<'_>,
+    rigid: &[f64],
     predicted: &[f64],
     takes_part: &[bool],
 ) -> Vec<FittedComponent> {
-    let rows = model.posed.rows().zip(predicted).zip(takes_part);
-    rows.map(|(((case, read), predicted), takes_part)| FittedComponent {
-        line: case.line,
-        pose: model.posed.labels[case.label].clone(),
-        repeat: case.repeat,
-        component: read.name(),
-        is_rotation: read.is_rotation(),
-        is_position: read.is_position(),
-        axis: read.axis(),
-        measured: read.value,
-        predicted: *predicted,
-        without_its_pose: None,
-        held_out: !takes_part,
-    })
+    let rows = model.posed.rows().zip(rigid.iter().zip(predicted));
+    let rows = rows.zip(takes_part);
+    rows.map(
+        |(((case, read), (rigid, predicted)), takes_part)| FittedComponent {
+            line: case.line,
+            pose: model.posed.labels[case.label].clone(),
+            repeat: case.repeat,
+            component: read.name(),
+            is_rotation: read.is_rotation(),
+            is_position: read.is_position(),
+            axis: read.axis(),
+            measured: read.value,
+            rigid: *rigid,
+            predicted: *predicted,
+            without_its_pose: None,
+            held_out: !takes_part,
+        },
+    )
     .collect()
 }
 
 /// Root mean squares of displacements or positions, pose by pose.
+///
+/// # Arguments
+/// - `before`: what the model of the start predicts, m.
 fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit) -> Vec<PoseError> {
     let rms = |label: usize, error: &dyn Fn(usize) -> Option<f64>| {
         let rows = model.posed.rows().enumerate();
@@ -383,6 +394,9 @@ fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit)
     let of_pose = |(label, pose): (usize, &PoseId)| {
         Some(PoseError {
             pose: pose.clone(),
+            rigid_m: rms(label, &|row| {
+                Some(components[row].rigid - components[row].measured)
+            })?,
             before_m: rms(label, &|row| Some(before[row] - components[row].measured))?,
             fitted_m: rms(label, &|row| {
                 Some(components[row].predicted - components[row].measured)

@@ -9,7 +9,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, ToolPose, TrackerFrames};
+use stiffbench_beams::robot::{Mechanism, Robot, ToolPose, TrackerFrames};
 use stiffbench_numeric::least_squares::Parameter;
 use stiffbench_numeric::vector::{cross, norm};
 
@@ -67,7 +67,7 @@ impl PositionFrames {
         }
         let poses = posed.poses.iter();
         let tools = poses
-            .map(|pose| tool_of(robot, mechanism, pose))
+            .map(|pose| robot.end_pose(mechanism, pose))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Some(Self {
             start: first_frames(posed, &tools)?,
@@ -173,18 +173,6 @@ impl PositionFrames {
         };
         (0..FRAME_NAMES.len()).map(column).collect()
     }
-}
-
-/// The tool in a pose; of a robot file without a tool the end, with the axes of the body that carries it.
-fn tool_of(robot: &Robot, mechanism: &Mechanism, pose: &Pose) -> Result<ToolPose, RobotError> {
-    let tool = robot.tool_pose(pose)?;
-    Ok(match (robot.tool.body, robot.end_body(mechanism)) {
-        (None, Some(body)) => ToolPose {
-            axes: robot.body_axes(body, pose)?,
-            ..tool
-        },
-        _ => tool,
-    })
 }
 
 /// J with exp(ω + dω) = exp(J dω) exp(ω), row by row.

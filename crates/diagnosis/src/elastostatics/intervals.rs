@@ -1,8 +1,8 @@
 //! Which values of each parameter the load cases allow.
 
 use stiffbench_numeric::least_squares::{
-    Bound, LeastSquaresFit, Likelihood, LikelihoodSetSettings, ParameterCovariance, ParameterSet,
-    ParameterStatus, ProfileSettings,
+    Bound, LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSetSettings,
+    ParameterCovariance, ParameterSet, ParameterStatus, ProfileSettings,
 };
 
 use crate::fit::FactorStatus;
@@ -79,7 +79,11 @@ pub(super) fn add_intervals<'a>(
             covariance,
             settings: &settings,
         };
-        let followed = likelihood.of(problem, place)?;
+        let followed = match likelihood.of(problem, place) {
+            // Too few components: the value has no interval.
+            Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => continue,
+            followed => followed?,
+        };
         let bounds = parameters.bounds(place);
         let ends = followed.parts.first().zip(followed.parts.last());
         let Some(([lower, _], [_, upper])) = ends else {

@@ -1,9 +1,10 @@
 //! What a fit to load cases found.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use stiffbench_beams::robot::{FittingFactors, TrackerFrames};
+use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorCorrelations, FactorEstimate};
@@ -18,14 +19,34 @@ pub enum ScatterSource {
     Residuals,
 }
 
+/// A length in µm, or an angle in µrad.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn in_micro<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    (value / METRES_PER_MICROMETRE).serialize(serializer)
+}
+
+/// The same where there may be none.
+#[expect(clippy::ref_option, reason = "serde passes the field")]
+fn in_micro_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value
+        .map(|value| value / METRES_PER_MICROMETRE)
+        .serialize(serializer)
+}
+
 /// How well the fitted model agrees with the components that it was fitted to.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LoadCaseAgreement {
     /// Where the scatter comes from.
+    #[serde(rename = "scatter_from")]
     pub source: ScatterSource,
-    /// Standard deviation of a displacement, m; `None` if none was read.
+    /// Standard deviation of a displacement, m, in JSON um; none if none was read.
+    #[serde(rename = "displacement_sd_um", serialize_with = "in_micro_if_any")]
     pub displacement_sd_m: Option<f64>,
-    /// Standard deviation of a rotation, rad; `None` if none was read.
+    /// Standard deviation of a rotation, rad, in JSON urad; none if none was read.
+    #[serde(rename = "rotation_sd_urad", serialize_with = "in_micro_if_any")]
     pub rotation_sd_rad: Option<f64>,
     /// Degrees of freedom of that scatter, which intervals have too.
     pub scatter_dof: f64,
@@ -39,7 +60,8 @@ pub struct LoadCaseAgreement {
     pub rank: usize,
     /// Number of parameters that were to be determined.
     pub free: usize,
-    /// Largest over smallest singular value of the columns of unit length.
+    /// Largest over smallest singular value of the columns of unit length; in JSON `null` if the smallest is zero.
+    #[schemars(with = "Option<f64>")]
     pub condition: f64,
 }
 
@@ -62,6 +84,8 @@ pub struct FittedComponent {
     pub axis: Direction,
     /// What was read, m or rad.
     pub measured: f64,
+    /// What the rigid robot predicts, m or rad; of positions with frames of its own.
+    pub rigid: f64,
     /// What the fitted model predicts, m or rad.
     pub predicted: f64,
     /// What a fit without this pose predicts, m or rad.
@@ -70,16 +94,22 @@ pub struct FittedComponent {
     pub held_out: bool,
 }
 
-/// Root mean square errors of the displacements of a pose.
-#[derive(Debug, Clone, PartialEq)]
+/// Root mean square errors of the displacements of a pose, m, in JSON um.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PoseError {
     /// The pose.
     pub pose: PoseId,
-    /// Without what was fitted, m; of positions the rigid robot with frames of its own.
+    /// Of the rigid robot: fitted springs without compliance, fitted factors 1; of positions with frames of its own.
+    #[serde(rename = "rigid_um", serialize_with = "in_micro")]
+    pub rigid_m: f64,
+    /// Of the model with the values that the fit began at; of positions that of the rigid robot.
+    #[serde(rename = "before_um", serialize_with = "in_micro")]
     pub before_m: f64,
-    /// Of the fitted model, m.
+    /// Of the fitted model.
+    #[serde(rename = "fitted_um", serialize_with = "in_micro")]
     pub fitted_m: f64,
-    /// Of a fit without this pose, m.
+    /// Of a fit without this pose.
+    #[serde(rename = "unseen_um", serialize_with = "in_micro_if_any")]
     pub without_its_pose_m: Option<f64>,
 }
 
@@ -147,20 +177,8 @@ impl LoadCaseFit {
             let squares: f64 = errors.iter().map(|error| error * error).sum();
             (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
         };
-        let before = {
-            let poses = self.poses.iter();
-            let counts = self.poses.iter().map(|pose| {
-                let own = self.components.iter();
-                own.filter(|one| one.pose == pose.pose && !one.is_rotation)
-                    .count() as f64
-            });
-            let (squares, count) = poses.zip(counts).fold((0.0, 0.0), |(sum, all), (pose, n)| {
-                (sum + pose.before_m * pose.before_m * n, all + n)
-            });
-            (count > 0.0).then(|| f64::sqrt(squares / count))
-        };
         [
-            before,
+            self.over_poses(&|pose| pose.before_m),
             rms(&|one| (!one.held_out).then_some(one.predicted - one.measured)),
             rms(&|one| {
                 let unseen = one
@@ -169,6 +187,32 @@ impl LoadCaseFit {
                 Some(unseen? - one.measured)
             }),
         ]
+    }
+
+    /// Root mean square of the displacements that the rigid robot leaves, m; `None` without displacements.
+    #[must_use]
+    pub fn rigid_rms_m(&self) -> Option<f64> {
+        self.over_poses(&|pose| pose.rigid_m)
+    }
+
+    /// The same of the rigid robot in poses that nothing of it was fitted to, m: without frames that is every pose.
+    #[must_use]
+    pub fn rigid_unseen_m(&self) -> Option<f64> {
+        match &self.frames {
+            Some(frames) => frames.rigid_unseen_m,
+            None => self.rigid_rms_m(),
+        }
+    }
+
+    /// Root mean square over all displacements, from those of the poses.
+    fn over_poses(&self, rms: &dyn Fn(&PoseError) -> f64) -> Option<f64> {
+        let (squares, count) = self.poses.iter().fold((0.0, 0.0), |(sum, all), pose| {
+            let own = self.components.iter();
+            let own = own.filter(|one| one.pose == pose.pose && !one.is_rotation);
+            let count = own.count() as f64;
+            (sum + rms(pose).powi(2) * count, all + count)
+        });
+        (count > 0.0).then(|| f64::sqrt(squares / count))
     }
 
     /// The estimate of a parameter by name.

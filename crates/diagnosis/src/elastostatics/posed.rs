@@ -1,6 +1,6 @@
 //! Load cases of one robot: poses, loads and what was read, all in the axes of the base.
 
-use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot};
+use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot, Variable};
 use stiffbench_measurement::load_cases::{
     JointUnit, LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable,
 };
@@ -23,8 +23,8 @@ const COMPONENTS: [&str; 9] = [
     "position z",
 ];
 
-/// Joint values that differ by no more are readings of one pose, degrees or m.
-const SAME_POSE_DEG: f64 = 1.0;
+/// Joint values that differ by no more are readings of one pose, degrees or mm.
+const SAME_POSE: f64 = 1.0;
 
 /// A component that was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,18 +119,15 @@ impl PosedLoadCases {
             cases: Vec::with_capacity(table.cases.len()),
             warnings: Vec::new(),
         };
-        posed.warn_of_absent(robot, &variables);
         for case in &table.cases {
             let pose = pose_of(robot, table, &variables, case)?;
             let known = posed.poses.iter().position(|known| *known == pose);
             let pose = known.unwrap_or_else(|| {
-                posed.warn_of_limits(robot, case, &pose);
                 posed.poses.push(pose);
                 posed.poses.len() - 1
             });
             let axes = axes_of(robot, mechanism, table, case, &posed.poses[pose])?;
             let label = posed.labels.iter().position(|label| *label == case.pose);
-            posed.warn_of_same_name(case, label, pose);
             posed.cases.push(PosedLoad {
                 line: case.line,
                 label: label.unwrap_or_default(),
@@ -140,6 +137,9 @@ impl PosedLoadCases {
                 components: components_along(&axes, case),
             });
         }
+        posed.warn_of_absent(robot, &variables);
+        posed.warn_of_limits(robot);
+        posed.warn_of_shared_names(robot);
         Ok(posed)
     }
 
@@ -179,12 +179,15 @@ impl PosedLoadCases {
         stiffbench_numeric::statistics::median(&mut forces).unwrap_or_default()
     }
 
+    /// Variables without a column; under forces at the tool only those count that move it, beside own weight all do.
     fn warn_of_absent(&mut self, robot: &Robot, variables: &[usize]) {
         if variables.is_empty() {
             return;
         }
+        let weight = self.has_positions();
         let absent: Vec<&str> = (0..robot.variables.len())
             .filter(|variable| !variables.contains(variable))
+            .filter(|&variable| weight || robot.moves_tool(variable))
             .map(|variable| robot.variables[variable].name.as_str())
             .collect();
         if !absent.is_empty() {
@@ -196,35 +199,65 @@ impl PosedLoadCases {
     }
 
     /// A name stands for one pose: those under it are left out together.
-    fn warn_of_same_name(&mut self, case: &LoadCase, label: Option<usize>, pose: usize) {
-        let first = self
-            .cases
-            .iter()
-            .find(|earlier| Some(earlier.label) == label);
-        let Some(first) = first.filter(|first| first.pose != pose) else {
-            return;
+    fn warn_of_shared_names(&mut self, robot: &Robot) {
+        let values = |case: &PosedLoad| {
+            let values = self.poses[case.pose].angles_deg.iter();
+            let values = values.zip(&robot.variables);
+            values.map(|(value, variable)| match variable.motion {
+                JointMotion::Turns => *value,
+                JointMotion::Slides => 1e3 * value,
+            })
         };
-        let [here, there] = [pose, first.pose].map(|pose| &self.poses[pose].angles_deg);
-        let apart = here
-            .iter()
-            .zip(there)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        if apart > SAME_POSE_DEG {
-            self.warnings.push(format!(
-                "line {}: pose {} has other joint values than in line {}: give each pose its own name",
-                case.line, case.pose, first.line
-            ));
+        for (label, name) in self.labels.iter().enumerate() {
+            let mut cases = self.cases.iter().filter(|case| case.label == label);
+            let Some(first) = cases.next() else { continue };
+            let differs = |case: &&PosedLoad| {
+                let mut pairs = values(case).zip(values(first));
+                pairs.any(|(here, there)| (here - there).abs() > SAME_POSE)
+            };
+            let others: Vec<u32> = cases.filter(differs).map(|case| case.line).collect();
+            if let Some(line) = others.first() {
+                self.warnings.push(format!(
+                    "line {line}: pose {name} has other joint values than in line {}{}: give each pose its own name",
+                    first.line,
+                    and_further(others.len() - 1, "line")
+                ));
+            }
         }
     }
 
-    fn warn_of_limits(&mut self, robot: &Robot, case: &LoadCase, pose: &Pose) {
-        for broken in robot.violated_limits(pose) {
-            self.warnings.push(format!(
-                "line {}, pose {}: outside the limit {} by {:.3}",
-                case.line, case.pose, broken.limit, broken.excess_deg
-            ));
+    /// Poses beyond a limit, one warning a limit.
+    fn warn_of_limits(&mut self, robot: &Robot) {
+        let mut broken: Vec<(String, String, usize)> = Vec::new();
+        for (place, pose) in self.poses.iter().enumerate() {
+            for violation in robot.violated_limits(pose) {
+                let limit = violation.limit;
+                if let Some((_, _, further)) = broken.iter_mut().find(|one| one.0 == limit) {
+                    *further += 1;
+                    continue;
+                }
+                let first = self.cases.iter().find(|case| case.pose == place);
+                let (line, label) = first.map_or((0, 0), |case| (case.line, case.label));
+                let first = format!(
+                    "line {line}, pose {}: outside the limit {limit} by {:.3}",
+                    self.labels[label], violation.excess_deg
+                );
+                broken.push((limit, first, 0));
+            }
         }
+        let warnings = broken.into_iter();
+        self.warnings.extend(
+            warnings.map(|(_, first, further)| format!("{first}{}", and_further(further, "pose"))),
+        );
+    }
+}
+
+/// How many more of a kind a warning stands for.
+fn and_further(count: usize, what: &str) -> String {
+    match count {
+        0 => String::new(),
+        1 => format!(" (and 1 further {what})"),
+        _ => format!(" (and {count} further {what}s)"),
     }
 }
 
@@ -301,16 +334,17 @@ fn refuse_bare_variable(
     let Some(variable) = variables.find(|variable| is_meant(&variable.name)) else {
         return Ok(());
     };
-    let unit = match variable.motion {
-        JointMotion::Turns => "deg",
-        JointMotion::Slides => "mm",
-    };
     Err(LoadCaseFitError::BareVariable {
         file: table.source.clone(),
         robot: robot.name.clone(),
         column: column.to_owned(),
-        expected: format!("joint_{}_{unit}", variable.name),
+        expected: joint_column(variable),
     })
+}
+
+/// The column of a table that holds the values of a variable.
+fn joint_column(variable: &Variable) -> String {
+    format!("joint_{}_{}", variable.name, variable.motion.usual_unit())
 }
 
 /// The pose of a case: the robot's of that name, or its nominal one, with the joint values of the table.
@@ -327,6 +361,10 @@ fn pose_of(
             line: case.line,
             pose: case.pose.to_string(),
             robot: robot.name.clone(),
+            example: robot
+                .variables
+                .first()
+                .map_or_else(String::new, joint_column),
         });
     }
     let mut pose = named.cloned().unwrap_or_else(|| robot.nominal_pose());

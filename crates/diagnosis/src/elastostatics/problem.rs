@@ -8,7 +8,7 @@ use stiffbench_numeric::least_squares::{
 };
 
 use crate::fit::FitParameters;
-use crate::parameters::{FitRole, ParameterChoice};
+use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 
 use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
@@ -17,9 +17,6 @@ use super::posed::{PosedLoadCases, ReadComponent};
 use super::prediction::{
     PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_of,
 };
-
-/// A spring that moves the end by less than this share of what one of its kind does bears no load: the rest is rounding of angles.
-const UNLOADED: f64 = 1e-7;
 
 /// Difference to a linear model, as a share of the largest displacement, below which a model is linear: rounding of stiff links is far below.
 const NOT_LINEAR: f64 = 1e-6;
@@ -291,18 +288,14 @@ pub(super) fn coordinates(
     ParameterSet::new(list)
 }
 
-/// The same with every parameter that may move rigid or at its start, and the frames alone free.
+/// The same with the frames alone free, and every parameter as in the rigid robot.
 ///
 /// # Errors
 /// As [`coordinates`].
 pub(super) fn frames_alone(parameters: &FitParameters) -> Result<ParameterSet, LeastSquaresError> {
-    let rigid = parameters.list().into_iter().enumerate();
-    let rigid = rigid.map(|(place, one)| {
-        let is_spring = !parameters.parameters()[place].is_factor();
-        let moves = parameters.moves(place) && is_spring;
-        let start = parameters.coordinates_of_start()[place];
-        Parameter::fixed(one.name, if moves { 0.0 } else { start })
-    });
+    let list = parameters.list().into_iter();
+    let rigid = list.zip(parameters.coordinates_of_rigid());
+    let rigid = rigid.map(|(one, coordinate)| Parameter::fixed(one.name, coordinate));
     ParameterSet::new(rigid.chain(PositionFrames::parameters()).collect())
 }
 
@@ -381,3 +374,6 @@ impl ResidualFunction for LoadCaseProblem<'_> {
         )
     }
 }
+
+#[cfg(test)]
+mod tests;

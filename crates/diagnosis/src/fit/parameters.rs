@@ -2,14 +2,14 @@
 //!
 //! A factor is searched for by the logarithm of its ratio to the start: twice and half are equally far from one, and none can become
 //! negative. A spring is searched for by its compliance, which may be zero, in units of the compliance that would add as much as the whole
-//! structure gives.
+//! robot gives.
 
 use stiffbench_beams::physics::PlaceScale;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose};
 use stiffbench_numeric::least_squares::{LeastSquaresError, Parameter, ParameterSet};
 use stiffbench_units_and_text::test_point::PoseId;
 
-use crate::parameters::{FIRST_SPRING, FitRole, ParameterChoice, SpringScales};
+use crate::parameters::{FIRST_SPRING, FitRole, ParameterChoice, ScaleCell, SpringScales};
 
 use super::error::FitError;
 use super::outcome::FactorStatus;
@@ -236,6 +236,21 @@ impl FitParameters {
             .collect()
     }
 
+    /// The coordinates without what is fitted: springs rigid, factors one; what a fit does not move keeps its start.
+    pub(crate) fn coordinates_of_rigid(&self) -> Vec<f64> {
+        let members = self.members.iter().enumerate();
+        members
+            .map(|(place, member)| {
+                let value = match (self.moves(place), member.scale_rad_per_nm) {
+                    (false, _) => member.start,
+                    (true, None) => 1.0,
+                    (true, Some(_)) => 0.0,
+                };
+                self.coordinate(place, value)
+            })
+            .collect()
+    }
+
     /// How fast the derivative's own variable of a parameter grows with its coordinate: ln a of a factor, the compliance of a spring.
     pub(crate) fn slope(&self, place: usize) -> f64 {
         self.members[place].scale_rad_per_nm.unwrap_or(1.0)
@@ -272,7 +287,11 @@ fn spring_scales(
             names.push(&measured.cell.pose);
             names.len() - 1
         });
-        cells.push((pose, measured.cell.direction));
+        cells.push(ScaleCell {
+            pose,
+            direction: measured.cell.direction,
+            measured_m_per_n: measured.stiffness_n_per_m.recip().abs(),
+        });
     }
     let poses = names.iter().map(|name| problem.robot.pose(name).cloned());
     let poses: Vec<Pose> = poses.collect::<Result<_, _>>()?;

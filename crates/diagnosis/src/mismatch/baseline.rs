@@ -9,7 +9,9 @@ use stiffbench_beams::robot::{
 };
 use stiffbench_units_and_text::test_point::Direction;
 
-use crate::parameters::{ChosenParameter, FIRST_SPRING, FitRole, ParameterChoice, SpringScales};
+use crate::parameters::{
+    ChosenParameter, FIRST_SPRING, FitRole, ParameterChoice, ScaleCell, SpringScales,
+};
 
 use super::error::MismatchError;
 
@@ -172,8 +174,14 @@ impl<'a> RobotBaseline<'a> {
         let scales = if free.iter().all(|chosen| chosen.parameter.is_factor()) {
             None
         } else {
-            let of_pose = |pose| Direction::ALL.map(|direction| (pose, direction));
-            let cells: Vec<(usize, Direction)> = (0..poses.len()).flat_map(of_pose).collect();
+            let of_pose = |pose| {
+                Direction::ALL.map(|direction| ScaleCell {
+                    pose,
+                    direction,
+                    measured_m_per_n: 0.0,
+                })
+            };
+            let cells: Vec<ScaleCell> = (0..poses.len()).flat_map(of_pose).collect();
             let wanted: Vec<ModelParameter> =
                 free.iter().map(|chosen| chosen.parameter.clone()).collect();
             Some(SpringScales::new(
@@ -232,6 +240,17 @@ impl<'a> RobotBaseline<'a> {
         let mut values = self.values.clone();
         values.set(fitted);
         values.at
+    }
+
+    /// The fitted values at which the free parameters have these: springs of baselines in other poses have other units.
+    #[must_use]
+    pub fn fitted_values(&self, values: &FittingFactors) -> Vec<f64> {
+        let free = self.values.free.iter().zip(&self.values.springs_rad_per_nm);
+        free.map(|(parameter, spring)| {
+            let value = values.get(parameter);
+            spring.map_or_else(|| value.ln(), |scale| value / scale)
+        })
+        .collect()
     }
 
     /// Adds the variant that lacks the loose members of a model found before.

@@ -77,7 +77,10 @@ pub use strata::{
 };
 pub use stratum::Stratum;
 pub use trace::{DiagnosisTrace, EffectTrace, ReadingTrace, trace};
-pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
+pub use trial::{
+    TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between,
+    standard_errors_of_readings,
+};
 pub use verdict::first_of_alternatives;
 pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};
 

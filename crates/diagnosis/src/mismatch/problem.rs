@@ -201,18 +201,20 @@ impl<'a> DiagnosisProblem<'a> {
         let mut down = vec![0.0; n];
         // Central differences of the logarithms of factors: the structure is solved to ten digits.
         const STEP: f64 = 1e-4;
-        for index in 0..model.parameters.len() {
+        for (index, parameter) in self.baseline.parameters().iter().enumerate() {
             let mut moved = model.parameters.clone();
             moved[index] += STEP;
+            let above = moved[index];
             predictor.predict(&moved, &model.effects, &mut up)?;
             moved[index] -= 2.0 * STEP;
+            let mut width = 2.0 * STEP;
+            // No spring has a compliance below zero: at a rigid joint the difference is to one side.
+            if parameter.spring_rad_per_nm.is_some() && moved[index] < 0.0 {
+                moved[index] = 0.0;
+                width = above;
+            }
             predictor.predict(&moved, &model.effects, &mut down)?;
-            columns.push(
-                up.iter()
-                    .zip(&down)
-                    .map(|(u, d)| (u - d) / (2.0 * STEP))
-                    .collect(),
-            );
+            columns.push(up.iter().zip(&down).map(|(u, d)| (u - d) / width).collect());
         }
         predictor.predict(&model.parameters, &model.effects, &mut down)?;
         let mut effects = model.effects.clone();

@@ -123,7 +123,24 @@ pub fn standard_errors(
     let Some(last) = truth.effects.len().checked_sub(1) else {
         return Ok(0.0);
     };
-    TrueSpace::new(baseline, plan, truth, &[])?.length(&truth.effects, last)
+    let prior_sd = prior_sd(baseline);
+    TrueSpace::new(baseline, plan, truth, &[], &prior_sd)?.length(&truth.effects, last)
+}
+
+/// The same by the readings alone, whatever was known of the parameters beforehand: of an effect that a free parameter imitates nothing is
+/// left but rounding.
+///
+/// # Errors
+/// [`MismatchError`] if the structure cannot be solved.
+pub fn standard_errors_of_readings(
+    baseline: &dyn Baseline,
+    plan: &Observations,
+    truth: &Truth,
+) -> Result<f64, MismatchError> {
+    let Some(last) = truth.effects.len().checked_sub(1) else {
+        return Ok(0.0);
+    };
+    TrueSpace::new(baseline, plan, truth, &[], &[])?.length(&truth.effects, last)
 }
 
 /// What a rival leaves of the last effect of a truth, in standard errors: how far apart the two are.
@@ -143,7 +160,7 @@ pub fn standard_errors_between(
         return Ok(0.0);
     };
     let others = &truth.effects[..last];
-    let mut space = TrueSpace::new(baseline, plan, truth, others)?;
+    let mut space = TrueSpace::new(baseline, plan, truth, others, &prior_sd(baseline))?;
     let mut with_rival = others.to_vec();
     with_rival.push(rival.clone());
     let own = space.vector(&truth.effects, last)?;
@@ -182,6 +199,7 @@ impl<'a> TrueSpace<'a> {
         plan: &'a Observations,
         truth: &'a Truth,
         beside: &[Effect],
+        prior_sd: &[f64],
     ) -> Result<Self, MismatchError> {
         let bench = DiagnosisProblem::new(baseline, plan);
         let mut predictor = bench.predictor();
@@ -191,7 +209,7 @@ impl<'a> TrueSpace<'a> {
         };
         let whitening = bench.whitening(&mut predictor, &model(&[]), &known_noise(truth))?;
         let columns = bench.columns(&mut predictor, &model(beside))?;
-        let space = WhiteSpace::new(whitening.covariance, &prior_sd(baseline), &columns);
+        let space = WhiteSpace::new(whitening.covariance, prior_sd, &columns);
         Ok(Self {
             bench,
             predictor,
@@ -267,7 +285,7 @@ pub fn scale_to(
     let Some(last) = truth.effects.len().checked_sub(1) else {
         return Ok(None);
     };
-    let mut space = TrueSpace::new(baseline, plan, truth, &[])?;
+    let mut space = TrueSpace::new(baseline, plan, truth, &[], &prior_sd(baseline))?;
     let mut length = |factor: f64| space.length(&scaled(truth, factor).effects, last);
     let (mut low, mut high) = (0.0, 1.0);
     let mut grown = 0;

@@ -4,4 +4,4 @@ mod choice;
 mod spring_scales;
 
 pub use choice::{ChosenParameter, FitRole, ParameterChoice};
-pub(crate) use spring_scales::{FIRST_SPRING, SpringScales};
+pub(crate) use spring_scales::{FIRST_SPRING, ScaleCell, SpringScales, UNLOADED};

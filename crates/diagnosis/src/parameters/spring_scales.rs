@@ -8,7 +8,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use crate::search::constants::OPEN_LOOP;
 
-/// A spring begins at this share of the compliance that would add as much as the structure gives, if the start has none: at zero its
+/// A spring begins at this share of the compliance that would add as much as the robot gives, if the start has none: at zero its
 /// bound would hold it.
 pub(crate) const FIRST_SPRING: f64 = 0.1;
 
@@ -18,10 +18,24 @@ const RIGID_ARM_M_PER_N: f64 = 1e-5;
 /// A structure that gives less is rigid, and what it seems to give is rounding, m/N.
 const RIGID_BELOW_M_PER_N: f64 = 1e-12;
 
+/// A spring that moves the end by less than this share of what one of its kind does bears no load: the rest is rounding of angles.
+pub(crate) const UNLOADED: f64 = 1e-7;
+
 /// Scale of each spring of a mechanism in cells.
 #[derive(Debug, Clone)]
 pub(crate) struct SpringScales {
     scales: Vec<(ModelParameter, PlaceScale)>,
+}
+
+/// A pose and a direction, and what is known there of the whole robot.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ScaleCell {
+    /// Number of the pose.
+    pub(crate) pose: usize,
+    /// The direction.
+    pub(crate) direction: Direction,
+    /// Displacement per force that was measured, m/N; 0 if none was.
+    pub(crate) measured_m_per_n: f64,
 }
 
 /// What a spring does in a cell.
@@ -32,13 +46,15 @@ struct SpringInCell {
     stiffness_nm_per_rad: f64,
     /// Displacement per force of the structure without springs, m/N.
     structure_m_per_n: f64,
+    /// The largest of that, of the robot with the springs of the start, and of what was measured, m/N: on stiff links nearly all is springs.
+    robot_m_per_n: f64,
 }
 
 impl SpringScales {
     /// # Arguments
-    /// - `factors`: of the structure without springs of joints and base, which are left out.
+    /// - `factors`: where a fit begins.
     /// - `parameters`: the springs among them get a scale.
-    /// - `cells`: number of the pose, and direction.
+    /// - `cells`: where they are looked at.
     ///
     /// # Errors
     /// [`RobotError`] for a pose or structure.
@@ -48,15 +64,21 @@ impl SpringScales {
         factors: &FittingFactors,
         parameters: &[ModelParameter],
         poses: &[Pose],
-        cells: &[(usize, Direction)],
+        cells: &[ScaleCell],
     ) -> Result<Self, RobotError> {
         let springs = parameters.iter().filter(|parameter| !parameter.is_factor());
         let springs: Vec<ModelParameter> = springs.cloned().collect();
-        let mut rigid = robot.with_own_springs(factors);
+        let start = robot.with_own_springs(factors);
+        let mut rigid = start.clone();
         for spring in rigid.springs.values_mut() {
             *spring = 0.0;
         }
         let mechanics = Mechanics::new(robot, mechanism, &rigid, poses)?;
+        let with_springs = if start == rigid {
+            None
+        } else {
+            Some(Mechanics::new(robot, mechanism, &start, poses)?)
+        };
         let mut predictor = MultiPosePredictor::new(robot, mechanism, &springs, poses.len())?;
         for (index, pose) in poses.iter().enumerate() {
             predictor.place(index, pose)?;
@@ -66,20 +88,42 @@ impl SpringScales {
             let joint = mechanics
                 .joint_names()
                 .position(|name| *spring == ModelParameter::Joint(name.into()));
-            let in_cell = |&(pose, direction): &(usize, Direction)| {
-                let axis = direction.index();
+            let in_cell = |cell: &ScaleCell| {
+                let (pose, axis) = (cell.pose, cell.direction.index());
                 let gradient = predictor.gradient(pose, axis);
                 let influence = &mechanics.pose(pose).influence;
+                let structure_m_per_n = influence.compliance_m_per_n[axis][axis];
+                let of_start = with_springs.as_ref().map_or(0.0, |mechanics| {
+                    mechanics.pose(pose).influence.compliance_m_per_n[axis][axis]
+                });
                 SpringInCell {
                     squared_lever: gradient.map_or(0.0, |gradient| gradient[place]),
                     stiffness_nm_per_rad: joint
                         .map_or(0.0, |joint| influence.stiffness(joint, joint).abs()),
-                    structure_m_per_n: influence.compliance_m_per_n[axis][axis],
+                    structure_m_per_n,
+                    robot_m_per_n: structure_m_per_n.max(of_start).max(cell.measured_m_per_n),
                 }
             };
             (spring.clone(), scale_in(cells.iter().map(in_cell)))
         };
-        let scales = springs.iter().enumerate().map(scale).collect();
+        let mut scales: Vec<_> = springs.iter().enumerate().map(scale).collect();
+        let least_of = |unit: &str| {
+            let alike = scales.iter().filter(|(spring, _)| spring.unit() == unit);
+            let loaded = alike.map(|(_, scale)| scale.compliance);
+            loaded
+                .filter(|compliance| *compliance > 0.0)
+                .fold(f64::INFINITY, f64::min)
+        };
+        let least: Vec<f64> = springs
+            .iter()
+            .map(|spring| least_of(spring.unit()))
+            .collect();
+        for ((_, scale), least) in scales.iter_mut().zip(least) {
+            // The compliance goes with the square of the lever.
+            if scale.compliance * UNLOADED * UNLOADED > least {
+                *scale = PlaceScale::default();
+            }
+        }
         Ok(Self { scales })
     }
 
@@ -96,12 +140,15 @@ fn scale_in(cells: impl Iterator<Item = SpringInCell>) -> PlaceScale {
     let (mut most, mut scale) = (0.0, PlaceScale::default());
     for cell in cells {
         let lever = cell.squared_lever;
-        let structure = if cell.structure_m_per_n > RIGID_BELOW_M_PER_N {
-            cell.structure_m_per_n
-        } else {
-            RIGID_ARM_M_PER_N
+        let known = |m_per_n: f64| {
+            if m_per_n > RIGID_BELOW_M_PER_N {
+                m_per_n
+            } else {
+                RIGID_ARM_M_PER_N
+            }
         };
-        let share = lever / structure;
+        let structure = known(cell.structure_m_per_n);
+        let share = lever / known(cell.robot_m_per_n);
         if share > most {
             let stiffness = cell.stiffness_nm_per_rad;
             let is_open = lever > OPEN_LOOP * structure * stiffness;

@@ -55,7 +55,7 @@ pub enum LoadCaseError {
     #[diagnostic(
         code(stiffbench::load_cases::mixed),
         help(
-            "a load case has its load and what was read as vectors: leave out direction, force_N and displacement_um, or all columns of vectors"
+            "a load case has its load and what was read as vectors: write force_x_N and displacement_x_um (or y, z) for force_N and displacement_um, and leave direction out"
         )
     )]
     Mixed {

@@ -6,6 +6,7 @@ use super::error::ReadingsError;
 use super::joint_values::JointColumn;
 use super::number::write_decimal;
 use super::reading::ReadingStatus;
+use super::write::{csv_writer, failed, refuse_not_finite};
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 /// One reading of up to three displacement gauges along the base axes.
@@ -151,14 +152,8 @@ impl<W: Write> VectorReadingsWriter<W> {
         origin: Option<&str>,
         joints: &[JointColumn],
     ) -> Self {
-        let output = csv::WriterBuilder::new()
-            .terminator(csv::Terminator::Any(b'\n'))
-            // A first field that starts with `#` must not become a comment.
-            .comment(Some(b'#'))
-            .flexible(false)
-            .from_writer(output);
         Self {
-            output,
+            output: csv_writer(output),
             session: session.unwrap_or_default().to_owned(),
             origin: origin.map(str::to_owned),
             joints: joints.to_vec(),
@@ -217,10 +212,6 @@ impl<W: Write> VectorReadingsWriter<W> {
     }
 }
 
-fn failed(error: csv::Error) -> ReadingsError {
-    ReadingsError::Write { error }
-}
-
 /// The number with its decimal point `shift` places further right.
 fn decimal(value: f64, shift: i32) -> String {
     let mut text = String::new();
@@ -253,14 +244,5 @@ fn check_finite(reading: &VectorReading) -> Result<(), ReadingsError> {
         ("hold_s", reading.hold_s),
         ("temp_degC", reading.temperature_deg_c),
     ];
-    for (column, value) in numbers.into_iter().chain(joints) {
-        if let Some(value) = value.filter(|value| !value.is_finite()) {
-            return Err(ReadingsError::NotWritable {
-                seq: reading.seq,
-                column,
-                value,
-            });
-        }
-    }
-    Ok(())
+    refuse_not_finite(reading.seq, numbers.into_iter().chain(joints))
 }

@@ -42,14 +42,8 @@ impl<W: Write> ReadingsWriter<W> {
     /// The same behind rows that are there already: no header is written.
     #[must_use]
     pub fn continuing(output: W, session: Option<&str>, origin: Option<&str>) -> Self {
-        let output = csv::WriterBuilder::new()
-            .terminator(csv::Terminator::Any(b'\n'))
-            // A first field that starts with `#` must not become a comment.
-            .comment(Some(b'#'))
-            .flexible(false)
-            .from_writer(output);
         Self {
-            output,
+            output: csv_writer(output),
             session: session.unwrap_or_default().to_owned(),
             origin: origin.unwrap_or_default().to_owned(),
             number: String::new(),
@@ -130,8 +124,33 @@ impl<W: Write> ReadingsWriter<W> {
     }
 }
 
-fn failed(error: csv::Error) -> ReadingsError {
+/// A table with `,`, every row as long as the first.
+pub(super) fn csv_writer<W: Write>(output: W) -> csv::Writer<W> {
+    csv::WriterBuilder::new()
+        .terminator(csv::Terminator::Any(b'\n'))
+        // A first field that starts with `#` must not become a comment.
+        .comment(Some(b'#'))
+        .flexible(false)
+        .from_writer(output)
+}
+
+pub(super) fn failed(error: csv::Error) -> ReadingsError {
     ReadingsError::Write { error }
+}
+
+/// Refuses the first number of a reading that is not finite, with its column.
+pub(super) fn refuse_not_finite(
+    seq: u32,
+    numbers: impl IntoIterator<Item = (&'static str, Option<f64>)>,
+) -> Result<(), ReadingsError> {
+    let mut numbers = numbers.into_iter();
+    let odd = numbers.find_map(|(column, value)| {
+        let value = value.filter(|value| !value.is_finite())?;
+        Some((column, value))
+    });
+    odd.map_or(Ok(()), |(column, value)| {
+        Err(ReadingsError::NotWritable { seq, column, value })
+    })
 }
 
 fn check_finite(reading: &Reading) -> Result<(), ReadingsError> {
@@ -146,16 +165,8 @@ fn check_finite(reading: &Reading) -> Result<(), ReadingsError> {
         (Column::Hold, reading.hold_s),
         (Column::Temperature, reading.temperature_deg_c),
     ];
-    for (column, value) in numbers {
-        if let Some(value) = value.filter(|value| !value.is_finite()) {
-            return Err(ReadingsError::NotWritable {
-                seq: reading.seq,
-                column: column.name(),
-                value,
-            });
-        }
-    }
-    Ok(())
+    let named = numbers.map(|(column, value)| (column.name(), value));
+    refuse_not_finite(reading.seq, named)
 }
 
 /// Writes a whole table.

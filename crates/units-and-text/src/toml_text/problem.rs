@@ -165,8 +165,14 @@ impl UnknownKey {
         let Self {
             key, line, column, ..
         } = self;
-        let meant = self.meant.as_ref();
-        let advice = meant.map_or_else(String::new, |near| format!("; is `{near}` meant?"));
+        let advice = self.advice();
         format!("{file}:{line}:{column}: key `{key}` is not known and was not used{advice}")
+    }
+
+    /// What may be meant, to be put behind a sentence; empty if nothing is near.
+    #[must_use]
+    pub fn advice(&self) -> String {
+        let meant = self.meant.as_ref();
+        meant.map_or_else(String::new, |near| format!("; is `{near}` meant?"))
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
-use stiffbench::analysis::{Inputs, ReadError, laws, robot_source, usual_plan};
+use stiffbench::analysis::{Inputs, ReadError, laws, named_procedure, robot_source, usual_plan};
 
 use serde_json::json;
 
@@ -65,6 +65,9 @@ const QUICK_LAWS: [Law; 4] = [
     laws::SETTING_IN,
     laws::GAUGE_PERIODIC,
 ];
+
+/// What is measured on a robot that `--robot` names.
+const ROBOT_PROCEDURES: [&str; 2] = ["load-unload", "load-hold-unload"];
 
 /// A part of the proof, what runs it.
 type ValidationPart = (
@@ -195,10 +198,13 @@ fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(),
 
 /// Power and right names on the plans of the concealed sessions.
 fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
-    let sessions: Vec<ValidationSession> = plan_texts(args)?
-        .iter()
-        .map(|texts| Ok(ValidationSession::read(texts)?))
-        .collect::<Result<_, Failure>>()?;
+    let sessions: Vec<ValidationSession> = match &args.robot {
+        Some(robot) => robot_plans(robot)?,
+        None => plan_texts(args)?
+            .iter()
+            .map(|texts| Ok(ValidationSession::read(texts)?))
+            .collect::<Result<_, Failure>>()?,
+    };
     let trials = (trials(args) / TRIALS_PER_POINT).max(LEAST_TRIALS);
     let options = PowerOptions {
         laws: match (args.laws.as_slice(), args.quick) {
@@ -266,6 +272,17 @@ fn errors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Fail
 fn trials(args: &ProveArgs) -> usize {
     let usual = if args.quick { QUICK_TRIALS } else { TRIALS };
     args.trials.unwrap_or(usual)
+}
+
+/// Plans of a robot, without and with holds.
+fn robot_plans(robot: &str) -> Result<Vec<ValidationSession>, Failure> {
+    let source = robot_source(robot, None)?;
+    let mut plans = Vec::new();
+    for name in ROBOT_PROCEDURES {
+        let (procedure, _) = named_procedure(name)?;
+        plans.push(ValidationSession::planned(&source, None, &procedure)?);
+    }
+    Ok(plans)
 }
 
 /// The concealed sessions of the first two lists, for their plans.

@@ -63,6 +63,10 @@ pub(crate) struct ProveArgs {
     /// Sizes of the power curves, standard errors, comma-separated [default: 3, 4.5, 6, 8; with --quick 6]
     #[arg(long, value_delimiter = ',', value_name = "SIZE", value_parser = standard_errors)]
     pub(crate) sizes: Vec<f64>,
+    /// Power on this robot in its named poses, with loading and unloading; its free springs are free in the baseline [default: the plans of
+    /// the concealed sessions]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) robot: Option<String>,
     /// Sessions of the same bench before each simulated one, which tell its noise too (calibration and power), as with diagnose --earlier
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) earlier: usize,

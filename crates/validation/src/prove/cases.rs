@@ -4,7 +4,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceScale};
-use stiffbench_diagnosis::mismatch::{Baseline, Truth, scale_to, standard_errors};
+use stiffbench_diagnosis::mismatch::{
+    Baseline, Truth, scale_to, standard_errors, standard_errors_of_readings,
+};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::error::ProveError;
@@ -18,6 +20,9 @@ pub const LARGEST_SIZE: f64 = 12.0;
 
 /// A loose member has the size it has: the smallest beyond this is taken, standard errors.
 const LEAST_LOOSE: f64 = 6.0;
+
+/// An effect of which the readings show less than this share is what a free parameter does, and stands out by the bounds of that alone.
+const BY_READINGS: f64 = 0.01;
 
 /// Steps of runs at which a law of one run is tried, of the thousand at which it can happen.
 const IN_RUNS: usize = 12;
@@ -96,7 +101,8 @@ pub(super) fn scaled(
     Ok(scale_to(&bench.baseline, &bench.plan, &truth, size)?)
 }
 
-/// Those of these effects that reach every size of a power curve, at the factors of the first trial; no more than `most`.
+/// Those of these effects that reach every size of a power curve, at the factors of the first trial, and that no free parameter imitates; no
+/// more than `most`.
 ///
 /// # Errors
 /// [`ProveError`].
@@ -110,8 +116,13 @@ pub(super) fn reaching(
         if reaching.len() == most {
             break;
         }
-        let truth = scaled(bench, effect, &bench.first.0, LARGEST_SIZE)?;
-        reaching.extend(truth.and_then(|truth| truth.effects.into_iter().last()));
+        let Some(truth) = scaled(bench, effect, &bench.first.0, LARGEST_SIZE)? else {
+            continue;
+        };
+        let shown = standard_errors_of_readings(&bench.baseline, &bench.plan, &truth)?;
+        if shown > BY_READINGS * LARGEST_SIZE {
+            reaching.extend(truth.effects.into_iter().last());
+        }
     }
     Ok(reaching)
 }

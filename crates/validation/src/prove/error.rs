@@ -1,5 +1,6 @@
 //! What can keep a proof from being made.
 
+use stiffbench::bench::BenchError;
 use stiffbench_beams::physics::EffectError;
 use stiffbench_beams::robot::RobotError;
 use stiffbench_diagnosis::mismatch::MismatchError;
@@ -89,6 +90,10 @@ pub enum ProveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     LeastSquares(#[from] LeastSquaresError),
+    /// A plan that cannot be followed.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Bench(#[from] BenchError),
     /// An effect of a trial that cannot be.
     #[error(transparent)]
     #[diagnostic(transparent)]

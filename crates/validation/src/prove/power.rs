@@ -119,6 +119,7 @@ pub struct PowerCase {
 ///
 /// # Arguments
 /// - `sessions`: plans to choose from: the first of each robot and mechanism with unloading, five repeats and four poses; for creep one with holds.
+///   Laws of no joint are tried on the first with closed loops, else on the first.
 /// - `done`: called after each trial.
 /// - `so_far`: called after each law of a bench with all cases until then.
 ///
@@ -147,6 +148,7 @@ pub fn power<E: From<ProveError>>(
         )
     };
     let mut cases: Vec<PowerCase> = Vec::new();
+    let mut benches: Vec<(TrialBench<'_>, bool)> = Vec::new();
     let (mut closed, mut open) = (0, 0);
     for &place in &full {
         if closed >= options.closed_benches && open >= 1 {
@@ -160,18 +162,23 @@ pub fn power<E: From<ProveError>>(
             continue;
         }
         *count += 1;
-        let first_closed = is_closed && *count == 1;
+        benches.push((bench, is_closed));
+    }
+    // What belongs to no joint is tried once: where there are closed loops, if there are any.
+    let main = benches.iter().position(|(_, is_closed)| *is_closed);
+    let main = main.unwrap_or_default();
+    for (number, (bench, is_closed)) in benches.iter().enumerate() {
         let ideal = bench.ideal()?;
         for &law in &options.laws {
-            let here = law.is_of_a_joint() || (first_closed && !needs_holds(law));
+            let here = law.is_of_a_joint() || (number == main && !needs_holds(law));
             if here {
-                cases.extend(law_case((&bench, &ideal), law, !is_closed, options, done)?);
+                cases.extend(law_case((bench, &ideal), law, !is_closed, options, done)?);
                 so_far(&cases)?;
             }
         }
-        if first_closed && options.pairs {
+        if number == main && options.pairs {
             for laws in PAIRS {
-                cases.extend(pair_case(&bench, laws, options, done)?);
+                cases.extend(pair_case(bench, laws, !is_closed, options, done)?);
                 so_far(&cases)?;
             }
         }
@@ -300,12 +307,13 @@ fn sizes_of(bench: &TrialBench<'_>, law: Law, options: &PowerOptions) -> Vec<f64
 fn pair_case(
     bench: &TrialBench<'_>,
     laws: [Law; 2],
+    open: bool,
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
 ) -> Result<Option<PowerCase>, ProveError> {
     let mut effects: Vec<Effect> = Vec::new();
     for law in laws {
-        let reaching = reaching(bench, &testable(bench, law, false)?, 1)?;
+        let reaching = reaching(bench, &testable(bench, law, open)?, 1)?;
         let Some(effect) = reaching.into_iter().next() else {
             return Ok(None);
         };
@@ -337,7 +345,7 @@ fn pair_case(
             .join(" and "),
         places: effects.iter().map(|effect| effect.place.clone()).collect(),
         bench: bench.session.bench(),
-        in_closed_loop: laws.iter().any(|law| law.is_of_a_joint()).then_some(true),
+        in_closed_loop: laws.iter().any(|law| law.is_of_a_joint()).then_some(!open),
         points: vec![found],
     }))
 }

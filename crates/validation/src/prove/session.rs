@@ -4,10 +4,14 @@ use std::io::Cursor;
 
 use sha2::{Digest, Sha256};
 
-use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
+use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
+use stiffbench_beams::physics::ActingPhysics;
+use stiffbench_beams::robot::{FittingFactors, Pose, Robot, RoleInFit};
+use stiffbench_diagnosis::elastostatics::spring_choice;
 use stiffbench_diagnosis::mismatch::{Observations, RobotBaseline};
 use stiffbench_diagnosis::parameters::ParameterChoice;
-use stiffbench_measurement::readings::{ReadOptions, SessionHeader, read_readings};
+use stiffbench_measurement::procedure::Procedure;
+use stiffbench_measurement::readings::{ReadOptions, ReadingTable, SessionHeader, read_readings};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -42,6 +46,8 @@ pub struct ValidationSession {
     pub factors: FittingFactors,
     /// Its readings.
     pub observations: Observations,
+    /// Which parameters are free in its baseline.
+    choice: ParameterChoice,
     poses: Vec<Pose>,
     robot_file: String,
 }
@@ -56,25 +62,73 @@ impl ValidationSession {
         let header = SessionHeader::from_toml(&texts.header.name, &texts.header.text)?.header;
         let readings = Cursor::new(texts.readings.as_bytes());
         let table = read_readings(&texts.id, readings, &ReadOptions::default())?;
-        let mechanism = robot.mechanism(header.mechanism.as_deref())?.name.clone();
         let factors = match &header.factors {
             Some(name) => robot.factor_set(name)?,
             None => robot.default_factors().1,
         };
-        let observations = Observations::new(&table, Some(&header));
+        let choice = ParameterChoice::default();
+        Self::of_table(&texts.robot, robot, (factors, choice), &table, &header)
+    }
+
+    /// The plan of a robot in its named poses by a procedure, without noise. Where the robot file frees springs, they are free in the
+    /// baseline and the factors of beams are fixed.
+    ///
+    /// # Errors
+    /// [`ProveError`] for a robot, mechanism or procedure that cannot be.
+    pub fn planned(
+        source: &SourceText,
+        mechanism: Option<&str>,
+        procedure: &Procedure,
+    ) -> Result<Self, ProveError> {
+        let robot = Robot::parse(source)?;
+        let chosen = robot.mechanism(mechanism)?;
+        let factors = robot.with_own_springs(&robot.default_factors().1);
+        let frees_springs = robot
+            .own_springs()
+            .any(|(_, spring)| spring.in_fit != RoleInFit::Fixed);
+        let choice = if frees_springs {
+            spring_choice(&robot, chosen)
+        } else {
+            ParameterChoice::default()
+        };
+        let physics = ActingPhysics::new(&robot, chosen, Vec::new())?;
+        let noise = NoiseModel::NONE;
+        let table = VirtualBench::new(&robot, &physics, &factors, noise, Jack::default())?.run(
+            procedure,
+            &procedure.name,
+            0,
+        )?;
+        let header = SessionHeader {
+            mechanism: Some(chosen.name.clone()),
+            procedure: Some(procedure.to_record()),
+            ..SessionHeader::default()
+        };
+        Self::of_table(source, robot, (factors, choice), &table, &header)
+    }
+
+    fn of_table(
+        source: &SourceText,
+        robot: Robot,
+        (factors, choice): (FittingFactors, ParameterChoice),
+        table: &ReadingTable,
+        header: &SessionHeader,
+    ) -> Result<Self, ProveError> {
+        let mechanism = robot.mechanism(header.mechanism.as_deref())?.name.clone();
+        let observations = Observations::new(table, Some(header));
         let poses = observations
             .poses
             .iter()
             .map(|pose| robot.pose(pose).cloned())
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            id: texts.id.clone(),
+            id: table.source.clone(),
             robot,
             mechanism,
             factors,
             observations,
+            choice,
             poses,
-            robot_file: texts.robot.text.clone(),
+            robot_file: source.text.clone(),
         })
     }
 
@@ -89,7 +143,7 @@ impl ValidationSession {
             mechanism,
             self.factors.clone(),
             self.poses.clone(),
-            &ParameterChoice::default(),
+            &self.choice,
         )?)
     }
 

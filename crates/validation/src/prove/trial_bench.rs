@@ -17,7 +17,7 @@ use super::score::{groups, is_apart};
 use super::session::ValidationSession;
 use super::share::Share;
 
-/// How far the beam factors of a trial lie from their start, as in the concealed sessions.
+/// How far the beam factors and springs of a trial lie from their start, as the factors of the concealed sessions.
 const FACTORS: [f64; 2] = [0.55, 1.8];
 
 /// A gauge with this step or more is coarse, m.
@@ -351,7 +351,14 @@ fn drawn_parameters(baseline: &RobotBaseline<'_>, seed: u64) -> Vec<f64> {
     baseline
         .parameters()
         .iter()
-        .map(|parameter| parameter.start + between(&mut rng, FACTORS.map(f64::ln)))
+        .map(|parameter| {
+            let by = between(&mut rng, FACTORS.map(f64::ln));
+            match parameter.spring_rad_per_nm {
+                None => parameter.start + by,
+                // A spring is no logarithm.
+                Some(_) => (parameter.start * by.exp()).clamp(parameter.lower, parameter.upper),
+            }
+        })
         .collect()
 }
 

@@ -144,16 +144,10 @@ fn factor_tables(value: &TomlValue<'_>) -> ModelRead<FittingFactors> {
     }
     if let Some(springs) = table.read("springs", TomlValue::table)? {
         for (name, _, value) in springs.entries() {
-            match ModelParameter::try_from(name.to_owned()) {
-                Ok(spring) if !spring.is_factor() => {
-                    factors.springs.insert(spring, compliance(&value)?);
-                }
-                _ => {
-                    return Err(value
-                        .wrong("that of a spring, such as joint.J2.y, base.x or tool.rz")
-                        .into());
-                }
-            }
+            let spring = ModelParameter::spring_named(name).map_err(|_| {
+                value.wrong("that of a spring, such as joint.J2.y, base.x or tool.rz")
+            })?;
+            factors.springs.insert(spring, compliance(&value)?);
         }
     }
     Ok(factors)

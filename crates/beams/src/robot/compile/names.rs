@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use crate::robot::error::{RobotError, RobotProblem};
-use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use super::Compiler;
@@ -51,19 +50,7 @@ impl<'a> Compiler<'a> {
         name: &str,
         known: impl Iterator<Item = &'k str>,
     ) -> Result<usize, RobotError> {
-        place.ok_or_else(|| {
-            let known: Vec<&str> = known.collect();
-            let help = match nearest(name, known.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if known.is_empty() => "the file has none".to_owned(),
-                None => format!("the file has: {}", known.join(", ")),
-            };
-            let problem = RobotProblem::UnknownName {
-                kind,
-                name: name.to_owned(),
-            };
-            RobotError::at(self.source, span(), problem, Some(help))
-        })
+        place.ok_or_else(|| RobotError::unknown_name(self.source, span(), (kind, name), known))
     }
 
     /// Places of a list of names.

@@ -26,7 +26,14 @@ impl Compiler<'_> {
                 }
                 Ok::<(), RobotError>(())
             };
-            let set = entry.values();
+            let set = entry.values().map_err(|error| {
+                let path = [Key("factors"), Key(name), Key("springs")];
+                self.error(&path, RobotProblem::Syntax(error.to_string()))
+            })?;
+            if let Some(group) = set.groups.keys().next() {
+                let path = [Key("factors"), Key(name), Key("groups"), Key(group)];
+                self.found(None, &path, "group", group, std::iter::empty())?;
+            }
             factors(
                 &[Key("factors"), Key(name), Key("beam")],
                 format!("beam in {name}"),
@@ -44,17 +51,12 @@ impl Compiler<'_> {
                 self.found(place, &path, "section", section, known)?;
                 factors(&path, format!("section {section} in {name}"), *values)?;
             }
-            for (spring, compliance) in &set.springs {
-                let (table, key, what) = match spring {
-                    ModelParameter::Joint(joint) => {
-                        let what = format!("compliance of joint {joint} in {name}");
-                        ("joints_rad_per_Nm", joint.to_string(), what)
-                    }
-                    other => {
-                        let axis = other.to_string().replace("base.r", "");
-                        let what = format!("compliance of the base about {axis}");
-                        ("base_rad_per_Nm", axis, what)
-                    }
+            for (spring, &value) in &set.springs {
+                let parameter = spring.to_string();
+                let (table, key) = match spring {
+                    _ if entry.springs.contains_key(&parameter) => ("springs", parameter.clone()),
+                    ModelParameter::Joint(joint) => ("joints_rad_per_Nm", joint.to_string()),
+                    _ => ("base_rad_per_Nm", parameter.replace("base.r", "")),
                 };
                 let path = [Key("factors"), Key(name), Key(table), Key(&key)];
                 if let Some(joint) = spring.joint() {
@@ -62,7 +64,11 @@ impl Compiler<'_> {
                     let place = known.clone().position(|id| id == joint);
                     self.found(place, &path, "joint", joint, known)?;
                 }
-                self.positive(*compliance, &path, what)?;
+                if !(value.is_finite() && value >= 0.0) {
+                    let what = format!("compliance {parameter} in {name}");
+                    let must = "it must be finite and not negative";
+                    return Err(self.error(&path, RobotProblem::Impossible { what, value, must }));
+                }
             }
             sets.insert(name.clone(), set);
         }

@@ -111,8 +111,14 @@ impl<'a> RobotBuilder<'a> {
         let masses = self.masses()?;
         let balancers = self.balancers()?;
         let factors = self.file.factors.iter();
-        let factors = factors.map(|(name, entry)| (name.clone(), entry.values()));
-        let factors = factors.collect();
+        let factors = factors.map(|(name, entry)| {
+            let values = entry.values().map_err(|error| {
+                let path = [Key("factors"), Key(name), Key("springs")];
+                self.error(&path, RobotProblem::Syntax(error.to_string()))
+            });
+            Ok((name.clone(), values?))
+        });
+        let factors = factors.collect::<Result<_, RobotError>>()?;
         let poses = self.poses()?;
         let up = usize::from(self.file.up == UpAxis::Z) + 1;
         let mut axis_words = [const { None }; 3];

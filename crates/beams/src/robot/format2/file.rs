@@ -12,7 +12,6 @@ use crate::robot::shapes::{exactly, exactly_if_given};
 
 use super::measure::{AngleOf, ComplianceOf, InUnit, LengthOf, StiffnessOf, TravelOf};
 use super::parts::{BalancerRow, BaseRow, MassRow, MaterialRow, SectionRow, ToolRow};
-use super::shapes::spring;
 
 /// A robot: joints, points, what connects them, and what loads it.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -234,24 +233,20 @@ pub enum AxisValue {
 #[serde(deny_unknown_fields)]
 pub struct AcrossRow {
     /// About its own axis, of a sliding joint.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub x: Option<SpringRow>,
+    #[serde(default)]
+    pub x: Option<SpringShape>,
     /// About the first axis across.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub y: Option<SpringRow>,
+    #[serde(default)]
+    pub y: Option<SpringShape>,
     /// About the second axis across.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub z: Option<SpringRow>,
+    #[serde(default)]
+    pub z: Option<SpringShape>,
 }
 
 /// A spring as the schema knows it.
-#[derive(JsonSchema)]
+#[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
-#[expect(dead_code, reason = "only its schema is used")]
-enum SpringShape {
+pub enum SpringShape {
     /// How it takes part.
     Word(SpringWord),
     /// With its stiffness.
@@ -281,29 +276,23 @@ pub struct SpringRow {
 #[serde(deny_unknown_fields)]
 pub struct SpringRows {
     /// Along x.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub x: Option<SpringRow>,
+    #[serde(default)]
+    pub x: Option<SpringShape>,
     /// Along y.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub y: Option<SpringRow>,
+    #[serde(default)]
+    pub y: Option<SpringShape>,
     /// Along z.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub z: Option<SpringRow>,
+    #[serde(default)]
+    pub z: Option<SpringShape>,
     /// About x.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub rx: Option<SpringRow>,
+    #[serde(default)]
+    pub rx: Option<SpringShape>,
     /// About y.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub ry: Option<SpringRow>,
+    #[serde(default)]
+    pub ry: Option<SpringShape>,
     /// About z.
-    #[serde(default, deserialize_with = "spring")]
-    #[schemars(with = "Option<SpringShape>")]
-    pub rz: Option<SpringRow>,
+    #[serde(default)]
+    pub rz: Option<SpringShape>,
 }
 
 /// A coordinate of a pose.

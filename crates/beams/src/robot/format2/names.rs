@@ -98,17 +98,7 @@ impl RobotBuilder<'_> {
         name: &str,
         known: impl Iterator<Item = &'k str>,
     ) -> Result<usize, RobotError> {
-        place.ok_or_else(|| {
-            let known: Vec<&str> = known.collect();
-            let help = match nearest(name, known.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if known.is_empty() => "the file has none".to_owned(),
-                None => format!("the file has: {}", known.join(", ")),
-            };
-            let name = name.to_owned();
-            let problem = RobotProblem::UnknownName { kind, name };
-            RobotError::at(self.source, span, problem, Some(help))
-        })
+        place.ok_or_else(|| RobotError::unknown_name(self.source, span, (kind, name), known))
     }
 
     pub(super) fn body(&self, name: &str, path: &[DocumentStep<'_>]) -> Result<usize, RobotError> {

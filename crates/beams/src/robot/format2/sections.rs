@@ -175,7 +175,7 @@ impl RobotBuilder<'_> {
                 let mut names = file_names;
                 names.extend(shape_names);
                 format!(
-                    "write the name of a section or a profile: {}",
+                    "write the name of a section or a profile ({}), or leave it out: a link without section is rigid",
                     names.join(", ")
                 )
             }

@@ -7,7 +7,7 @@ use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor}
 
 use crate::robot::shapes::exactly;
 
-use super::file::{AxisValue, PoseAngles, SpringRow, SpringWord};
+use super::file::{AxisValue, PoseAngles, SpringRow, SpringShape, SpringWord};
 
 impl<'de> Deserialize<'de> for AxisValue {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -58,31 +58,26 @@ impl<'de> Deserialize<'de> for PoseAngles {
     }
 }
 
-/// A spring as a word or as a table.
-pub(super) fn spring<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Option<SpringRow>, D::Error> {
-    struct SpringVisitor;
+impl<'de> Deserialize<'de> for SpringShape {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct SpringVisitor;
 
-    impl<'de> Visitor<'de> for SpringVisitor {
-        type Value = SpringRow;
+        impl<'de> Visitor<'de> for SpringVisitor {
+            type Value = SpringShape;
 
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("\"free\", \"rigid\", \"pinned\" or { stiffness = value }")
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("\"free\", \"rigid\", \"pinned\" or { stiffness = value }")
+            }
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<SpringShape, E> {
+                SpringWord::deserialize(StrDeserializer::new(word)).map(SpringShape::Word)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SpringShape, A::Error> {
+                SpringRow::deserialize(MapAccessDeserializer::new(map)).map(SpringShape::Table)
+            }
         }
 
-        fn visit_str<E: Error>(self, word: &str) -> Result<SpringRow, E> {
-            let word = SpringWord::deserialize(StrDeserializer::new(word))?;
-            Ok(SpringRow {
-                spring: Some(word),
-                ..SpringRow::default()
-            })
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SpringRow, A::Error> {
-            SpringRow::deserialize(MapAccessDeserializer::new(map))
-        }
+        deserializer.deserialize_any(SpringVisitor)
     }
-
-    deserializer.deserialize_any(SpringVisitor).map(Some)
 }

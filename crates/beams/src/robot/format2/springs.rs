@@ -8,7 +8,7 @@ use crate::robot::model_parameter::ModelParameter;
 use crate::robot::springs::{JointSprings, RoleInFit, SpringDefault, Yielding};
 
 use super::builder::RobotBuilder;
-use super::file::{JointKind, JointRow, SpringRow, SpringRows, SpringWord};
+use super::file::{JointKind, JointRow, SpringRow, SpringRows, SpringShape, SpringWord};
 use super::measure::{InUnit, MeasuredKind};
 
 /// Largest compliance, rad/(N·m) or m/N, that is taken for meant: a newton that moves a robot by a hundred metres.
@@ -23,12 +23,12 @@ impl RobotBuilder<'_> {
     ) -> Result<JointSprings, RobotError> {
         let path = [Key("joints"), Key(name)];
         let slides = row.kind == JointKind::Sliding;
-        let own = SpringRow {
+        let own = SpringShape::Table(SpringRow {
             spring: row.spring,
             stiffness: row.stiffness.clone(),
             compliance: row.compliance.clone(),
             tied_to: row.tied_to.clone(),
-        };
+        });
         let mut own_spring = self.spring(Some(&own), !slides, &path)?;
         if row.point.is_some() && own_spring == SpringDefault::default() && row.spring.is_none() {
             own_spring.yielding = Yielding::Pinned;
@@ -69,16 +69,8 @@ impl RobotBuilder<'_> {
             rz,
         } = rows;
         let mut springs: [SpringDefault; 6] = Default::default();
-        let rows = [
-            (x, "x"),
-            (y, "y"),
-            (z, "z"),
-            (rx, "rx"),
-            (ry, "ry"),
-            (rz, "rz"),
-        ];
-        for (axis, (row, key)) in rows.into_iter().enumerate() {
-            let path = [path, &[Key(key)]].concat();
+        for (axis, row) in [x, y, z, rx, ry, rz].into_iter().enumerate() {
+            let path = [path, &[Key(["x", "y", "z", "rx", "ry", "rz"][axis])]].concat();
             springs[axis] = self.spring(row.as_ref(), axis >= 3, &path)?;
         }
         Ok(springs)
@@ -94,12 +86,17 @@ impl RobotBuilder<'_> {
     /// A spring that turns, or one along an axis.
     fn spring(
         &self,
-        row: Option<&SpringRow>,
+        row: Option<&SpringShape>,
         turns: bool,
         path: &[DocumentStep<'_>],
     ) -> Result<SpringDefault, RobotError> {
-        let Some(row) = row else {
-            return Ok(SpringDefault::default());
+        let row = match row {
+            None => return Ok(SpringDefault::default()),
+            Some(SpringShape::Table(row)) => row,
+            Some(SpringShape::Word(word)) => &SpringRow {
+                spring: Some(*word),
+                ..SpringRow::default()
+            },
         };
         let at = |key| [path, &[Key(key)]].concat();
         let shape = |message| Err(self.error(path, RobotProblem::Shape(message)));

@@ -65,10 +65,12 @@ impl Graph {
             }
         }
         for &(hinge, ends) in &vertices.hinges {
-            edges.push(Edge {
-                piece: SchedulePiece::Hinge(hinge),
-                ends: ends.map(|end| numbers[end]),
-            });
+            let ends = ends.map(|end| numbers[end]);
+            // A hinge between points of one rigid body does not move.
+            if ends[0] != ends[1] {
+                let piece = SchedulePiece::Hinge(hinge);
+                edges.push(Edge { piece, ends });
+            }
         }
         let vertex_count = numbers.iter().max().map_or(0, |most| most + 1);
         let node = |wanted: usize| {

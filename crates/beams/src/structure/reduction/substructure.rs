@@ -121,13 +121,16 @@ impl Reduction {
     /// - `hinge_planes`: for each hinge the plane whose normal is its axis; of one that slides no plane of elements.
     ///
     /// # Returns
-    /// `None` for a structure with a pin, a hinge that closes a loop of rigid members alone, a node held in part, a held end, or something that hangs on no support.
+    /// `None` for a structure with a strut, a pin, a hinge that closes a loop of rigid members alone, a node held in part, a held end, or something that hangs on no support.
     pub(crate) fn of(
         structure: &Structure,
         planes: &[usize],
         hinge_planes: &[usize],
         path: SolutionPath,
     ) -> Option<Self> {
+        if !structure.struts.is_empty() {
+            return None;
+        }
         let graph = Graph::of(structure)?;
         let segments = graph.segments();
         let hinges = yielding_hinges(structure, hinge_planes)?;

@@ -73,6 +73,7 @@ fn square(lean: f64, shear: Option<ShearCoefficients>) -> Structure {
         (2, 4),
     ];
     Structure {
+        struts: Vec::new(),
         rigid_members: Vec::new(),
         nodes: nodes.collect(),
         elements: pairs.into_iter().map(|(a, b)| element(a, b)).collect(),

@@ -154,9 +154,9 @@ pub(super) fn fill_row(
     let about_axes = about_axes.map(|rotation| principal(&rotation));
     let value = |column: &MapColumn| {
         Some(match column {
-            MapColumn::Direction { unit, .. } => 1.0 / along(&translation, *unit),
+            MapColumn::Direction { unit, .. } => stiffness_along(&translation, *unit),
             MapColumn::Principal(order) => along_axes?.0[usize::from(*order)],
-            MapColumn::About { unit, .. } => 1.0 / along(&rotation?, *unit),
+            MapColumn::About { unit, .. } => stiffness_along(&rotation?, *unit),
             MapColumn::PrincipalAbout(order) => about_axes?.0[usize::from(*order)],
         })
     };
@@ -188,6 +188,19 @@ fn has_principal_of_rotation(columns: &[MapColumn]) -> bool {
     columns.any(|column| column.is_principal() && column.is_rotational())
 }
 
+/// Share of the largest compliance below which another one is rounding: nothing yields there.
+const RIGID_SHARE: f64 = 1e-13;
+
+/// 1/(nᵀ C n); infinite where nothing yields.
+fn stiffness_along(compliance: &[[f64; 3]; 3], unit: [f64; 3]) -> f64 {
+    let largest = (0..3).fold(0.0_f64, |largest, i| largest.max(compliance[i][i]));
+    let yields = along(compliance, unit);
+    if yields.abs() <= RIGID_SHARE * largest {
+        return f64::INFINITY;
+    }
+    1.0 / yields
+}
+
 /// nᵀ C n.
 fn along(compliance: &[[f64; 3]; 3], unit: [f64; 3]) -> f64 {
     let mut sum = 0.0;
@@ -209,7 +222,7 @@ pub(super) fn stiffness_and_unit(
 ) -> (f64, [f64; 3]) {
     match column {
         MapColumn::Direction { unit, .. } | MapColumn::About { unit, .. } => {
-            (1.0 / along(compliance, *unit), *unit)
+            (stiffness_along(compliance, *unit), *unit)
         }
         MapColumn::Principal(order) | MapColumn::PrincipalAbout(order) => {
             let (stiffness, directions) = principal(compliance);
@@ -219,13 +232,20 @@ pub(super) fn stiffness_and_unit(
     }
 }
 
-/// Principal stiffnesses from the weakest on, and their directions, the largest component of each positive.
+/// Principal stiffnesses from the weakest on, infinite where nothing yields, and their directions, the largest component of each positive.
 fn principal(compliance: &[[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
     let symmetric =
         Matrix3::from_fn(|i, j| 0.5 * (compliance[i][j] + compliance[j][i])).symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| symmetric.eigenvalues[b].total_cmp(&symmetric.eigenvalues[a]));
-    let stiffness = order.map(|place| 1.0 / symmetric.eigenvalues[place]);
+    let largest = symmetric.eigenvalues[order[0]];
+    let stiffness = order.map(|place| {
+        let yields = symmetric.eigenvalues[place];
+        if yields.abs() <= RIGID_SHARE * largest.abs() {
+            return f64::INFINITY;
+        }
+        1.0 / yields
+    });
     let directions = order.map(|place| {
         let direction = symmetric.eigenvectors.column(place);
         let sign = direction[direction.iamax()].signum();
@@ -302,6 +322,25 @@ mod tests {
         let compliance = [[0.1, 1e9, 0.0], [1e9, 0.3, 0.0], [0.0, 0.0, 0.7]];
         fill_row(&MapColumn::axes(), None, &whole(compliance), &mut row);
         assert_eq!(row[3..], [1.0 / 0.1, 1.0 / 0.3, 1.0 / 0.7]);
+    }
+
+    #[test]
+    fn what_does_not_yield_is_infinitely_stiff() {
+        // One spring along (3, 4, 0)/5: nothing across it yields.
+        let axis: [f64; 3] = [0.6, 0.8, 0.0];
+        let block = axis.map(|row| axis.map(|column| 1e-3 * row * column));
+        let mut columns = MapColumn::axes();
+        columns.extend(MapColumn::principal());
+        columns.extend(MapColumn::along("across", [-0.8, 0.6, 0.0]));
+        columns.extend(MapColumn::axes_of_rotation());
+        let mut row = vec![0.0; row_width(&columns, None)];
+        fill_row(&columns, None, &whole(block), &mut row);
+        for (place, expected) in [(3, 1e3 / 0.36), (4, 1e3 / 0.64), (6, 1e3), (10, 1e2 / 0.36)] {
+            assert!((row[place] / expected - 1.0).abs() < 1e-12, "{row:?}");
+        }
+        for place in [5, 7, 8, 9, 12] {
+            assert_eq!(row[place], f64::INFINITY, "{place}: {row:?}");
+        }
     }
 
     #[test]

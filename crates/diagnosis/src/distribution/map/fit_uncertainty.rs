@@ -58,27 +58,27 @@ pub fn fit_uncertainty(
     map: &StiffnessMap,
     poses: &PoseSample,
     covariance: &FittedCovariance,
-    statistics: &[ColumnStatistics],
+    columns: &[(MapColumn, ColumnStatistics)],
 ) -> Result<Vec<Option<FitUncertainty>>, RobotError> {
     if !model.is_linear() || map.is_empty() {
-        return Ok(vec![None; statistics.len()]);
+        return Ok(vec![None; columns.len()]);
     }
-    let mut found = Vec::with_capacity(statistics.len());
-    let along = map.columns.iter().zip(statistics);
-    let along: Vec<_> = along
+    let mut found = Vec::with_capacity(columns.len());
+    let along: Vec<_> = columns
+        .iter()
         .filter(|(column, _)| !column.is_rotational())
         .collect();
     for chunk in along.chunks(AT_ONCE) {
         let (columns, statistics): (Vec<MapColumn>, Vec<&ColumnStatistics>) = chunk
             .iter()
-            .map(|(column, statistics)| ((*column).clone(), *statistics))
+            .map(|(column, statistics)| (column.clone(), statistics))
             .unzip();
-        let columns = &columns;
-        let means = mean_gradients(model, map, poses, columns, &covariance.parameters)?;
+        let along = &columns;
+        let means = mean_gradients(model, map, poses, along, &covariance.parameters)?;
         for (place, statistics) in statistics.iter().enumerate() {
             let extremes = [&statistics.smallest, &statistics.largest];
             let rows = extremes.map(|extreme| extreme.row);
-            let of_extremes = gradients(model, map, poses, columns, &covariance.parameters, &rows)?;
+            let of_extremes = gradients(model, map, poses, along, &covariance.parameters, &rows)?;
             let estimate = |value: f64, gradient: &Gradient| Estimate {
                 value,
                 standard_uncertainty: covariance.carried(gradient),
@@ -93,9 +93,9 @@ pub fn fit_uncertainty(
         }
     }
     let mut found = found.into_iter();
-    let columns = map.columns.iter();
     Ok(columns
-        .map(|column| {
+        .iter()
+        .map(|(column, _)| {
             (!column.is_rotational())
                 .then(|| found.next())
                 .flatten()
@@ -194,7 +194,12 @@ fn gradients(
                 let (stiffness, _) = stiffness_and_unit(column, &compliance);
                 let slopes = predictor.gradient(index, place).unwrap_or(&[]);
                 for (gradient, slope) in gradient.iter_mut().zip(slopes) {
-                    *gradient = -slope * stiffness * stiffness;
+                    // Where nothing yields no parameter changes anything.
+                    *gradient = if stiffness.is_finite() {
+                        -slope * stiffness * stiffness
+                    } else {
+                        0.0
+                    };
                 }
             }
             found.push(gradients);

@@ -87,6 +87,7 @@ impl AscentObjective for LogStiffness<'_, '_> {
 
     fn height(&mut self, pose: &Pose) -> Result<f64, RobotError> {
         self.solve(pose)?;
-        Ok(self.sign * self.row[3].ln())
+        // Where nothing yields the way ends.
+        Ok(self.sign * self.row[3].min(f64::MAX).ln())
     }
 }

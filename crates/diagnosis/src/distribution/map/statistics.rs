@@ -33,8 +33,10 @@ pub struct Quantile {
 /// Statistics of a column, N/m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnStatistics {
-    /// Number of poses.
+    /// Number of poses in which something yields: all numbers are of these.
     pub poses: usize,
+    /// Number of the others, in which the stiffness is infinite.
+    pub rigid: usize,
     /// The least stiff pose.
     pub smallest: SampledExtreme,
     /// The stiffest pose.
@@ -50,7 +52,7 @@ pub struct ColumnStatistics {
     pub share_beyond_95: Option<f64>,
 }
 
-/// Statistics of a column; `None` for a map without rows.
+/// Statistics of a column; `None` if nothing yields in any row.
 #[must_use]
 pub fn column_statistics(
     map: &StiffnessMap,
@@ -58,9 +60,10 @@ pub fn column_statistics(
     sampling: Sampling,
     column: usize,
 ) -> Option<ColumnStatistics> {
-    let values: Vec<f64> = map.column(column).collect();
+    let all: Vec<f64> = map.column(column).collect();
+    let (smallest, largest) = extremes(&all)?;
+    let values: Vec<f64> = all.iter().copied().filter(|k| k.is_finite()).collect();
     let count = values.len();
-    let (smallest, largest) = extremes(&values)?;
     let mean = values.iter().sum::<f64>() / count as f64;
     let squares: f64 = values
         .iter()
@@ -74,13 +77,14 @@ pub fn column_statistics(
             standard_uncertainty: deviation / (count as f64).sqrt(),
             dof: (count - 1) as f64,
         },
-        (Sampling::LowDiscrepancy, _) => mean_of_shifts(map, poses, &values, mean),
+        (Sampling::LowDiscrepancy, _) => mean_of_shifts(map, poses, &all, mean),
         _ => Estimate::without_uncertainty(mean),
     };
     let mut sorted = values;
     sorted.sort_unstable_by(f64::total_cmp);
     Some(ColumnStatistics {
         poses: count,
+        rigid: all.len() - count,
         smallest,
         largest,
         mean,
@@ -96,18 +100,17 @@ pub fn column_statistics(
     })
 }
 
-/// The first of the smallest and the first of the largest.
+/// The first of the smallest and the first of the largest, of those that are finite.
 fn extremes(values: &[f64]) -> Option<(SampledExtreme, SampledExtreme)> {
-    let first = SampledExtreme {
-        row: 0,
-        stiffness_n_per_m: *values.first()?,
-    };
+    let all = values.iter().enumerate().map(|(row, &k)| SampledExtreme {
+        row,
+        stiffness_n_per_m: k,
+    });
+    let mut finite = all.filter(|here| here.stiffness_n_per_m.is_finite());
+    let first = finite.next()?;
     let (mut smallest, mut largest) = (first, first);
-    for (row, &stiffness_n_per_m) in values.iter().enumerate() {
-        let here = SampledExtreme {
-            row,
-            stiffness_n_per_m,
-        };
+    for here in finite {
+        let stiffness_n_per_m = here.stiffness_n_per_m;
         if stiffness_n_per_m < smallest.stiffness_n_per_m {
             smallest = here;
         }
@@ -121,7 +124,8 @@ fn extremes(values: &[f64]) -> Option<(SampledExtreme, SampledExtreme)> {
 /// The mean, with the uncertainty that the means of the shifts show.
 fn mean_of_shifts(map: &StiffnessMap, poses: &PoseSample, values: &[f64], mean: f64) -> Estimate {
     let mut sums = [(0.0, 0_usize); SHIFTS as usize];
-    for (&place, value) in map.places.iter().zip(values) {
+    let rows = map.places.iter().zip(values);
+    for (&place, value) in rows.filter(|(_, value)| value.is_finite()) {
         let shift = poses.ids[place as usize] % SHIFTS;
         let (sum, count) = &mut sums[shift as usize];
         *sum += value;

@@ -50,7 +50,7 @@ pub struct MechanismStudy {
     pub method: Vec<String>,
     /// Triangles between its rows, where poses make a surface.
     pub triangles: Option<Vec<[u32; 3]>>,
-    /// What is said of each column; empty for a map without rows.
+    /// What is said of each column in which something yields; empty for a map without rows.
     pub columns: Vec<ColumnStudy>,
 }
 
@@ -92,7 +92,14 @@ impl MechanismStudy {
                 .zip([false, true])
                 .map(|(row, largest)| {
                     let refined = map.refined(model, &poses.set, column, row, largest);
-                    refined.map_err(|error| error.to_string())
+                    refined
+                        .map_err(|error| error.to_string())
+                        .and_then(|refined| {
+                            if refined.stiffness_n_per_m.is_finite() {
+                                return Ok(refined);
+                            }
+                            Err("rises without limit to where nothing yields".to_owned())
+                        })
                 })
                 .collect();
             let nothing = || Err("not followed".to_owned());
@@ -113,9 +120,9 @@ impl MechanismStudy {
         });
         let mut columns: Vec<ColumnStudy> = columns.collect();
         if let Some(covariance) = covariance {
-            let statistics: Vec<ColumnStatistics> = columns
+            let statistics: Vec<(MapColumn, ColumnStatistics)> = columns
                 .iter()
-                .map(|column| column.statistics.clone())
+                .map(|found| (found.column.clone(), found.statistics.clone()))
                 .collect();
             let fits = fit_uncertainty(model, &map, &poses.set, covariance, &statistics)?;
             for (column, fit) in columns.iter_mut().zip(fits) {
@@ -128,6 +135,21 @@ impl MechanismStudy {
             triangles,
             columns,
         })
+    }
+
+    /// What is said of a column of the map; `None` if nothing yields there in any pose.
+    #[must_use]
+    pub fn found(&self, column: usize) -> Option<&ColumnStudy> {
+        let column = self.map.columns.get(column)?;
+        self.columns.iter().find(|found| found.column == *column)
+    }
+
+    /// Columns in which nothing yields in any pose.
+    pub fn rigid(&self) -> impl Iterator<Item = &MapColumn> {
+        let columns = self.map.columns.iter().enumerate();
+        let rigid =
+            columns.filter(|(place, _)| !self.map.is_empty() && self.found(*place).is_none());
+        rigid.map(|(_, column)| column)
     }
 
     /// What is said of a global axis, if it is among the columns.

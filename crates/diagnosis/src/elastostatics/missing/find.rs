@@ -3,10 +3,13 @@
 use std::collections::BTreeSet;
 
 use stiffbench_beams::robot::ModelParameter;
+use stiffbench_numeric::statistics::f_upper_tail;
 
 use crate::fit::FactorStatus;
 use crate::mismatch::Verdict;
-use crate::search::constants::{LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, ROUNDING, SWAP_GAIN};
+use crate::search::constants::{
+    LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, ROUNDING, SWAP_GAIN, UNEXPLAINED_LEVEL,
+};
 use crate::search::{
     CriticalValues, ForwardProblem, LinearCandidate, LinearModel, LinearProblem, NotIndependent,
     NullNoise, WhiteSpace, backward_elimination, dot, forward_selection, null_maxima,
@@ -174,6 +177,7 @@ fn judge(
         findings: &findings,
         p_family: found.p,
         p_unexplained: unexplained.as_ref().map_or(1.0, |one| one.p),
+        is_held_by_bounds: is_held_by_bounds(model, basis, &start),
         share_of_misfit: shares.of_misfit,
         share_unseen: shares.unseen,
     }
@@ -218,6 +222,25 @@ fn takes_too_much(
     };
     let mut terms = model.terms.iter().enumerate();
     terms.find_map(|(place, &term)| is_impossible(place, term))
+}
+
+/// Whether the free parameters explain the load cases only with negative springs: what the fit with its bounds leaves more is no noise (F test).
+fn is_held_by_bounds(model: &LoadCaseModel<'_>, basis: &Basis, start: &LinearModel) -> bool {
+    let values = parameters_after(&basis.baseline, &basis.free, &start.fit.values);
+    let springs = basis.free.iter().zip(values).filter(|(place, (_, value))| {
+        let parameter = &basis.baseline.estimates[**place].parameter;
+        !parameter.is_factor() && *value < 0.0
+    });
+    let negative = springs.count() as f64;
+    let dof = basis.residuals.len().saturating_sub(basis.columns.len()) as f64;
+    let squares = |residuals: &[f64]| {
+        displacement_rms(model.posed, residuals).powi(2) * residuals.len() as f64
+    };
+    let (bounded, free) = (squares(&basis.residuals), squares(&start.fit.residuals));
+    let lack = (bounded - free) / negative / (free / dof);
+    lack.is_finite()
+        && lack > 0.0
+        && f_upper_tail(lack, negative, dof).is_some_and(|p| p <= UNEXPLAINED_LEVEL)
 }
 
 /// Values of the free parameters beside what was found: springs by their change, factors by that of their logarithm.

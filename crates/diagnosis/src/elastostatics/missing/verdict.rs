@@ -16,6 +16,8 @@ pub(super) struct VerdictBasis<'a> {
     pub(super) findings: &'a [LoadCaseFinding],
     pub(super) p_family: f64,
     pub(super) p_unexplained: f64,
+    /// Whether free springs would have to be negative for the free parameters to explain the load cases.
+    pub(super) is_held_by_bounds: bool,
     pub(super) share_of_misfit: Option<f64>,
     pub(super) share_unseen: Option<f64>,
 }
@@ -23,7 +25,8 @@ pub(super) struct VerdictBasis<'a> {
 impl VerdictBasis<'_> {
     /// The verdict and how far it may be relied on.
     pub(super) fn decide(&self) -> (Verdict, VerdictGrade) {
-        let is_left = self.p_unexplained <= UNEXPLAINED_LEVEL;
+        let is_left = self.p_unexplained <= UNEXPLAINED_LEVEL
+            || self.findings.is_empty() && self.is_held_by_bounds;
         let found = !self.findings.is_empty() && self.p_family <= LAW_LEVEL;
         let strong = self.p_family <= CERTAIN
             && self
