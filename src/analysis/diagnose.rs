@@ -12,7 +12,7 @@ use crate::robot::FittingFactors;
 use super::data::LoadedSession;
 use super::design::{baseline, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
-use super::error::{AnalysisError, ArgumentError};
+use super::error::AnalysisError;
 use super::model::ResolvedModel;
 
 /// The scatter of the readings may exceed what the records state by this much before there is a warning.
@@ -96,11 +96,11 @@ pub struct DiagnosisReport {
 /// Finds what a model leaves out of the readings of a session.
 ///
 /// # Arguments
-/// - `model`: without physics beside the beams: known physics is found again, and what is missing beside it too.
+/// - `model`: its physics is known to act: its values are fitted again, and the search asks what is missing beside it.
 /// - `step`: called after each of three steps: read, search, judge.
 ///
 /// # Errors
-/// For a model with physics, records without the step of the gauge, an earlier session that is this one, and readings that no search
+/// For records without the step of the gauge, an earlier session that is this one, and readings that no search
 /// can begin with.
 pub fn diagnose(
     session: &LoadedSession,
@@ -108,16 +108,17 @@ pub fn diagnose(
     options: DiagnoseSettings,
     step: &dyn Fn(),
 ) -> Result<DiagnosisReport, AnalysisError> {
-    refuse_known_physics(model)?;
     let observations = Observations::new(&session.table, session.header.as_ref());
     let parameters = &options.parameters;
-    let baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
+    let mut baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
+    baseline.add_variant(&model.physics.effects)?;
     step();
     let mut warnings = Vec::new();
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
         seed: options.seed,
         without: options.without,
+        known_effects: model.physics.effects.clone(),
     };
     let (known, noise_origin) = match options.noise {
         NoiseSource::Readings => (KnownNoise::Nothing, NoiseOrigin::Readings),
@@ -134,6 +135,7 @@ pub fn diagnose(
     search.noise = known;
     let (diagnosis, critical, located) = diagnose_and_locate(&baseline, &observations, &search)?;
     step();
+    warnings.extend(unseen_known_effects(&diagnosis));
     let trace = trace(&baseline, &observations, &diagnosis)?;
     let header = session.header.as_ref();
     let fitted_factors = baseline.factors(&diagnosis.parameters);
@@ -161,16 +163,18 @@ pub fn diagnose(
     })
 }
 
-/// The search begins with the beams alone; physics that is known already would be found again, or hidden.
-fn refuse_known_physics(model: &ResolvedModel) -> Result<(), ArgumentError> {
-    if model.physics.effects.is_empty() {
-        return Ok(());
-    }
-    Err(ArgumentError::new(
-        "--model and --effect",
-        "diagnose searches from the beams alone, without physics that is known already",
-        "leave them out: known physics is found again, and what is missing beside it too",
-    ))
+/// Known effects that change no reading, in words.
+fn unseen_known_effects(diagnosis: &Diagnosis) -> impl Iterator<Item = String> + '_ {
+    let known = diagnosis.known_effects.iter();
+    let unseen = known.filter(|known| known.before.iter().all(|value| value.u.is_none()));
+    unseen
+        .filter(|known| !known.given.values.is_empty())
+        .map(|known| {
+            format!(
+                "{} changes none of these readings: its values stay as given",
+                known.given
+            )
+        })
 }
 
 /// The noise, its part of single readings from the records of the instruments.

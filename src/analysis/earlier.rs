@@ -47,11 +47,13 @@ pub fn noise_of(
     seed: u64,
 ) -> Result<MeasuredNoise, AnalysisError> {
     let observations = Observations::new(&session.table, session.header.as_ref());
-    let baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
+    let mut baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
+    baseline.add_variant(&model.physics.effects)?;
     let search = SearchOptions {
         noise: KnownNoise::Nothing,
         seed,
         without: without.to_vec(),
+        known_effects: model.physics.effects.clone(),
     };
     let (diagnosis, _) = diagnose(&baseline, &observations, &search, None)?;
     let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| {

@@ -3,6 +3,7 @@
 mod answer;
 mod appendix;
 mod detection_limits;
+mod known_effects;
 mod noise;
 mod open_questions;
 mod page;
@@ -21,6 +22,7 @@ use crate::test_point::Direction;
 pub(super) use answer::DiagnosisAnswer;
 pub use appendix::diagnosis_appendix;
 pub use detection_limits::{DetectionLimitReport, LawLevel, SearchLevels, SeenLimit, UnseenReason};
+pub use known_effects::{KnownEffectReport, KnownParameter};
 pub use noise::{EarlierReport, NoiseDeviation, NoiseDeviations, NoiseReport};
 pub use page::diagnosis_page;
 pub(super) use phrases::{listed, short_phrase};
@@ -33,8 +35,13 @@ pub use summary::{
 
 /// The 95 % interval of a parameter of a finding; where physics forbids negative values it ends at zero.
 fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
-    let [low, high] = finding.values.get(place)?.interval_95()?;
-    let sign = finding.effect.law.parameters.get(place)?.sign;
+    value_interval(finding.effect.law, place, finding.values.get(place)?)
+}
+
+/// The same of a value of a law.
+fn value_interval(law: Law, place: usize, value: &EstimatedValue) -> Option<[f64; 2]> {
+    let [low, high] = value.interval_95()?;
+    let sign = law.parameters.get(place)?.sign;
     Some(match sign {
         SignConstraint::Positive | SignConstraint::AboveZero => [low.max(0.0), high.max(0.0)],
         SignConstraint::Either => [low, high],

@@ -186,6 +186,39 @@ fn two_effects_are_distinguished_and_laws_can_be_left_out() {
 }
 
 #[test]
+fn what_is_missing_beside_known_physics_is_found() {
+    let desk = desk();
+    let path = session(PLAY_AND_SETTING_IN);
+    let answer = answer(PLAY_AND_SETTING_IN);
+    let truth = answer["truth"].as_array().unwrap();
+    let play = truth
+        .iter()
+        .find(|truth| truth["physics"] == "joint-backlash")
+        .unwrap();
+    let joint = play["place"]["joint"].as_str().unwrap();
+    let effect = format!("joint-backlash@{joint}:play=1e-4rad,seat_moment=2N*m");
+    let data = desk.data(&format!(
+        "diagnose {path} --out a --no-figures --effect {effect}"
+    ));
+    assert!(found(&data).iter().all(|(law, _)| *law != "joint-backlash"));
+    assert!(found(&data).iter().any(|(law, _)| *law == "setting-in"));
+    let [known] = &data["known_effects"].as_array().unwrap()[..] else {
+        panic!("{}", data["known_effects"]);
+    };
+    let value = &known["parameters"]["play"];
+    let ci95 = &value["after"]["ci95"];
+    assert_eq!(value["given"], 1e-4);
+    assert_ne!(value["after"]["value"], 1e-4);
+    assert!(ci95[0].as_f64() < ci95[1].as_f64(), "{ci95}");
+    // With all of it in the model nothing is missing.
+    let data = desk.data(&format!(
+        "diagnose {path} --out b --no-figures --model a/model.toml"
+    ));
+    assert_eq!(data["verdict"], "nothing-missing");
+    assert_eq!(data["known_effects"].as_array().unwrap().len(), 2);
+}
+
+#[test]
 fn indistinguishable_effects_are_named_as_a_set() {
     let desk = desk();
     let command = format!("diagnose {} --no-figures --out out", session(LOOSE_MEMBER));
@@ -408,10 +441,13 @@ fn what_cannot_be_diagnosed_is_refused() {
         11,
         "stiffbench::mismatch::empty",
     );
-    refused(
-        "diagnose ok.csv --robot hp-robot --effect thermal-drift@clock:rate=36um/h",
-        2,
-        "stiffbench::usage::argument",
+    // Without times drift changes nothing.
+    let drifting =
+        "diagnose ok.csv --robot hp-robot --effect thermal-drift@clock:rate=36um/h --json";
+    let object = desk.run(drifting).succeeds().json();
+    assert!(
+        object["warnings"].to_string().contains("changes none"),
+        "{object}"
     );
     desk.write("file", "");
     assert!(Path::new(&desk.path("file")).is_file());

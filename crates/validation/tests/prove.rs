@@ -74,6 +74,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
             unexplained,
             before: quality.clone(),
             after: quality,
+            known_effects: Vec::new(),
             factors: Vec::new(),
             noise: ReadingNoise {
                 reading_sd_m: 1e-6,

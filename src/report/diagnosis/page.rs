@@ -7,6 +7,7 @@ use crate::physics::{Law, ParameterSpec};
 use crate::report::significant;
 
 use super::answer::{DiagnosisAnswer, phrase_of};
+use super::known_effects::known_effects;
 use super::open_questions::{next, not_tested, rejected};
 use super::phrases::{
     likelier, listed, location, one_in, paragraph, phrase, printed, strength, um,
@@ -41,6 +42,7 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
         when(decided, &|| sure(report, &answers)),
         when(decided, &|| else_(&answers)),
         when(decided, &|| where_(report)),
+        when(decided, &|| known_effects(report)),
         when(decided, &|| factors(report)),
         when(decided, &|| errors(report)),
         when(nothing, &|| upper_limits(&diagnosis.detection_limits)),

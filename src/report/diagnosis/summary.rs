@@ -18,6 +18,7 @@ use crate::report::{LawAtPlace, LoadCaseDiagnosisReport, SpecimenSummary};
 use crate::test_point::{Direction, PoseId};
 
 use super::detection_limits::{DetectionLimitReport, SearchLevels};
+use super::known_effects::KnownEffectReport;
 use super::noise::NoiseReport;
 use super::{factor_value, parameter_interval, phrases};
 
@@ -52,6 +53,8 @@ pub struct DiagnosisSummary {
     pub before: QualityReport,
     /// The final model.
     pub after: QualityReport,
+    /// Physics that was known beforehand: no candidate of the search, its values fitted again.
+    pub known_effects: Vec<KnownEffectReport>,
     /// The factors without and with what was found.
     pub factors: Vec<FactorChangeReport>,
     /// The tests behind `where`.
@@ -280,6 +283,7 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             after: QualityReport::new(report, &diagnosis.after, |r| {
                 [r.after_m, r.after_within_run_m]
             }),
+            known_effects: (diagnosis.known_effects.iter().map(Into::into)).collect(),
             factors: report.factor_changes().collect(),
             strata: Strata {
                 tests: located.tests.clone(),

@@ -1,6 +1,7 @@
 //! How displacements and rotations scatter: from repeats where there are any, else from what a fit leaves.
 
-use super::posed::PosedLoadCases;
+use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use crate::search::{Covariance, LowRankBlock};
 
 /// Loads that differ by less than this share of the larger are one load applied again.
 const SAME_LOAD: f64 = 0.05;
@@ -126,6 +127,162 @@ pub(super) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
         let size = (squares / values.len().max(1) as f64).sqrt();
         if size > 0.0 { size } else { 1.0 }
     })
+}
+
+/// Scatter of repeats whose displacement as a whole varies from application to application, as that of a load whose size varies does.
+///
+/// ```text
+///   residual of a case = mean + (error of each component) + slope v,    v = displacement and rotation that were read
+/// ```
+///
+/// Restricted maximum likelihood over the repeats by expectation and maximisation (McLachlan & Krishnan, The EM Algorithm, 2008, section
+/// 5.9).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SlopeScatter {
+    /// Standard deviations of the errors of displacements, m, and of rotations, rad; one of what was not read.
+    pub(super) sd: [f64; 2],
+    /// Standard deviation of the slope (1).
+    pub(super) slope_sd: f64,
+}
+
+/// Differences between repeats of one load in one pose.
+struct RepeatedCase {
+    /// Kind of each component.
+    kinds: Vec<usize>,
+    /// Mean of each component over the repeats.
+    mean: Vec<f64>,
+    /// Independent contrasts of the residuals of the repeats, each as long as `kinds`.
+    contrasts: Vec<Vec<f64>>,
+}
+
+impl SlopeScatter {
+    /// # Arguments
+    /// - `sd`: where the search starts.
+    /// - `least`: standard deviations below which nothing is asked.
+    pub(super) fn of_repeats(
+        posed: &PosedLoadCases,
+        residuals: &[f64],
+        sd: [f64; 2],
+        least: [f64; 2],
+    ) -> Self {
+        /// Rounds: the slope is known to some percent at best.
+        const ROUNDS: usize = 100;
+        /// Where the slope starts: a load is seldom applied better.
+        const FIRST: f64 = 0.001;
+        let cases = repeated_cases(posed, residuals);
+        let mut scatter = Self {
+            sd,
+            slope_sd: FIRST,
+        };
+        for _ in 0..ROUNDS {
+            let (mut slopes, mut count) = (0.0, 0.0);
+            let (mut squares, mut of_kind) = ([0.0; 2], [0.0; 2]);
+            for case in &cases {
+                let product = |other: &[f64]| -> f64 {
+                    let terms = case.kinds.iter().zip(&case.mean).zip(other);
+                    terms
+                        .map(|((kind, mean), other)| mean * other / scatter.sd[*kind].powi(2))
+                        .sum()
+                };
+                let variance = (scatter.slope_sd.powi(-2) + product(&case.mean)).recip();
+                for contrast in &case.contrasts {
+                    let slope = variance * product(contrast);
+                    slopes += slope * slope + variance;
+                    count += 1.0;
+                    for ((kind, mean), value) in case.kinds.iter().zip(&case.mean).zip(contrast) {
+                        squares[*kind] += (value - slope * mean).powi(2) + variance * mean * mean;
+                        of_kind[*kind] += 1.0;
+                    }
+                }
+            }
+            if count == 0.0 {
+                return Self { sd, slope_sd: 0.0 };
+            }
+            // A slope of exactly zero would stay there.
+            scatter.slope_sd = f64::max(slopes / count, f64::MIN_POSITIVE).sqrt();
+            for kind in 0..2 {
+                if of_kind[kind] > 0.0 {
+                    scatter.sd[kind] = f64::max(squares[kind] / of_kind[kind], 0.0).sqrt();
+                }
+                scatter.sd[kind] = scatter.sd[kind].max(least[kind]);
+            }
+        }
+        scatter
+    }
+
+    /// The covariance of all rows.
+    pub(super) fn covariance(&self, posed: &PosedLoadCases) -> Covariance {
+        let rows: Vec<&ReadComponent> = posed.rows().map(|(_, read)| read).collect();
+        let variances: Vec<f64> = rows
+            .iter()
+            .map(|read| self.sd[usize::from(read.is_rotation())].powi(2))
+            .collect();
+        let mut first = 0;
+        let blocks = posed.cases.iter().map(|case| {
+            let rows = first..first + case.components.len();
+            first = rows.end;
+            let columns = case.components.iter();
+            LowRankBlock {
+                rows,
+                columns: columns.map(|read| self.slope_sd * read.value).collect(),
+            }
+        });
+        Covariance::new(&variances, blocks)
+    }
+}
+
+/// Loads that were applied several times with the same components read.
+fn repeated_cases(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<RepeatedCase> {
+    let mut groups: Vec<Vec<(&PosedLoad, &[f64])>> = Vec::new();
+    let mut rest = residuals;
+    for case in &posed.cases {
+        let Some((own, further)) = rest.split_at_checked(case.components.len()) else {
+            break;
+        };
+        rest = further;
+        let is_repeat = |first: &PosedLoad| {
+            let components = first.components.iter().zip(&case.components);
+            (first.label, first.pose) == (case.label, case.pose)
+                && first.components.len() == case.components.len()
+                && components.into_iter().all(|(a, b)| a.unit == b.unit)
+                && is_same_load(&first.load, &case.load)
+        };
+        match groups.iter_mut().find(|group| is_repeat(group[0].0)) {
+            Some(group) => group.push((case, own)),
+            None => groups.push(vec![(case, own)]),
+        }
+    }
+    let repeated = groups.iter().filter(|group| group.len() > 1);
+    repeated.map(|group| contrasts(group)).collect()
+}
+
+/// Helmert contrasts of the repeats.
+fn contrasts(group: &[(&PosedLoad, &[f64])]) -> RepeatedCase {
+    let components = &group[0].0.components;
+    let count = group.len() as f64;
+    let mean_of = |component: usize| {
+        let values = group
+            .iter()
+            .map(|(case, _)| case.components[component].value);
+        values.sum::<f64>() / count
+    };
+    let contrast = |repeat: usize| {
+        let before = repeat as f64;
+        let scale = (before * (before + 1.0)).sqrt().recip();
+        let value = |component: usize| {
+            let earlier = group[..repeat].iter().map(|(_, own)| own[component]);
+            scale * (earlier.sum::<f64>() - before * group[repeat].1[component])
+        };
+        (0..components.len()).map(value).collect()
+    };
+    RepeatedCase {
+        kinds: components
+            .iter()
+            .map(|read| usize::from(read.is_rotation()))
+            .collect(),
+        mean: (0..components.len()).map(mean_of).collect(),
+        contrasts: (1..group.len()).map(contrast).collect(),
+    }
 }
 
 fn is_same_load(one: &[f64; 6], other: &[f64; 6]) -> bool {

@@ -164,6 +164,17 @@ pub struct FactorChange {
     pub identified: bool,
 }
 
+/// Physics that was known beforehand, its values fitted again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownEffect {
+    /// As it was given.
+    pub given: Effect,
+    /// Without what was found: its values in the order of the law's parameters.
+    pub before: Vec<EstimatedValue>,
+    /// The same in the final model.
+    pub after: Vec<EstimatedValue>,
+}
+
 /// A law that would explain the readings with an impossible value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Impossible {
@@ -188,10 +199,12 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// What the final model leaves.
     pub unexplained: Location,
-    /// The model without effects.
+    /// The model without findings.
     pub before: Quality,
     /// The final model.
     pub after: Quality,
+    /// Physics that was known beforehand; the first effects of the final model.
+    pub known_effects: Vec<KnownEffect>,
     /// Factors (or slopes), logarithms for a robot.
     pub factors: Vec<FactorChange>,
     /// The noise of the final model.

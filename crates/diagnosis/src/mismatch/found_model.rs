@@ -1,9 +1,9 @@
 //! The model that a diagnosis gives back.
 
-use stiffbench_beams::physics::{FoundEffect, ModelFile, ParameterUncertainty, Provenance};
+use stiffbench_beams::physics::{Effect, FoundEffect, ModelFile, ParameterUncertainty, Provenance};
 use stiffbench_beams::robot::FittingFactors;
 
-use super::diagnosis::{Diagnosis, Finding};
+use super::diagnosis::{Diagnosis, EstimatedValue, Finding};
 
 impl Diagnosis {
     /// The final model as a file holds it: factors, the effects that act, and the alternatives that these data do not distinguish from them.
@@ -22,6 +22,17 @@ impl Diagnosis {
             },
             ..ModelFile::default()
         };
+        for known in &self.known_effects {
+            let effect = Effect {
+                values: known.after.iter().map(|value| value.value).collect(),
+                ..known.given.clone()
+            };
+            model.effects.push(FoundEffect {
+                effect,
+                uncertainties: uncertainties(&known.after),
+                alternative_group: None,
+            });
+        }
         for finding in &self.findings {
             let group = finding.alternative_group;
             let acts = |known: &FoundEffect| known.alternative_group == group;
@@ -39,17 +50,20 @@ impl Diagnosis {
 fn found(finding: &Finding) -> FoundEffect {
     FoundEffect {
         effect: finding.effect.clone(),
-        uncertainties: finding
-            .values
-            .iter()
-            .map(|value| ParameterUncertainty {
-                u: value.u,
-                dof: Some(value.dof).filter(|dof| dof.is_finite() && value.u.is_some()),
-                ci95: value.interval_95(),
-            })
-            .collect(),
+        uncertainties: uncertainties(&finding.values),
         alternative_group: finding.alternative_group,
     }
+}
+
+fn uncertainties(values: &[EstimatedValue]) -> Vec<ParameterUncertainty> {
+    values
+        .iter()
+        .map(|value| ParameterUncertainty {
+            u: value.u,
+            dof: Some(value.dof).filter(|dof| dof.is_finite() && value.u.is_some()),
+            ci95: value.interval_95(),
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -107,6 +121,7 @@ mod tests {
             },
             before: quality.clone(),
             after: quality,
+            known_effects: Vec::new(),
             factors: Vec::new(),
             noise: ReadingNoise {
                 reading_sd_m: 1e-6,

@@ -54,7 +54,7 @@ pub use design::{
 };
 pub use diagnosis::{
     DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, HeldOut, Impossible,
-    Location, Quality, Rival, Verdict,
+    KnownEffect, Location, Quality, Rival, Verdict,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
@@ -134,7 +134,8 @@ fn diagnose_and<T>(
         return Err(MismatchError::Empty);
     }
     let (at_start, moved_on);
-    let rough = DiagnosisProblem::new(baseline, observations);
+    let rough =
+        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects);
     let positions = rough.positions_at_start(options)?;
     let asked = ask(&rough)?;
     at_start = observations.with_positions(&positions);

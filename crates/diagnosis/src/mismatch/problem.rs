@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use stiffbench_beams::physics::Effect;
+
 use super::baseline::{Baseline, prior_sd};
 use super::candidate::PlaceScales;
 use super::error::MismatchError;
@@ -21,6 +23,8 @@ use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
 pub(super) struct DiagnosisProblem<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
+    /// Physics of the model itself: in every model, first among its effects.
+    pub(super) known_effects: Arc<[Effect]>,
     idle: Arc<IdleSolvers<'a>>,
     pub(super) memory: Arc<SearchMemo>,
 }
@@ -31,8 +35,17 @@ impl<'a> DiagnosisProblem<'a> {
         Self {
             baseline,
             observations,
+            known_effects: Arc::default(),
             idle: Arc::default(),
             memory: Arc::default(),
+        }
+    }
+
+    /// The same problem with effects that every model has.
+    pub(super) fn with_known_effects(self, effects: &[Effect]) -> Self {
+        Self {
+            known_effects: effects.into(),
+            ..self
         }
     }
 

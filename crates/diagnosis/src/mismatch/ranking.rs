@@ -202,6 +202,39 @@ impl DiagnosisProblem<'_> {
         Ok(fitted.into_iter().flatten().collect())
     }
 
+    /// A state with one more effect, whose law and place are known and whose values are searched; `None` if nothing can be fitted there.
+    pub(super) fn with_searched(
+        &self,
+        rest: &State,
+        effect: &Effect,
+    ) -> Result<Option<FittedModel>, MismatchError> {
+        let others: Vec<Law> = Law::ALL
+            .iter()
+            .copied()
+            .filter(|law| *law != effect.law)
+            .collect();
+        let scores = self.score_laws(rest, &others)?;
+        let effects = &rest.fitted.model.effects;
+        let Some(changes) = &Changes::new(self.observations, &scores.linearised, effects) else {
+            return Ok(None);
+        };
+        let field = FitContext {
+            state: rest,
+            key: &key_of(rest),
+            space: &scores.space,
+            changes,
+            engine: &Batched::new(&scores.space, &scores.residuals),
+        };
+        let shapes = best_shapes(&scores.seen).into_iter().enumerate();
+        let selected: Vec<(usize, BestShape)> = shapes
+            .filter(|(place, _)| scores.seen[*place].candidate.place == effect.place)
+            .filter_map(|(place, shape)| Some((place, shape?)))
+            .collect();
+        let fitted = self.fit_selected(&field, &scores.seen, &selected)?;
+        let fitted = fitted.into_iter().map(|ranked| ranked.fitted);
+        Ok(fitted.min_by(|a, b| a.squares.total_cmp(&b.squares)))
+    }
+
     /// Fits one candidate in full.
     fn fit_candidate(
         &self,
@@ -403,7 +436,7 @@ fn search_shape(
 }
 
 /// The value of an effect that is searched, not followed by derivatives.
-fn kinked(effect: &Effect) -> Option<usize> {
+pub(super) fn kinked(effect: &Effect) -> Option<usize> {
     (1..effect.values.len()).find(|&value| !effect.law.parameters[value].is_smooth())
 }
 

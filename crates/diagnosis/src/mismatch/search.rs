@@ -1,6 +1,6 @@
 //! The search for laws in a session: forward selection, its rivals, and names taken back where structure is left.
 
-use stiffbench_beams::physics::Law;
+use stiffbench_beams::physics::{Effect, Law};
 
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
@@ -10,7 +10,7 @@ use super::outlier::is_outlier;
 use super::patterns::{ResidualPattern, autocorrelation_p, largest_patterns, patterns};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
-use super::ranking::CandidateScores;
+use super::ranking::{CandidateScores, kinked};
 use super::refit::Model;
 use super::rounded::RoundedNoise;
 use super::state::State;
@@ -27,6 +27,8 @@ use crate::search::{
 pub struct SearchOptions {
     /// Laws that are left out.
     pub without: Vec<Law>,
+    /// Physics that is known to act: no candidate, its values fitted again with every model.
+    pub known_effects: Vec<Effect>,
     /// Seed of the limits' draws.
     pub seed: u64,
     /// What is known of the noise before the readings are checked.
@@ -34,10 +36,11 @@ pub struct SearchOptions {
 }
 
 impl Default for SearchOptions {
-    /// All laws, seed 0, noise from the readings.
+    /// All laws, no known physics, seed 0, noise from the readings.
     fn default() -> Self {
         Self {
             without: Vec::new(),
+            known_effects: Vec::new(),
             seed: 0,
             noise: KnownNoise::Nothing,
         }
@@ -80,7 +83,7 @@ pub(super) struct UnexplainedStructure {
 }
 
 impl DiagnosisProblem<'_> {
-    /// The model without effects.
+    /// The model that the search starts from: what is known, and no other effects.
     pub(super) fn start(&self) -> Model {
         Model {
             parameters: self
@@ -89,7 +92,7 @@ impl DiagnosisProblem<'_> {
                 .iter()
                 .map(|parameter| parameter.start)
                 .collect(),
-            effects: Vec::new(),
+            effects: self.known_effects.to_vec(),
         }
     }
 
@@ -110,6 +113,33 @@ impl DiagnosisProblem<'_> {
         model.effects.retain(|effect| !effect.law.is_gauge_error());
         let residuals = self.raw_residuals(&model)?;
         Ok(state.whitening.positions(self.observations, &residuals))
+    }
+
+    /// The model that the search starts from, fitted. Of known effects that bend or jump at some load it is searched where.
+    fn first_state(&self, options: &SearchOptions) -> Result<State, MismatchError> {
+        let mut state = self
+            .alternate(self.start(), options.noise)?
+            .ok_or(MismatchError::Empty)?;
+        for place in 0..self.known_effects.len() {
+            let mut rest = state.fitted.model.clone();
+            let effect = rest.effects.remove(place);
+            if kinked(&effect).is_none() {
+                continue;
+            }
+            let Some(rest) = self.alternate(rest, KnownNoise::Given(state.noise))? else {
+                continue;
+            };
+            let Some(mut found) = self.with_searched(&rest, &effect)? else {
+                continue;
+            };
+            if found.squares < state.fitted.squares
+                && let Some(effect) = found.model.effects.pop()
+            {
+                found.model.effects.insert(place, effect);
+                state = self.alternate(found.model, options.noise)?.unwrap_or(state);
+            }
+        }
+        Ok(state)
     }
 
     /// CriticalValues for these observations: from the candidates and patterns against the baseline.
@@ -165,9 +195,7 @@ impl DiagnosisProblem<'_> {
         options: &SearchOptions,
         known: Option<&LawCriticalValues>,
     ) -> Result<(SearchResult, LawCriticalValues), MismatchError> {
-        let before = self
-            .alternate(self.start(), options.noise)?
-            .ok_or(MismatchError::Empty)?;
+        let before = self.first_state(options)?;
         let first = self.score_laws(&before, &options.without)?;
         let critical = match known {
             Some(critical) => critical.clone(),
@@ -275,7 +303,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
     type Error = MismatchError;
 
     fn terms(&self, state: &State) -> usize {
-        state.fitted.model.effects.len()
+        state.fitted.model.effects.len() - self.bench.known_effects.len()
     }
 
     fn score(&self, state: &State) -> Result<CandidateScores, MismatchError> {
@@ -317,7 +345,10 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     fn is_term(&self, state: &State, term: usize, ranked: &Ranked) -> bool {
-        same(&state.fitted.model.effects[term], &ranked.effect)
+        same(
+            &state.fitted.model.effects[self.bench.known_effects.len() + term],
+            &ranked.effect,
+        )
     }
 
     fn with(&self, ranked: &Ranked) -> Result<Option<State>, MismatchError> {
@@ -336,7 +367,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     fn without(&self, state: &State, effect: usize) -> Result<State, MismatchError> {
         let mut rest = state.fitted.model.clone();
-        rest.effects.remove(effect);
+        rest.effects.remove(self.bench.known_effects.len() + effect);
         self.bench
             .alternate(rest, KnownNoise::Given(state.noise))?
             .ok_or(MismatchError::Empty)
@@ -408,7 +439,8 @@ impl LawSearch<'_, '_> {
         if kept.iter().all(|kept| *kept) {
             return Ok(());
         }
-        let mut keep = kept.iter();
+        let known = self.bench.known_effects.iter().map(|_| &true);
+        let mut keep = known.chain(&kept);
         let mut model = found.after.fitted.model.clone();
         model.effects.retain(|_| *keep.next().unwrap_or(&true));
         let Some(state) = self.bench.alternate(model, self.options.noise)? else {

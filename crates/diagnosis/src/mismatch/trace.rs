@@ -89,7 +89,12 @@ pub fn trace(
     let bench = DiagnosisProblem::new(baseline, observations);
     let mut predictor = bench.predictor();
     let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
-    let before = prediction(&mut predictor, observations, &first, &[])?;
+    let known = diagnosis.known_effects.iter().map(|known| Effect {
+        values: known.before.iter().map(|value| value.value).collect(),
+        ..known.given.clone()
+    });
+    let known: Vec<Effect> = known.collect();
+    let before = prediction(&mut predictor, observations, &first, &known)?;
     let (parameters, effects) = (&diagnosis.parameters, &diagnosis.effects);
     let after = prediction(&mut predictor, observations, parameters, effects)?;
     let mut compliance = vec![0.0; observations.len()];

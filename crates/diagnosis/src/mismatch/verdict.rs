@@ -7,7 +7,7 @@ use stiffbench_beams::physics::Effect;
 use super::changes::end_effect_m;
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::{
-    Diagnosis, EstimatedValue, FactorChange, Finding, Location, Rival, Verdict,
+    Diagnosis, EstimatedValue, FactorChange, Finding, KnownEffect, Location, Rival, Verdict,
 };
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
@@ -79,6 +79,7 @@ impl DiagnosisProblem<'_> {
             unexplained: self.location_of(&found.left),
             before,
             after,
+            known_effects: self.known_effects(found)?,
             factors: self.factor_shifts(found)?,
             noise: found.after.noise.noise,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -212,18 +213,18 @@ impl DiagnosisProblem<'_> {
             .enumerate()
             .map(|(index, &value)| EstimatedValue {
                 value,
-                u: covariance[first + index],
+                u: covariance[first + index].0,
                 dof: ranked.evidence.dof,
             })
             .collect())
     }
 
-    /// Standard uncertainty of every parameter of a model; `None` where the readings do not change with it.
+    /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
     fn covariance(
         &self,
         state: &State,
         model: &super::refit::Model,
-    ) -> Result<Vec<Option<f64>>, MismatchError> {
+    ) -> Result<Vec<(Option<f64>, f64)>, MismatchError> {
         let mut predictor = self.predictor();
         let mut columns = self.columns(&mut predictor, model)?;
         let known = self.baseline.parameters();
@@ -252,17 +253,64 @@ impl DiagnosisProblem<'_> {
             }
             sum / (lengths[i] * lengths[j])
         });
-        let mut out = vec![None; columns.len()];
-        let eigen = normal.symmetric_eigen();
+        let mut out = vec![(None, f64::INFINITY); columns.len()];
+        let mut eigen = normal.symmetric_eigen();
+        for value in eigen.eigenvalues.iter_mut() {
+            *value = value.max(1e-14).recip();
+        }
+        let inverse = eigen.recompose();
+        let mut scratch = Vec::new();
         for (place, &column) in used.iter().enumerate() {
-            let mut variance = 0.0;
-            for (index, &value) in eigen.eigenvalues.iter().enumerate() {
-                let share = eigen.eigenvectors[(place, index)];
-                variance += share * share / value.max(1e-14);
+            // The estimate is the sum of the white readings with these weights.
+            let mut weights = vec![0.0; self.observations.len()];
+            for (other, &from) in used.iter().enumerate() {
+                let factor = inverse[(place, other)] / lengths[other];
+                for (weight, value) in weights.iter_mut().zip(&columns[from]) {
+                    *weight += factor * value;
+                }
             }
-            out[column] = Some(variance.sqrt() / lengths[place]);
+            let shares = state
+                .whitening
+                .variance_shares(self.observations, &weights, &mut scratch);
+            out[column] = (
+                Some(inverse[(place, place)].sqrt() / lengths[place]),
+                state.noise.degrees_of_freedom(shares),
+            );
         }
         Ok(out)
+    }
+
+    /// What became of the physics that was known beforehand.
+    fn known_effects(&self, found: &SearchResult) -> Result<Vec<KnownEffect>, MismatchError> {
+        if self.known_effects.is_empty() {
+            return Ok(Vec::new());
+        }
+        let parameters = self.baseline.parameters().len();
+        let values = |state: &State| -> Result<Vec<Vec<EstimatedValue>>, MismatchError> {
+            let model = &state.fitted.model;
+            let mut uncertainties = self.covariance(state, model)?.into_iter().skip(parameters);
+            let known = &model.effects[..self.known_effects.len()];
+            Ok(known
+                .iter()
+                .map(|effect| {
+                    let own = effect.values.iter().zip(uncertainties.by_ref());
+                    own.map(|(&value, (u, dof))| EstimatedValue { value, u, dof })
+                        .collect()
+                })
+                .collect())
+        };
+        let (before, after) = (values(&found.before)?, values(&found.after)?);
+        let both = before.into_iter().zip(after);
+        Ok(self
+            .known_effects
+            .iter()
+            .zip(both)
+            .map(|(given, (before, after))| KnownEffect {
+                given: given.clone(),
+                before,
+                after,
+            })
+            .collect())
     }
 
     fn factor_shifts(&self, found: &SearchResult) -> Result<Vec<FactorChange>, MismatchError> {
@@ -272,18 +320,16 @@ impl DiagnosisProblem<'_> {
         } else {
             before.clone()
         };
-        // Factors are distinguished between cells: their noise is the scatter of run slopes.
-        let dof = |state: &State| state.noise.degrees_of_freedom([0.0, 0.0, 1.0]);
         Ok(self
             .baseline
             .parameters()
             .iter()
             .enumerate()
             .map(|(index, parameter)| {
-                let value = |state: &State, u: &[Option<f64>]| EstimatedValue {
+                let value = |state: &State, covariance: &[(Option<f64>, f64)]| EstimatedValue {
                     value: state.fitted.model.parameters[index],
-                    u: u[index],
-                    dof: dof(state),
+                    u: covariance[index].0,
+                    dof: covariance[index].1,
                 };
                 let after_value = value(&found.after, &after);
                 let at_bound = after_value.value - parameter.lower < 1e-6

@@ -1,9 +1,9 @@
-//! The covariance of load cases in a search: displacements scatter alike, and rotations do.
+//! The covariance of load cases in a search: displacements scatter alike, rotations do, and where repeats show it all that was read together.
 
 use crate::search::{Covariance, CovarianceModel};
 
 use crate::elastostatics::posed::PosedLoadCases;
-use crate::elastostatics::scatter::{ScatterSums, sizes};
+use crate::elastostatics::scatter::{ScatterSums, SlopeScatter, sizes};
 
 /// Scatter, as a share of the usual size of a component, below which nothing is asked of a gauge.
 const LEAST_SCATTER: f64 = 1e-9;
@@ -11,8 +11,8 @@ const LEAST_SCATTER: f64 = 1e-9;
 /// Scatter from repeats, or from what a model leaves.
 pub(super) struct LoadCaseScatter<'a> {
     posed: &'a PosedLoadCases,
-    /// What the repeats give, if there are enough of them.
-    repeats: Option<ScatterSums>,
+    /// What the repeats give, if there are enough of them: the covariance and its degrees of freedom.
+    repeats: Option<(Covariance, f64)>,
     least: [f64; 2],
 }
 
@@ -20,11 +20,18 @@ impl<'a> LoadCaseScatter<'a> {
     /// # Arguments
     /// - `residuals`: of the baseline, whose differences between repeats count.
     pub(super) fn new(posed: &'a PosedLoadCases, residuals: &[f64]) -> Self {
-        let repeats = ScatterSums::of_repeats(posed, residuals);
+        let least = sizes(posed).map(|size| LEAST_SCATTER * size);
+        let sums = ScatterSums::of_repeats(posed, residuals);
+        let repeats = sums.serves(posed).then(|| {
+            let start = sums.standard_deviations();
+            let start = [0, 1].map(|kind| start[kind].unwrap_or(1.0).max(least[kind]));
+            let scatter = SlopeScatter::of_repeats(posed, residuals, start, least);
+            (scatter.covariance(posed), sums.dof())
+        });
         Self {
-            repeats: repeats.serves(posed).then_some(repeats),
-            least: sizes(posed).map(|size| LEAST_SCATTER * size),
             posed,
+            repeats,
+            least,
         }
     }
 
@@ -36,10 +43,11 @@ impl<'a> LoadCaseScatter<'a> {
 
 impl CovarianceModel for LoadCaseScatter<'_> {
     fn estimate(&self, residuals: &[f64], parameters: usize) -> (Covariance, f64) {
+        if let Some(repeats) = &self.repeats {
+            return repeats.clone();
+        }
         let all = vec![true; residuals.len()];
-        let sums = self
-            .repeats
-            .unwrap_or_else(|| ScatterSums::of_residuals(self.posed, residuals, &all, parameters));
+        let sums = ScatterSums::of_residuals(self.posed, residuals, &all, parameters);
         let variances: Vec<f64> = sums
             .weights(self.posed, self.least)
             .iter()

@@ -62,7 +62,9 @@ pub fn locate(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    DiagnosisProblem::new(baseline, observations).located_at_start(options)
+    DiagnosisProblem::new(baseline, observations)
+        .with_known_effects(&options.known_effects)
+        .located_at_start(options)
 }
 
 impl DiagnosisProblem<'_> {

@@ -1,0 +1,89 @@
+//! Physics that was known before a diagnosis, and what the readings make of its values.
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::analysis::DiagnosisReport;
+use crate::mismatch::{EstimatedValue, KnownEffect};
+use crate::report::{AlignedTable, LawAtPlace, significant, text::interval};
+
+use super::page::head;
+use super::phrases::paragraph;
+use super::summary::{FittedParameter, STEPPED};
+use super::value_interval;
+
+/// Physics that was given with `--effect` or `--model`.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct KnownEffectReport {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Its parameters by name.
+    pub parameters: IndexMap<&'static str, KnownParameter>,
+}
+
+/// A value that was given, fitted again.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct KnownParameter {
+    /// As given, in the unit of the fitted value.
+    pub given: f64,
+    /// Without what was found.
+    pub before: FittedParameter,
+    /// With what was found.
+    pub after: FittedParameter,
+}
+
+impl From<&KnownEffect> for KnownEffectReport {
+    fn from(known: &KnownEffect) -> Self {
+        let law = known.given.law;
+        let fitted = |place: usize, values: &[EstimatedValue]| {
+            let value = values[place];
+            let interval = value_interval(law, place, &value);
+            let unit = law.parameters[place].unit().to_owned();
+            FittedParameter::new(value.value, unit, interval, STEPPED)
+        };
+        let parameters = law.parameters.iter().zip(&known.given.values).enumerate();
+        let parameters = parameters.map(|(place, (spec, &given))| {
+            let parameter = KnownParameter {
+                given,
+                before: fitted(place, &known.before),
+                after: fitted(place, &known.after),
+            };
+            (spec.name, parameter)
+        });
+        Self {
+            law: (&known.given).into(),
+            parameters: parameters.collect(),
+        }
+    }
+}
+
+/// The section of the page; empty where nothing was known.
+pub(super) fn known_effects(report: &DiagnosisReport) -> String {
+    let known = &report.diagnosis.known_effects;
+    if known.is_empty() {
+        return String::new();
+    }
+    let mut text = head("Physics known beforehand");
+    text.push_str(&paragraph(
+        "These effects are part of the model from the start, and no candidates of the search. Their values were fitted again.",
+        "",
+        "",
+    ));
+    let mut rows = AlignedTable::new(&["effect", "value", "given", "fitted", "95 % interval"]);
+    for one in known.iter().map(KnownEffectReport::from) {
+        let name = format!("{} at {}", one.law.physics.name, one.law.place);
+        for (parameter, value) in &one.parameters {
+            rows.row([
+                name.clone(),
+                format!("{parameter}, {}", value.after.unit),
+                significant(value.given, 4),
+                significant(value.after.value, 4),
+                interval(value.after.ci95, 3),
+            ]);
+        }
+    }
+    text.push_str(&rows.text());
+    text
+}
