@@ -152,10 +152,10 @@ pub fn envelope(kind: &str, ok: bool) -> Value {
 }
 
 /// The version of a kind's schema. In the second, `u` is the standard and `U` the expanded uncertainty; in the first `u` was the
-/// expanded one.
+/// expanded one. The second of a diagnosis has grades and shares.
 fn schema_version(kind: &str) -> u32 {
     match kind {
-        "compare" | "demo" | "map" | "stiffness" => 2,
+        "compare" | "demo" | "diagnosis" | "map" | "stiffness" => 2,
         _ => 1,
     }
 }

@@ -15,7 +15,7 @@ use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
     EstimatedValue, FactorChange, Finding, Impossible, LawCriticalValues, ReadingTrace,
 };
-use crate::physics::{Law, SignConstraint};
+use crate::physics::{Effect, Law, SignConstraint};
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
@@ -29,7 +29,7 @@ pub(super) use phrases::{listed, short_phrase};
 pub(super) use summary::STEPPED;
 pub use summary::{
     ComponentShares, Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport,
-    FindingReport, FittedParameter, QualityReport, RejectedLaw, RivalReport, Strata,
+    FindingKind, FindingReport, FittedParameter, QualityReport, RejectedLaw, RivalReport, Strata,
     UnexplainedReport, UntestedContrast,
 };
 
@@ -115,6 +115,12 @@ impl DiagnosisReport {
             .map(|r| r.reading_sd_m.powi(2) + (slope_sd * r.slope_m).powi(2));
         (squares.sum::<f64>() / readings.len().max(1) as f64).sqrt()
     }
+}
+
+/// What to do by hand about an effect, as a clause.
+fn check(effect: &Effect) -> Option<String> {
+    let check = effect.law.check?;
+    Some((check.text)(&effect.place))
 }
 
 /// Value of a parameter from its fitted one, with its interval.

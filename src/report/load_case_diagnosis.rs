@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::elastostatics::{
-    LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained, VerdictGrade,
+    LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
 };
-use crate::mismatch::Verdict;
+use crate::mismatch::{Verdict, VerdictGrade};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::test_point::PoseId;
 

@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::mismatch::{
-    Diagnosis, EstimatedValue, Finding, NextMeasurement, Quality, SpecimenScale, Stratum, Verdict,
+    Diagnosis, EstimatedValue, Finding, MisfitShares, NextMeasurement, Omnibus, Quality,
+    SpecimenScale, Stratum, Verdict, VerdictGrade,
 };
 use crate::physics::{Dimension, ParameterSpec};
 use crate::reported::Reported;
@@ -25,10 +26,19 @@ const LEFT_OVER: f64 = 0.01;
 pub struct SpecimenSummary {
     /// The verdict.
     pub verdict: Verdict,
+    /// How far it may be relied on.
+    pub grade: VerdictGrade,
+    /// The verdict in a sentence.
+    pub headline: String,
     /// What the readings lack, where they cannot decide.
     pub lacking: Vec<String>,
     /// What is missing; with the verdict `unknown` what explains part of it.
     pub findings: Vec<SpecimenFinding>,
+    /// Shares of the misfit that all findings explain together.
+    #[serde(flatten)]
+    pub shares: MisfitShares,
+    /// Whether the final model leaves more than noise does.
+    pub omnibus: Omnibus,
     /// What the final model leaves.
     #[serde(rename = "left_over")]
     pub unexplained: SpecimenUnexplained,
@@ -58,6 +68,11 @@ pub struct SpecimenFinding {
     /// The law and its place.
     #[serde(flatten)]
     pub law: LawAtPlace,
+    /// How far its name may be relied on.
+    pub grade: VerdictGrade,
+    /// Shares of the misfit that it explains beside the other findings.
+    #[serde(flatten)]
+    pub shares: MisfitShares,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, FittedParameter>,
     /// Findings of one group exclude each other and are indistinguishable; `null` of one that stands alone.
@@ -171,6 +186,8 @@ impl TableUnits<'_> {
             .map(|(spec, value)| (spec.name, self.parameter(spec, value)));
         SpecimenFinding {
             law: (&finding.effect).into(),
+            grade: finding.grade,
+            shares: finding.shares,
             parameters: parameters.collect(),
             alternative_group: finding.alternative_group,
             end_effect: finding.end_effect_m * self.scale.answer,
@@ -210,14 +227,19 @@ impl SpecimenSummary {
             after: slope.after.value * scale.answer / scale.load,
             unit: format!("{answer}/{load}"),
         });
+        let findings: Vec<SpecimenFinding> = diagnosis
+            .findings
+            .iter()
+            .map(|f| units.finding(f))
+            .collect();
         Self {
             verdict: diagnosis.verdict,
+            grade: diagnosis.grade,
+            headline: headline(diagnosis, &findings),
+            shares: diagnosis.shares,
+            omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),
-            findings: diagnosis
-                .findings
-                .iter()
-                .map(|f| units.finding(f))
-                .collect(),
+            findings,
             unexplained: SpecimenUnexplained {
                 stratum: diagnosis.unexplained.stratum,
                 p: diagnosis.unexplained.p_family,
@@ -240,7 +262,7 @@ impl SpecimenSummary {
     /// The diagnosis in words.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut text = format!("{}\n", self.headline());
+        let mut text = format!("{}\n", self.headline);
         for lack in &self.lacking {
             let _ = writeln!(text, "- lacking: {lack}");
         }
@@ -284,31 +306,6 @@ impl SpecimenSummary {
         format!("{rms:.4e}{unit}{in_noise}")
     }
 
-    fn headline(&self) -> String {
-        let titles = || {
-            let all = self.findings.iter().map(|finding| finding.law.title());
-            all.collect::<Vec<_>>().join(", ")
-        };
-        match self.verdict {
-            Verdict::Explained => format!("A straight line is not enough: {}.", titles()),
-            Verdict::Ambiguous => format!(
-                "A straight line is not enough, and these cannot all be distinguished: {}.",
-                titles()
-            ),
-            Verdict::Unknown if self.findings.is_empty() => {
-                "Something is missing that no law of the library explains.".to_owned()
-            }
-            Verdict::Unknown => format!(
-                "Something is missing that no law of the library explains; a part of it looks like: {}.",
-                titles()
-            ),
-            Verdict::NothingMissing => {
-                "Nothing is missing: a straight line a configuration serves.".to_owned()
-            }
-            Verdict::InsufficientData => "These readings cannot decide.".to_owned(),
-        }
-    }
-
     fn findings_table(&self) -> String {
         let mut table = AlignedTable::new(&[
             "law",
@@ -343,5 +340,38 @@ fn share_of_tables(share: f64) -> String {
         "fewer than 0.01 %".to_owned()
     } else {
         format!("{:.2} %", 100.0 * share)
+    }
+}
+
+/// The verdict in a sentence.
+fn headline(diagnosis: &Diagnosis, findings: &[SpecimenFinding]) -> String {
+    let titles = findings.iter().map(|finding| finding.law.title());
+    let titles = titles.collect::<Vec<_>>().join(", ");
+    let set = if diagnosis.verdict == Verdict::Ambiguous {
+        ", and these cannot all be distinguished"
+    } else {
+        ""
+    };
+    match diagnosis.grade {
+        VerdictGrade::Is => format!("A straight line is not enough{set}: {titles}."),
+        VerdictGrade::Mostly => format!(
+            "A straight line is not enough{set}: mostly {titles}. That explains {:.0} % of what the line misses, and {:.0} % in readings left \
+             out of the fit; something is left.",
+            100.0 * diagnosis.shares.share_of_misfit.unwrap_or_default(),
+            100.0 * diagnosis.shares.share_unseen.unwrap_or_default()
+        ),
+        VerdictGrade::Weak => format!(
+            "There is a weak sign that a straight line is not enough{set}: {titles}. Chance may do as much."
+        ),
+        VerdictGrade::Unknown if findings.is_empty() => {
+            "Something is missing that no law of the library explains.".to_owned()
+        }
+        VerdictGrade::Unknown => format!(
+            "Something is missing that no law of the library explains; a part of it looks like: {titles}."
+        ),
+        VerdictGrade::Nothing => {
+            "Nothing is missing: a straight line a configuration serves.".to_owned()
+        }
+        VerdictGrade::Undecided => "These readings cannot decide.".to_owned(),
     }
 }

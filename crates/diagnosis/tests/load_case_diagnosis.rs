@@ -2,10 +2,10 @@
 
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::elastostatics::{
-    LoadCaseDiagnosis, LoadCaseFitOptions, LoadCaseModel, PosedLoadCases, VerdictGrade,
-    diagnose_load_cases, fit_load_cases, usual_choice,
+    LoadCaseDiagnosis, LoadCaseFitOptions, LoadCaseModel, PosedLoadCases, diagnose_load_cases,
+    fit_load_cases, usual_choice,
 };
-use stiffbench_diagnosis::mismatch::Verdict;
+use stiffbench_diagnosis::mismatch::{Verdict, VerdictGrade};
 use stiffbench_measurement::load_cases::{LoadCaseTable, read_load_cases};
 use stiffbench_measurement::readings::ReadOptions;
 use stiffbench_numeric::statistics::binomial_interval_95;

@@ -6,7 +6,8 @@ use std::process::{Command, Output};
 
 use serde_json::{Value as Json, json};
 use stiffbench::mismatch::{
-    Diagnosis, EstimatedValue, Finding, Location, Quality, ReadingNoise, Stratum, Verdict,
+    Diagnosis, EstimatedValue, Finding, Location, MisfitShares, Omnibus, OmnibusTest, Quality,
+    ReadingNoise, Stratum, Verdict, VerdictGrade,
 };
 use stiffbench::physics::{Effect, Law, Place, laws};
 use stiffbench_validation::prove::{
@@ -37,6 +38,8 @@ fn finding(effect: Effect, group: Option<u32>) -> Finding {
     Finding {
         values: effect.values.iter().map(value).collect(),
         effect,
+        grade: VerdictGrade::Is,
+        shares: MisfitShares::default(),
         alternative_group: group,
         end_effect_m: 1e-5,
         absorbed_share: 0.2,
@@ -68,10 +71,17 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
         bench: "b".to_owned(),
         diagnosis: Ok(Diagnosis {
             verdict,
+            grade: VerdictGrade::Is,
             lacking: Vec::new(),
             locations: Vec::new(),
             findings,
             unexplained,
+            unexplained_standard_errors: 0.0,
+            omnibus: Omnibus {
+                p: 1.0,
+                contrast: OmnibusTest::Pattern(Stratum::Rest),
+            },
+            shares: MisfitShares::default(),
             before: quality.clone(),
             after: quality,
             known_effects: Vec::new(),

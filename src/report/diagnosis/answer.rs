@@ -88,12 +88,15 @@ pub(super) fn phrase_of(finding: &Finding) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mismatch::{MisfitShares, VerdictGrade};
     use crate::physics::{Effect, Law, Place, laws};
 
     fn finding(law: Law, joint: &str) -> Finding {
         let size = vec![1e-5; law.parameters.len()];
         Finding {
             effect: Effect::new(law, Place::Joint(joint.to_owned()), size).unwrap(),
+            grade: VerdictGrade::Is,
+            shares: MisfitShares::default(),
             values: Vec::new(),
             alternative_group: Some(1),
             end_effect_m: 1e-5,

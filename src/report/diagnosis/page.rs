@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{ExplainedShare, Finding, Location, Verdict};
+use crate::mismatch::{ExplainedShare, Finding, Location, MisfitShares, Verdict, VerdictGrade};
 use crate::physics::{Law, ParameterSpec};
 use crate::report::significant;
 
@@ -13,7 +13,7 @@ use super::phrases::{
     likelier, listed, location, one_in, paragraph, phrase, printed, strength, um,
 };
 use super::tables::{errors, factors, upper_limits};
-use super::{least_law_p, parameter_interval};
+use super::{check, least_law_p, parameter_interval};
 use crate::analysis::DiagnosisReport;
 
 /// Parts of the structure that look alike and are named beside the first.
@@ -31,7 +31,7 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
     let diagnosis = &report.diagnosis;
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
-    let mut text = paragraph(&headline(report, &answers), "", "");
+    let mut text = paragraph(&headline(report), "", "");
     let when = |shown: bool, section: &dyn Fn() -> String| {
         if shown { section() } else { String::new() }
     };
@@ -74,43 +74,57 @@ fn size(finding: &Finding) -> String {
     )
 }
 
-fn headline(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
+/// The verdict in a sentence.
+pub(super) fn headline(report: &DiagnosisReport) -> String {
     let diagnosis = &report.diagnosis;
-    let sized = |answer: &DiagnosisAnswer<'_>| match answer {
+    let answers = DiagnosisAnswer::all(&diagnosis.findings);
+    let sized = |answer: &&DiagnosisAnswer<'_>| match answer {
         DiagnosisAnswer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
         DiagnosisAnswer::OneOf(_) => answer.open_question(),
     };
-    match diagnosis.verdict {
-        Verdict::Explained => {
-            let all: Vec<String> = answers.iter().map(sized).collect();
-            format!("The model leaves out {}.", listed(&all, "and"))
+    let graded = |grade: VerdictGrade| -> Vec<String> {
+        let own = answers
+            .iter()
+            .filter(|answer| answer.members()[0].grade == grade);
+        own.map(|answer| sized(&answer)).collect()
+    };
+    let weak = graded(VerdictGrade::Weak);
+    let mut sentences = Vec::new();
+    match diagnosis.grade {
+        VerdictGrade::Is => {
+            let all = listed(&graded(VerdictGrade::Is), "and");
+            sentences.push(format!("The model leaves out {all}."));
         }
-        Verdict::Ambiguous => {
-            let (open, known): (Vec<_>, Vec<_>) = answers
-                .iter()
-                .partition(|answer| matches!(answer, DiagnosisAnswer::OneOf(_)));
-            let known: Vec<String> = known.into_iter().map(sized).collect();
-            let mut text = String::new();
-            if !known.is_empty() {
-                let _ = write!(text, "The model leaves out {}. ", listed(&known, "and"));
-            }
-            let more = if known.is_empty() { "" } else { "also " };
-            for answer in open {
-                let _ = write!(text, "The model {more}leaves out {}. ", sized(answer));
-            }
-            text
+        VerdictGrade::Mostly => {
+            let all = listed(&graded(VerdictGrade::Mostly), "and");
+            let percent = |share: Option<f64>| significant(100.0 * share.unwrap_or_default(), 2);
+            sentences.push(format!(
+                "The model mostly leaves out {all}. That explains {} % of the misfit, and {} % in readings left out of the fit. Something \
+                 is left {}.",
+                percent(diagnosis.shares.share_of_misfit),
+                percent(diagnosis.shares.share_unseen),
+                location(&diagnosis.unexplained)
+            ));
         }
-        Verdict::Unknown => format!(
+        VerdictGrade::Weak => {}
+        VerdictGrade::Unknown => sentences.push(format!(
             "Something is missing from the model, and no law of the library explains it: it shows {}.",
             location(&diagnosis.unexplained)
+        )),
+        VerdictGrade::Nothing => {
+            sentences.push("The readings show nothing that the model leaves out.".to_owned());
+        }
+        VerdictGrade::Undecided => sentences.push(
+            "These readings cannot decide whether the model leaves something out.".to_owned(),
         ),
-        Verdict::NothingMissing => {
-            "The readings show nothing that the model leaves out.".to_owned()
-        }
-        Verdict::InsufficientData => {
-            "These readings cannot decide whether the model leaves something out.".to_owned()
-        }
     }
+    if !weak.is_empty() {
+        sentences.push(format!(
+            "There is a weak sign of {}: chance may do as much.",
+            listed(&weak, "and of")
+        ));
+    }
+    sentences.join(" ")
 }
 
 /// The heading of a section.
@@ -207,6 +221,9 @@ fn described(finding: &Finding, with_law: bool) -> String {
         um(finding.end_effect_m),
         100.0 * finding.absorbed_share.clamp(0.0, 1.0)
     );
+    if let Some(check) = check(&finding.effect) {
+        let _ = write!(text, " To check it by hand: {check}.");
+    }
     text
 }
 
@@ -243,9 +260,24 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
             ),
             best.standard_errors
         );
+        let sentence = format!("{sentence}{}", shares_text(&best.shares));
         text.push_str(&paragraph(&sentence, "- ", "  "));
     }
     text
+}
+
+/// What a finding explains of the misfit, as a sentence behind another; empty where the misfit is too small to be divided.
+fn shares_text(shares: &MisfitShares) -> String {
+    let Some(share) = shares.share_of_misfit else {
+        return String::new();
+    };
+    let unseen = shares.share_unseen.map_or_else(String::new, |unseen| {
+        format!(
+            ", and {:.0} % in readings left out of the fit",
+            100.0 * unseen
+        )
+    });
+    format!(" It explains {:.0} % of the misfit{unseen}.", 100.0 * share)
 }
 
 /// The nearest rivals.

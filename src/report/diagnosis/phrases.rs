@@ -86,15 +86,16 @@ pub(super) fn one_in(p: f64, least: f64) -> String {
     if p >= 0.2 {
         return format!("in {:.0} of 100", 100.0 * p);
     }
+    if p <= 1.001 * least {
+        return format!(
+            "in fewer than 1 of {} (the floor of the simulation)",
+            rounded(1.0 / least)
+        );
+    }
     if p < 1e-6 {
         return "in fewer than 1 of a million".to_owned();
     }
-    let word = if p <= 1.001 * least {
-        "fewer than 1"
-    } else {
-        "about 1"
-    };
-    format!("in {word} of {}", rounded(1.0 / p))
+    format!("in about 1 of {}", rounded(1.0 / p))
 }
 
 /// Two digits that matter, without an exponent.
@@ -178,7 +179,10 @@ mod tests {
         assert_eq!(likelier(1.0), "2.7 times likelier");
         assert_eq!(likelier(-2.0), "no likelier");
         assert_eq!(one_in(0.0003, 1e-4), "in about 1 of 3300");
-        assert_eq!(one_in(1e-4, 1e-4), "in fewer than 1 of 10000");
+        assert_eq!(
+            one_in(1e-4, 1e-4),
+            "in fewer than 1 of 10000 (the floor of the simulation)"
+        );
         assert_eq!(one_in(0.41, 1e-4), "in 41 of 100");
         assert_eq!(one_in(0.0, 0.0), "in fewer than 1 of a million");
     }

@@ -9,8 +9,9 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    Contrast, ExplainedShare, FactorChange, Finding, HeldOut, Impossible, Location,
-    NextMeasurement, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
+    Contrast, ExplainedShare, FactorChange, Finding, HeldOut, Impossible, Location, MisfitShares,
+    NextMeasurement, Omnibus, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
+    VerdictGrade,
 };
 use crate::physics::Law;
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -20,7 +21,8 @@ use crate::test_point::{Direction, PoseId};
 use super::detection_limits::{DetectionLimitReport, SearchLevels};
 use super::known_effects::KnownEffectReport;
 use super::noise::NoiseReport;
-use super::{factor_value, parameter_interval, phrases};
+use super::page::headline;
+use super::{check, factor_value, parameter_interval, phrases};
 
 /// What `diagnose` gives: of a session, of a table without a robot, or of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -39,6 +41,10 @@ pub enum DiagnosisResult {
 pub struct DiagnosisSummary {
     /// The verdict.
     pub verdict: Verdict,
+    /// How far it may be relied on.
+    pub grade: VerdictGrade,
+    /// The verdict in a sentence.
+    pub headline: String,
     /// What the readings lack, where they cannot decide.
     pub lacking: Vec<String>,
     /// Where the model without effects fails.
@@ -46,6 +52,11 @@ pub struct DiagnosisSummary {
     pub locations: Vec<Location>,
     /// What is missing; with the verdict `unknown` what explains part of it.
     pub findings: Vec<FindingReport>,
+    /// Shares of the misfit that all findings explain together.
+    #[serde(flatten)]
+    pub shares: MisfitShares,
+    /// Whether the final model leaves more than noise does.
+    pub omnibus: Omnibus,
     /// What the final model leaves.
     #[serde(rename = "left_over")]
     pub unexplained: UnexplainedReport,
@@ -91,12 +102,31 @@ pub struct DiagnosisSummary {
     pub files: Option<Vec<PathBuf>>,
 }
 
+/// What a finding accuses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FindingKind {
+    /// Physics of the robot or of the instruments.
+    Physics,
+    /// The robot file or the set-up.
+    Setup,
+}
+
 /// A found effect.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FindingReport {
     /// The law and its place.
     #[serde(flatten)]
     pub law: LawAtPlace,
+    /// Physics of the robot, or a mistake in its file or in the set-up.
+    pub kind: FindingKind,
+    /// How far its name may be relied on.
+    pub grade: VerdictGrade,
+    /// Shares of the misfit that it explains beside the other findings.
+    #[serde(flatten)]
+    pub shares: MisfitShares,
+    /// What to do by hand at that place, as a clause; `null` where nothing but a measurement helps.
+    pub check: Option<String>,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, FittedParameter>,
     /// Largest change of a reading, µm.
@@ -157,6 +187,11 @@ pub struct UnexplainedReport {
     pub p: f64,
     /// Largest change of a reading by the pattern, µm.
     pub size_um: f64,
+    /// Length of the pattern in standard errors.
+    pub standard_errors: f64,
+    /// Share of the misfit that the final model leaves; `null` where the misfit is too small to be divided.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub share: Option<f64>,
 }
 
 /// How well a model serves.
@@ -267,6 +302,10 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
         without.dedup_by_key(|law| law.name);
         Self {
             verdict: diagnosis.verdict,
+            grade: diagnosis.grade,
+            headline: headline(report),
+            shares: diagnosis.shares,
+            omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),
             locations: located.locations(),
             findings: diagnosis.findings.iter().map(Into::into).collect(),
@@ -276,6 +315,8 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
                 direction: left.direction,
                 p: left.p_family,
                 size_um: um(left.size_m),
+                standard_errors: diagnosis.unexplained_standard_errors,
+                share: diagnosis.shares.share_of_misfit.map(|share| 1.0 - share),
             },
             before: QualityReport::new(report, &diagnosis.before, |r| {
                 [r.before_m, r.before_within_run_m]
@@ -321,6 +362,10 @@ impl From<&Finding> for FindingReport {
         });
         Self {
             law: (&finding.effect).into(),
+            kind: FindingKind::Physics,
+            grade: finding.grade,
+            shares: finding.shares,
+            check: check(&finding.effect),
             parameters: parameters.collect(),
             end_effect_um: um(finding.end_effect_m),
             absorbed_share: finding.absorbed_share,

@@ -9,7 +9,10 @@ use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
+use super::grade::VerdictGrade;
 use super::noise::ReadingNoise;
+use super::omnibus::Omnibus;
+use super::shares::MisfitShares;
 use super::stratum::Stratum;
 
 /// What is to be said of a session.
@@ -72,6 +75,10 @@ pub struct Rival {
 pub struct Finding {
     /// The effect.
     pub effect: Effect,
+    /// How far its name may be relied on.
+    pub grade: VerdictGrade,
+    /// Shares of the misfit that it explains beside the others; those of a set belong to all its members.
+    pub shares: MisfitShares,
     /// Its values with uncertainty, in the order of the law's parameters.
     pub values: Vec<EstimatedValue>,
     /// Members of one group exclude each other and are indistinguishable; `None` where the finding stands alone.
@@ -191,6 +198,8 @@ pub struct Impossible {
 pub struct Diagnosis {
     /// The verdict.
     pub verdict: Verdict,
+    /// How far it may be relied on.
+    pub grade: VerdictGrade,
     /// What the data lack, where they cannot decide.
     pub lacking: Vec<String>,
     /// Where the baseline fails.
@@ -199,6 +208,12 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// What the final model leaves.
     pub unexplained: Location,
+    /// Its length in standard errors.
+    pub unexplained_standard_errors: f64,
+    /// Whether the final model leaves more than noise does.
+    pub omnibus: Omnibus,
+    /// Shares of the misfit that all findings explain together.
+    pub shares: MisfitShares,
     /// The model without findings.
     pub before: Quality,
     /// The final model.

@@ -69,7 +69,10 @@ fn uncertainties(values: &[EstimatedValue]) -> Vec<ParameterUncertainty> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mismatch::{EstimatedValue, Location, Quality, ReadingNoise, Stratum, Verdict};
+    use crate::mismatch::{
+        Location, MisfitShares, Omnibus, OmnibusTest, Quality, ReadingNoise, Stratum, Verdict,
+        VerdictGrade,
+    };
 
     fn finding(effect: &str, alternative_group: Option<u32>) -> Finding {
         let effect: stiffbench_beams::physics::Effect = effect.parse().unwrap();
@@ -81,6 +84,8 @@ mod tests {
         Finding {
             values: effect.values.iter().map(value).collect(),
             effect,
+            grade: VerdictGrade::Is,
+            shares: MisfitShares::default(),
             alternative_group,
             end_effect_m: 1e-5,
             absorbed_share: 0.2,
@@ -108,6 +113,7 @@ mod tests {
         ];
         let diagnosis = Diagnosis {
             verdict: Verdict::Ambiguous,
+            grade: VerdictGrade::Is,
             lacking: Vec::new(),
             locations: Vec::new(),
             effects: crate::mismatch::first_of_alternatives(&findings),
@@ -119,6 +125,12 @@ mod tests {
                 p_family: 0.5,
                 size_m: 0.0,
             },
+            unexplained_standard_errors: 0.0,
+            omnibus: Omnibus {
+                p: 1.0,
+                contrast: OmnibusTest::Pattern(Stratum::Rest),
+            },
+            shares: MisfitShares::default(),
             before: quality.clone(),
             after: quality,
             known_effects: Vec::new(),

@@ -65,6 +65,25 @@ impl DiagnosisProblem<'_> {
         Ok(falls.iter().sum())
     }
 
+    /// Weighted squares of readings in parts that a model was not fitted to.
+    ///
+    /// # Arguments
+    /// - `state`: its noise weighs the readings.
+    /// - `folds`: for each part whether a reading belongs to it.
+    pub(super) fn held_squares(
+        &self,
+        state: &State,
+        model: &Model,
+        folds: &[Vec<bool>],
+    ) -> Result<f64, MismatchError> {
+        let squares: Vec<f64> = folds
+            .par_iter()
+            .map(|held| Ok(self.without(state, model, held)?.1))
+            .collect::<Result<_, MismatchError>>()?;
+        // Summed in order, so that the number of threads does not show in the last digit.
+        Ok(squares.iter().sum())
+    }
+
     /// Root mean square, m, and weighted squares of a pose that a model was not fitted to.
     fn without_pose(
         &self,
@@ -72,9 +91,20 @@ impl DiagnosisProblem<'_> {
         model: &Model,
         pose: usize,
     ) -> Result<(f64, f64), MismatchError> {
-        let kept: Vec<bool> = (0..self.observations.len())
-            .map(|reading| self.observations.cells[self.observations.cell_of(reading)].pose != pose)
+        let held: Vec<bool> = (0..self.observations.len())
+            .map(|reading| self.observations.cells[self.observations.cell_of(reading)].pose == pose)
             .collect();
+        self.without(state, model, &held)
+    }
+
+    /// The same of any readings.
+    fn without(
+        &self,
+        state: &State,
+        model: &Model,
+        held: &[bool],
+    ) -> Result<(f64, f64), MismatchError> {
+        let kept: Vec<bool> = held.iter().map(|held| !held).collect();
         let refit = WeightedFit {
             baseline: self.baseline,
             observations: self.observations,
@@ -89,15 +119,14 @@ impl DiagnosisProblem<'_> {
             .fit(&mut predictor, model, true)
             .map_or_else(|| model.clone(), |fitted| fitted.model);
         let residuals = self.raw_residuals(&fitted)?;
-        let held: Vec<bool> = kept.iter().map(|kept| !kept).collect();
         let mut white: Vec<f64> = residuals
             .iter()
-            .zip(&held)
+            .zip(held)
             .map(|(residual, held)| if *held { *residual } else { 0.0 })
             .collect();
         state.whitening.covariance.whiten(&mut white);
         let squares = white.iter().map(|x| x * x).sum();
-        Ok((self.rms_about_zeros(&residuals, &held), squares))
+        Ok((self.rms_about_zeros(&residuals, held), squares))
     }
 
     fn readings_of_pose(&self, pose: usize) -> usize {

@@ -16,6 +16,7 @@ mod earlier_noise;
 mod error;
 mod found_model;
 mod given_noise;
+mod grade;
 mod held_out;
 mod known_noise;
 mod memo;
@@ -23,6 +24,7 @@ mod missing_members;
 mod next_measurement;
 mod noise;
 mod observations;
+mod omnibus;
 mod outlier;
 mod patterns;
 mod plan;
@@ -35,6 +37,7 @@ mod refit;
 mod restricted_likelihood;
 mod rounded;
 mod search;
+mod shares;
 mod specimen;
 mod state;
 mod strata;
@@ -59,15 +62,19 @@ pub use diagnosis::{
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
 pub use given_noise::{GivenNoise, given_noise};
+pub(crate) use grade::GradeBasis;
+pub use grade::VerdictGrade;
 pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;
 pub use noise::ReadingNoise;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };
+pub use omnibus::{Omnibus, OmnibusTest};
 pub use plan::{PlannedCell, PlannedLoad};
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
+pub use shares::MisfitShares;
 pub use specimen::{
     SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, laws_that_need_a_robot, specimen_bench,
 };

@@ -4,8 +4,10 @@ use stiffbench_beams::physics::{Effect, Law};
 
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
+use super::grade::GradeBasis;
 use super::known_noise::KnownNoise;
 use super::memo::key_of;
+use super::omnibus::Omnibus;
 use super::outlier::is_outlier;
 use super::patterns::{ResidualPattern, autocorrelation_p, largest_patterns, patterns};
 use super::problem::DiagnosisProblem;
@@ -13,10 +15,11 @@ use super::ranked_candidate::{Ranked, same};
 use super::ranking::{CandidateScores, kinked};
 use super::refit::Model;
 use super::rounded::RoundedNoise;
+use super::shares::AllShares;
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{
-    BEYOND_PATTERNS, HELD_OUT_FALL, NULL_SAMPLES, ONE_POSE, STRONG_EVIDENCE, UNEXPLAINED_LEVEL,
+    BEYOND_PATTERNS, HELD_OUT_FALL, NULL_SAMPLES, OMNIBUS_LEVEL, ONE_POSE, STRONG_EVIDENCE,
 };
 use crate::search::{
     DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
@@ -65,9 +68,35 @@ pub(super) struct SearchResult {
     pub(super) first_patterns: Vec<(f64, ResidualPattern)>,
     /// Patterns left by the final model, and the gain of the largest.
     pub(super) left: UnexplainedStructure,
+    /// Whether the final model leaves more than noise does.
+    pub(super) omnibus: Omnibus,
+    /// Shares of the misfit that the findings explain.
+    pub(super) shares: AllShares,
 }
 
 impl SearchResult {
+    /// What the verdict rests on.
+    pub(super) fn grade_basis(&self) -> GradeBasis {
+        let best = self.resolved.iter().min_by(|a, b| {
+            let log_bayes = |one: &ResolvedEffect| one.ranked[0].evidence.log_bayes();
+            let by_evidence = || log_bayes(b).total_cmp(&log_bayes(a));
+            a.family_p.total_cmp(&b.family_p).then_with(by_evidence)
+        });
+        GradeBasis {
+            p_family: best.map_or(1.0, |best| best.family_p),
+            log_bayes: best.map_or(0.0, |best| best.ranked[0].evidence.log_bayes()),
+            is_a_set: false,
+            is_left: self.is_left(),
+            share_of_misfit: self.shares.together.share_of_misfit,
+            share_unseen: self.shares.together.share_unseen,
+        }
+    }
+
+    /// Whether the final model leaves more than noise does.
+    pub(super) fn is_left(&self) -> bool {
+        self.omnibus.p <= OMNIBUS_LEVEL
+    }
+
     /// Whether the final model is another than the first.
     pub(super) fn changed(&self) -> bool {
         key_of(&self.before) != key_of(&self.after)
@@ -228,14 +257,20 @@ impl DiagnosisProblem<'_> {
             self.unexplained(&state, &critical)?
         };
         let mut found = SearchResult {
+            omnibus: self.omnibus(&state, &left)?,
             before,
             after: state,
             resolved,
             first,
             first_patterns,
             left,
+            shares: AllShares::default(),
         };
-        search.drop_stand_ins(&mut found)?;
+        found.shares = self.shares(&found)?;
+        if found.is_left() && !found.grade_basis().is_most() && search.drop_stand_ins(&mut found)? {
+            found.omnibus = self.omnibus(&found.after, &found.left)?;
+            found.shares = self.shares(&found)?;
+        }
         Ok((found, critical))
     }
 
@@ -419,10 +454,10 @@ impl LawSearch<'_, '_> {
 
     /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left, or not clearly more
     /// than a pattern without a law would in its stead: it stands for the unknown cause as well as it can, and its name carries no information.
-    fn drop_stand_ins(&self, found: &mut SearchResult) -> Result<(), MismatchError> {
-        if found.left.p > UNEXPLAINED_LEVEL {
-            return Ok(());
-        }
+    ///
+    /// # Returns
+    /// Whether anything was taken back.
+    fn drop_stand_ins(&self, found: &mut SearchResult) -> Result<bool, MismatchError> {
         let mut kept: Vec<bool> = Vec::new();
         for (place, resolved) in found.resolved.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
@@ -437,14 +472,14 @@ impl LawSearch<'_, '_> {
             );
         }
         if kept.iter().all(|kept| *kept) {
-            return Ok(());
+            return Ok(false);
         }
         let known = self.bench.known_effects.iter().map(|_| &true);
         let mut keep = known.chain(&kept);
         let mut model = found.after.fitted.model.clone();
         model.effects.retain(|_| *keep.next().unwrap_or(&true));
         let Some(state) = self.bench.alternate(model, self.options.noise)? else {
-            return Ok(());
+            return Ok(false);
         };
         let families: Vec<f64> = found
             .resolved
@@ -456,7 +491,7 @@ impl LawSearch<'_, '_> {
         found.resolved = self.rivals_of_each(&state, &families)?;
         found.left = self.bench.unexplained(&state, self.critical)?;
         found.after = state;
-        Ok(())
+        Ok(true)
     }
 }
 

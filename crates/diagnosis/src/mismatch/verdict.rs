@@ -10,13 +10,14 @@ use super::diagnosis::{
     Diagnosis, EstimatedValue, FactorChange, Finding, KnownEffect, Location, Rival, Verdict,
 };
 use super::error::MismatchError;
+use super::grade::{GradeBasis, VerdictGrade};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
 use super::ranking::CandidateScores;
 use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
-use crate::search::constants::{ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL};
+use crate::search::constants::{ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS};
 use crate::search::{distinguishable, dot};
 
 impl DiagnosisProblem<'_> {
@@ -52,19 +53,23 @@ impl DiagnosisProblem<'_> {
                 )?);
             }
         }
-        let unknown = found.left.p <= UNEXPLAINED_LEVEL;
         let lacking = self.lacking();
-        let verdict = if !lacking.is_empty() {
-            Verdict::InsufficientData
-        } else if unknown {
-            Verdict::Unknown
-        } else if findings.is_empty() {
-            Verdict::NothingMissing
-        } else if group > 0 {
-            Verdict::Ambiguous
+        let (verdict, grade) = if lacking.is_empty() {
+            GradeBasis {
+                is_a_set: group > 0,
+                ..found.grade_basis()
+            }
+            .decide()
         } else {
-            Verdict::Explained
+            (Verdict::InsufficientData, VerdictGrade::Undecided)
         };
+        for finding in &mut findings {
+            let certain = GradeBasis::is_certain(finding.p_family, finding.log_bayes);
+            finding.grade = match grade {
+                VerdictGrade::Is | VerdictGrade::Mostly if !certain => VerdictGrade::Weak,
+                all => all,
+            };
+        }
         let before = self.quality(&found.before)?;
         let after = if found.changed() {
             self.quality(&found.after)?
@@ -73,10 +78,14 @@ impl DiagnosisProblem<'_> {
         };
         Ok(Diagnosis {
             verdict,
+            grade,
             lacking,
             locations: self.locations(found, critical),
             findings,
             unexplained: self.location_of(&found.left),
+            unexplained_standard_errors: found.left.delta_chi2.max(0.0).sqrt(),
+            omnibus: found.omnibus,
+            shares: found.shares.together,
             before,
             after,
             known_effects: self.known_effects(found)?,
@@ -176,6 +185,8 @@ impl DiagnosisProblem<'_> {
         debug_assert!(place < found.after.fitted.model.effects.len());
         Ok(Finding {
             effect: ranked.effect.clone(),
+            grade: VerdictGrade::Undecided,
+            shares: found.shares.each.get(place).copied().unwrap_or_default(),
             values,
             alternative_group,
             end_effect_m: end_effect,

@@ -14,11 +14,23 @@
 
 // Level and critical values.
 
-/// Chance that noise alone passes for one of the laws (1). Stated: together with [`UNEXPLAINED_LEVEL`] 4 %.
-pub const LAW_LEVEL: f64 = 0.035;
+/// Chance that noise alone passes for one of the laws (1). Stated: together with [`OMNIBUS_LEVEL`] 4 %.
+pub const LAW_LEVEL: f64 = 0.03;
 
 /// Chance that noise alone passes for unexplained structure (1). Stated.
-pub const UNEXPLAINED_LEVEL: f64 = 0.005;
+pub const OMNIBUS_LEVEL: f64 = 0.01;
+
+/// The same for the largest pattern, half of [`OMNIBUS_LEVEL`] (1). Stated.
+pub const UNEXPLAINED_LEVEL: f64 = 0.5 * OMNIBUS_LEVEL;
+
+/// Chance of the family below which a name is given without reservation (1). Stated.
+pub const CERTAIN: f64 = 0.005;
+
+/// Share of the misfit, in the readings and in those left out, that names must explain to be most of the answer (1). Stated.
+pub const MOST_OF_THE_MISFIT: f64 = 0.75;
+
+/// Misfit that can be divided into shares, in standard deviations of what noise leaves (1). Stated.
+pub const VISIBLE_MISFIT: f64 = 3.0;
 
 /// Null samples (1). The critical value at 0.5 % then rests on 50 samples: a standard error of 14 % of that level. By hand (750d6b5).
 pub const NULL_SAMPLES: usize = 10_000;
@@ -26,6 +38,9 @@ const _: () = assert!(
     NULL_SAMPLES.is_multiple_of(SAMPLES_TOGETHER),
     "null samples come in whole blocks"
 );
+
+/// Samples beyond a value below which a chance is no longer counted (1): with ten its standard error is a third. Numerics.
+pub const COUNTED: usize = 10;
 
 /// Length of an effect, standard errors, at which most of them are to be found under the level.
 ///

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use stiffbench_numeric::statistics::normal_upper_tail;
 
-use super::constants::{DESIGN_LENGTH, LEAST_CRITICAL_VALUE, SAMPLES_TOGETHER, TAIL};
+use super::constants::{COUNTED, DESIGN_LENGTH, LEAST_CRITICAL_VALUE, SAMPLES_TOGETHER, TAIL};
 
 /// Values of a statistic on noise alone.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,10 +23,19 @@ impl NullDistribution {
     }
 
     /// Chance that noise alone reaches a value (1).
+    ///
+    /// Beyond the last few samples these show nothing: there the chance falls as that of χ² with one degree of freedom does.
     #[must_use]
     pub fn p(&self, value: f64) -> f64 {
-        let above = self.sorted.len() - self.sorted.partition_point(|known| *known < value);
-        (above as f64 + 1.0) / (self.sorted.len() as f64 + 1.0)
+        let count = self.sorted.len();
+        let above = count - self.sorted.partition_point(|known| *known < value);
+        let counted = |above: usize| (above as f64 + 1.0) / (count as f64 + 1.0);
+        if above >= COUNTED || count <= COUNTED {
+            return counted(above);
+        }
+        let last = self.sorted[count - COUNTED];
+        let tail = |value: f64| normal_upper_tail(value.max(0.0).sqrt());
+        counted(COUNTED) * tail(value) / tail(last).max(f64::MIN_POSITIVE)
     }
 
     /// The value that a share of the samples does not exceed; beyond the last, the last; infinite without samples.

@@ -6,9 +6,9 @@ use stiffbench_beams::robot::ModelParameter;
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use crate::fit::FactorStatus;
-use crate::mismatch::Verdict;
+use crate::mismatch::{GradeBasis, Verdict, VerdictGrade};
 use crate::search::constants::{
-    LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, ROUNDING, SWAP_GAIN, UNEXPLAINED_LEVEL,
+    LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, OMNIBUS_LEVEL, ROUNDING, SWAP_GAIN,
 };
 use crate::search::{
     CriticalValues, ForwardProblem, LinearCandidate, LinearModel, LinearProblem, NotIndependent,
@@ -19,10 +19,9 @@ use crate::search::{
 use super::candidates::{CandidateKind, MissingCandidate, SolvedPoses};
 use super::findings::LoadCaseSearch;
 use super::held_out_shares::{displacement_rms, explained_shares};
-use super::outcome::{LoadCaseDiagnosis, VerdictGrade};
+use super::outcome::LoadCaseDiagnosis;
 use super::scatter_model::LoadCaseScatter;
 use super::unexplained::unexplained;
-use super::verdict::VerdictBasis;
 use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
@@ -173,11 +172,16 @@ fn judge(
     let left = &found.model.fit.residuals;
     let unexplained = unexplained(model.posed, &space, left, candidates, lack, seed);
     let shares = explained_shares(&search, &start, &found.model);
-    let (verdict, grade) = VerdictBasis {
-        findings: &findings,
-        p_family: found.p,
-        p_unexplained: unexplained.as_ref().map_or(1.0, |one| one.p),
-        is_held_by_bounds: is_held_by_bounds(model, basis, &start),
+    let is_left = unexplained
+        .as_ref()
+        .is_some_and(|one| one.p <= OMNIBUS_LEVEL)
+        || findings.is_empty() && is_held_by_bounds(model, basis, &start);
+    let evidence = findings.iter().map(|one| one.log_bayes);
+    let (verdict, grade) = GradeBasis {
+        p_family: if findings.is_empty() { 1.0 } else { found.p },
+        log_bayes: evidence.fold(f64::INFINITY, f64::min),
+        is_a_set: findings.iter().any(|one| !one.alternatives.is_empty()),
+        is_left,
         share_of_misfit: shares.of_misfit,
         share_unseen: shares.unseen,
     }
@@ -240,7 +244,7 @@ fn is_held_by_bounds(model: &LoadCaseModel<'_>, basis: &Basis, start: &LinearMod
     let lack = (bounded - free) / negative / (free / dof);
     lack.is_finite()
         && lack > 0.0
-        && f_upper_tail(lack, negative, dof).is_some_and(|p| p <= UNEXPLAINED_LEVEL)
+        && f_upper_tail(lack, negative, dof).is_some_and(|p| p <= OMNIBUS_LEVEL)
 }
 
 /// Values of the free parameters beside what was found: springs by their change, factors by that of their logarithm.

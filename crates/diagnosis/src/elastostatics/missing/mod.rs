@@ -10,10 +10,7 @@ mod held_out_shares;
 mod outcome;
 mod scatter_model;
 mod unexplained;
-mod verdict;
 
 pub use candidates::CandidateKind;
 pub use find::diagnose_load_cases;
-pub use outcome::{
-    LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained, VerdictGrade,
-};
+pub use outcome::{LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained};

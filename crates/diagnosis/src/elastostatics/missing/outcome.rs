@@ -1,31 +1,10 @@
 //! What a diagnosis of load cases says.
 
-use schemars::JsonSchema;
-use serde::Serialize;
-
 use stiffbench_units_and_text::test_point::PoseId;
 
-use crate::mismatch::Verdict;
+use crate::mismatch::{Verdict, VerdictGrade};
 
 use crate::elastostatics::outcome::LoadCaseFit;
-
-/// How far a verdict may be relied on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum VerdictGrade {
-    /// What is named explains the load cases.
-    Is,
-    /// What is named explains most of the misfit; something is left.
-    Mostly,
-    /// What is named is likely, no more.
-    Weak,
-    /// What is left has no name.
-    Unknown,
-    /// Nothing is missing.
-    Nothing,
-    /// These load cases cannot decide.
-    Undecided,
-}
 
 /// Another candidate in the place of a finding.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use super::*;
 use crate::mismatch::noise::ReadingNoise;
 use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::{PlannedCell, PlannedLoad};
-use crate::mismatch::{Finding, Rival, RobotBaseline};
+use crate::mismatch::{Finding, MisfitShares, Rival, RobotBaseline, VerdictGrade};
 use crate::parameters::ParameterChoice;
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
@@ -414,6 +414,8 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
     };
     let finding = |effect: Effect, group, log_bayes, rivals| Finding {
         effect,
+        grade: VerdictGrade::Is,
+        shares: MisfitShares::default(),
         values: Vec::new(),
         alternative_group: group,
         end_effect_m: 1e-5,

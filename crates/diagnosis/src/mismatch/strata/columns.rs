@@ -9,17 +9,17 @@ use super::levels::{indicators, levels};
 use crate::search::constants::{ABSORBS_NOTHING, COLUMN_LEFT, ROUNDING};
 
 /// What a decomposition is made for.
-pub(super) struct Setting<'a> {
+pub(super) struct Setting<'a, 'c> {
     /// The readings.
     pub(super) observations: &'a Observations,
     /// Their noise.
     pub(super) whitening: &'a NoiseCovariance,
     /// Derivatives of the readings to the parameters of the model, m: baseline first, then effects.
-    pub(super) columns: &'a [Vec<f64>],
+    pub(super) columns: &'c [Vec<f64>],
     /// Standard deviation of what is known of each parameter of the baseline beforehand.
-    pub(super) prior_sd: &'a [f64],
+    pub(super) prior_sd: &'c [f64],
     /// Prediction of the linear structure, m.
-    pub(super) slope_m: &'a [f64],
+    pub(super) slope_m: &'c [f64],
 }
 
 /// Global columns by what they are for.
@@ -181,7 +181,7 @@ impl CellColumnSet<'_> {
 }
 
 /// All global columns, white.
-pub(super) fn sets(setting: &Setting<'_>) -> ColumnSets {
+pub(super) fn sets(setting: &Setting<'_, '_>) -> ColumnSets {
     let observations = setting.observations;
     let mut globals: Vec<GlobalColumn> = Vec::new();
     let mut push = |columns: Vec<Vec<f64>>, least_share: f64, least: &dyn Fn(usize) -> f64| {

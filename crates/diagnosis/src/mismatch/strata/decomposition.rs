@@ -43,7 +43,7 @@ pub(super) struct Decomposition<'a> {
 }
 
 impl<'a> Decomposition<'a> {
-    pub(super) fn new(setting: &Setting<'a>) -> Self {
+    pub(super) fn new(setting: &Setting<'a, '_>) -> Self {
         let observations = setting.observations;
         let whitening = setting.whitening;
         let cells = observations.cells.len();

@@ -43,6 +43,8 @@ use super::state::State;
 
 pub use crate::search::constants::STRATUM_LEVEL;
 pub use map::MapEntry;
+pub(super) use tails::holm;
+
 pub use results::{
     Contrast, ExplainedShare, Located, Spot, StratumTest, SuspectComponent, Untested,
 };
@@ -79,6 +81,30 @@ impl DiagnosisProblem<'_> {
         self.located(&state, options.noise.given())
     }
 
+    /// The tests of what a state leaves, without those for single readings and periods.
+    pub(super) fn stratum_tests(&self, state: &State) -> Result<Vec<StratumTest>, MismatchError> {
+        let decomposition = self.decomposition(state)?;
+        let white = decomposition.white(&self.raw_residuals(&state.fitted.model)?);
+        let comparisons = decomposition.comparisons.iter();
+        Ok(comparisons
+            .map(|comparison| decomposition.test(comparison, &white))
+            .collect())
+    }
+
+    fn decomposition<'s>(&'s self, state: &'s State) -> Result<Decomposition<'s>, MismatchError> {
+        let mut predictor = self.predictor();
+        let model = &state.fitted.model;
+        let columns = self.columns(&mut predictor, model)?;
+        let (slope_m, _) = self.slope(&mut predictor, model)?;
+        Ok(Decomposition::new(&Setting {
+            observations: self.observations,
+            whitening: &state.whitening,
+            columns: &columns,
+            prior_sd: &prior_sd(self.baseline),
+            slope_m: &slope_m,
+        }))
+    }
+
     /// Says where a state fails.
     ///
     /// # Arguments
@@ -90,16 +116,7 @@ impl DiagnosisProblem<'_> {
     ) -> Result<Located, MismatchError> {
         let mut predictor = self.predictor();
         let model = &state.fitted.model;
-        let columns = self.columns(&mut predictor, model)?;
-        let (slope_m, _) = self.slope(&mut predictor, model)?;
-        let prior_sd = prior_sd(self.baseline);
-        let decomposition = Decomposition::new(&Setting {
-            observations: self.observations,
-            whitening: &state.whitening,
-            columns: &columns,
-            prior_sd: &prior_sd,
-            slope_m: &slope_m,
-        });
+        let decomposition = self.decomposition(state)?;
         let predicted = self.predicted(&mut predictor, model)?;
         let residual_m = self.raw_residuals(model)?;
         let white = decomposition.white(&residual_m);

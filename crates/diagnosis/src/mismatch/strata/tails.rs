@@ -13,7 +13,7 @@ pub(super) fn tail(statistic: f64, d1: f64, d2: f64) -> f64 {
 }
 
 /// Family-wise chances by Holm's step-down, in the order given.
-pub(super) fn holm(p: &[f64]) -> Vec<f64> {
+pub(in crate::mismatch) fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
     let mut out = vec![1.0; p.len()];

@@ -1,0 +1,82 @@
+//! Whether a model leaves more than noise does: the largest pattern, and what cells, load steps, branches and time have in common.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::error::MismatchError;
+use super::problem::DiagnosisProblem;
+use super::rounded::RoundedNoise;
+use super::search::UnexplainedStructure;
+use super::state::State;
+use super::strata::{Contrast, holm};
+use super::stratum::Stratum;
+
+/// Contrasts whose sums are compared with the scatter between repeats.
+const CONTRASTS: [Contrast; 9] = [
+    Contrast::CellSlope,
+    Contrast::Repeat,
+    Contrast::Clock,
+    Contrast::Sign,
+    Contrast::Curve,
+    Contrast::LoadStep,
+    Contrast::Loop,
+    Contrast::Branch,
+    Contrast::Hold,
+];
+
+/// A test of everything that a model leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Omnibus {
+    /// Chance that noise alone leaves as much in any of its tests.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p: f64,
+    /// The test that shows most.
+    pub contrast: OmnibusTest,
+}
+
+/// One of the tests.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum OmnibusTest {
+    /// The largest single pattern.
+    Pattern(Stratum),
+    /// A sum over all cells.
+    Sum(Contrast),
+}
+
+impl DiagnosisProblem<'_> {
+    /// Tests what a state leaves. The largest pattern and the sums share the level by halves, the sums theirs by Holm's step-down.
+    ///
+    /// Readings of a coarse gauge repeat their rounding, which the scatter between repeats does not show: there the pattern alone, whose
+    /// critical value is drawn with the rounding.
+    pub(super) fn omnibus(
+        &self,
+        state: &State,
+        left: &UnexplainedStructure,
+    ) -> Result<Omnibus, MismatchError> {
+        let stratum = left
+            .pattern
+            .as_ref()
+            .map_or(Stratum::Rest, |pattern| pattern.stratum);
+        let mut omnibus = Omnibus {
+            p: left.p,
+            contrast: OmnibusTest::Pattern(stratum),
+        };
+        if RoundedNoise::new(self.observations, &state.whitening, Vec::new()).is_none() {
+            let mut tests = self.stratum_tests(state)?;
+            tests.retain(|test| CONTRASTS.contains(&test.contrast));
+            let family = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
+            let both = tests.iter().zip(family);
+            if let Some((test, p)) = both.min_by(|a, b| a.1.total_cmp(&b.1))
+                && p < omnibus.p
+            {
+                omnibus = Omnibus {
+                    p,
+                    contrast: OmnibusTest::Sum(test.contrast),
+                };
+            }
+        }
+        omnibus.p = (2.0 * omnibus.p).min(1.0);
+        Ok(omnibus)
+    }
+}

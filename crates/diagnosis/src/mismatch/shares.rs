@@ -1,0 +1,168 @@
+//! How much of the misfit the findings explain, in the readings that were fitted and in others that were left out.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::error::MismatchError;
+use super::known_noise::KnownNoise;
+use super::problem::DiagnosisProblem;
+use super::refit::Model;
+use super::search::SearchResult;
+use super::state::State;
+use crate::search::constants::VISIBLE_MISFIT;
+
+/// Standard errors of an effect that must remain without a part of the readings, for that part to be predicted.
+const DETERMINED: f64 = 2.0;
+
+/// Shares of the misfit (1): beyond what noise leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+pub struct MisfitShares {
+    /// Of the readings that were fitted; `null` with a reason.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub share_of_misfit: Option<f64>,
+    /// Of readings that were left out of the fit; `null` with a reason.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub share_unseen: Option<f64>,
+    /// Why a share is `null`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_reason: Option<&'static str>,
+}
+
+/// Shares of all findings together and of each place in the answer.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct AllShares {
+    pub(super) together: MisfitShares,
+    pub(super) each: Vec<MisfitShares>,
+}
+
+/// Readings left out together.
+type Fold = Vec<bool>;
+
+impl DiagnosisProblem<'_> {
+    /// The shares of what a search found: all models under the noise of the last.
+    pub(super) fn shares(&self, found: &SearchResult) -> Result<AllShares, MismatchError> {
+        if found.resolved.is_empty() {
+            return Ok(AllShares::default());
+        }
+        let after = &found.after;
+        let under = KnownNoise::Given(after.noise);
+        let fitted = |model: Model| -> Result<State, MismatchError> {
+            self.alternate(model, under)?.ok_or(MismatchError::Empty)
+        };
+        let start = fitted(self.start())?;
+        let last = fitted(after.fitted.model.clone())?;
+        let without: Vec<State> = (0..found.resolved.len())
+            .map(|place| {
+                let mut rest = after.fitted.model.clone();
+                rest.effects.remove(self.known_effects.len() + place);
+                fitted(rest)
+            })
+            .collect::<Result<_, _>>()?;
+        let readings = self.observations.len() as f64;
+        // Parameters have priors, which count as readings; values of effects have none.
+        let dof = |state: &State| -> f64 {
+            let effects = state.fitted.model.effects.iter();
+            readings
+                - effects
+                    .map(|effect| effect.values.len() as f64)
+                    .sum::<f64>()
+        };
+        let excess = |state: &State| (state.fitted.squares - dof(state)).max(0.0);
+        let seen = Shared {
+            whole: excess(&start),
+            noise: 0.0,
+            sd: (2.0 * dof(&start)).sqrt(),
+            left: excess(&last),
+            without: without.iter().map(excess).collect(),
+        };
+        let folds = self.folds(found);
+        let unseen = if let Some(folds) = &folds {
+            let held = |state: &State| self.held_squares(after, &state.fitted.model, folds);
+            Some(Shared {
+                whole: held(&start)?,
+                noise: readings,
+                sd: (2.0 * readings).sqrt(),
+                left: held(&last)?,
+                without: without.iter().map(held).collect::<Result<_, _>>()?,
+            })
+        } else {
+            None
+        };
+        let reason = |seen: Option<f64>, share: Option<f64>| match (seen, share) {
+            (Some(_), Some(_)) => None,
+            (None, _) => Some("the misfit is too small to be divided"),
+            (_, None) if folds.is_none() => {
+                Some("no readings can be left out that the others determine")
+            }
+            (_, None) => Some("the misfit of readings left out is too small to be divided"),
+        };
+        let shares = |seen: Option<f64>, unseen: Option<f64>| MisfitShares {
+            share_of_misfit: seen,
+            share_unseen: unseen,
+            share_reason: reason(seen, unseen),
+        };
+        Ok(AllShares {
+            together: shares(seen.together(), unseen.as_ref().and_then(Shared::together)),
+            each: (0..without.len())
+                .map(|place| {
+                    let unseen = unseen.as_ref();
+                    shares(seen.of(place), unseen.and_then(|unseen| unseen.of(place)))
+                })
+                .collect(),
+        })
+    }
+
+    /// Poses where all others determine what was found, else repeats; `None` if neither serves.
+    fn folds(&self, found: &SearchResult) -> Option<Vec<Fold>> {
+        let cells = &self.observations.cells;
+        let runs = &self.observations.runs;
+        let of_pose = |reading: usize| cells[self.observations.cell_of(reading)].pose as u32;
+        let of_repeat = |reading: usize| runs[self.observations.readings[reading].run].repeat;
+        let folds = |label: &dyn Fn(usize) -> u32| -> Option<Vec<Fold>> {
+            let labels: Vec<u32> = (0..self.observations.len()).map(label).collect();
+            let mut distinct = labels.clone();
+            distinct.sort_unstable();
+            distinct.dedup();
+            let fold = |own: u32| labels.iter().map(|label| *label == own).collect();
+            let folds: Vec<Fold> = distinct.iter().map(|own| fold(*own)).collect();
+            let determined = folds.iter().all(|fold| {
+                found.resolved.iter().all(|resolved| {
+                    let white = resolved.ranked[0].white.iter().zip(fold);
+                    let rest = white.filter(|(_, held)| !**held);
+                    rest.map(|(value, _)| value * value).sum::<f64>().sqrt() > DETERMINED
+                })
+            });
+            (folds.len() > 1 && determined).then_some(folds)
+        };
+        folds(&of_pose).or_else(|| folds(&of_repeat))
+    }
+}
+
+/// Squares of models of which one explains part of another.
+struct Shared {
+    /// Of the baseline.
+    whole: f64,
+    /// Of noise alone.
+    noise: f64,
+    /// Standard deviation of the squares of noise.
+    sd: f64,
+    /// With all findings.
+    left: f64,
+    /// Without one of them.
+    without: Vec<f64>,
+}
+
+impl Shared {
+    fn share(&self, explained: f64) -> Option<f64> {
+        let visible = self.whole - self.noise;
+        (visible >= VISIBLE_MISFIT * self.sd).then(|| (explained / visible).clamp(0.0, 1.0))
+    }
+
+    fn together(&self) -> Option<f64> {
+        self.share(self.whole - self.left.max(self.noise))
+    }
+
+    fn of(&self, place: usize) -> Option<f64> {
+        self.share(self.without[place] - self.left.max(self.noise))
+    }
+}
