@@ -11,12 +11,17 @@ use super::symmetric_root::symmetric_root;
 /// Largest rank within a block.
 const MOST_COLUMNS: usize = 64;
 
-/// A covariance V that is diagonal plus low rank within blocks of rows, D + U Uᵀ, and the transform W with Wᵀ W = V⁻¹.
+/// A covariance V = D^(1/2) R D^(1/2) + U Uᵀ within blocks of rows, and the transform W with Wᵀ W = V⁻¹.
+///
+/// D is diagonal, U of low rank, and R that of a first-order autoregressive process (Box, Jenkins, Reinsel & Ljung, Time Series Analysis, 5th
+/// edition, section 3.2): what a row has in common with the row before it. Its inverse is Fᵀ F with a bidiagonal F.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covariance {
     blocks: Vec<CovarianceBlock>,
     /// D^(-1/2).
     weights: Vec<f64>,
+    /// Correlation of each row's own error with that of the row before it; empty where there is none.
+    memory: Vec<f64>,
     /// ln det V.
     log_determinant: f64,
 }
@@ -34,7 +39,7 @@ pub struct LowRankBlock {
 #[derive(Debug, Clone, PartialEq)]
 struct CovarianceBlock {
     rows: Range<usize>,
-    /// Columns of D^(-1/2) U, one after the other.
+    /// Columns of F D^(-1/2) U, one after the other.
     columns: Vec<f64>,
     /// The same times the matrix that makes (I - columns · this) the symmetric root of (I + columns columnsᵀ)⁻¹.
     weighted: Vec<f64>,
@@ -47,10 +52,25 @@ impl Covariance {
     /// - `blocks`: U, at most 64 columns in each block, in the order of the rows.
     #[must_use]
     pub fn new(variances: &[f64], blocks: impl IntoIterator<Item = LowRankBlock>) -> Self {
+        Self::with_memory(variances, Vec::new(), blocks)
+    }
+
+    /// The same with errors that remember the row before them.
+    ///
+    /// # Arguments
+    /// - `memory`: correlation of each row's own error with that of the row before it, between -1 and 1, zero in the first row of each block;
+    ///   empty where there is none.
+    #[must_use]
+    pub fn with_memory(
+        variances: &[f64],
+        memory: Vec<f64>,
+        blocks: impl IntoIterator<Item = LowRankBlock>,
+    ) -> Self {
         let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
         let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
+        log_determinant += memory.iter().map(|rho| (-rho * rho).ln_1p()).sum::<f64>();
         let of_block = |block| {
-            let (block, of_block) = CovarianceBlock::new(block, &weights);
+            let (block, of_block) = CovarianceBlock::new(block, &weights, &memory);
             log_determinant += of_block;
             block
         };
@@ -58,6 +78,7 @@ impl Covariance {
         Self {
             blocks,
             weights,
+            memory,
             log_determinant,
         }
     }
@@ -85,20 +106,71 @@ impl Covariance {
         self.blocks.iter().map(|block| &block.rows)
     }
 
-    /// Columns E with V⁻¹ = D⁻¹ - E Eᵀ, block by block in the order of the rows.
+    /// The inverse without what blocks have in common, D^(-1/2) Fᵀ F D^(-1/2): its diagonal, and its entries between each row and the next,
+    /// one fewer; those are none without memory.
+    #[must_use]
+    pub fn inverse_bands(&self) -> [Vec<f64>; 2] {
+        let squares = self.weights.iter().map(|weight| weight * weight);
+        if self.memory.is_empty() {
+            return [squares.collect(), Vec::new()];
+        }
+        let gain = |rho: &f64| (1.0 - rho * rho).recip();
+        let after = self.memory[1..].iter().map(|rho| rho * rho * gain(rho));
+        let own = self.memory.iter().map(gain).zip(after.chain([0.0]));
+        let diagonal = squares.zip(own).map(|(w, (own, after))| w * (own + after));
+        let beside = self.memory[1..].iter().zip(self.weights.windows(2));
+        let beside = beside.map(|(rho, w)| -rho * gain(rho) * w[0] * w[1]);
+        [diagonal.collect(), beside.collect()]
+    }
+
+    /// Columns E with V⁻¹ = D^(-1/2) Fᵀ F D^(-1/2) - E Eᵀ, block by block in the order of the rows.
     #[must_use]
     pub fn inverse_columns(&self) -> Vec<LowRankBlock> {
-        let of_block = |block: &CovarianceBlock| LowRankBlock {
-            rows: block.rows.clone(),
-            columns: block.inverse_columns(&self.weights[block.rows.clone()]),
+        let of_block = |block: &CovarianceBlock| {
+            let (rows, n) = (block.rows.clone(), block.rows.len());
+            let mut columns = block.inverse_columns();
+            for column in columns.chunks_mut(n) {
+                if !self.memory.is_empty() {
+                    innovations_transposed(&self.memory[rows.clone()], column);
+                }
+                for (value, weight) in column.iter_mut().zip(&self.weights[rows.clone()]) {
+                    *value *= weight;
+                }
+            }
+            LowRankBlock { rows, columns }
         };
         self.blocks.iter().map(of_block).collect()
+    }
+
+    /// D^(1/2) R D^(1/2) times a vector, in place: the covariance without what blocks have in common.
+    pub fn own_part(&self, vector: &mut [f64]) {
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value /= weight;
+        }
+        if !self.memory.is_empty() {
+            // R = F⁻¹ F⁻ᵀ.
+            for row in (0..vector.len()).rev() {
+                let later = row + 1;
+                if later < vector.len() {
+                    let rho = self.memory[later];
+                    vector[row] += rho * vector[later] / (1.0 - rho * rho).sqrt();
+                }
+                vector[row] *= (1.0 - self.memory[row].powi(2)).sqrt();
+            }
+            remembered(&self.memory, vector);
+        }
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value /= weight;
+        }
     }
 
     /// W times a vector of rows, in place.
     pub fn whiten(&self, vector: &mut [f64]) {
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value *= weight;
+        }
+        if !self.memory.is_empty() {
+            innovations(&self.memory, vector);
         }
         Self::symmetric(self.blocks.iter(), vector);
     }
@@ -110,6 +182,9 @@ impl Covariance {
             .zip(&self.weights[rows.clone()])
         {
             *value *= weight;
+        }
+        if !self.memory.is_empty() {
+            innovations(&self.memory[rows.clone()], &mut vector[rows.clone()]);
         }
         let first = self
             .blocks
@@ -123,6 +198,9 @@ impl Covariance {
     /// Wᵀ times a white vector, in place.
     pub fn whiten_transposed(&self, vector: &mut [f64]) {
         Self::symmetric(self.blocks.iter(), vector);
+        if !self.memory.is_empty() {
+            innovations_transposed(&self.memory, vector);
+        }
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value *= weight;
         }
@@ -145,6 +223,9 @@ impl Covariance {
                 }
             }
         }
+        if !self.memory.is_empty() {
+            remembered(&self.memory, vector);
+        }
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value /= weight;
         }
@@ -164,12 +245,15 @@ impl Covariance {
 
 impl CovarianceBlock {
     /// The block and its part of ln det V.
-    fn new(block: LowRankBlock, weights: &[f64]) -> (Self, f64) {
+    fn new(block: LowRankBlock, weights: &[f64], memory: &[f64]) -> (Self, f64) {
         let LowRankBlock { rows, mut columns } = block;
         let n = rows.len();
         for column in columns.chunks_mut(n) {
             for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
                 *value *= weight;
+            }
+            if !memory.is_empty() {
+                innovations(&memory[rows.clone()], column);
             }
         }
         let rank = columns.len() / n;
@@ -213,17 +297,12 @@ impl CovarianceBlock {
         }
     }
 
-    /// E with (D + U Uᵀ)⁻¹ = D⁻¹ - E Eᵀ: D^(-1/2) C L⁻ᵀ with C = D^(-1/2) U and I + Cᵀ C = L Lᵀ.
-    fn inverse_columns(&self, weights: &[f64]) -> Vec<f64> {
+    /// C L⁻ᵀ with C = F D^(-1/2) U and I + Cᵀ C = L Lᵀ: (I + C Cᵀ)⁻¹ = I - C L⁻ᵀ L⁻¹ Cᵀ.
+    fn inverse_columns(&self) -> Vec<f64> {
         let n = self.rows.len();
         let gram = gram(&self.columns, n) + DMatrix::identity(self.rank, self.rank);
         let lower = gram.cholesky().map(nalgebra::Cholesky::unpack);
         let mut out = self.columns.clone();
-        for values in out.chunks_mut(n) {
-            for (value, weight) in values.iter_mut().zip(weights) {
-                *value *= weight;
-            }
-        }
         for i in 0..self.rank {
             let (before, rest) = out.split_at_mut(i * n);
             let column = &mut rest[..n];
@@ -239,6 +318,39 @@ impl CovarianceBlock {
             }
         }
         out
+    }
+}
+
+/// F times rows of standard deviation one, in place: what each does not share with the row before it, of standard deviation one.
+fn innovations(memory: &[f64], rows: &mut [f64]) {
+    let mut before = 0.0;
+    for (value, rho) in rows.iter_mut().zip(memory) {
+        let own = *value;
+        *value = (own - rho * before) / (1.0 - rho * rho).sqrt();
+        before = own;
+    }
+}
+
+/// Fᵀ times rows, in place.
+fn innovations_transposed(memory: &[f64], rows: &mut [f64]) {
+    for row in 0..rows.len() {
+        let gain = |row: usize| (1.0 - memory[row].powi(2)).sqrt().recip();
+        let later = row + 1;
+        let after = if later < rows.len() {
+            memory[later] * gain(later) * rows[later]
+        } else {
+            0.0
+        };
+        rows[row] = gain(row) * rows[row] - after;
+    }
+}
+
+/// F⁻¹ times rows, in place.
+fn remembered(memory: &[f64], rows: &mut [f64]) {
+    let mut before = 0.0;
+    for (value, rho) in rows.iter_mut().zip(memory) {
+        *value = rho * before + (1.0 - rho * rho).sqrt() * *value;
+        before = *value;
     }
 }
 

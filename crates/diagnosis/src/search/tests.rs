@@ -19,10 +19,24 @@ fn wave(seed: u64, number: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A covariance as the search has it, and dense.
+/// A covariance as the search has it, and dense; of even seeds rows remember the row before them.
 fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
     let variances: Vec<f64> = wave(seed, 40).iter().map(|x| 0.3 + x * x).collect();
-    let mut dense = DMatrix::from_fn(ROWS, ROWS, |i, j| if i == j { variances[i] } else { 0.0 });
+    let memory: Vec<f64> = if seed.is_multiple_of(2) {
+        let memory = wave(seed, 43).into_iter().enumerate();
+        let of_row = |(row, x): (usize, f64)| if row % BLOCK == 0 { 0.0 } else { 0.9 * x };
+        memory.map(of_row).collect()
+    } else {
+        Vec::new()
+    };
+    let correlation = |i: usize, j: usize| {
+        let between = i.min(j) + 1..i.max(j) + 1;
+        let steps = between.map(|row| memory.get(row).copied().unwrap_or(0.0));
+        steps.product::<f64>()
+    };
+    let mut dense = DMatrix::from_fn(ROWS, ROWS, |i, j| {
+        (variances[i] * variances[j]).sqrt() * correlation(i, j)
+    });
     let shared = [wave(seed, 41), wave(seed, 42)];
     let block = |start: usize| {
         let rows = start..start + BLOCK;
@@ -44,7 +58,7 @@ fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
             }
         }
     }
-    (Covariance::new(&variances, blocks), dense)
+    (Covariance::with_memory(&variances, memory, blocks), dense)
 }
 
 /// The same problem for both engines: two columns, one of them with a prior.
@@ -144,6 +158,48 @@ proptest! {
         let values = |maxima: &NullMaxima| CriticalValues::calibrate(&[0, 1, 2], &maxima.families, 0.1);
         for (found, expected) in values(&found).values.values().zip(values(&expected).values.values()) {
             prop_assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_covariance_with_memory_is_what_it_says() {
+    for seed in [2, 3] {
+        let (covariance, dense) = covariance(seed);
+        let determinant = dense.clone().cholesky().unwrap().ln_determinant();
+        assert!((covariance.log_determinant() - determinant).abs() < 1e-9);
+        let before = wave(seed, 44);
+        let mut inverse = before.clone();
+        covariance.whiten(&mut inverse);
+        let mut there_and_back = inverse.clone();
+        covariance.whiten_transposed(&mut inverse);
+        let product = &dense * DMatrix::from_column_slice(ROWS, 1, &inverse);
+        covariance.unwhiten(&mut there_and_back);
+        let mut own = before.clone();
+        covariance.own_part(&mut own);
+        let mut rest = before.clone();
+        for block in covariance.inverse_columns() {
+            assert_eq!(block.columns.len(), 2 * BLOCK);
+        }
+        let shared = [wave(seed, 41), wave(seed, 42)];
+        for (row, value) in rest.iter_mut().enumerate() {
+            let block = row / BLOCK * BLOCK..(row / BLOCK + 1) * BLOCK;
+            let in_common = shared.iter().map(|column| {
+                let along: f64 = block
+                    .clone()
+                    .map(|other| column[other] * before[other])
+                    .sum();
+                column[row] * along
+            });
+            let all: f64 = (0..ROWS)
+                .map(|other| dense[(row, other)] * before[other])
+                .sum();
+            *value = all - in_common.sum::<f64>();
+        }
+        for row in 0..ROWS {
+            assert!((product[row] - before[row]).abs() < 1e-9);
+            assert!((there_and_back[row] - before[row]).abs() < 1e-9);
+            assert!((own[row] - rest[row]).abs() < 1e-9, "{row}");
         }
     }
 }

@@ -3,10 +3,10 @@
 //! With s a shape, V the covariance of the rows and B the orthonormal white columns of the baseline,
 //!
 //! ```text
-//!   ‖P W s‖² = sᵀ V⁻¹ s - ‖Bᵀ W s‖²,    sᵀ V⁻¹ s = Σ w² s² - ‖Eᵀ s‖²    (a few columns E for each block)
+//!   ‖P W s‖² = sᵀ V⁻¹ s - ‖Bᵀ W s‖²,    sᵀ V⁻¹ s = sᵀ K s - ‖Eᵀ s‖²    (a few columns E for each block)
 //! ```
 //!
-//! so that a shape costs one product with each column, and no memory.
+//! so that a shape costs one product with each column, and no memory; K is diagonal, or has one band beside it.
 
 mod block_basis;
 mod low_rank;
@@ -30,8 +30,9 @@ use null_table::{BlockMaxima, NullScratch, NullTable};
 #[derive(Debug)]
 pub struct Batched<'a> {
     space: &'a WhiteSpace,
-    /// w²: one over the variance of each row, without what blocks have in common.
+    /// K: the inverse of the covariance without what blocks have in common; its diagonal, and what stands beside it.
     weights: Vec<f64>,
+    beside: Vec<f64>,
     /// E, one after the other.
     blocks: Vec<LowRankBlock>,
     /// Wᵀ B.
@@ -53,8 +54,10 @@ impl<'a> Batched<'a> {
             covariance.whiten_transposed(&mut out);
             out
         };
+        let [weights, beside] = covariance.inverse_bands();
         Self {
-            weights: covariance.weights().iter().map(|w| w * w).collect(),
+            weights,
+            beside,
             blocks: covariance.inverse_columns(),
             absorbed: space.basis().iter().map(|column| back(column)).collect(),
             residual: back(white_residual),
@@ -63,7 +66,7 @@ impl<'a> Batched<'a> {
         }
     }
 
-    /// Products with the columns, appended; and Σ w² s².
+    /// Products with the columns, appended; and sᵀ K s.
     fn shares(&self, whole: &[f64], range: &Range<usize>, out: &mut Vec<f64>) -> f64 {
         widest(
             #[inline(always)]
@@ -94,6 +97,22 @@ impl<'a> Batched<'a> {
             out.push(sums_side_by_side(&column[range.clone()], values));
         }
         triple(&self.weights[range.clone()], values, values)
+            + 2.0 * self.neighbours(values, values, range)
+    }
+
+    /// Σ K s t over the entries above the diagonal, one of the two vectors being the earlier row.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it is compiled for the instructions of its caller"
+    )]
+    fn neighbours(&self, earlier: &[f64], later: &[f64], range: &Range<usize>) -> f64 {
+        let pairs = range.len().saturating_sub(1);
+        if self.beside.is_empty() || pairs == 0 {
+            return 0.0;
+        }
+        let beside = &self.beside[range.start..range.start + pairs];
+        triple(beside, &earlier[..pairs], &later[1..])
     }
 
     fn white_moments(&self, values: &[f64], range: &Range<usize>) -> Moments {
@@ -126,7 +145,10 @@ impl ScoreEngine for Batched<'_> {
         let (of_first, of_second) = scratch.split_at(columns);
         squares[0] -= dot(of_first, of_first);
         squares[1] -= dot(of_second, of_second);
-        let both = triple(&self.weights, shapes[0], shapes[1]) - dot(of_first, of_second);
+        let both = triple(&self.weights, shapes[0], shapes[1])
+            + self.neighbours(shapes[0], shapes[1], &rows)
+            + self.neighbours(shapes[1], shapes[0], &rows)
+            - dot(of_first, of_second);
         let [first, second] = shapes.map(|shape| dot(shape, &self.residual));
         let square = squares[1] - both * both / squares[0];
         if squares[0] < CANCELLED * wholes[0] || square.is_nan() || square < CANCELLED * wholes[1] {
