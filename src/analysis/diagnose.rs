@@ -1,9 +1,9 @@
 //! Diagnoses: what the model leaves out.
 
 use crate::mismatch::{
-    Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise, KnownNoise,
+    BadReading, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise, KnownNoise,
     LawCriticalValues, Located, NextMeasurement, Observations, RobotBaseline, SearchOptions,
-    diagnose_and_locate, given_noise, trace,
+    diagnose_and_locate, given_noise, reading_between_slips, screen_readings, trace,
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::Law;
@@ -29,6 +29,8 @@ pub struct DiagnoseSettings {
     pub seed: u64,
     /// Where the noise of single readings comes from.
     pub noise: NoiseSource,
+    /// Whether readings that their repeats contradict stay in.
+    pub keep_outliers: bool,
 }
 
 /// Where the noise of single readings comes from.
@@ -73,7 +75,13 @@ pub struct DiagnosisReport {
     pub parameters: Vec<BaselineParameter>,
     /// The factors with what was found.
     pub fitted_factors: FittingFactors,
-    /// The readings.
+    /// Readings that their repeats contradict.
+    pub bad_readings: Vec<BadReading>,
+    /// Degrees of freedom of Student's t of the others; none where a normal distribution fits as well.
+    pub tails_dof: Option<f64>,
+    /// Whether they were kept for the search all the same.
+    pub outliers_kept: bool,
+    /// The readings that were searched.
     pub observations: Observations,
     /// Where the model without effects fails, and what carries it.
     pub located: Located,
@@ -113,6 +121,12 @@ pub fn diagnose(
     let mut baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
     baseline.add_variant(&model.physics.effects)?;
     step();
+    let screened = screen_readings(&baseline, &observations, &KnownNoise::Nothing)?;
+    let (mut observations, mut bad_readings) = if options.keep_outliers {
+        (observations, screened.bad)
+    } else {
+        (screened.observations, screened.bad)
+    };
     let mut warnings = Vec::new();
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
@@ -133,7 +147,18 @@ pub fn diagnose(
         }
     };
     search.noise = known;
-    let (diagnosis, critical, located) = diagnose_and_locate(&baseline, &observations, &search)?;
+    let mut found = diagnose_and_locate(&baseline, &observations, &search)?;
+    while let Some(bad) =
+        reading_between_slips(&observations, &found.0).filter(|_| !options.keep_outliers)
+    {
+        let keep: Vec<bool> = (0..observations.len())
+            .map(|one| one != bad.reading)
+            .collect();
+        observations = observations.filtered(&keep);
+        bad_readings.push(bad);
+        found = diagnose_and_locate(&baseline, &observations, &search)?;
+    }
+    let (diagnosis, critical, located) = found;
     step();
     warnings.extend(unseen_known_effects(&diagnosis));
     let trace = trace(&baseline, &observations, &diagnosis)?;
@@ -151,6 +176,9 @@ pub fn diagnose(
         diagnosis,
         critical,
         parameters: baseline.parameters().to_vec(),
+        bad_readings,
+        tails_dof: screened.tails_dof,
+        outliers_kept: options.keep_outliers,
         observations,
         located,
         trace,

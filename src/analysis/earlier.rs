@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use crate::mismatch::{Baseline, EarlierNoise, KnownNoise, Observations, SearchOptions, diagnose};
+use crate::mismatch::{
+    Baseline, EarlierNoise, KnownNoise, Observations, SearchOptions, diagnose, screen_readings,
+};
 use crate::parameters::ParameterChoice;
 use crate::physics::Law;
 use crate::readings::{InstrumentRecord, SessionHeader};
@@ -55,6 +57,8 @@ pub fn noise_of(
         without: without.to_vec(),
         known_effects: model.physics.effects.clone(),
     };
+    let observations =
+        screen_readings(&baseline, &observations, &KnownNoise::Nothing)?.observations;
     let (diagnosis, _) = diagnose(&baseline, &observations, &search, None)?;
     let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| {
         ArgumentError::new(

@@ -73,6 +73,7 @@ fn of_session(
         noise: noise(args, &without, global)?,
         seed: args.seed,
         without,
+        keep_outliers: args.keep_outliers,
     };
     let report = diagnose(session, &model, options, &|| bar.inc(1))?;
     let mut warnings = [&session.warnings[..], &model.warnings, &report.warnings].concat();

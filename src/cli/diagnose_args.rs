@@ -32,6 +32,9 @@ pub(super) struct DiagnoseArgs {
     /// Laws that the search leaves out, comma-separated
     #[arg(long, value_delimiter = ',', value_name = "LAW")]
     pub(super) without: Vec<String>,
+    /// Keep readings that their repeats contradict; they are named all the same
+    #[arg(long)]
+    pub(super) keep_outliers: bool,
     /// Seed of the simulated noise from which the limits come
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,

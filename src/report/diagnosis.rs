@@ -2,6 +2,7 @@
 
 mod answer;
 mod appendix;
+mod data_findings;
 mod detection_limits;
 mod known_effects;
 mod noise;

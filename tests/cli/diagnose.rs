@@ -110,6 +110,58 @@ fn friction_in_a_joint_is_named_with_its_size() {
     }
 }
 
+/// A bad reading is named first and left out, so that the answer is what it was without it.
+#[test]
+fn a_bad_reading_is_named_and_left_out() {
+    let desk = desk();
+    let folder = session(FRICTION);
+    let read = |name: &str| std::fs::read_to_string(Path::new(&folder).join(name)).unwrap();
+    let readings = read("readings.csv");
+    let mut lines: Vec<String> = readings.lines().map(str::to_owned).collect();
+    let line = 47;
+    let mut fields: Vec<&str> = readings.lines().nth(line - 1).unwrap().split(',').collect();
+    let good: f64 = fields[7].parse().unwrap();
+    let bad = (good + 300.0).to_string();
+    fields[7] = &bad;
+    lines[line - 1] = fields.join(",");
+    desk.write("bench/readings.csv", &(lines.join("\n") + "\n"));
+    desk.write("bench/session.toml", &read("session.toml"));
+    let robot = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/data/concealed/robots/serial-arm-more-poses.toml"
+    );
+    let data = desk.data(&format!("diagnose bench --robot {robot} --out out"));
+    let before = desk.data(&format!("diagnose {folder} --out before"));
+    assert_eq!(before["data_findings"], serde_json::json!([]));
+    assert_eq!(found(&data), found(&before));
+    let [one] = &data["data_findings"].as_array().unwrap()[..] else {
+        panic!("{}", data["data_findings"]);
+    };
+    assert_eq!(one["kind"], "bad-reading");
+    assert_eq!(one["lines"], serde_json::json!([line]));
+    assert_eq!(one["place"]["reading"]["pose"], fields[0]);
+    assert_eq!(one["value"].as_f64().unwrap().round(), good + 300.0);
+    let [expected, se] = ["expected", "standard_error"].map(|key| one[key].as_f64().unwrap());
+    assert!((expected - good).abs() < 5.0 * se, "{expected} ± {se}");
+    assert!(se < 20.0 && one["p_family"].as_f64().unwrap() < 0.003);
+    assert_eq!(one["left_out"], true);
+    let page = desk.read("out/verdict.txt");
+    let first = format!("One reading contradicts its repeats: line {line}, P");
+    assert!(
+        page.contains(&first) && page.contains("BAD READINGS"),
+        "{page}"
+    );
+    // It is named all the same where it stays in; the file is as it was.
+    let kept = desk.data(&format!(
+        "diagnose bench --robot {robot} --keep-outliers --out kept"
+    ));
+    assert_eq!(kept["data_findings"][0]["lines"], one["lines"]);
+    assert_eq!(kept["data_findings"][0]["left_out"], false);
+    let [left_out, kept] = [&data, &kept].map(|data| data["after"]["rms_um"].as_f64().unwrap());
+    assert!(kept > left_out, "{kept} {left_out}");
+    assert_eq!(desk.read("bench/readings.csv"), lines.join("\n") + "\n");
+}
+
 #[test]
 fn nothing_missing_lists_the_detection_limits() {
     let desk = desk();

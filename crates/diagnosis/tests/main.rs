@@ -5,6 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod bad_readings;
 mod elastic_calibration;
 mod fit_coverage;
 mod fit_recovery;

@@ -16,11 +16,13 @@ use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::Direction;
 
-const NOISE: TrialNoise = TrialNoise {
+pub(crate) const NOISE: TrialNoise = TrialNoise {
     noise: ReadingNoise {
         reading_sd_m: 1.2e-6,
         zero_sd_m: 2e-6,
         run_slope_sd: 0.002,
+        growth_sd: 0.0,
+        correlation: 0.0,
     },
     displacement_step_m: 1e-6,
     force_step_n: 0.1,
@@ -28,14 +30,14 @@ const NOISE: TrialNoise = TrialNoise {
 };
 
 /// An arm on a bench, and the limits of its plan.
-struct Arm {
-    baseline: RobotBaseline<'static>,
-    plan: Observations,
+pub(crate) struct Arm {
+    pub(crate) baseline: RobotBaseline<'static>,
+    pub(crate) plan: Observations,
     critical: LawCriticalValues,
 }
 
 impl Arm {
-    fn new(procedure: &str) -> Self {
+    pub(crate) fn new(procedure: &str) -> Self {
         Self::of("serial-arm", procedure)
     }
 
@@ -101,7 +103,7 @@ impl Arm {
     }
 }
 
-fn truth(effects: Vec<Effect>) -> Truth {
+pub(crate) fn truth(effects: Vec<Effect>) -> Truth {
     Truth {
         // Factors between 0.6 and 1.6.
         parameters: vec![0.2, -0.3, 0.45, -0.4],

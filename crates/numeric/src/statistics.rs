@@ -2,7 +2,9 @@
 //!
 //! Leaf module: it handles numbers, not experiments.
 
-use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+use statrs::distribution::{
+    Beta, ChiSquared, Continuous, ContinuousCDF, FisherSnedecor, Normal, StudentsT,
+};
 
 /// A value with its standard uncertainty and the degrees of freedom behind it.
 ///
@@ -63,6 +65,12 @@ pub fn student_t_quantile(p: f64, dof: f64) -> Option<f64> {
         return Some(normal_quantile(p));
     }
     StudentsT::new(0.0, 1.0, dof).ok().map(|t| t.inverse_cdf(p))
+}
+
+/// Logarithm of the density of Student's t; `None` below zero degrees of freedom.
+#[must_use]
+pub fn student_t_log_density(value: f64, dof: f64) -> Option<f64> {
+    StudentsT::new(0.0, 1.0, dof).ok().map(|t| t.ln_pdf(value))
 }
 
 /// Quantile of the standard normal distribution.

@@ -90,8 +90,10 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
                 reading_sd_m: 1e-6,
                 zero_sd_m: 1e-6,
                 run_slope_sd: 1e-3,
+                ..ReadingNoise::default()
             },
             noise_dof: [1e6; 3],
+            further_noise: [None; 2],
             detection_limits: Vec::new(),
             impossible: Vec::new(),
             parameters: Vec::new(),

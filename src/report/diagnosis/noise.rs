@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::ReadingNoise;
 use crate::report::{AlignedTable, significant};
+use crate::statistics::chi_squared_quantile;
 
 use super::phrases::{paragraph, um_shown};
 use super::{is_known, summary::um};
@@ -21,8 +22,25 @@ pub struct NoiseReport {
     /// What each earlier session showed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub earlier: Option<Vec<EarlierReport>>,
+    /// All its parts.
+    pub components: Vec<NoiseComponent>,
     /// Root mean square that noise alone would leave, µm.
     pub floor_rms_um: f64,
+}
+
+/// A part of the noise. Parts that not every bench has are there where the readings ask for them.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NoiseComponent {
+    /// `white`: standard deviation of a reading without the step of its gauge. `resolution`: that of the step. `zero`: that of a gauge zero.
+    /// `slope`: relative standard deviation of the slope of a run. `growth`: standard deviation of a reading as a share of its displacement.
+    /// `ar1`: correlation of the scatter of a reading with that of the one before it in its run. `tails`: degrees of freedom of Student's t.
+    pub name: &'static str,
+    /// The value in `unit`.
+    pub value: f64,
+    /// ASCII unit.
+    pub unit: &'static str,
+    /// 95 % interval; `null` where the value is given, or the nearest of a few that were tried.
+    pub ci95: Option<[f64; 2]>,
 }
 
 /// Standard deviations of the noise of readings.
@@ -80,9 +98,56 @@ impl From<&DiagnosisReport> for NoiseReport {
             deviations: NoiseDeviations::new(&diagnosis.noise, diagnosis.noise_dof),
             source,
             earlier,
+            components: components(report),
             floor_rms_um: um(report.noise_floor_m()),
         }
     }
+}
+
+/// The parts of the noise of a diagnosis.
+fn components(report: &DiagnosisReport) -> Vec<NoiseComponent> {
+    let (diagnosis, noise) = (&report.diagnosis, &report.diagnosis.noise);
+    let step_um = report.observations.steps.displacement_m.map_or(0.0, um) / 12.0_f64.sqrt();
+    let without_step = |reading_um: f64| (reading_um.powi(2) - step_um.powi(2)).max(0.0).sqrt();
+    let [reading, zero, slope] = diagnosis.noise_dof;
+    let reading_um = um(noise.reading_sd_m);
+    let zero_um = um(noise.zero_sd_m);
+    let part = |name, value, unit, ci95| NoiseComponent {
+        name,
+        value,
+        unit,
+        ci95,
+    };
+    let of_reading = interval(reading_um, reading).map(|ends| ends.map(without_step));
+    let mut all = vec![part("white", without_step(reading_um), "um", of_reading)];
+    if step_um > 0.0 {
+        all.push(part("resolution", step_um, "um", None));
+    }
+    // Zeros that may be anything are not noise.
+    if !report.observations.free_zeros {
+        all.push(part("zero", zero_um, "um", interval(zero_um, zero)));
+    }
+    let run_slope = noise.run_slope_sd;
+    all.push(part("slope", run_slope, "1", interval(run_slope, slope)));
+    let [growth, correlation] = diagnosis.further_noise;
+    if growth.is_some() {
+        all.push(part("growth", noise.growth_sd, "1", growth));
+    }
+    if correlation.is_some() {
+        all.push(part("ar1", noise.correlation, "1", correlation));
+    }
+    let tails = report.tails_dof.map(|dof| part("tails", dof, "1", None));
+    all.extend(tails);
+    all
+}
+
+/// 95 % interval of a standard deviation; none of one that was given.
+fn interval(deviation: f64, dof: f64) -> Option<[f64; 2]> {
+    if is_known(dof) {
+        return None;
+    }
+    let end = |p| Some(deviation * (dof / chi_squared_quantile(p, dof)?).sqrt());
+    Some([end(0.975)?, end(0.025)?])
 }
 
 impl From<&EarlierSession> for EarlierReport {
@@ -115,9 +180,39 @@ impl NoiseDeviations {
 
 /// The standard deviations of the noise; where earlier sessions tell them too, a table of what each told.
 pub(super) fn noise_text(noise: &NoiseReport) -> String {
-    match &noise.earlier {
+    let text = match &noise.earlier {
         Some(sessions) => noise_table(&noise.deviations, sessions),
         None => noise_sentence(&noise.deviations),
+    };
+    let further = noise.components.iter().filter_map(further_part);
+    text + &further
+        .map(|said| paragraph(&said, "", ""))
+        .collect::<String>()
+}
+
+/// What a part says that not every bench has.
+fn further_part(part: &NoiseComponent) -> Option<String> {
+    let between = |printed: &dyn Fn(f64) -> String| {
+        let ends = part.ci95.map(|[low, high]| (printed(low), printed(high)));
+        ends.map_or_else(String::new, |(low, high)| format!(" ({low} to {high})"))
+    };
+    let plain = |value: f64| significant(value, 2);
+    match part.name {
+        "growth" => Some(format!(
+            "The scatter of a reading grows with its displacement, by {} %{} of it.",
+            percent(part.value),
+            between(&percent)
+        )),
+        "ar1" => Some(format!(
+            "The scatter of a reading is correlated with that of the reading before it in its run: {}{}.",
+            plain(part.value),
+            between(&plain)
+        )),
+        "tails" => Some(format!(
+            "Readings have longer tails than normal errors: Student's t with {} degrees of freedom.",
+            plain(part.value)
+        )),
+        _ => None,
     }
 }
 

@@ -8,6 +8,7 @@ use crate::report::significant;
 
 use super::answer::{DiagnosisAnswer, phrase_of};
 use super::known_effects::known_effects;
+use super::data_findings::{bad_readings, bad_readings_first};
 use super::open_questions::{next, not_tested, rejected};
 use super::phrases::{
     likelier, listed, location, one_in, paragraph, phrase, printed, strength, um,
@@ -31,12 +32,14 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
     let diagnosis = &report.diagnosis;
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
-    let mut text = paragraph(&headline(report), "", "");
+    let mut text = bad_readings_first(report);
+    text.push_str(&paragraph(&headline(report), "", ""));
     let when = |shown: bool, section: &dyn Fn() -> String| {
         if shown { section() } else { String::new() }
     };
     let nothing = diagnosis.verdict == Verdict::NothingMissing;
     let sections = [
+        bad_readings(report),
         lacking(report, &answers),
         when(decided, &|| missing(diagnosis.verdict, &answers)),
         when(decided, &|| sure(report, &answers)),

@@ -18,6 +18,7 @@ use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{LawAtPlace, LoadCaseDiagnosisReport, SpecimenSummary};
 use crate::test_point::{Direction, PoseId};
 
+use super::data_findings::DataFindingReport;
 use super::detection_limits::{DetectionLimitReport, SearchLevels};
 use super::known_effects::KnownEffectReport;
 use super::noise::NoiseReport;
@@ -68,6 +69,8 @@ pub struct DiagnosisSummary {
     pub known_effects: Vec<KnownEffectReport>,
     /// The factors without and with what was found.
     pub factors: Vec<FactorChangeReport>,
+    /// Readings that their repeats contradict; they never change the verdict's meaning.
+    pub data_findings: Vec<DataFindingReport>,
     /// The tests behind `where`.
     pub strata: Strata,
     /// Which parts of the structure carry the misfit.
@@ -326,6 +329,7 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             }),
             known_effects: (diagnosis.known_effects.iter().map(Into::into)).collect(),
             factors: report.factor_changes().collect(),
+            data_findings: DataFindingReport::all(report),
             strata: Strata {
                 tests: located.tests.clone(),
                 untested: untested.collect(),

@@ -226,6 +226,8 @@ pub struct Diagnosis {
     pub noise: ReadingNoise,
     /// Degrees of freedom of its three standard deviations: reading, zero, run slope; a million and more where one was given.
     pub noise_dof: [f64; 3],
+    /// 95 % intervals of its growth with the displacement and of its correlation within a run, where it has them.
+    pub further_noise: [Option<[f64; 2]>; 2],
     /// What each law would have needed.
     pub detection_limits: Vec<DetectionLimit>,
     /// Laws rejected because only an impossible value would serve.

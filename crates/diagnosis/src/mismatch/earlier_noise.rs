@@ -57,6 +57,7 @@ impl EarlierNoise {
             reading_sd_m,
             zero_sd_m,
             run_slope_sd,
+            ..ReadingNoise::default()
         }
     }
 
@@ -115,6 +116,7 @@ mod tests {
             reading_sd_m: scale * 1e-6,
             zero_sd_m: scale * 2e-6,
             run_slope_sd: scale * 1e-3,
+            ..ReadingNoise::default()
         };
         EarlierNoise::new(&noise, [dof, 2.0, dof])
     }

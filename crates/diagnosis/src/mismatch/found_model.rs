@@ -139,8 +139,10 @@ mod tests {
                 reading_sd_m: 1e-6,
                 zero_sd_m: 0.0,
                 run_slope_sd: 0.0,
+                ..ReadingNoise::default()
             },
             noise_dof: [1e6; 3],
+            further_noise: [None; 2],
             detection_limits: Vec::new(),
             impossible: Vec::new(),
             parameters: vec![0.0; 4],

@@ -2,10 +2,10 @@
 
 use super::baseline::Baseline;
 use super::error::MismatchError;
+use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
-use super::restricted_likelihood::EstimatedNoise;
 
 /// Noise whose part of single readings is given, for example by the records of the instruments.
 #[derive(Debug, Clone, Copy, PartialEq)]

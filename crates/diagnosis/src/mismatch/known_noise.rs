@@ -1,7 +1,7 @@
 //! Noise that is known from elsewhere, or a part of it.
 
 use super::earlier_noise::EarlierNoise;
-use super::restricted_likelihood::EstimatedNoise;
+use super::estimated_noise::EstimatedNoise;
 
 /// What is known of the noise before the readings are checked.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -14,11 +14,11 @@ use stiffbench_beams::physics::Effect;
 use super::candidate::PlaceScales;
 use super::candidate_scores::ScoredCandidate;
 use super::changes::MissingMemberChange;
+use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
 use super::noise::ReadingNoise;
 use super::ranked_candidate::Ranked;
 use super::refit::Model;
-use super::restricted_likelihood::EstimatedNoise;
 use super::state::State;
 
 /// Results of searches that share baseline and readings, but for where the gauge stood.

@@ -4,17 +4,21 @@
 //! the factors can absorb is projected out, every law is tried at every place, and the best is believed only beyond a limit that the
 //! whole search was calibrated to.
 
+mod bad_readings;
 mod baseline;
 mod candidate;
 mod candidate_scores;
 mod changes;
 mod critical_values;
+mod deleted_residuals;
 mod design;
 mod detection;
 mod diagnosis;
 mod earlier_noise;
 mod error;
+mod estimated_noise;
 mod found_model;
+mod free_means;
 mod given_noise;
 mod grade;
 mod held_out;
@@ -25,6 +29,7 @@ mod next_measurement;
 mod noise;
 mod observations;
 mod omnibus;
+mod opposite_slips;
 mod outlier;
 mod patterns;
 mod plan;
@@ -42,11 +47,13 @@ mod specimen;
 mod state;
 mod strata;
 mod stratum;
+mod tails;
 mod trace;
 mod trial;
 mod verdict;
 mod white_laws;
 
+pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
 };
@@ -61,6 +68,7 @@ pub use diagnosis::{
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
+pub use estimated_noise::EstimatedNoise;
 pub use given_noise::{GivenNoise, given_noise};
 pub(crate) use grade::GradeBasis;
 pub use grade::VerdictGrade;
@@ -71,8 +79,8 @@ pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };
 pub use omnibus::{Omnibus, OmnibusTest};
+pub use opposite_slips::reading_between_slips;
 pub use plan::{PlannedCell, PlannedLoad};
-pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
 pub use shares::MisfitShares;
 pub use specimen::{

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //!   y = prediction + zero(zero id) + slope(run) b + reading error,     b = prediction of the baseline
-//!   V = σ² I + q_F²/12 diag(C²) + σ₀² Σ 1 1ᵀ (each zero) + σₛ² Σ b bᵀ (each run)
+//!   V = D^(1/2) R D^(1/2) + σ₀² Σ 1 1ᵀ (each zero) + σₛ² Σ b bᵀ (each run)
+//!   D = diag(σ² + g² b² + q_F²/12 C²),    R: ρ^|i - j| within a run, of the scatter alone
 //! ```
 //!
 //! The step of the displacement gauge is part of σ; an unloaded reading has exactly zero force and no force step.
@@ -10,26 +11,71 @@
 use std::ops::Range;
 
 use super::observations::Observations;
-use crate::search::{Covariance, LowRankBlock};
+use crate::search::{Covariance, LowRankBlock, RowMemory};
 
-/// Standard deviations of the noise of readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The noise of readings.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ReadingNoise {
-    /// Of a reading, the step of its gauge included, m.
+    /// Standard deviation of a reading, the step of its gauge included, m.
     pub reading_sd_m: f64,
     /// Of a gauge zero, m.
     pub zero_sd_m: f64,
     /// Of the slope of a run, relative (1).
     pub run_slope_sd: f64,
+    /// Standard deviation of a reading that grows with the displacement, as a share of it (1).
+    pub growth_sd: f64,
+    /// Correlation of the error of a reading with that of the reading before it in its run (1): a first-order autoregressive process.
+    pub correlation: f64,
 }
 
 impl ReadingNoise {
+    /// Variance of a reading by itself, without the step of the force, m².
+    ///
+    /// # Arguments
+    /// - `slope_m`: its displacement by the baseline.
+    pub(super) fn own_variance(&self, slope_m: f64) -> f64 {
+        self.reading_sd_m.powi(2) + (self.growth_sd * slope_m).powi(2)
+    }
+
+    /// How each reading remembers the one before it, for its variance: none one of another run; empty without any. Scatter remembers, the steps
+    /// of the gauges do not.
+    fn memory(
+        &self,
+        observations: &Observations,
+        variances: &[f64],
+        slope_m: &[f64],
+    ) -> Vec<RowMemory> {
+        if self.correlation == 0.0 {
+            return Vec::new();
+        }
+        let step_m = observations.steps.displacement_m.unwrap_or(0.0);
+        let of_step = step_m * step_m / 12.0;
+        let rows = variances.iter().zip(slope_m);
+        let mut memory: Vec<RowMemory> = rows
+            .map(|(variance, slope_m)| RowMemory {
+                correlation: self.correlation,
+                share: ((self.own_variance(*slope_m) - of_step) / variance).clamp(0.0, 1.0),
+            })
+            .collect();
+        for run in &observations.runs {
+            if let Some(first) = memory.get_mut(run.readings.start) {
+                first.correlation = 0.0;
+            }
+        }
+        memory
+    }
+
     /// How much larger than in another noise the variance is that exceeds it most; not below 1.
     pub(super) fn largest_variance_ratio(&self, other: &Self) -> f64 {
         let ratios = [
             self.reading_sd_m / other.reading_sd_m,
             self.zero_sd_m / other.zero_sd_m,
             self.run_slope_sd / other.run_slope_sd,
+            if other.growth_sd > 0.0 {
+                self.growth_sd / other.growth_sd
+            } else {
+                1.0
+            },
         ];
         ratios.into_iter().fold(1.0, f64::max).powi(2)
     }
@@ -62,19 +108,21 @@ impl NoiseCovariance {
             .loads
             .iter()
             .zip(compliance)
-            .map(|(load, c)| {
+            .zip(slope_m)
+            .map(|((load, c), slope_m)| {
                 let of_force = if load.force_n == 0.0 {
                     0.0
                 } else {
                     force_variance * c * c
                 };
-                noise.reading_sd_m * noise.reading_sd_m + of_force
+                noise.own_variance(*slope_m) + of_force
             })
             .collect();
+        let memory = noise.memory(observations, &variances, slope_m);
         let blocks = groups(observations)
             .map(|readings| common_part(observations, noise, slope_m, readings));
         Self {
-            covariance: Covariance::new(&variances, blocks),
+            covariance: Covariance::with_memory(&variances, &memory, blocks),
             noise: *noise,
             slope_m: slope_m.to_vec(),
         }
@@ -89,20 +137,25 @@ impl NoiseCovariance {
         self.covariance.whiten(&mut solved);
         self.covariance.whiten_transposed(&mut solved);
         let mut positions = observations.displacement_m.clone();
-        let (reading, zero) = (
-            self.noise.reading_sd_m.powi(2),
-            self.noise.zero_sd_m.powi(2),
-        );
+        let mut own = solved.clone();
+        self.covariance.own_part(&mut own);
+        let zero = self.noise.zero_sd_m.powi(2);
         for group in self.covariance.block_rows() {
             for_each_zero(observations, group, |member| {
                 let members = || group.clone().filter(|&r| member(r));
                 let offset = zero * members().map(|r| solved[r]).sum::<f64>();
                 for r in members() {
-                    positions[r] -= reading * solved[r] + offset;
+                    positions[r] -= own[r] - self.force_variance(r) * solved[r] + offset;
                 }
             });
         }
         positions
+    }
+
+    /// Variance of a reading by the step of the force, m².
+    fn force_variance(&self, reading: usize) -> f64 {
+        let weight = self.covariance.weights()[reading];
+        (weight * weight).recip() - self.noise.own_variance(self.slope_m[reading])
     }
 
     /// Shares of reading, zero and run slope in the variance of an amplitude estimated along a white vector; the rest is force step.
@@ -120,7 +173,12 @@ impl NoiseCovariance {
         scratch.clear();
         scratch.extend_from_slice(&white[..n]);
         self.covariance.whiten_transposed(scratch);
-        let reading: f64 = scratch.iter().map(|a| a * a).sum();
+        let mut own = scratch.clone();
+        self.covariance.own_part(&mut own);
+        let products = scratch.iter().zip(&own).enumerate();
+        let reading: f64 = products
+            .map(|(r, (a, b))| a * (b - self.force_variance(r) * a))
+            .sum();
         let mut zero = 0.0;
         let mut slope = 0.0;
         for group in self.covariance.block_rows() {
@@ -142,7 +200,7 @@ impl NoiseCovariance {
             slope += sum * sum;
         }
         [
-            reading * self.noise.reading_sd_m.powi(2) / square,
+            reading / square,
             zero * self.noise.zero_sd_m.powi(2) / square,
             slope * self.noise.run_slope_sd.powi(2) / square,
         ]

@@ -196,6 +196,21 @@ impl Observations {
     /// The readings of the first run of each cell alone.
     #[must_use]
     pub fn first_repeat(&self) -> Self {
+        let mut keep = vec![false; self.len()];
+        for cell in &self.cells {
+            for reading in self.runs[cell.runs.start].readings.clone() {
+                keep[reading] = true;
+            }
+        }
+        self.filtered(&keep)
+    }
+
+    /// Some of the readings: runs and cells without any are left out, poses are not.
+    ///
+    /// # Arguments
+    /// - `keep`: one a reading.
+    #[must_use]
+    pub fn filtered(&self, keep: &[bool]) -> Self {
         let mut out = Self {
             cells: Vec::new(),
             runs: Vec::new(),
@@ -205,27 +220,32 @@ impl Observations {
             ..self.clone()
         };
         for cell in &self.cells {
-            let start = out.readings.len();
-            let run = &self.runs[cell.runs.start];
-            for reading in run.readings.clone() {
-                out.readings.push(ObservedReading {
-                    run: out.runs.len(),
-                    ..self.readings[reading]
-                });
-                out.loads.push(self.loads[reading]);
-                out.displacement_m.push(self.displacement_m[reading]);
+            let (first_run, first) = (out.runs.len(), out.readings.len());
+            for run in &self.runs[cell.runs.clone()] {
+                let start = out.readings.len();
+                for reading in run.readings.clone().filter(|&reading| keep[reading]) {
+                    out.readings.push(ObservedReading {
+                        run: out.runs.len(),
+                        ..self.readings[reading]
+                    });
+                    out.loads.push(self.loads[reading]);
+                    out.displacement_m.push(self.displacement_m[reading]);
+                }
+                if out.readings.len() > start {
+                    out.runs.push(ObservedRun {
+                        cell: out.cells.len(),
+                        repeat: run.repeat,
+                        readings: start..out.readings.len(),
+                    });
+                }
             }
-            let readings = start..out.readings.len();
-            out.runs.push(ObservedRun {
-                cell: out.cells.len(),
-                repeat: run.repeat,
-                readings: readings.clone(),
-            });
-            out.cells.push(ObservedCell {
-                runs: out.runs.len() - 1..out.runs.len(),
-                readings,
-                ..cell.clone()
-            });
+            if out.readings.len() > first {
+                out.cells.push(ObservedCell {
+                    runs: first_run..out.runs.len(),
+                    readings: first..out.readings.len(),
+                    ..cell.clone()
+                });
+            }
         }
         out
     }

@@ -7,13 +7,14 @@ use stiffbench_beams::physics::Effect;
 use super::baseline::{Baseline, prior_sd};
 use super::candidate::PlaceScales;
 use super::error::MismatchError;
+use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
 use super::memo::SearchMemo;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{Model, WeightedFit, step_of};
-use super::restricted_likelihood::{EstimatedNoise, estimate_noise};
+use super::restricted_likelihood::estimate_noise;
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
@@ -286,4 +287,6 @@ fn alike(a: &EstimatedNoise, b: &EstimatedNoise) -> bool {
     close(a.noise.reading_sd_m, b.noise.reading_sd_m)
         && close(a.noise.zero_sd_m, b.noise.zero_sd_m)
         && close(a.noise.run_slope_sd, b.noise.run_slope_sd)
+        && close(a.noise.growth_sd, b.noise.growth_sd)
+        && (a.noise.correlation - b.noise.correlation).abs() <= SAME_COVARIANCE
 }

@@ -3,50 +3,23 @@
 //! Restricted likelihood of Patterson and Thompson, Biometrika 58 (1971): the mean of every load step of every cell is left free, so
 //! that no physics that repeats itself can pass for noise. What is left is the scatter between runs.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::earlier_noise::EarlierNoise;
+use super::estimated_noise::EstimatedNoise;
+use super::free_means::{FixedPart, fixed_part};
 use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
-use crate::search::constants::{PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD, SAME_STEP};
+use crate::search::constants::{ASKED_FOR, COARSE, PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD};
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
 
-/// The noise with what is known of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EstimatedNoise {
-    /// The standard deviations.
-    pub noise: ReadingNoise,
-    /// Covariance of the logarithms of the three variances: reading, zero, run slope.
-    pub covariance: [[f64; 3]; 3],
-    /// Whether each cell has several runs, so that the scatter between runs is seen apart from the mean.
-    pub from_repeats: bool,
-}
-
-impl EstimatedNoise {
-    /// Degrees of freedom of a variance with these shares of the three (Satterthwaite).
-    #[must_use]
-    pub fn degrees_of_freedom(&self, shares: [f64; 3]) -> f64 {
-        let mut variance = 0.0;
-        for i in 0..3 {
-            for j in 0..3 {
-                variance += shares[i] * self.covariance[i][j] * shares[j];
-            }
-        }
-        // Below two degrees of freedom a quantile carries no information; above a million it is the normal one.
-        (2.0 / variance.max(2e-6)).clamp(2.0, 1e6)
-    }
-}
-
-/// Fixed part of one cell: what may be anything without being noise.
-struct FixedPart {
-    columns: Vec<Vec<f64>>,
-    readings: std::ops::Range<usize>,
-}
+/// Largest correlation of neighbouring errors: nearer to one they are a drift.
+const MOST_CORRELATED: f64 = 0.98;
 
 /// Finds the variances.
 ///
@@ -86,24 +59,85 @@ pub(super) fn estimate_noise(
                 .fold(0.0_f64, |largest, d| largest.max(d.abs())),
     };
     let rough = problem.rough_sd();
-    let centre = Vector3::new(
+    let centre = [
         (rough * rough).ln(),
         (rough * rough).ln(),
         PRIOR_RUN_SLOPE_SD.powi(2).ln(),
-    );
-    let start = warm_start.map_or(centre, |warm_start| {
-        problem.log_variances(warm_start, &centre)
-    });
-    let (best, hessian) = problem.maximise(start, &centre);
-    let covariance = hessian
+        PRIOR_RUN_SLOPE_SD.powi(2).ln(),
+        0.0,
+    ];
+    let found = match warm_start {
+        Some(noise) => {
+            let further = FurtherParts::of(noise);
+            let start = problem.values(noise, &centre, further);
+            problem.maximise(start, &centre, further)
+        }
+        None => problem.with_further_parts(&centre, from_repeats),
+    };
+    let size = found.values.len();
+    let covariance = found
+        .hessian
         .try_inverse()
-        .unwrap_or_else(|| Matrix3::identity() * 2.0);
+        .unwrap_or_else(|| DMatrix::identity(size, size) * 2.0);
+    let places = found.further.places();
+    let standard_error = |wanted: usize| {
+        let at = places.iter().position(|place| *place == wanted);
+        at.map_or(0.0, |at| covariance[(at, at)].max(0.0).sqrt())
+    };
     EstimatedNoise {
-        noise: problem.noise(&best),
+        further_se: [0.5 * standard_error(3), standard_error(4)],
+        noise: problem.noise(&found.values, found.further),
         covariance: std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)])),
         from_repeats,
     }
 }
+
+/// Parts of the noise beyond reading, zero and slope.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct FurtherParts {
+    growth: bool,
+    correlation: bool,
+}
+
+impl FurtherParts {
+    const NONE: Self = Self {
+        growth: false,
+        correlation: false,
+    };
+
+    /// Those of a noise.
+    fn of(noise: &ReadingNoise) -> Self {
+        Self {
+            growth: noise.growth_sd > 0.0,
+            correlation: noise.correlation != 0.0,
+        }
+    }
+
+    /// For each value that is searched its place among all five: three logarithms of variances, that of the growth, and the inverse hyperbolic
+    /// tangent of the correlation.
+    fn places(self) -> Vec<usize> {
+        let mut places = vec![0, 1, 2];
+        if self.growth {
+            places.push(3);
+        }
+        if self.correlation {
+            places.push(4);
+        }
+        places
+    }
+}
+
+/// The likeliest noise with some parts.
+struct LikeliestNoise {
+    values: DVector<f64>,
+    /// Minus twice the logarithm of the likelihood, and half of its second derivatives.
+    misfit: f64,
+    hessian: DMatrix<f64>,
+    further: FurtherParts,
+}
+
+/// Centres of the priors of the five values.
+type Centre = [f64; 5];
 
 struct VarianceProblem<'a> {
     observations: &'a Observations,
@@ -118,8 +152,12 @@ struct VarianceProblem<'a> {
 }
 
 impl VarianceProblem<'_> {
-    fn noise(&self, log_variances: &Vector3<f64>) -> ReadingNoise {
-        let [reading, zero, slope] = [0, 1, 2].map(|i| (0.5 * log_variances[i]).exp());
+    fn noise(&self, values: &DVector<f64>, further: FurtherParts) -> ReadingNoise {
+        let mut all = [0.0; 5];
+        for (value, place) in values.iter().zip(further.places()) {
+            all[place] = *value;
+        }
+        let [reading, zero, slope] = [0, 1, 2].map(|i| (0.5 * all[i]).exp());
         let zero = if self.observations.free_zeros {
             self.free_zero_sd_m
         } else {
@@ -129,23 +167,87 @@ impl VarianceProblem<'_> {
             reading_sd_m: reading.hypot(self.floor_m),
             zero_sd_m: zero,
             run_slope_sd: slope,
+            growth_sd: if further.growth {
+                (0.5 * all[3]).exp()
+            } else {
+                0.0
+            },
+            correlation: all[4].tanh(),
         }
     }
 
-    /// The logarithms of variances that give a noise, within range of `centre`; a zero that may be anything has none.
-    fn log_variances(&self, noise: &ReadingNoise, centre: &Vector3<f64>) -> Vector3<f64> {
+    /// The values that give a noise, within range of `centre`; a zero that may be anything has none.
+    fn values(&self, noise: &ReadingNoise, centre: &Centre, further: FurtherParts) -> DVector<f64> {
         let reading = noise.reading_sd_m.powi(2) - self.floor_m.powi(2);
         let zero = if self.observations.free_zeros {
             centre[1]
         } else {
             2.0 * noise.zero_sd_m.ln()
         };
-        let logarithms = Vector3::new(
+        let all = [
             reading.max(f64::MIN_POSITIVE).ln(),
             zero,
             2.0 * noise.run_slope_sd.ln(),
-        );
-        within_range(&logarithms, centre)
+            2.0 * noise.growth_sd.max(f64::MIN_POSITIVE).ln(),
+            noise.correlation.atanh(),
+        ];
+        let places = further.places();
+        let values = DVector::from_iterator(places.len(), places.iter().map(|&i| all[i]));
+        within_range(&values, centre, further)
+    }
+
+    /// The likeliest noise of the first model: the parts that the readings ask for, the one they ask for most first.
+    fn with_further_parts(&self, centre: &Centre, from_repeats: bool) -> LikeliestNoise {
+        let start = |further: FurtherParts| {
+            let places = further.places();
+            DVector::from_iterator(places.len(), places.iter().map(|&i| centre[i]))
+        };
+        let mut best = self.maximise(start(FurtherParts::NONE), centre, FurtherParts::NONE);
+        // Without repeats what a model leaves cannot be distinguished from noise with a memory.
+        if !from_repeats {
+            return best;
+        }
+        loop {
+            let more = [
+                FurtherParts {
+                    growth: true,
+                    ..best.further
+                },
+                FurtherParts {
+                    correlation: true,
+                    ..best.further
+                },
+            ];
+            let tried = more.into_iter().filter(|more| *more != best.further);
+            let tried = tried.map(|more| {
+                let noise = self.noise(&best.values, best.further);
+                let mut from = self.values(&noise, centre, more);
+                for (value, place) in from.iter_mut().zip(more.places()) {
+                    let is_new = !best.further.places().contains(&place);
+                    if is_new {
+                        *value = centre[place];
+                    }
+                }
+                self.maximise(from, centre, more)
+            });
+            match tried.min_by(|a, b| a.misfit.total_cmp(&b.misfit)) {
+                // A coarse gauge has errors of another kind.
+                Some(next) if next.misfit < best.misfit - ASKED_FOR && !self.is_coarse(&next) => {
+                    best = next;
+                }
+                _ => return best,
+            }
+        }
+    }
+
+    /// Whether the step of the gauge is what makes readings scatter.
+    fn is_coarse(&self, noise: &LikeliestNoise) -> bool {
+        let variance = self
+            .noise(&noise.values, noise.further)
+            .reading_sd_m
+            .powi(2);
+        let step_m = self.observations.steps.displacement_m.unwrap_or(0.0);
+        step_m * step_m / 12.0 > COARSE * variance
     }
 
     /// A first guess: scatter of differences between runs at the same step.
@@ -154,6 +256,7 @@ impl VarianceProblem<'_> {
             reading_sd_m: self.floor_m.max(1e-6),
             zero_sd_m: 1e-5,
             run_slope_sd: 5e-3,
+            ..ReadingNoise::default()
         });
         let (squares, _, dof) = self.restricted_sum(&whitening);
         let scale = (squares / (dof as f64).max(1.0)).sqrt();
@@ -184,32 +287,40 @@ impl VarianceProblem<'_> {
     }
 
     /// Minus twice the logarithm of the restricted likelihood, with a wide prior about `centre` for what the data do not determine.
-    fn objective(&self, log_variances: &Vector3<f64>, centre: &Vector3<f64>) -> f64 {
-        let noise = self.noise(log_variances);
+    fn objective(&self, values: &DVector<f64>, centre: &Centre, further: FurtherParts) -> f64 {
+        let noise = self.noise(values, further);
         let whitening = self.whitening(&noise);
         let (squares, log_determinant, _) = self.restricted_sum(&whitening);
-        let prior: f64 = (log_variances - centre)
+        let places = further.places().into_iter();
+        let prior: f64 = values
             .iter()
-            .map(|d| (d / PRIOR_LOG_VARIANCE_SD).powi(2))
+            .zip(places)
+            .map(|(value, place)| ((value - centre[place]) / PRIOR_LOG_VARIANCE_SD).powi(2))
             .sum();
         let earlier = self.earlier.map_or(0.0, |earlier| earlier.misfit(&noise));
         whitening.covariance.log_determinant() + log_determinant + squares + earlier + prior
     }
 
-    /// Newton steps with differences for derivatives: three parameters, a smooth function.
-    fn maximise(&self, start: Vector3<f64>, centre: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    /// Newton steps with differences for derivatives: few parameters, a smooth function.
+    fn maximise(
+        &self,
+        start: DVector<f64>,
+        centre: &Centre,
+        further: FurtherParts,
+    ) -> LikeliestNoise {
+        let size = start.len();
         let mut point = start;
-        let mut value = self.objective(&point, centre);
-        let mut hessian = Matrix3::identity();
+        let mut value = self.objective(&point, centre, further);
+        let mut hessian = DMatrix::identity(size, size);
         for _ in 0..25 {
-            let (gradient, curvature) = self.derivatives(&point, value, centre);
-            hessian = 0.5 * curvature;
+            let (gradient, curvature) = self.derivatives(&point, value, centre, further);
+            hessian = 0.5 * &curvature;
             let step = damped(&curvature, &gradient);
             let mut moved = false;
             let mut length = 1.0;
             for _ in 0..6 {
-                let trial = within_range(&(point + length * step), centre);
-                let trial_value = self.objective(&trial, centre);
+                let trial = within_range(&(&point + length * &step), centre, further);
+                let trial_value = self.objective(&trial, centre, further);
                 if trial_value < value {
                     moved = value - trial_value > 1e-5;
                     point = trial;
@@ -222,46 +333,48 @@ impl VarianceProblem<'_> {
                 break;
             }
         }
-        (point, hessian)
+        LikeliestNoise {
+            values: point,
+            misfit: value,
+            hessian,
+            further,
+        }
     }
 
     fn derivatives(
         &self,
-        point: &Vector3<f64>,
+        point: &DVector<f64>,
         value: f64,
-        centre: &Vector3<f64>,
-    ) -> (Vector3<f64>, Matrix3<f64>) {
+        centre: &Centre,
+        further: FurtherParts,
+    ) -> (DVector<f64>, DMatrix<f64>) {
         const H: f64 = 0.02;
-        // Up and down each axis, and up two of them, i and j, at once: these stand at i + j - 1.
-        let moves: [&[(usize, f64)]; 9] = [
-            &[(0, 1.0)],
-            &[(1, 1.0)],
-            &[(2, 1.0)],
-            &[(0, -1.0)],
-            &[(1, -1.0)],
-            &[(2, -1.0)],
-            &[(1, 1.0), (0, 1.0)],
-            &[(2, 1.0), (0, 1.0)],
-            &[(2, 1.0), (1, 1.0)],
-        ];
-        let at = |moves: &&[(usize, f64)]| {
-            let mut moved = *point;
-            for &(index, by) in *moves {
-                moved[index] += by * H;
+        let size = point.len();
+        // Up each axis, down each axis, and up two of them at once.
+        let up = (0..size).map(|i| vec![(i, H)]);
+        let down = (0..size).map(|i| vec![(i, -H)]);
+        let pairs = (0..size).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let both = pairs.clone().map(|(i, j)| vec![(i, H), (j, H)]);
+        let moves: Vec<Vec<(usize, f64)>> = up.chain(down).chain(both).collect();
+        let at = |moves: &Vec<(usize, f64)>| {
+            let mut moved = point.clone();
+            for &(index, by) in moves {
+                moved[index] += by;
             }
-            self.objective(&moved, centre)
+            self.objective(&moved, centre, further)
         };
         let values: Vec<f64> = moves.par_iter().with_max_len(1).map(at).collect();
-        let (up, down, both) = (&values[..3], &values[3..6], &values[6..]);
-        let gradient = Vector3::from_fn(|i, _| (up[i] - down[i]) / (2.0 * H));
-        let mut curvature = Matrix3::zeros();
-        for i in 0..3 {
+        let (up, rest) = values.split_at(size);
+        let (down, both) = rest.split_at(size);
+        let gradient = DVector::from_fn(size, |i, _| (up[i] - down[i]) / (2.0 * H));
+        let mut curvature = DMatrix::zeros(size, size);
+        for i in 0..size {
             curvature[(i, i)] = (up[i] - 2.0 * value + down[i]) / (H * H);
-            for j in 0..i {
-                let mixed = (both[i + j - 1] - up[i] - up[j] + value) / (H * H);
-                curvature[(i, j)] = mixed;
-                curvature[(j, i)] = mixed;
-            }
+        }
+        for ((i, j), both) in pairs.zip(both) {
+            let mixed = (both - up[i] - up[j] + value) / (H * H);
+            curvature[(i, j)] = mixed;
+            curvature[(j, i)] = mixed;
         }
         (gradient, curvature)
     }
@@ -324,20 +437,26 @@ fn products(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     out
 }
 
-/// Log variances clamped to [`RANGE`] about a centre.
-fn within_range(log_variances: &Vector3<f64>, centre: &Vector3<f64>) -> Vector3<f64> {
-    let limit = 2.0 * RANGE.ln();
-    log_variances.zip_map(centre, |value, centre| {
-        value.clamp(centre - limit, centre + limit)
-    })
+/// Values clamped to [`RANGE`] about a centre, and the correlation to [`MOST_CORRELATED`].
+fn within_range(values: &DVector<f64>, centre: &Centre, further: FurtherParts) -> DVector<f64> {
+    let mut values = values.clone();
+    for (value, place) in values.iter_mut().zip(further.places()) {
+        let limit = if place == 4 {
+            MOST_CORRELATED.atanh()
+        } else {
+            2.0 * RANGE.ln()
+        };
+        *value = value.clamp(centre[place] - limit, centre[place] + limit);
+    }
+    values
 }
 
 /// Newton step of a curvature made positive.
-fn damped(curvature: &Matrix3<f64>, gradient: &Vector3<f64>) -> Vector3<f64> {
-    let eigen = curvature.symmetric_eigen();
-    let mut step = Vector3::zeros();
-    for i in 0..3 {
-        let vector = eigen.eigenvectors.column(i).into_owned();
+fn damped(curvature: &DMatrix<f64>, gradient: &DVector<f64>) -> DVector<f64> {
+    let eigen = curvature.clone().symmetric_eigen();
+    let mut step = DVector::zeros(gradient.len());
+    for i in 0..gradient.len() {
+        let vector = eigen.eigenvectors.column(i);
         let value = eigen.eigenvalues[i].abs().max(0.3);
         step -= vector * (vector.dot(gradient) / value);
     }
@@ -346,113 +465,4 @@ fn damped(curvature: &Matrix3<f64>, gradient: &Vector3<f64>) -> Vector3<f64> {
         step *= 2.0 / length;
     }
     step
-}
-
-/// Indicator of each step (and hold) of a cell with several runs, and the force, which differs from its target from run to run; in a
-/// cell with one run a smooth curve with a loop.
-fn fixed_part(observations: &Observations, cell: usize) -> FixedPart {
-    let cell = &observations.cells[cell];
-    let readings = cell.readings.clone();
-    let loads = &observations.loads[readings.clone()];
-    let details = &observations.readings[readings.clone()];
-    let force_scale = loads
-        .iter()
-        .map(|load| load.force_n.abs())
-        .fold(0.0, f64::max)
-        .max(1e-12);
-    let force: Vec<f64> = loads
-        .iter()
-        .map(|load| load.force_n / force_scale)
-        .collect();
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    let mut keys: Vec<(u32, u32)> = Vec::new();
-    let key = |place: usize| (loads[place].step, details[place].hold_number);
-    for place in 0..loads.len() {
-        if !keys.contains(&key(place)) {
-            keys.push(key(place));
-        }
-    }
-    if cell.runs.len() > 1 && within_steps(&keys, &force, key) < SAME_STEP {
-        for wanted in &keys {
-            columns.push(
-                (0..loads.len())
-                    .map(|place| f64::from(u8::from(key(place) == *wanted)))
-                    .collect(),
-            );
-        }
-        // Where forces repeat exactly, the force is already in the span of the steps.
-        let spread = within_steps(&keys, &force, key);
-        if spread > 1e-6 {
-            columns.push(force);
-        }
-    } else {
-        let unloading: Vec<f64> = details
-            .iter()
-            .map(|reading| {
-                f64::from(u8::from(
-                    reading.branch == stiffbench_units_and_text::test_point::Branch::Unloading,
-                ))
-            })
-            .collect();
-        let product =
-            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<f64>>();
-        let square = product(&force, &force);
-        let all = [
-            vec![1.0; force.len()],
-            force.clone(),
-            square,
-            unloading.clone(),
-            product(&unloading, &force),
-        ];
-        for column in all {
-            if independent(&columns, &column) {
-                columns.push(column);
-            }
-        }
-    }
-    FixedPart { columns, readings }
-}
-
-/// Root mean square of the force about its mean in each step.
-fn within_steps(keys: &[(u32, u32)], force: &[f64], key: impl Fn(usize) -> (u32, u32)) -> f64 {
-    let mut squares = 0.0;
-    for wanted in keys {
-        let members: Vec<f64> = (0..force.len())
-            .filter(|&place| key(place) == *wanted)
-            .map(|place| force[place])
-            .collect();
-        let mean = members.iter().sum::<f64>() / members.len().max(1) as f64;
-        squares += members.iter().map(|f| (f - mean).powi(2)).sum::<f64>();
-    }
-    (squares / force.len().max(1) as f64).sqrt()
-}
-
-/// Whether a column adds something to those already there.
-fn independent(columns: &[Vec<f64>], column: &[f64]) -> bool {
-    let mut rest = column.to_vec();
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    let whole = length(&rest);
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for other in columns {
-        let mut vector = other.clone();
-        for b in &basis {
-            remove(&mut vector, b);
-        }
-        let norm = length(&vector).sqrt();
-        if norm > 0.0 {
-            for x in &mut vector {
-                *x /= norm;
-            }
-            remove(&mut rest, &vector);
-            basis.push(vector);
-        }
-    }
-    length(&rest) > 1e-8 * whole && whole > 0.0
-}
-
-fn remove(vector: &mut [f64], unit: &[f64]) {
-    let product: f64 = vector.iter().zip(unit).map(|(a, b)| a * b).sum();
-    for (value, u) in vector.iter_mut().zip(unit) {
-        *value -= product * u;
-    }
 }

@@ -104,6 +104,7 @@ mod tests {
             reading_sd_m: (1e-12 + STEP_M * STEP_M / 12.0).sqrt(),
             zero_sd_m: 1e-9,
             run_slope_sd: 1e-9,
+            ..ReadingNoise::default()
         };
         let zeros = vec![0.0; observations.len()];
         NoiseCovariance::new(observations, &noise, &zeros, &zeros)
@@ -173,6 +174,7 @@ mod tests {
             reading_sd_m: (2.5e-13_f64 + 1e-10 / 12.0).sqrt(),
             zero_sd_m: 1e-9,
             run_slope_sd: 1e-9,
+            ..ReadingNoise::default()
         };
         let zeros = vec![0.0; observations.len()];
         let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros);

@@ -1,8 +1,8 @@
 //! A model as it stands during the search: fitted, with the noise that it leaves.
 
+use super::estimated_noise::EstimatedNoise;
 use super::noise::NoiseCovariance;
 use super::refit::FittedModel;
-use super::restricted_likelihood::EstimatedNoise;
 
 /// A fitted model with its noise.
 #[derive(Debug, Clone)]

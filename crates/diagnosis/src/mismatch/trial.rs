@@ -13,12 +13,12 @@ use super::candidate::candidates;
 use super::candidate_scores::{best_shapes, score_candidates};
 use super::changes::Changes;
 use super::error::MismatchError;
+use super::estimated_noise::EstimatedNoise;
 use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
 use super::refit::Model;
-use super::restricted_likelihood::EstimatedNoise;
 use crate::search::WhiteSpace;
 use crate::search::{Batched, dot};
 
@@ -87,28 +87,42 @@ pub fn simulate(
         .iter()
         .map(|_| normal(noise.run_slope_sd))
         .collect();
-    let errors: Vec<f64> = (0..acting.len())
-        .map(|_| normal(noise.reading_sd_m))
-        .collect();
-    let skewed = Gamma::new(SKEWED_SHAPE, 1.0).ok();
+    let mut errors: Vec<f64> = (0..acting.len()).map(|_| normal(1.0)).collect();
+    if let Some(gamma) = Gamma::new(SKEWED_SHAPE, 1.0)
+        .ok()
+        .filter(|_| truth.noise.skewed)
+    {
+        errors.fill_with(|| {
+            let unit: f64 = gamma.sample(&mut rng);
+            (unit - SKEWED_SHAPE) / SKEWED_SHAPE.sqrt()
+        });
+    }
+    remember(&mut errors, &acting, noise.correlation);
     for (place, displacement) in displacement_m.iter_mut().enumerate() {
         let reading = &acting.readings[place];
-        let error = match skewed.filter(|_| truth.noise.skewed) {
-            Some(gamma) => {
-                let unit: f64 = gamma.sample(&mut rng);
-                noise.reading_sd_m * (unit - SKEWED_SHAPE) / SKEWED_SHAPE.sqrt()
-            }
-            None => errors[place],
-        };
-        *displacement += slopes[reading.run] * mechanics_m[place] * acting.loads[place].force_n
+        let linear_m = mechanics_m[place] * acting.loads[place].force_n;
+        *displacement += slopes[reading.run] * linear_m
             + zeros[reading.zero as usize]
-            + error;
+            + noise.own_variance(linear_m).sqrt() * errors[place];
         let step = truth.noise.displacement_step_m;
         if step > 0.0 {
             *displacement = (*displacement / step).round() * step;
         }
     }
     Ok(plan.with_displacements(displacement_m))
+}
+
+/// Makes each error of a run share in the one before it, in place; all keep their standard deviation of one.
+fn remember(errors: &mut [f64], observations: &Observations, correlation: f64) {
+    if correlation == 0.0 {
+        return;
+    }
+    for run in &observations.runs {
+        for reading in run.readings.clone().skip(1) {
+            let new = (1.0 - correlation * correlation).sqrt() * errors[reading];
+            errors[reading] = correlation * errors[reading - 1] + new;
+        }
+    }
 }
 
 /// Length of the last effect of a truth in standard errors: white with the true noise, the baseline projected out.
@@ -268,6 +282,7 @@ fn known_noise(truth: &Truth) -> EstimatedNoise {
             ..truth.noise.noise
         },
         covariance: [[0.0; 3]; 3],
+        further_se: [0.0; 2],
         from_repeats: true,
     }
 }

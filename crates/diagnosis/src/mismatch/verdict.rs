@@ -93,6 +93,7 @@ impl DiagnosisProblem<'_> {
             noise: found.after.noise.noise,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
+            further_noise: found.after.noise.further_ci95(),
             detection_limits: self.detection_limits(found, critical)?,
             impossible: impossible(&found.first, critical),
             parameters: found.after.fitted.model.parameters.clone(),

@@ -137,8 +137,13 @@ pub const NOT_NORMAL: f64 = 5.0;
 /// hand (750d6b5).
 pub const PRIOR_LOG_VARIANCE_SD: f64 = 4.0;
 
-/// Relative error of the slope of a run about which that prior lies (1). By hand (750d6b5).
+/// Relative error of the slope of a run about which that prior lies (1), and of a reading that grows with its displacement. By hand (750d6b5).
 pub const PRIOR_RUN_SLOPE_SD: f64 = 3e-3;
+
+/// Fall of minus twice the logarithm of the likelihood for which a further part of the noise is kept: 5 % of benches without it. Source: the
+/// upper 5 % point of chi-squared with one degree of freedom (Self & Liang, Journal of the American Statistical Association 82, 1987, give a
+/// smaller one for a variance at zero: fewer are kept).
+pub const ASKED_FOR: f64 = 3.84;
 
 /// Scatter of forces within a load step, as a share of the largest force, above which repeats of the step are not the same load (1). By
 /// judgement (750d6b5).
@@ -149,6 +154,20 @@ pub const SAME_STEP: f64 = 0.05;
 pub const LARGEST_LOAD: f64 = 70.0;
 /// See [`LARGEST_LOAD`].
 pub const LARGEST_DISPLACEMENT: f64 = 1e-3;
+
+// Bad readings.
+
+/// Chance that a good reading of a bench is called bad (1). Stated.
+pub const BAD_READING_LEVEL: f64 = 0.003;
+
+/// Applications of a load from which on a reading can be held against the others (1): of two it is open which is wrong. Stated.
+pub const ENOUGH_REPEATS: usize = 3;
+
+/// Share of the readings that may be bad (1): more are no exceptions. Stated.
+pub const MOST_BAD_READINGS: f64 = 0.02;
+
+/// Standard errors by which a jump and its return may differ (1). Stated.
+pub const SAME_JUMP: f64 = 3.0;
 
 // Noise of a coarse gauge.
 

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
+use super::serial_correlation::{RowMemory, SerialFilter};
 use super::symmetric_root::symmetric_root;
 
 /// Largest rank within a block.
@@ -13,15 +14,14 @@ const MOST_COLUMNS: usize = 64;
 
 /// A covariance V = D^(1/2) R D^(1/2) + U Uᵀ within blocks of rows, and the transform W with Wᵀ W = V⁻¹.
 ///
-/// D is diagonal, U of low rank, and R that of a first-order autoregressive process (Box, Jenkins, Reinsel & Ljung, Time Series Analysis, 5th
-/// edition, section 3.2): what a row has in common with the row before it. Its inverse is Fᵀ F with a bidiagonal F.
+/// D is diagonal, U of low rank, and R holds what rows have in common with the rows before them: R⁻¹ = Fᵀ F ([`SerialFilter`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covariance {
     blocks: Vec<CovarianceBlock>,
     /// D^(-1/2).
     weights: Vec<f64>,
-    /// Correlation of each row's own error with that of the row before it; empty where there is none.
-    memory: Vec<f64>,
+    /// F.
+    serial: SerialFilter,
     /// ln det V.
     log_determinant: f64,
 }
@@ -52,25 +52,25 @@ impl Covariance {
     /// - `blocks`: U, at most 64 columns in each block, in the order of the rows.
     #[must_use]
     pub fn new(variances: &[f64], blocks: impl IntoIterator<Item = LowRankBlock>) -> Self {
-        Self::with_memory(variances, Vec::new(), blocks)
+        Self::with_memory(variances, &[], blocks)
     }
 
     /// The same with errors that remember the row before them.
     ///
     /// # Arguments
-    /// - `memory`: correlation of each row's own error with that of the row before it, between -1 and 1, zero in the first row of each block;
-    ///   empty where there is none.
+    /// - `memory`: how each row remembers; a series begins with each block; empty where no row does.
     #[must_use]
     pub fn with_memory(
         variances: &[f64],
-        memory: Vec<f64>,
+        memory: &[RowMemory],
         blocks: impl IntoIterator<Item = LowRankBlock>,
     ) -> Self {
         let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
         let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
-        log_determinant += memory.iter().map(|rho| (-rho * rho).ln_1p()).sum::<f64>();
+        let serial = SerialFilter::new(memory);
+        log_determinant += serial.log_determinant;
         let of_block = |block| {
-            let (block, of_block) = CovarianceBlock::new(block, &weights, &memory);
+            let (block, of_block) = CovarianceBlock::new(block, &weights, &serial);
             log_determinant += of_block;
             block
         };
@@ -78,7 +78,7 @@ impl Covariance {
         Self {
             blocks,
             weights,
-            memory,
+            serial,
             log_determinant,
         }
     }
@@ -106,21 +106,16 @@ impl Covariance {
         self.blocks.iter().map(|block| &block.rows)
     }
 
-    /// The inverse without what blocks have in common, D^(-1/2) Fᵀ F D^(-1/2): its diagonal, and its entries between each row and the next,
-    /// one fewer; those are none without memory.
+    /// Whether no row remembers the row before it.
     #[must_use]
-    pub fn inverse_bands(&self) -> [Vec<f64>; 2] {
-        let squares = self.weights.iter().map(|weight| weight * weight);
-        if self.memory.is_empty() {
-            return [squares.collect(), Vec::new()];
-        }
-        let gain = |rho: &f64| (1.0 - rho * rho).recip();
-        let after = self.memory[1..].iter().map(|rho| rho * rho * gain(rho));
-        let own = self.memory.iter().map(gain).zip(after.chain([0.0]));
-        let diagonal = squares.zip(own).map(|(w, (own, after))| w * (own + after));
-        let beside = self.memory[1..].iter().zip(self.weights.windows(2));
-        let beside = beside.map(|(rho, w)| -rho * gain(rho) * w[0] * w[1]);
-        [diagonal.collect(), beside.collect()]
+    pub fn is_without_memory(&self) -> bool {
+        self.serial.is_identity()
+    }
+
+    /// Product of two vectors with the inverse without what blocks have in common, aᵀ D^(-1/2) Fᵀ F D^(-1/2) b; zero outside a range.
+    #[must_use]
+    pub fn own_product(&self, vectors: [&[f64]; 2], range: &Range<usize>) -> f64 {
+        self.serial.product(vectors, &self.weights, range)
     }
 
     /// Columns E with V⁻¹ = D^(-1/2) Fᵀ F D^(-1/2) - E Eᵀ, block by block in the order of the rows.
@@ -130,9 +125,7 @@ impl Covariance {
             let (rows, n) = (block.rows.clone(), block.rows.len());
             let mut columns = block.inverse_columns();
             for column in columns.chunks_mut(n) {
-                if !self.memory.is_empty() {
-                    innovations_transposed(&self.memory[rows.clone()], column);
-                }
+                self.serial.innovations_transposed(&rows, column);
                 for (value, weight) in column.iter_mut().zip(&self.weights[rows.clone()]) {
                     *value *= weight;
                 }
@@ -147,18 +140,10 @@ impl Covariance {
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value /= weight;
         }
-        if !self.memory.is_empty() {
-            // R = F⁻¹ F⁻ᵀ.
-            for row in (0..vector.len()).rev() {
-                let later = row + 1;
-                if later < vector.len() {
-                    let rho = self.memory[later];
-                    vector[row] += rho * vector[later] / (1.0 - rho * rho).sqrt();
-                }
-                vector[row] *= (1.0 - self.memory[row].powi(2)).sqrt();
-            }
-            remembered(&self.memory, vector);
-        }
+        // R = F⁻¹ F⁻ᵀ.
+        let all = 0..vector.len();
+        self.serial.remembered_transposed(&all, vector);
+        self.serial.remembered(&all, vector);
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value /= weight;
         }
@@ -169,9 +154,7 @@ impl Covariance {
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value *= weight;
         }
-        if !self.memory.is_empty() {
-            innovations(&self.memory, vector);
-        }
+        self.serial.innovations(&(0..vector.len()), vector);
         Self::symmetric(self.blocks.iter(), vector);
     }
 
@@ -183,9 +166,7 @@ impl Covariance {
         {
             *value *= weight;
         }
-        if !self.memory.is_empty() {
-            innovations(&self.memory[rows.clone()], &mut vector[rows.clone()]);
-        }
+        self.serial.innovations(rows, &mut vector[rows.clone()]);
         let first = self
             .blocks
             .partition_point(|block| block.rows.start < rows.start);
@@ -195,12 +176,23 @@ impl Covariance {
         Self::symmetric(blocks, vector);
     }
 
+    /// F D^(-1/2) times some rows, in place: white, but for what blocks have in common.
+    ///
+    /// # Arguments
+    /// - `rows`: whole series.
+    /// - `values`: one for each of them.
+    pub fn whiten_own(&self, rows: &Range<usize>, values: &mut [f64]) {
+        for (value, weight) in values.iter_mut().zip(&self.weights[rows.clone()]) {
+            *value *= weight;
+        }
+        self.serial.innovations(rows, values);
+    }
+
     /// Wᵀ times a white vector, in place.
     pub fn whiten_transposed(&self, vector: &mut [f64]) {
         Self::symmetric(self.blocks.iter(), vector);
-        if !self.memory.is_empty() {
-            innovations_transposed(&self.memory, vector);
-        }
+        let all = 0..vector.len();
+        self.serial.innovations_transposed(&all, vector);
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value *= weight;
         }
@@ -223,9 +215,8 @@ impl Covariance {
                 }
             }
         }
-        if !self.memory.is_empty() {
-            remembered(&self.memory, vector);
-        }
+        let all = 0..vector.len();
+        self.serial.remembered(&all, vector);
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
             *value /= weight;
         }
@@ -245,16 +236,14 @@ impl Covariance {
 
 impl CovarianceBlock {
     /// The block and its part of ln det V.
-    fn new(block: LowRankBlock, weights: &[f64], memory: &[f64]) -> (Self, f64) {
+    fn new(block: LowRankBlock, weights: &[f64], serial: &SerialFilter) -> (Self, f64) {
         let LowRankBlock { rows, mut columns } = block;
         let n = rows.len();
         for column in columns.chunks_mut(n) {
             for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
                 *value *= weight;
             }
-            if !memory.is_empty() {
-                innovations(&memory[rows.clone()], column);
-            }
+            serial.innovations(&rows, column);
         }
         let rank = columns.len() / n;
         let (inner, log_determinant) = symmetric_root(&gram(&columns, n));
@@ -318,39 +307,6 @@ impl CovarianceBlock {
             }
         }
         out
-    }
-}
-
-/// F times rows of standard deviation one, in place: what each does not share with the row before it, of standard deviation one.
-fn innovations(memory: &[f64], rows: &mut [f64]) {
-    let mut before = 0.0;
-    for (value, rho) in rows.iter_mut().zip(memory) {
-        let own = *value;
-        *value = (own - rho * before) / (1.0 - rho * rho).sqrt();
-        before = own;
-    }
-}
-
-/// Fᵀ times rows, in place.
-fn innovations_transposed(memory: &[f64], rows: &mut [f64]) {
-    for row in 0..rows.len() {
-        let gain = |row: usize| (1.0 - memory[row].powi(2)).sqrt().recip();
-        let later = row + 1;
-        let after = if later < rows.len() {
-            memory[later] * gain(later) * rows[later]
-        } else {
-            0.0
-        };
-        rows[row] = gain(row) * rows[row] - after;
-    }
-}
-
-/// F⁻¹ times rows, in place.
-fn remembered(memory: &[f64], rows: &mut [f64]) {
-    let mut before = 0.0;
-    for (value, rho) in rows.iter_mut().zip(memory) {
-        *value = rho * before + (1.0 - rho * rho).sqrt() * *value;
-        before = *value;
     }
 }
 

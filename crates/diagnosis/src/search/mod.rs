@@ -22,6 +22,7 @@ mod linear;
 mod null_noise;
 #[cfg(test)]
 mod plain;
+mod serial_correlation;
 mod symmetric_root;
 #[cfg(test)]
 mod tests;
@@ -46,5 +47,6 @@ pub(crate) use null_noise::put_drawn;
 pub use null_noise::{DrawResiduals, NullNoise};
 #[cfg(test)]
 pub(crate) use plain::Plain;
+pub use serial_correlation::RowMemory;
 pub use vectors::{dot, norm, push_orthonormal, subtract};
 pub use white_space::WhiteSpace;

@@ -22,17 +22,27 @@ fn wave(seed: u64, number: usize) -> Vec<f64> {
 /// A covariance as the search has it, and dense; of even seeds rows remember the row before them.
 fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
     let variances: Vec<f64> = wave(seed, 40).iter().map(|x| 0.3 + x * x).collect();
-    let memory: Vec<f64> = if seed.is_multiple_of(2) {
-        let memory = wave(seed, 43).into_iter().enumerate();
-        let of_row = |(row, x): (usize, f64)| if row % BLOCK == 0 { 0.0 } else { 0.9 * x };
+    let memory: Vec<RowMemory> = if seed.is_multiple_of(2) {
+        let memory = wave(seed, 43).into_iter().zip(wave(seed, 45)).enumerate();
+        let of_row = |(row, (correlation, share)): (usize, (f64, f64))| RowMemory {
+            correlation: if row % BLOCK == 0 {
+                0.0
+            } else {
+                0.9 * correlation
+            },
+            share: share.abs(),
+        };
         memory.map(of_row).collect()
     } else {
         Vec::new()
     };
     let correlation = |i: usize, j: usize| {
-        let between = i.min(j) + 1..i.max(j) + 1;
-        let steps = between.map(|row| memory.get(row).copied().unwrap_or(0.0));
-        steps.product::<f64>()
+        if i == j || memory.is_empty() {
+            return f64::from(u8::from(i == j));
+        }
+        let between = memory[i.min(j) + 1..=i.max(j)].iter();
+        let steps: f64 = between.map(|row| row.correlation).product();
+        steps * (memory[i].share * memory[j].share).sqrt()
     };
     let mut dense = DMatrix::from_fn(ROWS, ROWS, |i, j| {
         (variances[i] * variances[j]).sqrt() * correlation(i, j)
@@ -58,7 +68,7 @@ fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
             }
         }
     }
-    (Covariance::with_memory(&variances, memory, blocks), dense)
+    (Covariance::with_memory(&variances, &memory, blocks), dense)
 }
 
 /// The same problem for both engines: two columns, one of them with a prior.

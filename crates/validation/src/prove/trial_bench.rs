@@ -369,6 +369,7 @@ fn noise(kind: NoiseKind, seed: u64) -> TrialNoise {
             reading_sd_m: 1e-6 * between(&mut rng, READING_UM),
             zero_sd_m: 1e-6 * between(&mut rng, ZERO_UM),
             run_slope_sd: between(&mut rng, SLOPE),
+            ..ReadingNoise::default()
         },
         displacement_step_m: 1e-6,
         force_step_n: 0.1,

@@ -13,19 +13,25 @@ use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::state::State;
 use crate::search::{Batched, Plain};
 
-/// V of a noise as it is written: σ² + q²/12 c² of a reading, σ₀² of readings with one zero, σₛ² bᵢ bⱼ of readings of one run.
+/// V of a noise as it is written: σ² + g² b² + q²/12 c² of a reading, ρ^|i - j| between readings of a run, σ₀² of readings with one zero, σₛ² bᵢ bⱼ
+/// of readings of one run.
 fn dense(observations: &Observations, state: &State, c: &[f64]) -> DMatrix<f64> {
     let noise = &state.whitening.noise;
     let b = &state.whitening.slope_m;
     let step_n = observations.steps.force_n.unwrap_or(0.0);
     DMatrix::from_fn(b.len(), b.len(), |i, j| {
         let (one, other) = (&observations.readings[i], &observations.readings[j]);
+        let own = |i: usize| {
+            let of_force = if observations.loads[i].force_n == 0.0 {
+                0.0
+            } else {
+                (step_n * c[i]).powi(2) / 12.0
+            };
+            noise.reading_sd_m.powi(2) + (noise.growth_sd * b[i]).powi(2) + of_force
+        };
         let mut covariance = 0.0;
-        if i == j {
-            covariance += noise.reading_sd_m.powi(2);
-            if observations.loads[i].force_n != 0.0 {
-                covariance += (step_n * c[i]).powi(2) / 12.0;
-            }
+        if one.run == other.run {
+            covariance += (own(i) * own(j)).sqrt() * noise.correlation.powi(i.abs_diff(j) as i32);
         }
         if one.zero == other.zero {
             covariance += noise.zero_sd_m.powi(2);

@@ -9,10 +9,10 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::mismatch::baseline::Baseline;
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::noise::ReadingNoise;
 use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::PlannedCell;
-use crate::mismatch::restricted_likelihood::EstimatedNoise;
 use crate::search::constants::{USUAL_READING_SD_M, USUAL_RUN_SLOPE_SD, USUAL_ZERO_SD_M};
 
 /// Noise of a bench of which nothing is known yet.
@@ -22,6 +22,8 @@ pub const USUAL_NOISE: ReadingNoise = ReadingNoise {
     reading_sd_m: USUAL_READING_SD_M,
     zero_sd_m: USUAL_ZERO_SD_M,
     run_slope_sd: USUAL_RUN_SLOPE_SD,
+    growth_sd: 0.0,
+    correlation: 0.0,
 };
 
 /// A law at a place.
@@ -62,6 +64,7 @@ impl DesignBench<'_> {
         EstimatedNoise {
             noise: self.noise,
             covariance: [[0.0; 3]; 3],
+            further_se: [0.0; 2],
             from_repeats: true,
         }
     }

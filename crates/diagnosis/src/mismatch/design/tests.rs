@@ -57,6 +57,7 @@ fn bench<'a>(baseline: &'a RobotBaseline<'_>, poses: &'a [PoseId]) -> DesignBenc
             reading_sd_m: 0.6e-6,
             zero_sd_m: 0.5e-6,
             run_slope_sd: 5e-4,
+            ..ReadingNoise::default()
         },
         steps: GaugeSteps {
             force_n: Some(0.01),
@@ -137,6 +138,7 @@ fn members_in_series_vanish_together() {
             reading_sd_m: 1e-8,
             zero_sd_m: 1e-8,
             run_slope_sd: 1e-5,
+            ..ReadingNoise::default()
         },
         steps: GaugeSteps::default(),
         ..bench(&baseline, &poses)

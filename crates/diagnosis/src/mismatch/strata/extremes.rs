@@ -1,6 +1,6 @@
 //! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
 
-use crate::mismatch::restricted_likelihood::EstimatedNoise;
+use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::search::constants::{COLUMN_LEFT, KNOWN_VARIANCE, LONGEST_PERIOD, UNSEEN_READING};
 use crate::search::dot;
 use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;

@@ -35,9 +35,9 @@ mod tests;
 
 use super::baseline::{Baseline, prior_sd};
 use super::error::MismatchError;
+use super::estimated_noise::EstimatedNoise;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
-use super::restricted_likelihood::EstimatedNoise;
 use super::search::SearchOptions;
 use super::state::State;
 

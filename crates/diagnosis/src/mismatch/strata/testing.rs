@@ -1,7 +1,7 @@
 //! The tests: each contrast against its error term, the family by Holm, and where in a contrast it sits.
 
+use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::restricted_likelihood::EstimatedNoise;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::decomposition::{Decomposition, FitContrast, squares};

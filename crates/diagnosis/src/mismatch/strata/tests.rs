@@ -25,6 +25,8 @@ const NOISE: ReadingNoise = ReadingNoise {
     reading_sd_m: 2e-6,
     zero_sd_m: 3e-6,
     run_slope_sd: 0.003,
+    growth_sd: 0.0,
+    correlation: 0.0,
 };
 
 /// Loading and unloading with one hold of a minute at the top, five repeats; forces off their targets by up to half a newton.
@@ -103,6 +105,7 @@ fn known(noise: ReadingNoise) -> EstimatedNoise {
     EstimatedNoise {
         noise,
         covariance: [[0.0; 3]; 3],
+        further_se: [0.0; 2],
         from_repeats: true,
     }
 }

@@ -6,7 +6,7 @@
 //!   ‖P W s‖² = sᵀ V⁻¹ s - ‖Bᵀ W s‖²,    sᵀ V⁻¹ s = sᵀ K s - ‖Eᵀ s‖²    (a few columns E for each block)
 //! ```
 //!
-//! so that a shape costs one product with each column, and no memory; K is diagonal, or has one band beside it.
+//! so that a shape costs one product with each column, and no memory; where no row remembers the row before it, K is diagonal.
 
 mod block_basis;
 mod low_rank;
@@ -30,9 +30,8 @@ use null_table::{BlockMaxima, NullScratch, NullTable};
 #[derive(Debug)]
 pub struct Batched<'a> {
     space: &'a WhiteSpace,
-    /// K: the inverse of the covariance without what blocks have in common; its diagonal, and what stands beside it.
+    /// K, the inverse of the covariance without what blocks have in common, where it is diagonal.
     weights: Vec<f64>,
-    beside: Vec<f64>,
     /// E, one after the other.
     blocks: Vec<LowRankBlock>,
     /// Wᵀ B.
@@ -54,10 +53,8 @@ impl<'a> Batched<'a> {
             covariance.whiten_transposed(&mut out);
             out
         };
-        let [weights, beside] = covariance.inverse_bands();
         Self {
-            weights,
-            beside,
+            weights: covariance.weights().iter().map(|w| w * w).collect(),
             blocks: covariance.inverse_columns(),
             absorbed: space.basis().iter().map(|column| back(column)).collect(),
             residual: back(white_residual),
@@ -96,23 +93,23 @@ impl<'a> Batched<'a> {
         for column in &self.absorbed {
             out.push(sums_side_by_side(&column[range.clone()], values));
         }
-        triple(&self.weights[range.clone()], values, values)
-            + 2.0 * self.neighbours(values, values, range)
+        self.own_product([whole, whole], range)
     }
 
-    /// Σ K s t over the entries above the diagonal, one of the two vectors being the earlier row.
+    /// sᵀ K t of vectors that are zero outside a range.
     #[inline(always)]
     #[expect(
         clippy::inline_always,
         reason = "it is compiled for the instructions of its caller"
     )]
-    fn neighbours(&self, earlier: &[f64], later: &[f64], range: &Range<usize>) -> f64 {
-        let pairs = range.len().saturating_sub(1);
-        if self.beside.is_empty() || pairs == 0 {
-            return 0.0;
+    fn own_product(&self, [s, t]: [&[f64]; 2], range: &Range<usize>) -> f64 {
+        let covariance = &self.space.covariance;
+        if covariance.is_without_memory() {
+            let weights = &self.weights[range.clone()];
+            triple(weights, &s[range.clone()], &t[range.clone()])
+        } else {
+            covariance.own_product([s, t], range)
         }
-        let beside = &self.beside[range.start..range.start + pairs];
-        triple(beside, &earlier[..pairs], &later[1..])
     }
 
     fn white_moments(&self, values: &[f64], range: &Range<usize>) -> Moments {
@@ -145,10 +142,7 @@ impl ScoreEngine for Batched<'_> {
         let (of_first, of_second) = scratch.split_at(columns);
         squares[0] -= dot(of_first, of_first);
         squares[1] -= dot(of_second, of_second);
-        let both = triple(&self.weights, shapes[0], shapes[1])
-            + self.neighbours(shapes[0], shapes[1], &rows)
-            + self.neighbours(shapes[1], shapes[0], &rows)
-            - dot(of_first, of_second);
+        let both = self.own_product(shapes, &rows) - dot(of_first, of_second);
         let [first, second] = shapes.map(|shape| dot(shape, &self.residual));
         let square = squares[1] - both * both / squares[0];
         if squares[0] < CANCELLED * wholes[0] || square.is_nan() || square < CANCELLED * wholes[1] {

@@ -1,0 +1,48 @@
+//! Noise with what is known of it.
+
+use stiffbench_numeric::statistics::normal_quantile;
+
+use super::noise::ReadingNoise;
+
+/// The noise with what is known of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EstimatedNoise {
+    /// The standard deviations.
+    pub noise: ReadingNoise,
+    /// Covariance of the logarithms of the three variances: reading, zero, run slope.
+    pub covariance: [[f64; 3]; 3],
+    /// Standard errors of the logarithm of the standard deviation that grows, and of the inverse hyperbolic tangent of the correlation; zero
+    /// where the noise has no such part, or it was given.
+    pub further_se: [f64; 2],
+    /// Whether each cell has several runs, so that the scatter between runs is seen apart from the mean.
+    pub from_repeats: bool,
+}
+
+impl EstimatedNoise {
+    /// Degrees of freedom of a variance with these shares of the three (Satterthwaite).
+    #[must_use]
+    pub fn degrees_of_freedom(&self, shares: [f64; 3]) -> f64 {
+        let mut variance = 0.0;
+        for i in 0..3 {
+            for j in 0..3 {
+                variance += shares[i] * self.covariance[i][j] * shares[j];
+            }
+        }
+        // Below two degrees of freedom a quantile carries no information; above a million it is the normal one.
+        (2.0 / variance.max(2e-6)).clamp(2.0, 1e6)
+    }
+
+    /// 95 % intervals of the growth with the displacement and of the correlation within a run; none of what the noise does not have.
+    #[must_use]
+    pub fn further_ci95(&self) -> [Option<[f64; 2]>; 2] {
+        let [growth, correlation] = self.further_se.map(|se| normal_quantile(0.975) * se);
+        let noise = &self.noise;
+        let of_growth = [-growth, growth].map(|reach| noise.growth_sd * reach.exp());
+        let of_correlation =
+            [-correlation, correlation].map(|reach| (noise.correlation.atanh() + reach).tanh());
+        [
+            (noise.growth_sd > 0.0).then_some(of_growth),
+            (noise.correlation != 0.0).then_some(of_correlation),
+        ]
+    }
+}

@@ -1,0 +1,83 @@
+//! A jump and its return one reading later: a bad reading, and no slip.
+
+use stiffbench_beams::physics::Place;
+
+use super::bad_readings::BadReading;
+use super::diagnosis::{Diagnosis, Finding};
+use super::observations::Observations;
+use crate::search::constants::SAME_JUMP;
+
+/// The reading between two slips that a diagnosis names with opposite sizes, one reading apart in one run.
+///
+/// Such a pair says of one reading what a shift of that reading says with one number less.
+#[must_use]
+pub fn reading_between_slips(
+    observations: &Observations,
+    diagnosis: &Diagnosis,
+) -> Option<BadReading> {
+    let slips: Vec<NamedSlip<'_>> = diagnosis
+        .findings
+        .iter()
+        .filter_map(|finding| NamedSlip::new(observations, finding))
+        .collect();
+    slips.iter().find_map(|first| {
+        let back = slips.iter().find(|other| first.is_taken_back_by(other))?;
+        let shift_m = 0.5 * (first.jump_m - back.jump_m);
+        // Two estimates of the same shift.
+        let u_m = 0.5 * first.u_m.hypot(back.u_m);
+        let p_family = first.finding.p_family.min(back.finding.p_family);
+        Some(BadReading::new(
+            observations,
+            first.reading,
+            (shift_m, u_m),
+            p_family,
+        ))
+    })
+}
+
+struct NamedSlip<'a> {
+    finding: &'a Finding,
+    run: usize,
+    /// The first reading that it moves.
+    reading: usize,
+    jump_m: f64,
+    u_m: f64,
+}
+
+impl<'a> NamedSlip<'a> {
+    fn new(observations: &Observations, finding: &'a Finding) -> Option<Self> {
+        let Place::Run {
+            pose,
+            direction,
+            repeat,
+            step,
+        } = &finding.effect.place
+        else {
+            return None;
+        };
+        let run = observations.runs.iter().position(|run| {
+            let cell = &observations.cells[run.cell];
+            observations.poses[cell.pose] == *pose
+                && cell.direction == *direction
+                && run.repeat == *repeat
+        })?;
+        let mut readings = observations.runs[run].readings.clone();
+        let reading = readings.find(|&reading| observations.loads[reading].step >= *step)?;
+        let value = finding.values.first()?;
+        Some(Self {
+            finding,
+            run,
+            reading,
+            jump_m: value.value,
+            u_m: value.u?,
+        })
+    }
+
+    /// Whether another ends after one reading what this one begins.
+    fn is_taken_back_by(&self, other: &Self) -> bool {
+        let rest = self.jump_m + other.jump_m;
+        self.run == other.run
+            && other.reading == self.reading + 1
+            && rest.abs() < SAME_JUMP * self.u_m.hypot(other.u_m)
+    }
+}
