@@ -44,8 +44,9 @@ impl<'a> RoundedNoise<'a> {
     }
 }
 
-impl DrawResiduals for RoundedNoise<'_> {
-    fn draw(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
+impl RoundedNoise<'_> {
+    /// Errors of all readings, m.
+    pub(super) fn errors_m(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let noise = self.whitening.noise;
         let mut normal = |sd: f64| -> f64 {
             let z: f64 = StandardNormal.sample(rng);
@@ -58,7 +59,7 @@ impl DrawResiduals for RoundedNoise<'_> {
             .collect();
         let runs = &self.observations.runs;
         let slopes: Vec<f64> = runs.iter().map(|_| normal(noise.run_slope_sd)).collect();
-        let mut white: Vec<f64> = readings
+        readings
             .iter()
             .zip(&self.predicted_m)
             .zip(&self.whitening.slope_m)
@@ -69,7 +70,13 @@ impl DrawResiduals for RoundedNoise<'_> {
                     + normal(self.reading_sd_m);
                 (stood / self.step_m).round() * self.step_m - predicted
             })
-            .collect();
+            .collect()
+    }
+}
+
+impl DrawResiduals for RoundedNoise<'_> {
+    fn draw(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
+        let mut white = self.errors_m(rng);
         self.whitening.covariance.whiten(&mut white);
         white
     }

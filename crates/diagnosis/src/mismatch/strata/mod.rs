@@ -16,7 +16,8 @@
 //!
 //! Everything is computed on white readings with the derivatives to the model's parameters taken out. The contrasts are orthogonal to
 //! what they are tested against, so with normal noise each ratio is exactly F, whatever the size of the noise; within runs also whatever
-//! the scatter of zeros and slopes, which are taken out whole. The family is all tests together, by Holm's step-down (Scand. J. Statist. 6
+//! the scatter of zeros and slopes, which are taken out whole. Errors of a coarse gauge come back in every repeat: its ratios are compared with
+//! those of drawn and rounded readings. The family is all tests together, by Holm's step-down (Scand. J. Statist. 6
 //! (1979) 65), which needs no independence.
 
 mod bases;
@@ -38,6 +39,7 @@ use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
+use super::rounded::RoundedNoise;
 use super::search::SearchOptions;
 use super::state::State;
 
@@ -125,11 +127,12 @@ impl DiagnosisProblem<'_> {
             .observations
             .loads
             .iter()
-            .zip(predicted)
-            .map(|(load, predicted)| load.position_m.unwrap_or(predicted))
+            .zip(&predicted)
+            .map(|(load, predicted)| load.position_m.unwrap_or(*predicted))
             .collect();
+        let rounded = RoundedNoise::new(self.observations, &state.whitening, predicted);
         let periods = decomposition.periods(&positions_m);
-        let (tests, untested) = decomposition.tests(&white, &periods, known);
+        let (tests, untested) = decomposition.tests(&white, &periods, known, rounded.as_ref());
         let slopes = passes(&tests, &[Contrast::CellSlope]);
         let shapes = passes(
             &tests,

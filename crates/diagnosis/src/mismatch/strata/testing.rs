@@ -1,14 +1,18 @@
 //! The tests: each contrast against its error term, the family by Holm, and where in a contrast it sits.
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
 use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::rounded::RoundedNoise;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::decomposition::{Decomposition, FitContrast, squares};
 use super::extremes::Period;
 use super::results::{Contrast, Spot, StratumTest, Untested};
 use super::tails::{holm, tail};
-use crate::search::constants::STRATUM_LEVEL;
+use crate::search::constants::{ROUNDED_SAMPLES, STRATUM_LEVEL};
 
 impl Decomposition<'_> {
     /// All tests of a white residual.
@@ -16,17 +20,22 @@ impl Decomposition<'_> {
     /// # Arguments
     /// - `periods`: of the gauge, in the displacements of the model.
     /// - `known`: the noise, if it was known beforehand.
+    /// - `rounded`: the noise, if the step of the gauge is what scatters.
     pub(super) fn tests(
         &self,
         white: &[f64],
         periods: &[Period],
         known: Option<&EstimatedNoise>,
+        rounded: Option<&RoundedNoise<'_>>,
     ) -> (Vec<StratumTest>, Vec<Untested>) {
         let mut tests: Vec<StratumTest> = self
             .comparisons
             .iter()
             .map(|comparison| self.test(comparison, white))
             .collect();
+        if let Some(rounded) = rounded {
+            self.compare_with_rounded(&mut tests, rounded);
+        }
         let mut untested = self.untested.clone();
         let rest = [
             (Contrast::NoiseSize, self.noise_size(white, known)),
@@ -68,6 +77,35 @@ impl Decomposition<'_> {
         }
         tests.sort_by_key(|test| test.stratum);
         (tests, untested)
+    }
+
+    /// Gives tests of the comparisons no smaller chance than drawn and rounded readings do.
+    fn compare_with_rounded(&self, tests: &mut [StratumTest], rounded: &RoundedNoise<'_>) {
+        if tests.iter().all(|test| test.p > STRATUM_LEVEL) {
+            return;
+        }
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        let mut as_large = vec![0_usize; tests.len()];
+        for _ in 0..ROUNDED_SAMPLES {
+            let white = self.white(&rounded.errors_m(&mut rng));
+            let drawn = self
+                .comparisons
+                .iter()
+                .map(|one| self.statistic(one, &white));
+            for ((count, test), drawn) in as_large.iter_mut().zip(&*tests).zip(drawn) {
+                *count += usize::from(drawn >= test.statistic);
+            }
+        }
+        for (test, count) in tests.iter_mut().zip(as_large) {
+            let drawn = (count + 1) as f64 / (ROUNDED_SAMPLES + 1) as f64;
+            test.p = test.p.max(drawn);
+        }
+    }
+
+    fn statistic(&self, comparison: &FitContrast, white: &[f64]) -> f64 {
+        let (pattern, d1) = self.pattern(comparison, white);
+        let (error, d2) = self.error(comparison.error, white);
+        (squares(&pattern) / d1) / (error / d2).max(f64::MIN_POSITIVE)
     }
 
     pub(super) fn test(&self, comparison: &FitContrast, white: &[f64]) -> StratumTest {

@@ -212,7 +212,7 @@ fn on_noise_every_chance_is_uniform() {
         let mut families = 0;
         for seed in 0..NULL_SAMPLES as u64 {
             let white = white_noise(fixture.observations.len(), seed);
-            let (tests, _) = decomposition.tests(&white, &periods, Some(&known));
+            let (tests, _) = decomposition.tests(&white, &periods, Some(&known), None);
             families += usize::from(tests.iter().any(|test| test.p_family <= 0.05));
             for test in tests {
                 chances.entry(test.contrast).or_default().push(test.p);
