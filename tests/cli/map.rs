@@ -260,8 +260,8 @@ fn shards_that_do_not_fit_are_refused() {
 #[test]
 fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
     let desk = desk();
-    // Joints that yield go pose by pose: slow enough to be killed at work.
-    let study = "map --mechanisms F --samples 30000 --directions x --no-principal --effect joint-compliance@A3:c=1urad/(N*m)";
+    // A law that is not linear goes pose by pose: slow enough to be killed at work.
+    let study = "map --mechanisms F --samples 30000 --directions x --no-principal --effect joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m --at-load 50";
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_stiffbench"))
         .args(format!("{study} --shard 1/2 --out s").split_whitespace())
         .current_dir(desk.path(""))

@@ -13,6 +13,12 @@ use stiffbench_test_files::shipped_robot;
 /// Largest difference allowed, relative to the diagonal of the compliance, with the factors of the paper.
 const PAPER_FACTORS: f64 = 1e-9;
 
+/// The same with a joint that yields. The single solver is up to 2.5e-9 from the exact solution, with A3 of mechanism F.
+const YIELDING_JOINTS: f64 = 4e-9;
+
+/// Largest difference of the sweep from the exact solution with joints that yield.
+const EXACT_WITH_JOINTS: f64 = 1e-9;
+
 /// The same with random factors, which make the single solver lose more.
 const RANDOM_FACTORS: f64 = 2e-8;
 
@@ -211,6 +217,55 @@ fn it_stays_near_the_exact_solution_where_double_precision_is_hard() {
     }
 }
 
+/// The same with joints of mechanism F that yield: one after the other, all at once, and A3 in the poses that are hardest.
+#[test]
+fn joints_that_yield_stay_near_the_exact_solution() {
+    let robot = robot("hp-robot");
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let path = stiffbench_test_files::repository().join("fixtures/opensees/extended_joints.csv");
+    let (mut rows, mut worst) = (0, [0.0_f64; 3]);
+    for row in csv::Reader::from_path(path).unwrap().records() {
+        let row = row.unwrap();
+        let number = |column: usize| row[column].parse::<f64>().unwrap();
+        let pose = Pose {
+            angles_deg: (1..5).map(number).collect(),
+        };
+        let exact = Compliance6(std::array::from_fn(|i| {
+            std::array::from_fn(|j| number(6 + 6 * i + j))
+        }));
+        let joint = |name: &str| robot.joints.iter().position(|j| &*j.name == name);
+        let yielding = row[5].split(' ').map(|name| (joint(name).unwrap(), 3e4));
+        let (joints, theory) = (
+            JointModel::Hinged(yielding.collect()),
+            Theory::EulerBernoulli,
+        );
+        let mut single = Predictor::with(&robot, mechanism, &joints, theory, &factors).unwrap();
+        single.place(&pose).unwrap();
+        let [fastest, spatial] = [SolutionPath::Fastest, SolutionPath::Spatial].map(|path| {
+            let joints = joints.clone();
+            let sweep = PoseSweep::with(&robot, mechanism, joints, theory, &factors, path).unwrap();
+            let swept = sweep.run(std::slice::from_ref(&pose), Keep::Full);
+            assert_eq!(swept.alone, 0, "{}", &row[5]);
+            swept.compliances[0].unwrap()
+        });
+        for (worst, found) in worst
+            .iter_mut()
+            .zip([fastest, spatial, single.compliance()])
+        {
+            *worst = worst.max(found.relative_difference(&exact));
+        }
+        rows += 1;
+    }
+    assert_eq!(rows, 70);
+    let [fastest, spatial, alone] = worst;
+    println!(
+        "in the plane {fastest:.1e}, in space {spatial:.1e}, one at a time {alone:.1e} from the exact solution"
+    );
+    assert!(fastest < EXACT_WITH_JOINTS && spatial < EXACT_WITH_JOINTS);
+    assert!(alone < YIELDING_JOINTS - EXACT_WITH_JOINTS);
+}
+
 #[test]
 fn a_pose_that_a_loop_cannot_take_is_named_and_leaves_the_others_alone() {
     let mut robot = robot("hp-robot");
@@ -253,7 +308,7 @@ fn joints_that_yield() {
                     if all {
                         let (reached, largest) = compare_with(single, &sweep, &poses);
                         assert!(reached > 8, "{title}: {reached}");
-                        assert!(largest < PAPER_FACTORS, "{title}: {largest:e}");
+                        assert!(largest < YIELDING_JOINTS, "{title}: {largest:e}");
                     }
                 }
                 all
@@ -266,14 +321,7 @@ fn joints_that_yield() {
                 }
             }
             assert!(solved(served.clone()), "{title}: all at once");
-            // What has several elements on either side is for the single solver.
-            let expected: &[&str] = match title.as_str() {
-                "A" | "B" => &[],
-                "C" => &["A4"],
-                "D" | "E" => &["A3", "A4"],
-                _ => &["A3", "A4", "A5B", "A3F"],
-            };
-            assert_eq!(left, expected, "{name} {title}");
+            assert!(left.is_empty(), "{name} {title}: {left:?}");
         }
     }
 }
@@ -284,7 +332,7 @@ fn poses_left_over_by_the_simd_lanes_are_solved() {
     let mechanism = robot.mechanism(None).unwrap();
     let poses: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
     let a3 = robot.joints.iter().position(|j| j.name == "A3").unwrap();
-    let hinged = JointModel::Hinged(vec![(a3, 1e4)]);
+    let hinged = JointModel::Hinged(vec![(a3, 0.0)]);
     let mut without = FittingFactors::UNIT;
     without.link[1] = 0.0;
     for (joints, factors) in [(hinged, FittingFactors::UNIT), (JointModel::Rigid, without)] {

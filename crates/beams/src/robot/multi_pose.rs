@@ -27,8 +27,8 @@ const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// Model and solver of one mechanism in a fixed number of poses: placed once, solved with any factors.
 ///
-/// Poses are solved side by side in SIMD registers. What the reduction does not serve (pins, joints that yield with several elements on
-/// either side, elements that carry nothing) or does not solve goes to a [`Predictor`], pose by pose, which also names what is wrong.
+/// Poses are solved side by side in SIMD registers. What the reduction does not serve (pins, balancers, loops of rigid links,
+/// elements that carry nothing) or does not solve goes to a [`Predictor`], pose by pose, which also names what is wrong.
 #[derive(Debug)]
 pub struct MultiPosePredictor<'a> {
     model: MechanismModel<'a>,

@@ -167,6 +167,16 @@ pub(super) fn add<S: Simd, const N: usize>(
     }
 }
 
+/// Adds a whole matrix to another.
+#[inline(always)]
+pub(super) fn add_whole<S: Simd>(sum: &mut Block<S, 6>, block: &Block<S, 6>) {
+    for i in 0..6 {
+        for j in 0..6 {
+            sum[i][j] += block[i][j];
+        }
+    }
+}
+
 /// Fills the lower triangle.
 #[inline(always)]
 pub(super) fn mirror<S: Simd, const N: usize>(block: &mut Block<S, N>) {

@@ -6,8 +6,10 @@ use super::block::{
     Block, add, add_product, back_substitute, factorise, inverse, mirror, reduce, solve,
     subtract_square,
 };
-use super::schedule::{Op, ReductionForm, Schedule, SchedulePiece, Slot, Update};
-use stiffbench_numeric::simd::{Aligned, Lane, Number, multiply_add};
+use super::schedule::{
+    Joined, Op, PanelMove, ReductionForm, Schedule, SchedulePiece, Slot, Update,
+};
+use stiffbench_numeric::simd::{Aligned, Lane, Number, multiply_add, multiply_subtract};
 
 /// Most loads that are followed at once.
 pub(super) const LOADS: usize = 6;
@@ -28,11 +30,17 @@ pub(super) struct SolverBuffers<S: Simd, const N: usize, const H: usize> {
 /// What gives a schedule its elements and hinges.
 pub(super) trait Members<S: Simd, const N: usize, const H: usize> {
     fn member(&mut self, piece: SchedulePiece, form: ReductionForm) -> [Block<S, N>; H];
+    /// Motion of the point per unit of a hinge, and the hinge's stiffness.
+    fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; N]; H], f64);
 }
 
 /// What takes the loads that elements and hinges carry.
 pub(super) trait Carriers<S: Simd, const N: usize, const H: usize> {
     fn carry(&mut self, piece: SchedulePiece, form: ReductionForm, states: &States<S, N, H>);
+    /// Motion of the point per unit of a hinge, and the hinge's compliance.
+    fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; N]; H], f64);
+    /// Takes the moments in a hinge, or forces along one that slides, by load.
+    fn twist(&mut self, hinge: usize, moments: &[Lane<S>; LOADS]);
 }
 
 impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
@@ -94,6 +102,24 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                         mirror(&mut self.slots[slot].0[half]);
                     }
                 }
+                Op::Ease {
+                    ref hinges,
+                    diagonal,
+                    ref panels,
+                    ref updates,
+                    ..
+                } => {
+                    for (place, &hinge) in hinges.iter().enumerate() {
+                        let (motion, stiffness) = members.hinge(hinge);
+                        let slots = (diagonal, &panels[..], &updates[..]);
+                        self.ease(&motion, stiffness, slots, place == 0);
+                    }
+                }
+                Op::Join {
+                    diagonal,
+                    into,
+                    ref moves,
+                } => self.join(diagonal, into, moves),
                 Op::Eliminate {
                     diagonal,
                     ref panels,
@@ -169,6 +195,28 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                     let zero = forces[0][0][0].of(0.0);
                     self.states[slot].0 = [[[zero; N]; LOADS]; H];
                 }
+                Op::Ease {
+                    ref hinges,
+                    diagonal,
+                    ref panels,
+                    ref neighbours,
+                    ..
+                } => {
+                    let held = self.states[diagonal].0;
+                    for &hinge in hinges {
+                        let (motion, compliance) = carriers.hinge(hinge);
+                        let around = (diagonal, &panels[..], &neighbours[..]);
+                        let moments = self.twist::<L>(&motion, compliance, &held, around);
+                        carriers.twist(hinge, &moments);
+                    }
+                }
+                Op::Join { diagonal, into, .. } => {
+                    let zero = forces[0][0][0].of(0.0);
+                    self.states[diagonal].0 = match into {
+                        Some(joined) => self.states[joined.diagonal].0,
+                        None => [[[zero; N]; LOADS]; H],
+                    };
+                }
                 Op::Eliminate {
                     diagonal,
                     ref panels,
@@ -176,6 +224,169 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                 } => self.move_eliminated::<L>(diagonal, panels, updates),
             }
         }
+    }
+
+    /// Eliminates the twist φ of a hinge behind which a node stands: with t the motion by it and K the matrix, q = K t and d = 1/c + tᵀ q,
+    /// K becomes K - q qᵀ/d over the node and its neighbours.
+    #[inline(always)]
+    fn ease(
+        &mut self,
+        motion: &[[Lane<S>; N]; H],
+        stiffness: f64,
+        (diagonal, panels, updates): (Slot, &[Slot], &[Update]),
+        first: bool,
+    ) {
+        for half in 0..H {
+            let t = &motion[half];
+            let zero = t[0].of(0.0);
+            let block = self.slots[diagonal].0[half];
+            let mut own = [zero; N];
+            let mut d = zero.of(stiffness);
+            for i in 0..N {
+                for j in 0..N {
+                    own[i] = multiply_add(block[i.min(j)][i.max(j)], t[j], own[i]);
+                }
+                d = multiply_add(own[i], t[i], d);
+            }
+            let inverse = d.inverse();
+            let target = &mut self.slots[diagonal].0[half];
+            for i in 0..N {
+                let share = own[i] * inverse;
+                for j in i..N {
+                    target[i][j] = multiply_subtract(share, own[j], target[i][j]);
+                }
+            }
+            // Panels hold minus the block: theirs is minus q of the neighbour. Kept in the first row of `undivided`.
+            for (&panel, kept) in panels.iter().zip(&mut self.undivided) {
+                let block = &mut self.slots[panel].0[half];
+                let mut theirs = [zero; N];
+                for j in 0..N {
+                    for i in 0..N {
+                        theirs[j] = multiply_add(block[i][j], t[i], theirs[j]);
+                    }
+                }
+                for i in 0..N {
+                    let share = own[i] * inverse;
+                    for j in 0..N {
+                        block[i][j] = multiply_subtract(share, theirs[j], block[i][j]);
+                    }
+                }
+                kept.0[half][0] = theirs;
+            }
+            for update in updates {
+                let rows = self.undivided[update.rows].0[half][0];
+                let columns = self.undivided[update.columns].0[half][0];
+                let target = &mut self.slots[update.target].0[half];
+                for i in 0..N {
+                    let share = rows[i] * inverse;
+                    if update.on_diagonal {
+                        for j in i..N {
+                            target[i][j] = multiply_subtract(share, columns[j], target[i][j]);
+                        }
+                    } else {
+                        for j in 0..N {
+                            let more = share * columns[j];
+                            target[i][j] = if update.fresh && first {
+                                more
+                            } else {
+                                target[i][j] + more
+                            };
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the matrix of a node to that of another that moves with it.
+    #[inline(always)]
+    fn join(&mut self, diagonal: Slot, into: Option<Joined>, moves: &[PanelMove]) {
+        for half in 0..H {
+            if let Some(joined) = into {
+                let mut block = self.slots[diagonal].0[half];
+                if let Some(between) = joined.between {
+                    let between = &self.slots[between].0[half];
+                    for i in 0..N {
+                        for j in i..N {
+                            block[i][j] = block[i][j] - between[i][j] - between[j][i];
+                        }
+                    }
+                }
+                add(
+                    &mut self.slots[joined.diagonal].0[half],
+                    joined.fresh,
+                    &block,
+                );
+            }
+            for PanelMove {
+                from,
+                into,
+                transposed,
+                fresh,
+            } in moves
+            {
+                let block = self.slots[*from].0[half];
+                let target = &mut self.slots[*into].0[half];
+                for i in 0..N {
+                    for j in 0..N {
+                        let more = if *transposed {
+                            block[j][i]
+                        } else {
+                            block[i][j]
+                        };
+                        target[i][j] = if *fresh { more } else { target[i][j] + more };
+                    }
+                }
+            }
+        }
+    }
+
+    /// Twist of a hinge that was eased, added to the motion of the node behind it; gives the moments in it, by load.
+    ///
+    /// With K as it became, the moment is -Σ tᵀ K u over the node and its neighbours as they move without the twists: the node as it is `held`.
+    #[inline(always)]
+    fn twist<const L: usize>(
+        &mut self,
+        motion: &[[Lane<S>; N]; H],
+        compliance: f64,
+        held: &States<S, N, H>,
+        (diagonal, panels, neighbours): (Slot, &[Slot], &[Slot]),
+    ) -> [Lane<S>; LOADS] {
+        let zero = motion[0][0].of(0.0);
+        let mut moments = [zero; LOADS];
+        for load in 0..L {
+            for half in 0..H {
+                let t = &motion[half];
+                let block = &self.slots[diagonal].0[half];
+                let own = &held[half][load];
+                let mut moment = zero;
+                for i in 0..N {
+                    let mut force = zero;
+                    for j in 0..N {
+                        force = multiply_add(block[i.min(j)][i.max(j)], own[j], force);
+                    }
+                    moment = multiply_subtract(force, t[i], moment);
+                }
+                for (&panel, &neighbour) in panels.iter().zip(neighbours) {
+                    let panel = &self.slots[panel].0[half];
+                    let theirs = &self.states[neighbour].0[half][load];
+                    for i in 0..N {
+                        let mut force = zero;
+                        for j in 0..N {
+                            force = multiply_add(panel[i][j], theirs[j], force);
+                        }
+                        moment = multiply_add(force, t[i], moment);
+                    }
+                }
+                moments[load] += moment;
+                let twist = moment * zero.of(compliance);
+                for i in 0..N {
+                    let moved = self.states[diagonal].0[half][load][i];
+                    self.states[diagonal].0[half][load][i] = multiply_add(twist, t[i], moved);
+                }
+            }
+        }
+        moments
     }
 
     /// Motions of an eliminated node from those of its neighbours.

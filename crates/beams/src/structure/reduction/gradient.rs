@@ -8,7 +8,7 @@ use pulp::Simd;
 
 use super::block::Block;
 use super::execute::{Carriers, LOADS, SolverBuffers, States};
-use super::member::{components, hinge_motion};
+use super::member::{components, hinge_motion, hinge_motion_in_plane};
 use super::schedule::{ReductionForm, SchedulePiece};
 use super::solve::{Placed, Reducer, see_in_plane, see_in_space};
 use super::strained::StrainedElement;
@@ -237,6 +237,23 @@ struct PartSums<'a, S: Simd, E> {
     energies: &'a mut E,
 }
 
+impl<S: Simd, E> PartSums<'_, S, E> {
+    /// Takes the moments in a hinge.
+    #[inline(always)]
+    fn twist<const L: usize>(&mut self, hinge: usize, moments: &[Lane<S>; LOADS], planar: bool)
+    where
+        E: EnergySums<S, L>,
+    {
+        let kept = SolvedLanes {
+            bent: self.bent,
+            planar,
+        };
+        let mut loads = [moments[0]; L];
+        loads.copy_from_slice(&moments[..L]);
+        self.energies.hinge(hinge, &loads, &kept);
+    }
+}
+
 /// Follows the loads through a part in its plane.
 struct PlaneLoads<'a, 's, S: Simd, E, const L: usize> {
     part: &'a Substructure,
@@ -307,6 +324,20 @@ impl<S: Simd, E: EnergySums<S, L>, const L: usize> Carriers<S, 3, 2>
                 energies.hinge(hinge, &loads, &kept);
             }
         }
+    }
+
+    #[inline(always)]
+    fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; 3]; 2], f64) {
+        let own = &self.sums.reduction.hinges[hinge];
+        (
+            hinge_motion_in_plane(self.nodes[own.node].0),
+            own.rad_per_nm,
+        )
+    }
+
+    #[inline(always)]
+    fn twist(&mut self, hinge: usize, moments: &[Lane<S>; LOADS]) {
+        self.sums.twist::<L>(hinge, moments, true);
     }
 }
 
@@ -389,9 +420,21 @@ impl<S: Simd, E: EnergySums<S, L>, const L: usize> Carriers<S, 6, 1>
             }
         }
     }
+
+    #[inline(always)]
+    fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; 6]; 1], f64) {
+        let own = &self.sums.reduction.hinges[hinge];
+        let (node, axis) = (&self.nodes[own.node].0, &self.normals[own.plane].0);
+        ([hinge_motion(node, axis, own.slides)], own.rad_per_nm)
+    }
+
+    #[inline(always)]
+    fn twist(&mut self, hinge: usize, moments: &[Lane<S>; LOADS]) {
+        self.sums.twist::<L>(hinge, moments, false);
+    }
 }
 
-/// Force and moment at the far node of a part under those on the end.
+/// Force and moment at the origin of a part under those on the end.
 #[inline(always)]
 fn carried_by<S: Simd>(
     part: &Substructure,
@@ -400,7 +443,7 @@ fn carried_by<S: Simd>(
     [force, moment]: &Load<S>,
 ) -> Load<S> {
     let end = &placed.nodes_m[reduction.end].0;
-    let arm = subtract(end, &placed.nodes_m[part.far].0);
+    let arm = subtract(end, &placed.nodes_m[part.origin].0);
     let mut carried = cross(&arm, force);
     for i in 0..3 {
         carried[i] += moment[i];

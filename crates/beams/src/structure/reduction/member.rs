@@ -357,6 +357,13 @@ pub(super) fn hinge_in_plane<S: Simd>(rad_per_nm: f64, [p, q]: [Lane<S>; 2]) -> 
     [[[pp, pq, pn], [pq, qq, qn], [pn, qn, c]], [[zero; 3]; 3]]
 }
 
+/// Motion of the point per unit of a hinge about the normal, in the plane and across it.
+#[inline(always)]
+pub(super) fn hinge_motion_in_plane<S: Simd>([p, q]: [Lane<S>; 2]) -> [[Lane<S>; 3]; 2] {
+    let (zero, one) = (p.of(0.0), p.of(1.0));
+    [[q, -p, one], [zero; 3]]
+}
+
 /// Compliance of a hinge anywhere.
 ///
 /// # Arguments

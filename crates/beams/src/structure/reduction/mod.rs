@@ -12,11 +12,13 @@
 //! 4. A part whose elements lie in one plane moves in that plane and across it without mixing: two problems of three freedoms a
 //!    node for one of six. Whether they do lie in it is checked pose by pose; where not, the part is solved in space.
 //!
-//! 5. A joint that yields adds the compliance of its turn to what it is in series with. One that is in series with nothing that bends,
-//!    because several elements end on either side of it, is left to [`Solver`](super::Solver).
+//! 5. A joint that yields adds the compliance of its turn to what it is in series with. Where several elements end on either side of it, the
+//!    matrix of one side is joined to that of the other after the turn is eliminated: K - q qᵀ/(1/c + tᵀ q) with t the motion by the turn
+//!    and q = K t. The common point of such a part is that joint. Joints that close a loop without anything that bends are left to
+//!    [`Solver`](super::Solver).
 //!
-//! Rounding costs no more than in [`Solver`](super::Solver), in the plane a third of it: `crates/beams/tests/pose_sweep.rs` holds both against
-//! extended precision.
+//! Rounding costs no more than in [`Solver`](super::Solver), in the plane or with joints that yield a third of it:
+//! `crates/beams/tests/pose_sweep.rs` holds both against extended precision.
 //!
 //! Derivatives to the section constants cost one more pass over the same steps, in reverse: loads on the end are followed to every
 //! element, whose strain energy they give.

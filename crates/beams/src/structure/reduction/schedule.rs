@@ -37,6 +37,21 @@ pub(super) enum Op {
     Add { from: Slot, into: Slot, fresh: bool },
     /// Fills the lower triangle.
     Mirror { slot: Slot },
+    /// Lets hinges turn between a node and the one it is to be joined to: their twists are eliminated.
+    Ease {
+        hinges: Vec<usize>,
+        diagonal: Slot,
+        panels: Vec<Slot>,
+        updates: Vec<Update>,
+        /// Diagonals of the neighbours, in the order of the panels.
+        neighbours: Vec<Slot>,
+    },
+    /// Joins a node, whose hinges were eased, to the one on their other side; without one it is held.
+    Join {
+        diagonal: Slot,
+        into: Option<Joined>,
+        moves: Vec<PanelMove>,
+    },
     /// Eliminates a node.
     Eliminate {
         diagonal: Slot,
@@ -56,6 +71,25 @@ pub(super) struct Update {
     pub(super) fresh: bool,
 }
 
+/// The node that another is joined to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Joined {
+    pub(super) diagonal: Slot,
+    pub(super) fresh: bool,
+    /// Panel between the two, if something joins them besides the hinges.
+    pub(super) between: Option<Slot>,
+}
+
+/// A panel that goes over to the node that its own is joined to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct PanelMove {
+    pub(super) from: Slot,
+    pub(super) into: Slot,
+    /// Whether the other node comes first there.
+    pub(super) transposed: bool,
+    pub(super) fresh: bool,
+}
+
 /// Steps, with the memory that they need; the result is slot 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Schedule {
@@ -66,6 +100,15 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
+    /// Hinges between several elements on either side.
+    pub(super) fn eased_hinges(&self) -> impl Iterator<Item = usize> {
+        let eased = self.ops.iter().filter_map(|op| match op {
+            Op::Ease { hinges, .. } => Some(hinges),
+            _ => None,
+        });
+        eased.flatten().copied()
+    }
+
     /// Floating-point operations of one pose, a fused product counted as two: `halves` problems of `n` freedoms a node, `of_element` and
     /// `of_hinge` operations for what an element and a hinge give to all of them.
     pub(super) fn operations(&self, n: u64, halves: u64, [of_element, of_hinge]: [u64; 2]) -> u64 {
@@ -97,6 +140,17 @@ impl Schedule {
             Op::Invert { fresh, .. } => halves * (invert + sum(*fresh, triangle)),
             Op::Add { fresh, .. } => halves * sum(*fresh, triangle),
             Op::Mirror { .. } => 0,
+            Op::Ease {
+                hinges,
+                panels,
+                updates,
+                ..
+            } => {
+                let products = (panels.len() as u64 + 1) * 2 * n * n;
+                let updates: u64 = updates.iter().map(|_| 2 * n * n).sum();
+                halves * hinges.len() as u64 * (products + updates + 2 * triangle)
+            }
+            Op::Join { moves, .. } => halves * (triangle + moves.len() as u64 * n * n),
             Op::Eliminate {
                 panels, updates, ..
             } => {

@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::graph::{Edge, GROUND, Segment};
-use super::schedule::{Op, ReductionForm, Schedule, SchedulePiece, Slot, Update};
+use super::schedule::{
+    Joined, Op, PanelMove, ReductionForm, Schedule, SchedulePiece, Slot, Update,
+};
 use crate::structure::ordering::{Eliminated, minimum_degree_before};
 
 /// An assembly that hangs on the rest by two nodes: motions of its parts add up in series, their forces side by side.
@@ -34,6 +36,18 @@ impl SeriesParallel {
                     || parts.iter().any(|p| p.has(ReductionForm::Stiffness)))
             }
             Self::Parallel(parts) => parts.iter().all(|part| part.has(ReductionForm::Stiffness)),
+        }
+    }
+
+    /// The hinges of an assembly of nothing else: it is rigid but for their turns.
+    fn hinges(&self) -> Option<Vec<usize>> {
+        match self {
+            Self::Piece(SchedulePiece::Hinge(hinge)) => Some(vec![*hinge]),
+            Self::Series(parts) => {
+                let hinges: Option<Vec<_>> = parts.iter().map(Self::hinges).collect();
+                Some(hinges?.concat())
+            }
+            Self::Piece(SchedulePiece::Element(_)) | Self::Parallel(_) => None,
         }
     }
 
@@ -79,7 +93,10 @@ fn merged(segment: &Segment) -> Vec<Link> {
 /// Two links, the earlier first, with the same ends.
 fn side_by_side(links: &[Link]) -> Option<(usize, usize)> {
     let mut seen = BTreeMap::new();
-    links.iter().enumerate().find_map(|(place, link)| {
+    // Hinges alone have no stiffness to be added.
+    let all = links.iter().enumerate();
+    let mut bending = all.filter(|(_, link)| link.assembly.hinges().is_none());
+    bending.find_map(|(place, link)| {
         let [a, b] = link.ends;
         let earlier = seen.insert((a.min(b), a.max(b)), place)?;
         Some((earlier, place))
@@ -114,7 +131,7 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    /// `None` if a hinge is in series with nothing that bends.
+    /// `None` if hinges alone lead from one terminal of a segment to the other beside what bends, or close a loop.
     pub(super) fn build<'a>(segments: impl Iterator<Item = &'a Segment>) -> Option<Schedule> {
         let mut builder = Self {
             schedule: Schedule {
@@ -132,10 +149,13 @@ impl Builder {
                 }
                 builder.evaluate(&link.assembly, ReductionForm::Compliance, 0);
             } else {
-                if !all_have(ReductionForm::Stiffness) {
+                let served = |link: &Link| {
+                    link.assembly.hinges().is_some() || link.assembly.has(ReductionForm::Stiffness)
+                };
+                if !links.iter().all(served) {
                     return None;
                 }
-                builder.eliminate(&links, segment.terminals);
+                builder.eliminate(&links, segment.terminals)?;
             }
         }
         Some(builder.schedule)
@@ -186,7 +206,9 @@ impl Builder {
     }
 
     /// Assembles the links of a segment and eliminates all vertices but the far terminal; the near one is held.
-    fn eliminate(&mut self, links: &[Link], [near, far]: [usize; 2]) {
+    ///
+    /// A vertex that hangs on another by hinges alone is joined to it once they are eased.
+    fn eliminate(&mut self, links: &[Link], [near, far]: [usize; 2]) -> Option<()> {
         let vertices: BTreeSet<usize> = links.iter().flat_map(|link| link.ends).collect();
         let count = vertices.last().map_or(0, |last| last + 1);
         let mut coupled = vec![BTreeSet::new(); count];
@@ -197,7 +219,8 @@ impl Builder {
         let present: Vec<bool> = (0..count)
             .map(|vertex| vertex != near && vertices.contains(&vertex))
             .collect();
-        let order = minimum_degree_before(coupled, &present, &[far]);
+        let joins = joins(links, [near, far])?;
+        let order = elimination_order(coupled, &present, far, &joins);
         let place: BTreeMap<usize, usize> = order.iter().map(|e| e.block).zip(0..).collect();
         let diagonals: Vec<Slot> = order.iter().map(|_| self.slot()).collect();
         let mut panels = BTreeMap::new();
@@ -208,7 +231,7 @@ impl Builder {
                 panels.insert((row, column), self.slot());
             }
         }
-        for link in links {
+        for link in links.iter().filter(|link| link.assembly.hinges().is_none()) {
             let stands = link.ends.map(|vertex| place.get(&vertex).copied());
             match stands {
                 [Some(a), Some(b)] => {
@@ -227,35 +250,35 @@ impl Builder {
                 [None, None] => {}
             }
         }
-        self.sweep(&diagonals, &panels);
+        let mut joined: BTreeMap<usize, (Option<usize>, Vec<usize>)> = BTreeMap::new();
+        for (vertex, (other, hinges)) in joins {
+            joined.insert(place[&vertex], (place.get(&other).copied(), hinges));
+        }
+        self.sweep(&diagonals, &panels, &joined);
         self.invert(diagonals[diagonals.len() - 1], 0);
+        Some(())
     }
 
     /// Block LDLᵀ of all diagonals but the last.
-    fn sweep(&mut self, diagonals: &[Slot], panels: &BTreeMap<(usize, usize), Slot>) {
+    ///
+    /// # Arguments
+    /// - `joined`: rows that hang on another by hinges: that row, and the hinges; without a row it is held.
+    fn sweep(
+        &mut self,
+        diagonals: &[Slot],
+        panels: &BTreeMap<(usize, usize), Slot>,
+        joined: &BTreeMap<usize, (Option<usize>, Vec<usize>)>,
+    ) {
         for (row, &diagonal) in diagonals[..diagonals.len() - 1].iter().enumerate() {
             let own: Vec<(usize, Slot)> = panels
                 .range((row, 0)..(row + 1, 0))
                 .map(|(&(_, column), &slot)| (column, slot))
                 .collect();
-            let mut updates = Vec::new();
-            for (rows, &(first, _)) in own.iter().enumerate() {
-                for (columns, &(second, _)) in own.iter().enumerate().skip(rows) {
-                    let on_diagonal = first == second;
-                    let target = if on_diagonal {
-                        diagonals[first]
-                    } else {
-                        panels[&(first, second)]
-                    };
-                    updates.push(Update {
-                        rows,
-                        columns,
-                        target,
-                        on_diagonal,
-                        fresh: self.begins(target),
-                    });
-                }
+            if let Some((other, hinges)) = joined.get(&row) {
+                self.join(row, *other, hinges, (diagonals, panels), &own);
+                continue;
             }
+            let updates = self.updates(&own, diagonals, panels);
             self.schedule.widest = self.schedule.widest.max(own.len());
             self.schedule.ops.push(Op::Eliminate {
                 diagonal,
@@ -264,4 +287,132 @@ impl Builder {
             });
         }
     }
+
+    /// What an elimination does to the couplings of all pairs of neighbours.
+    fn updates(
+        &mut self,
+        own: &[(usize, Slot)],
+        diagonals: &[Slot],
+        panels: &BTreeMap<(usize, usize), Slot>,
+    ) -> Vec<Update> {
+        let mut updates = Vec::new();
+        for (rows, &(first, _)) in own.iter().enumerate() {
+            for (columns, &(second, _)) in own.iter().enumerate().skip(rows) {
+                let on_diagonal = first == second;
+                let target = if on_diagonal {
+                    diagonals[first]
+                } else {
+                    panels[&(first, second)]
+                };
+                updates.push(Update {
+                    rows,
+                    columns,
+                    target,
+                    on_diagonal,
+                    fresh: self.begins(target),
+                });
+            }
+        }
+        updates
+    }
+
+    /// Eases the hinges of a row and joins it to another.
+    fn join(
+        &mut self,
+        row: usize,
+        other: Option<usize>,
+        hinges: &[usize],
+        (diagonals, panels): (&[Slot], &BTreeMap<(usize, usize), Slot>),
+        own: &[(usize, Slot)],
+    ) {
+        // A neighbour by the hinges alone has a panel with nothing in it.
+        let own: Vec<(usize, Slot)> = own
+            .iter()
+            .copied()
+            .filter(|(_, panel)| self.begun.contains(panel))
+            .collect();
+        let updates = self.updates(&own, diagonals, panels);
+        self.schedule.widest = self.schedule.widest.max(own.len());
+        self.schedule.ops.push(Op::Ease {
+            hinges: hinges.to_vec(),
+            diagonal: diagonals[row],
+            panels: own.iter().map(|&(_, slot)| slot).collect(),
+            updates,
+            neighbours: own.iter().map(|&(column, _)| diagonals[column]).collect(),
+        });
+        let mut moves = Vec::new();
+        if let Some(other) = other {
+            for &(column, from) in own.iter().filter(|(column, _)| *column != other) {
+                let into = panels[&(other.min(column), other.max(column))];
+                moves.push(PanelMove {
+                    from,
+                    into,
+                    transposed: column < other,
+                    fresh: self.begins(into),
+                });
+            }
+        }
+        let between = own.iter().find(|(column, _)| Some(*column) == other);
+        let into = other.map(|other| Joined {
+            diagonal: diagonals[other],
+            fresh: self.begins(diagonals[other]),
+            between: between.map(|(_, slot)| *slot),
+        });
+        self.schedule.ops.push(Op::Join {
+            diagonal: diagonals[row],
+            into,
+            moves,
+        });
+    }
+}
+
+/// A vertex, and the one that it hangs on by hinges with these.
+type Join = (usize, (usize, Vec<usize>));
+
+/// Which vertices hang on another by hinges: each with that vertex and the hinges, in the order in which they are joined.
+///
+/// `None` if hinges alone close a loop or lead from one terminal to the other.
+fn joins(links: &[Link], [near, far]: [usize; 2]) -> Option<Vec<Join>> {
+    let hinged = links.iter().filter_map(|link| {
+        let hinges = link.assembly.hinges()?;
+        Some((link.ends, hinges))
+    });
+    let mut open: Vec<([usize; 2], Vec<usize>)> = hinged.collect();
+    let mut joins = Vec::new();
+    while !open.is_empty() {
+        // A vertex with one such link left.
+        let count = |vertex: usize| {
+            open.iter()
+                .filter(|(ends, _)| ends.contains(&vertex))
+                .count()
+        };
+        let is_leaf = |vertex: usize| vertex != near && vertex != far && count(vertex) == 1;
+        let found = open.iter().enumerate().find_map(|(place, (ends, _))| {
+            let side = ends.iter().position(|&vertex| is_leaf(vertex))?;
+            Some((place, ends[side], ends[1 - side]))
+        });
+        let (place, vertex, other) = found?;
+        let (_, hinges) = open.remove(place);
+        joins.push((vertex, (other, hinges)));
+    }
+    Some(joins)
+}
+
+/// Vertices in order of least degree, the far terminal last, and each that is joined before the one it is joined to.
+fn elimination_order(
+    coupled: Vec<BTreeSet<usize>>,
+    present: &[bool],
+    far: usize,
+    joins: &[Join],
+) -> Vec<Eliminated> {
+    if joins.is_empty() {
+        return minimum_degree_before(coupled, present, &[far]);
+    }
+    // Those that are joined first, in their order; then the rest.
+    let first: Vec<usize> = joins.iter().map(|(vertex, _)| *vertex).collect();
+    let rest = minimum_degree_before(coupled.clone(), present, &[far]);
+    let rest = rest.into_iter().map(|eliminated| eliminated.block);
+    let rest = rest.filter(|block| !first.contains(block));
+    let last: Vec<usize> = first.iter().copied().chain(rest).collect();
+    minimum_degree_before(coupled, present, &last)
 }

@@ -2,9 +2,12 @@
 
 use pulp::Simd;
 
-use super::block::Block;
+use super::block::{Block, add_whole};
 use super::execute::{Members, SolverBuffers};
-use super::member::{components, hinge_in_plane, hinge_in_space, in_plane, in_space};
+use super::member::{
+    components, hinge_in_plane, hinge_in_space, hinge_motion, hinge_motion_in_plane, in_plane,
+    in_space,
+};
 use super::schedule::{ReductionForm, SchedulePiece};
 use super::substructure::{Reduction, Substructure};
 use crate::structure::solve::LOST_PIVOT;
@@ -53,7 +56,7 @@ pub(crate) struct Results<S: Simd> {
 pub(crate) struct Reducer<S: Simd> {
     pub(super) simd: S,
     pub(super) parts: Vec<SubstructureState<S>>,
-    /// Nodes of the part at its turn, seen from its far node: in its plane, and in space.
+    /// Nodes of the part at its turn, seen from its origin: in its plane, and in space.
     pub(super) flat: Vec<Aligned<[Lane<S>; 2]>>,
     pub(super) deep: Vec<Aligned<[Lane<S>; 3]>>,
     pub(crate) results: Results<S>,
@@ -71,7 +74,7 @@ pub(super) struct SubstructureState<S: Simd> {
     pub(super) solution: Solution<S>,
 }
 
-/// Compliance of a part at its far node, global axes.
+/// Compliance of a part at its origin, global axes.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(super) struct Solution<S: Simd> {
@@ -246,7 +249,7 @@ impl<S: Simd> Kernel for PlaneSolve<'_, S> {
     }
 }
 
-/// Sees the nodes of a part from its far node, in its plane; gives the frame n, p, q, and what is above zero where they leave the plane.
+/// Sees the nodes of a part from its origin, in its plane; gives the frame n, p, q, and what is above zero where they leave the plane.
 #[inline(always)]
 pub(super) fn see_in_plane<S: Simd>(
     part: &Substructure,
@@ -255,7 +258,7 @@ pub(super) fn see_in_plane<S: Simd>(
     flat: &mut [Aligned<[Lane<S>; 2]>],
 ) -> ([[Lane<S>; 3]; 3], Lane<S>) {
     let frame = frame_on(&placed.normals[plane].0);
-    let origin = &placed.nodes_m[part.far].0;
+    let origin = &placed.nodes_m[part.origin].0;
     let mut bent = frame[0][0].of(0.0);
     let (tolerance, least) = (
         bent.of(OUT_OF_PLANE * OUT_OF_PLANE),
@@ -270,14 +273,14 @@ pub(super) fn see_in_plane<S: Simd>(
     (frame, bent)
 }
 
-/// Sees the nodes of a part from its far node.
+/// Sees the nodes of a part from its origin.
 #[inline(always)]
 pub(super) fn see_in_space<S: Simd>(
     part: &Substructure,
     placed: &Placed<S>,
     deep: &mut [Aligned<[Lane<S>; 3]>],
 ) {
-    let origin = &placed.nodes_m[part.far].0;
+    let origin = &placed.nodes_m[part.origin].0;
     for &node in &part.nodes {
         deep[node].0 = subtract(&placed.nodes_m[node].0, origin);
     }
@@ -302,6 +305,13 @@ impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
                 hinge_in_plane(hinge.rad_per_nm, self.nodes[hinge.node].0)
             }
         }
+    }
+
+    #[inline(always)]
+    fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; 3]; 2], f64) {
+        let hinge = &self.reduction.hinges[hinge];
+        let motion = hinge_motion_in_plane(self.nodes[hinge.node].0);
+        (motion, 1.0 / hinge.rad_per_nm)
     }
 }
 
@@ -369,6 +379,14 @@ impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
             }
         }
     }
+
+    #[inline(always)]
+    fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; 6]; 1], f64) {
+        let hinge = &self.reduction.hinges[hinge];
+        let (node, axis) = (&self.nodes[hinge.node].0, &self.normals[hinge.plane].0);
+        let motion = hinge_motion(node, axis, hinge.slides);
+        ([motion], 1.0 / hinge.rad_per_nm)
+    }
 }
 
 /// Carries the compliances of the parts to the end and adds them up.
@@ -391,8 +409,8 @@ impl<S: Simd> Kernel for Combine<'_, S> {
         let mut faults = placed.faults;
         for (part, state) in reduction.parts.iter().zip(self.solutions) {
             let compliance = &state.solution.compliance;
-            let seen = subtract(&placed.nodes_m[part.far].0, end);
-            if part.far == reduction.end {
+            let seen = subtract(&placed.nodes_m[part.origin].0, end);
+            if part.origin == reduction.end {
                 add_whole(&mut sum, compliance);
             } else {
                 add_whole(&mut sum, &carried_to(compliance, &seen));
@@ -419,15 +437,6 @@ impl<S: Simd> Kernel for Combine<'_, S> {
         }
         self.results.compliance = sum;
         self.results.faults = faults;
-    }
-}
-
-#[inline(always)]
-fn add_whole<S: Simd>(sum: &mut Block<S, 6>, block: &Block<S, 6>) {
-    for i in 0..6 {
-        for j in 0..6 {
-            sum[i][j] += block[i][j];
-        }
     }
 }
 

@@ -104,8 +104,11 @@ pub(super) struct YieldingHinge {
 pub(super) struct Substructure {
     /// The plane that all its pieces share, if they are to be solved in it.
     pub(super) plane: Option<usize>,
-    /// Node towards the end, to which its compliance is referred.
-    pub(super) far: usize,
+    /// Node to which its matrices are referred.
+    ///
+    /// Where a joint between several elements yields it is there: a turn about an axis that does not pass the origin displaces it, and
+    /// the small stiffness against that turn would be a difference of large numbers.
+    pub(super) origin: usize,
     /// Its nodes, held ones included.
     pub(super) nodes: Vec<usize>,
     /// Planes of its pieces.
@@ -190,9 +193,16 @@ impl Reduction {
             let distinct = |all: &mut dyn Iterator<Item = usize>| -> Vec<usize> {
                 all.collect::<BTreeSet<usize>>().into_iter().collect()
             };
+            let schedule = Builder::build(run.iter())?;
+            let eased = schedule.eased_hinges().map(|hinge| hinges[hinge].node);
+            let meeting = |node: &usize| {
+                let pieces = pieces.iter().flat_map(|&piece| nodes_of(piece));
+                pieces.filter(|known| known == node).count()
+            };
+            let origin = eased.max_by_key(meeting).unwrap_or(far);
             let part = Substructure {
                 plane: plane_of(&run[0]).filter(|_| path == SolutionPath::Fastest && bends),
-                far,
+                origin,
                 nodes: distinct(
                     &mut pieces
                         .iter()
@@ -200,13 +210,13 @@ impl Reduction {
                         .chain([far]),
                 ),
                 planes: distinct(&mut pieces.iter().map(|&piece| plane_of_piece(piece))),
-                schedule: Builder::build(run.iter())?,
+                schedule,
             };
             let name = |node: usize| structure.nodes[node].name.to_string();
             let eliminated = |op: &&Op| matches!(op, Op::Eliminate { .. });
             methods.push(PartMethod {
                 from: graph.node(near).map(name),
-                to: name(part.far),
+                to: name(far),
                 elements,
                 yielding_joints: pieces.len() - elements,
                 eliminated_nodes: part.schedule.ops.iter().filter(eliminated).count(),

@@ -191,11 +191,7 @@ impl<'a> MapModel<'a> {
                 let set = format!("{lanes} poses at once, instruction set {name}");
                 parts.chain([set]).collect()
             }
-            SolutionMethod::Sweep { joints, .. } => vec![match joints {
-                JointModel::Rigid => "general solver, pose by pose".to_owned(),
-                _ => "general solver, pose by pose: with these yielding joints and sections there are no parts in series"
-                    .to_owned(),
-            }],
+            SolutionMethod::Sweep { .. } => vec!["general solver, pose by pose".to_owned()],
             SolutionMethod::Secant { load_n, effect } => vec![format!(
                 "secant stiffness from no load to {load_n} N, pose by pose: {effect} is not linear"
             )],
