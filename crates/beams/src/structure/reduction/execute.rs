@@ -29,7 +29,9 @@ pub(super) struct SolverBuffers<S: Simd, const N: usize, const H: usize> {
 
 /// What gives a schedule its elements and hinges.
 pub(super) trait Members<S: Simd, const N: usize, const H: usize> {
-    fn member(&mut self, piece: SchedulePiece, form: ReductionForm) -> [Block<S, N>; H];
+    fn element(&mut self, element: usize, form: ReductionForm) -> [Block<S, N>; H];
+    /// Adds the compliance of a hinge to a matrix, or sets that if it is `fresh`.
+    fn add_hinge(&mut self, hinge: usize, fresh: bool, sum: &mut [Block<S, N>; H]);
     /// Motion of the point per unit of a hinge, and the hinge's stiffness.
     fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; N]; H], f64);
 }
@@ -75,12 +77,17 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                     form,
                     into,
                     fresh,
-                } => {
-                    let member = members.member(piece, form);
-                    for half in 0..H {
-                        add(&mut self.slots[into].0[half], fresh, &member[half]);
+                } => match piece {
+                    SchedulePiece::Element(element) => {
+                        let member = members.element(element, form);
+                        for half in 0..H {
+                            add(&mut self.slots[into].0[half], fresh, &member[half]);
+                        }
                     }
-                }
+                    SchedulePiece::Hinge(hinge) => {
+                        members.add_hinge(hinge, fresh, &mut self.slots[into].0);
+                    }
+                },
                 Op::Invert { from, into, fresh } => {
                     for half in 0..H {
                         let mut block = self.slots[from].0[half];

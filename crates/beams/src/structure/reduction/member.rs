@@ -343,18 +343,24 @@ pub(super) fn in_space<S: Simd>(
     [whole]
 }
 
-/// Compliance of a hinge about the normal, in the plane of the frame n, p, q through the point: it moves nothing across.
+/// Adds the compliance of a hinge about the normal, in the plane of the frame n, p, q through the point: it moves nothing across.
 ///
 /// # Arguments
 /// - `node`: components p and q of the hinge, seen from the point, m.
+/// - `fresh`: whether `sum` holds nothing yet.
 #[inline(always)]
-pub(super) fn hinge_in_plane<S: Simd>(rad_per_nm: f64, [p, q]: [Lane<S>; 2]) -> [Block<S, 3>; 2] {
-    // A turn rn moves the point by q along p and by -p along q.
-    let (c, zero) = (p.of(rad_per_nm), p.of(0.0));
-    let (pn, minus_qn) = (c * q, c * p);
-    let (pp, minus_pq, qq) = (pn * q, pn * p, minus_qn * p);
-    let (pq, qn) = (-minus_pq, -minus_qn);
-    [[[pp, pq, pn], [pq, qq, qn], [pn, qn, c]], [[zero; 3]; 3]]
+pub(super) fn add_hinge_in_plane<S: Simd>(
+    rad_per_nm: f64,
+    node: [Lane<S>; 2],
+    fresh: bool,
+    [within, across]: &mut [Block<S, 3>; 2],
+) {
+    let [motion, _] = hinge_motion_in_plane(node);
+    if fresh {
+        let zero = node[0].of(0.0);
+        (*within, *across) = ([[zero; 3]; 3], [[zero; 3]; 3]);
+    }
+    add_dyad(rad_per_nm, &motion, within);
 }
 
 /// Motion of the point per unit of a hinge about the normal, in the plane and across it.
@@ -364,27 +370,43 @@ pub(super) fn hinge_motion_in_plane<S: Simd>([p, q]: [Lane<S>; 2]) -> [[Lane<S>;
     [[q, -p, one], [zero; 3]]
 }
 
-/// Compliance of a hinge anywhere.
+/// Adds the compliance of a hinge anywhere.
 ///
 /// # Arguments
 /// - `node`: the hinge, seen from the point, m.
 /// - `axis`: unit vector of its axis.
+/// - `fresh`: whether `sum` holds nothing yet.
 #[inline(always)]
-pub(super) fn hinge_in_space<S: Simd>(
-    rad_per_nm: f64,
+pub(super) fn add_hinge_in_space<S: Simd>(
+    (rad_per_nm, slides): (f64, bool),
     node: &[Lane<S>; 3],
     axis: &[Lane<S>; 3],
-    slides: bool,
-) -> [Block<S, 6>; 1] {
-    let twist = hinge_motion(node, axis, slides);
-    let mut whole = [twist; 6];
-    for i in 0..6 {
-        let weighted = twist[i] * twist[i].of(rad_per_nm);
-        for j in i..6 {
-            whole[i][j] = weighted * twist[j];
+    fresh: bool,
+    [sum]: &mut [Block<S, 6>; 1],
+) {
+    if fresh {
+        *sum = [[axis[0].of(0.0); 6]; 6];
+    }
+    if slides {
+        add_dyad(rad_per_nm, axis, sum);
+    } else {
+        add_dyad(rad_per_nm, &hinge_motion(node, axis, false), sum);
+    }
+}
+
+/// The upper triangle of weight x xᵀ, added to the first rows and columns of a matrix.
+#[inline(always)]
+fn add_dyad<S: Simd, const M: usize, const N: usize>(
+    weight: f64,
+    x: &[Lane<S>; M],
+    sum: &mut Block<S, N>,
+) {
+    for i in 0..M {
+        let weighted = x[i] * x[i].of(weight);
+        for j in i..M {
+            sum[i][j] = multiply_add(weighted, x[j], sum[i][j]);
         }
     }
-    [whole]
 }
 
 /// Motion of the point per unit of a hinge; what a load on the point does in it, too.

@@ -109,8 +109,8 @@ impl Schedule {
         eased.flatten().copied()
     }
 
-    /// Floating-point operations of one pose, a fused product counted as two: `halves` problems of `n` freedoms a node, `of_element` and
-    /// `of_hinge` operations for what an element and a hinge give to all of them.
+    /// Floating-point operations of one pose, a fused product counted as two: `halves` problems of `n` freedoms a node, `of_element`
+    /// operations for what an element gives to all of them, `of_hinge` for what a hinge adds to them.
     pub(super) fn operations(&self, n: u64, halves: u64, [of_element, of_hinge]: [u64; 2]) -> u64 {
         let triangle = n * (n + 1) / 2;
         // Inverses and ratios of n pivots; factor and update of what is right of and below each.
@@ -130,13 +130,10 @@ impl Schedule {
             }
         };
         let of_op = |op: &Op| match op {
-            Op::Piece { piece, fresh, .. } => {
-                let own = match piece {
-                    SchedulePiece::Element(_) => of_element,
-                    SchedulePiece::Hinge(_) => of_hinge,
-                };
-                own + halves * sum(*fresh, triangle)
-            }
+            Op::Piece { piece, fresh, .. } => match piece {
+                SchedulePiece::Element(_) => of_element + halves * sum(*fresh, triangle),
+                SchedulePiece::Hinge(_) => of_hinge,
+            },
             Op::Invert { fresh, .. } => halves * (invert + sum(*fresh, triangle)),
             Op::Add { fresh, .. } => halves * sum(*fresh, triangle),
             Op::Mirror { .. } => 0,

@@ -5,10 +5,10 @@ use pulp::Simd;
 use super::block::{Block, add_whole};
 use super::execute::{Members, SolverBuffers};
 use super::member::{
-    components, hinge_in_plane, hinge_in_space, hinge_motion, hinge_motion_in_plane, in_plane,
-    in_space,
+    add_hinge_in_plane, add_hinge_in_space, components, hinge_motion, hinge_motion_in_plane,
+    in_plane, in_space,
 };
-use super::schedule::{ReductionForm, SchedulePiece};
+use super::schedule::ReductionForm;
 use super::substructure::{Reduction, Substructure};
 use crate::structure::solve::LOST_PIVOT;
 use stiffbench_numeric::simd::{
@@ -293,18 +293,16 @@ struct FlatMembers<'a, S: Simd> {
 
 impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
     #[inline(always)]
-    fn member(&mut self, piece: SchedulePiece, form: ReductionForm) -> [Block<S, 3>; 2] {
-        match piece {
-            SchedulePiece::Element(element) => {
-                let [first, second] = self.reduction.ends[element];
-                let constants = &self.reduction.constants[element];
-                in_plane(constants, form, [self.nodes[first].0, self.nodes[second].0])
-            }
-            SchedulePiece::Hinge(hinge) => {
-                let hinge = &self.reduction.hinges[hinge];
-                hinge_in_plane(hinge.rad_per_nm, self.nodes[hinge.node].0)
-            }
-        }
+    fn element(&mut self, element: usize, form: ReductionForm) -> [Block<S, 3>; 2] {
+        let [first, second] = self.reduction.ends[element];
+        let constants = &self.reduction.constants[element];
+        in_plane(constants, form, [self.nodes[first].0, self.nodes[second].0])
+    }
+
+    #[inline(always)]
+    fn add_hinge(&mut self, hinge: usize, fresh: bool, sum: &mut [Block<S, 3>; 2]) {
+        let hinge = &self.reduction.hinges[hinge];
+        add_hinge_in_plane(hinge.rad_per_nm, self.nodes[hinge.node].0, fresh, sum);
     }
 
     #[inline(always)]
@@ -360,24 +358,23 @@ struct DeepMembers<'a, S: Simd> {
 
 impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
     #[inline(always)]
-    fn member(&mut self, piece: SchedulePiece, form: ReductionForm) -> [Block<S, 6>; 1] {
-        match piece {
-            SchedulePiece::Element(element) => {
-                let [first, second] = self.reduction.ends[element];
-                in_space(
-                    &self.reduction.constants[element],
-                    form,
-                    [&self.nodes[first].0, &self.nodes[second].0],
-                    &self.normals[self.reduction.planes[element]].0,
-                    &mut self.faults,
-                )
-            }
-            SchedulePiece::Hinge(hinge) => {
-                let hinge = &self.reduction.hinges[hinge];
-                let (node, axis) = (&self.nodes[hinge.node].0, &self.normals[hinge.plane].0);
-                hinge_in_space(hinge.rad_per_nm, node, axis, hinge.slides)
-            }
-        }
+    fn element(&mut self, element: usize, form: ReductionForm) -> [Block<S, 6>; 1] {
+        let [first, second] = self.reduction.ends[element];
+        in_space(
+            &self.reduction.constants[element],
+            form,
+            [&self.nodes[first].0, &self.nodes[second].0],
+            &self.normals[self.reduction.planes[element]].0,
+            &mut self.faults,
+        )
+    }
+
+    #[inline(always)]
+    fn add_hinge(&mut self, hinge: usize, fresh: bool, sum: &mut [Block<S, 6>; 1]) {
+        let hinge = &self.reduction.hinges[hinge];
+        let (node, axis) = (&self.nodes[hinge.node].0, &self.normals[hinge.plane].0);
+        let of_hinge = (hinge.rad_per_nm, hinge.slides);
+        add_hinge_in_space(of_hinge, node, axis, fresh, sum);
     }
 
     #[inline(always)]

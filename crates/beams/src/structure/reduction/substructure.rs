@@ -64,9 +64,9 @@ impl fmt::Display for PartMethod {
 fn operations(part: &Substructure) -> u64 {
     let nodes = part.nodes.len() as u64;
     if part.plane.is_some() {
-        part.schedule.operations(3, 2, [59, 5]) + 24 * nodes
+        part.schedule.operations(3, 2, [59, 15]) + 24 * nodes
     } else {
-        part.schedule.operations(6, 1, [204, 36]) + 3 * nodes
+        part.schedule.operations(6, 1, [204, 57]) + 3 * nodes
     }
 }
 
