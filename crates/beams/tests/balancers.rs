@@ -168,6 +168,7 @@ fn the_compliance_has_the_slope_of_the_torque_of_a_balancer() {
         let mechanism = robot.mechanism(None).unwrap();
         let sweep = PoseSweep::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
         let swept = sweep.run(std::slice::from_ref(pose), Keep::Full);
+        assert_eq!(swept.alone, 0, "in batches");
         assert!(swept.compliances[0].unwrap().relative_difference(&found) < 1e-12);
         let structure = predictor.model().structure();
         let unloaded = structure.compliance_under_load([0.0; 6]).unwrap().unwrap();
@@ -175,6 +176,91 @@ fn the_compliance_has_the_slope_of_the_torque_of_a_balancer() {
     }
     assert!(seen > 1e-3, "a balancer is seen: {seen:e}");
     assert!(largest < 1e-9, "{largest:e}");
+}
+
+#[test]
+fn poses_beside_a_balancer_are_solved_in_batches_as_one_by_one() {
+    for (robot, pose, _) in &arms_with_balancers() {
+        let moved = |step: u32| -> Pose {
+            let angles = pose.angles_deg.iter().enumerate();
+            let moved = angles.map(|(joint, a)| a + 0.7 * f64::from(step) * (1.0 + joint as f64));
+            Pose {
+                angles_deg: moved.collect(),
+            }
+        };
+        // More than a register holds; the first again with the last joint turned alone.
+        let mut poses: Vec<Pose> = (0..11).map(moved).collect();
+        poses.extend((0..16).map(|step| {
+            let mut turned = pose.clone();
+            *turned.angles_deg.last_mut().unwrap() += 5.0 * f64::from(step);
+            turned
+        }));
+        let mechanism = robot.mechanism(None).unwrap();
+        let sweep = PoseSweep::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
+        let swept = sweep.run(&poses, Keep::Full);
+        assert_eq!(swept.alone, 0);
+        for (pose, found) in poses.iter().zip(&swept.compliances) {
+            let expected = predictor(robot, pose).compliance();
+            let difference = found.unwrap().relative_difference(&expected);
+            assert!(difference < 1e-12, "{difference:e}");
+        }
+    }
+}
+
+#[test]
+fn a_balancer_that_pushes_a_joint_over_is_named_pose_by_pose() {
+    let (mut robot, pose, _) = arms_with_balancers().swap_remove(1);
+    // Straight from the axis outward: it holds the joint nowhere.
+    robot.balancers[0].force = BalancerForce::Spring {
+        stiffness_n_per_m: 0.0,
+        preload_n: -1e12,
+        length_m: 0.5,
+    };
+    let mechanism = robot.mechanism(None).unwrap();
+    let sweep = PoseSweep::new(&robot, mechanism, &FittingFactors::UNIT).unwrap();
+    assert!(!sweep.methods().is_empty());
+    let mut single = Predictor::new(&robot, mechanism, &FittingFactors::UNIT).unwrap();
+    let poses: Vec<Pose> = (0..24)
+        .map(|step| {
+            let mut turned = pose.clone();
+            for angle in &mut turned.angles_deg {
+                *angle += 15.0 * f64::from(step);
+            }
+            turned
+        })
+        .collect();
+    let swept = sweep.run(&poses, Keep::Full);
+    assert_eq!(swept.alone, swept.failed.len());
+    assert!((1..24).contains(&swept.alone), "{}", swept.alone);
+    for (index, error) in &swept.failed {
+        let expected = single.place(&poses[*index]).unwrap_err();
+        assert_eq!(error.to_string(), expected.to_string());
+    }
+}
+
+#[test]
+fn a_balancer_over_beams_is_left_to_the_solver_that_takes_one_pose_at_a_time() {
+    let text = stiffbench_test_files::shipped_robot("serial-arm").unwrap();
+    let mut robot = Robot::parse(&text).unwrap();
+    let last = robot.bodies.len() - 1;
+    let point = |body: usize, at_m: [f64; 3]| BodyPoint { body, at_m };
+    robot.balancers.push(Balancer {
+        name: "balancer".to_owned(),
+        pivots: [point(0, [0.5, 0.0, 0.0]), point(last, [0.1, 0.2, 0.0])],
+        force: BalancerForce::Spring {
+            stiffness_n_per_m: 3e4,
+            preload_n: 1000.0,
+            length_m: 0.5,
+        },
+    });
+    let mechanism = robot.mechanism(None).unwrap();
+    let sweep = PoseSweep::new(&robot, mechanism, &FittingFactors::UNIT).unwrap();
+    assert!(sweep.methods().is_empty());
+    let pose = robot.nominal_pose();
+    let swept = sweep.run(std::slice::from_ref(&pose), Keep::Full);
+    assert_eq!(swept.alone, 1);
+    let expected = predictor(&robot, &pose).compliance();
+    assert_eq!(swept.compliances[0].unwrap(), expected);
 }
 
 #[test]

@@ -227,9 +227,13 @@ impl<'a> MechanismModel<'a> {
         &self.nodes
     }
 
-    /// The order in which its bodies and nodes follow from one another.
+    /// The order in which its bodies and nodes follow from one another, those of balancers included.
     pub(super) fn order(&self) -> &Order {
-        &self.order
+        if self.structure.struts.is_empty() {
+            &self.order
+        } else {
+            &self.order_of_loads
+        }
     }
 
     /// The structure as it stands.

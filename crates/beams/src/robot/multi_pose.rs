@@ -81,6 +81,8 @@ impl<'a> MultiPosePredictor<'a> {
         let model =
             MechanismModel::with_parameters(robot, mechanism, joints, theory, &unit, parameters)?;
         let reduction = model.reduction(SolutionPath::Fastest);
+        // Derivatives beside balancers are for the general solver.
+        let reduction = reduction.filter(|_| robot.balancers.is_empty());
         let simd = reduction.map(|reduction| {
             let set = InstructionSet::for_poses(pose_count);
             let simd = simd_poses(set, &model, &reduction, pose_count, Some(parameters.len()));

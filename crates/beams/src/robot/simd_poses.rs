@@ -8,10 +8,10 @@
 use pulp::Simd;
 
 use crate::structure::{
-    Compliance6, ComplianceGradient, GroupGradient, ParameterPlaces, Placed, Reducer, Reduction,
-    WholeGradient,
+    Compliance6, ComplianceGradient, GroupGradient, ParameterPlaces, Placed, PlacedStrut, Reducer,
+    Reduction, WholeGradient,
 };
-use stiffbench_numeric::simd::{InstructionSet, Kernel, Lane, run};
+use stiffbench_numeric::simd::{InstructionSet, Kernel, Lane, Number, dot, run, subtract};
 
 use super::file::ElementClass;
 use super::kinematics::Placement;
@@ -106,7 +106,8 @@ impl<S: Simd> Bundles<S> {
     ) -> Self {
         let (robot, zero) = (model.robot(), Lane::zero(simd));
         let directions = robot.planes.len() + model.directions().count();
-        let placed = Placed::new(simd, model.nodes().len(), directions);
+        let mut placed = Placed::new(simd, model.nodes().len(), directions);
+        placed.struts = vec![PlacedStrut::new(zero); robot.balancers.len()];
         Self {
             simd,
             planes: model.planes(),
@@ -272,6 +273,19 @@ impl<S: Simd> Kernel for PlaceAll<'_, S> {
         let others = placed.normals.iter_mut().skip(robot.planes.len());
         for (target, direction) in others.zip(model.directions()) {
             target.0 = placement.direction(direction);
+        }
+        for (target, balancer) in placed.struts.iter_mut().zip(&robot.balancers) {
+            for (point, pivot) in target.points_m.iter_mut().zip(&balancer.pivots) {
+                *point = placement.point_m(pivot.body, &pivot.at_m);
+            }
+            let [first, second] = &target.points_m;
+            let span = subtract(second, first);
+            let distance = dot(&span, &span).sqrt();
+            for lane in 0..Lane::<S>::COUNT {
+                let (force_n, stiffness) = balancer.force.at(distance.get(lane));
+                target.force_n.set(lane, force_n);
+                target.stiffness_n_per_m.set(lane, stiffness);
+            }
         }
     }
 }

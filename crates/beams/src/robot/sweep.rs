@@ -21,7 +21,7 @@ const CHUNK: usize = 2048;
 /// One mechanism with its factors, ready for any number of poses.
 ///
 /// Each pose has the result that it would have alone, whatever the number of poses or threads. What the reduction does not serve (pins,
-/// balancers, loops of rigid links, elements that carry nothing) or do not solve goes to a [`Predictor`], pose by
+/// balancers over beams, loops of rigid links, elements that carry nothing) or do not solve goes to a [`Predictor`], pose by
 /// pose, which also names what is wrong.
 #[derive(Debug)]
 pub struct PoseSweep<'a> {

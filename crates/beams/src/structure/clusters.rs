@@ -85,6 +85,14 @@ impl Clusters {
         way.hinges.is_empty() && way.root == self.vertices[vertex].node
     }
 
+    /// Whether every hinge on the way to a vertex is passed from its node to what lies behind it.
+    pub(super) fn is_outward(&self, vertex: usize) -> bool {
+        self.ways[vertex]
+            .hinges
+            .iter()
+            .all(|(_, sense)| *sense > 0.0)
+    }
+
     /// Node whose freedoms a vertex follows.
     pub(super) fn root(&self, vertex: usize) -> usize {
         self.ways[vertex].root

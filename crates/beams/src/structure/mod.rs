@@ -37,7 +37,7 @@ pub use influence::RotationInfluence;
 pub use parts::{
     Attachment, Freedom, Hinge, Node, RigidMember, Structure, StructureError, Support,
 };
-pub(crate) use reduction::{GroupGradient, Placed, Reducer, Reduction, WholeGradient};
+pub(crate) use reduction::{GroupGradient, Placed, PlacedStrut, Reducer, Reduction, WholeGradient};
 pub use reduction::{PartMethod, SolutionPath};
 pub use response::{EndForces, Response};
 pub use rotation::{LocalAxes, paper_rotation};

@@ -11,6 +11,9 @@ use super::schedule::{
 };
 use stiffbench_numeric::simd::{Aligned, Lane, Number, multiply_add, multiply_subtract};
 
+/// Why loads are never followed to hinges that struts stand over.
+const NO_DERIVATIVES: &str = "derivatives beside struts are for the general solver";
+
 /// Most loads that are followed at once.
 pub(super) const LOADS: usize = 6;
 
@@ -32,6 +35,8 @@ pub(super) trait Members<S: Simd, const N: usize, const H: usize> {
     fn element(&mut self, element: usize, form: ReductionForm) -> [Block<S, N>; H];
     /// Adds the compliance of a hinge to a matrix, or sets that if it is `fresh`.
     fn add_hinge(&mut self, hinge: usize, fresh: bool, sum: &mut [Block<S, N>; H]);
+    /// Adds the hinges that struts stand over.
+    fn add_braced(&mut self, fresh: bool, sum: &mut [Block<S, N>; H]);
     /// Motion of the point per unit of a hinge, and the hinge's stiffness.
     fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; N]; H], f64);
 }
@@ -88,6 +93,9 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                         members.add_hinge(hinge, fresh, &mut self.slots[into].0);
                     }
                 },
+                Op::Brace { into, fresh } => {
+                    members.add_braced(fresh, &mut self.slots[into].0);
+                }
                 Op::Invert { from, into, fresh } => {
                     for half in 0..H {
                         let mut block = self.slots[from].0[half];
@@ -177,6 +185,7 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                 Op::Piece {
                     piece, form, into, ..
                 } => carriers.carry(piece, form, &self.states[into].0),
+                Op::Brace { .. } => unreachable!("{NO_DERIVATIVES}"),
                 Op::Invert { from, into, .. } => {
                     for half in 0..H {
                         for load in 0..L {

@@ -18,6 +18,26 @@ pub(super) struct Segment {
     pub(super) edges: Vec<Edge>,
 }
 
+impl Segment {
+    pub(super) fn has_elements(&self) -> bool {
+        let mut edges = self.edges.iter();
+        edges.any(|edge| matches!(edge.piece, SchedulePiece::Element(_)))
+    }
+
+    /// The hinge that it consists of, if it is one.
+    pub(super) fn hinge(&self) -> Option<usize> {
+        match self.edges[..] {
+            [
+                Edge {
+                    piece: SchedulePiece::Hinge(hinge),
+                    ..
+                },
+            ] => Some(hinge),
+            _ => None,
+        }
+    }
+}
+
 /// A piece and its two vertices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Edge {

@@ -360,7 +360,7 @@ pub(super) fn add_hinge_in_plane<S: Simd>(
         let zero = node[0].of(0.0);
         (*within, *across) = ([[zero; 3]; 3], [[zero; 3]; 3]);
     }
-    add_dyad(rad_per_nm, &motion, within);
+    add_dyad(node[0].of(rad_per_nm), &motion, within);
 }
 
 /// Motion of the point per unit of a hinge about the normal, in the plane and across it.
@@ -387,22 +387,23 @@ pub(super) fn add_hinge_in_space<S: Simd>(
     if fresh {
         *sum = [[axis[0].of(0.0); 6]; 6];
     }
+    let weight = axis[0].of(rad_per_nm);
     if slides {
-        add_dyad(rad_per_nm, axis, sum);
+        add_dyad(weight, axis, sum);
     } else {
-        add_dyad(rad_per_nm, &hinge_motion(node, axis, false), sum);
+        add_dyad(weight, &hinge_motion(node, axis, false), sum);
     }
 }
 
 /// The upper triangle of weight x xᵀ, added to the first rows and columns of a matrix.
 #[inline(always)]
-fn add_dyad<S: Simd, const M: usize, const N: usize>(
-    weight: f64,
+pub(super) fn add_dyad<S: Simd, const M: usize, const N: usize>(
+    weight: Lane<S>,
     x: &[Lane<S>; M],
     sum: &mut Block<S, N>,
 ) {
     for i in 0..M {
-        let weighted = x[i] * x[i].of(weight);
+        let weighted = x[i] * weight;
         for j in i..M {
             sum[i][j] = multiply_add(weighted, x[j], sum[i][j]);
         }

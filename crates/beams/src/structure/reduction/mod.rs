@@ -17,6 +17,9 @@
 //!    and q = K t. The common point of such a part is that joint. Joints that close a loop without anything that bends are left to
 //!    [`Solver`](super::Solver).
 //!
+//! 6. A strut over joints of a chain couples their turns: their compliance is T K⁻¹ Tᵀ with K the stiffness of springs and struts. A strut
+//!    over anything that bends is left to [`Solver`](super::Solver).
+//!
 //! Rounding costs no more than in [`Solver`](super::Solver), in the plane or with joints that yield a third of it:
 //! `crates/beams/tests/pose_sweep.rs` holds both against extended precision.
 //!
@@ -31,6 +34,8 @@
 )]
 
 mod block;
+mod braced;
+mod combine;
 mod execute;
 mod gradient;
 mod graph;
@@ -41,6 +46,7 @@ mod solve;
 mod strained;
 mod substructure;
 
+pub(crate) use braced::PlacedStrut;
 pub(crate) use gradient::{GroupGradient, WholeGradient};
 pub(crate) use solve::{Placed, Reducer};
 pub(crate) use substructure::Reduction;

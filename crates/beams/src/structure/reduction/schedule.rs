@@ -31,6 +31,8 @@ pub(super) enum Op {
         into: Slot,
         fresh: bool,
     },
+    /// Adds the hinges that struts stand over.
+    Brace { into: Slot, fresh: bool },
     /// Adds the inverse of a matrix, which is destroyed.
     Invert { from: Slot, into: Slot, fresh: bool },
     /// Adds the upper triangle of a matrix.
@@ -136,7 +138,7 @@ impl Schedule {
             },
             Op::Invert { fresh, .. } => halves * (invert + sum(*fresh, triangle)),
             Op::Add { fresh, .. } => halves * sum(*fresh, triangle),
-            Op::Mirror { .. } => 0,
+            Op::Brace { .. } | Op::Mirror { .. } => 0,
             Op::Ease {
                 hinges,
                 panels,

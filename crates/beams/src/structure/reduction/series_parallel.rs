@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::braced::Braced;
 use super::graph::{Edge, GROUND, Segment};
 use super::schedule::{
     Joined, Op, PanelMove, ReductionForm, Schedule, SchedulePiece, Slot, Update,
@@ -132,7 +133,13 @@ pub(super) struct Builder {
 
 impl Builder {
     /// `None` if hinges alone lead from one terminal of a segment to the other beside what bends, or close a loop.
-    pub(super) fn build<'a>(segments: impl Iterator<Item = &'a Segment>) -> Option<Schedule> {
+    ///
+    /// # Arguments
+    /// - `braced`: hinges that struts stand over, each a segment by itself: they are added together.
+    pub(super) fn build<'a>(
+        segments: impl Iterator<Item = &'a Segment>,
+        braced: &Braced,
+    ) -> Option<Schedule> {
         let mut builder = Self {
             schedule: Schedule {
                 slot_count: 1,
@@ -140,7 +147,12 @@ impl Builder {
             },
             begun: BTreeSet::new(),
         };
+        let mut has_braced = false;
         for segment in segments {
+            if braced.holds(segment) {
+                has_braced = true;
+                continue;
+            }
             let links = merged(segment);
             let all_have = |form| links.iter().all(|link| link.assembly.has(form));
             if let [link] = &links[..] {
@@ -157,6 +169,10 @@ impl Builder {
                 }
                 builder.eliminate(&links, segment.terminals)?;
             }
+        }
+        if has_braced {
+            let fresh = builder.begins(0);
+            builder.schedule.ops.push(Op::Brace { into: 0, fresh });
         }
         Some(builder.schedule)
     }

@@ -2,7 +2,9 @@
 
 use pulp::Simd;
 
-use super::block::{Block, add_whole};
+use super::block::Block;
+use super::braced::PlacedStrut;
+use super::combine::Combine;
 use super::execute::{Members, SolverBuffers};
 use super::member::{
     add_hinge_in_plane, add_hinge_in_space, components, hinge_motion, hinge_motion_in_plane,
@@ -10,9 +12,8 @@ use super::member::{
 };
 use super::schedule::ReductionForm;
 use super::substructure::{Reduction, Substructure};
-use crate::structure::solve::LOST_PIVOT;
 use stiffbench_numeric::simd::{
-    Aligned, Kernel, Lane, Number, cross, dot, frame_on, multiply_add, run, subtract,
+    Aligned, Kernel, Lane, Number, frame_on, multiply_add, run, subtract,
 };
 
 /// A node lies in the plane of the end of its part if it leaves it by no more than this share of its distance: far above rounding,
@@ -26,6 +27,7 @@ pub(crate) struct Placed<S: Simd> {
     pub(crate) nodes_m: Vec<Aligned<[Lane<S>; 3]>>,
     /// Unit normal of each plane.
     pub(crate) normals: Vec<Aligned<[Lane<S>; 3]>>,
+    pub(crate) struts: Vec<PlacedStrut<S>>,
     /// Above zero in poses that could not be placed.
     pub(crate) faults: Lane<S>,
 }
@@ -36,6 +38,7 @@ impl<S: Simd> Placed<S> {
         Self {
             nodes_m: vec![Aligned([zero; 3]); node_count],
             normals: vec![Aligned([zero; 3]); plane_count],
+            struts: Vec::new(),
             faults: Lane::one(simd),
         }
     }
@@ -78,9 +81,9 @@ pub(super) struct SubstructureState<S: Simd> {
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(super) struct Solution<S: Simd> {
-    compliance: Block<S, 6>,
+    pub(super) compliance: Block<S, 6>,
     /// Largest ratio of a diagonal entry to its pivot.
-    worst: Lane<S>,
+    pub(super) worst: Lane<S>,
     /// Above zero where the part is not in its plane.
     pub(super) bent: Lane<S>,
 }
@@ -209,7 +212,8 @@ impl<S: Simd> SubstructureState<S> {
         let same = |a: &[Lane<S>; 3], b: &[Lane<S>; 3]| a.iter().zip(b).all(|(a, b)| a.is_same(b));
         let count = part.nodes.len() + part.planes.len();
         let all = normals.chain(nodes);
-        let stands = self.stood.len() == count
+        let stands = !part.is_braced
+            && self.stood.len() == count
             && self.stood.iter().zip(all.clone()).all(|(a, b)| same(a, &b));
         if !stands {
             self.stood.clear();
@@ -305,6 +309,10 @@ impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
         add_hinge_in_plane(hinge.rad_per_nm, self.nodes[hinge.node].0, fresh, sum);
     }
 
+    fn add_braced(&mut self, _: bool, _: &mut [Block<S, 3>; 2]) {
+        unreachable!("hinges that struts stand over have no plane");
+    }
+
     #[inline(always)]
     fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; 3]; 2], f64) {
         let hinge = &self.reduction.hinges[hinge];
@@ -332,7 +340,8 @@ impl<S: Simd> Kernel for SpaceSolve<'_, S> {
         let mut members = DeepMembers {
             reduction: self.reduction,
             nodes: self.deep,
-            normals: &placed.normals,
+            placed,
+            origin: part.origin,
             faults: worst,
         };
         let whole = self
@@ -352,7 +361,9 @@ impl<S: Simd> Kernel for SpaceSolve<'_, S> {
 struct DeepMembers<'a, S: Simd> {
     reduction: &'a Reduction,
     nodes: &'a [Aligned<[Lane<S>; 3]>],
-    normals: &'a [Aligned<[Lane<S>; 3]>],
+    placed: &'a Placed<S>,
+    /// Node from which the others are seen.
+    origin: usize,
     faults: Lane<S>,
 }
 
@@ -364,7 +375,7 @@ impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
             &self.reduction.constants[element],
             form,
             [&self.nodes[first].0, &self.nodes[second].0],
-            &self.normals[self.reduction.planes[element]].0,
+            &self.placed.normals[self.reduction.planes[element]].0,
             &mut self.faults,
         )
     }
@@ -372,95 +383,35 @@ impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
     #[inline(always)]
     fn add_hinge(&mut self, hinge: usize, fresh: bool, sum: &mut [Block<S, 6>; 1]) {
         let hinge = &self.reduction.hinges[hinge];
-        let (node, axis) = (&self.nodes[hinge.node].0, &self.normals[hinge.plane].0);
+        let (node, axis) = (
+            &self.nodes[hinge.node].0,
+            &self.placed.normals[hinge.plane].0,
+        );
         let of_hinge = (hinge.rad_per_nm, hinge.slides);
         add_hinge_in_space(of_hinge, node, axis, fresh, sum);
     }
 
     #[inline(always)]
+    fn add_braced(&mut self, fresh: bool, [sum]: &mut [Block<S, 6>; 1]) {
+        if fresh {
+            *sum = [[self.faults.of(0.0); 6]; 6];
+        }
+        let origin_m = &self.placed.nodes_m[self.origin].0;
+        let (reduction, faults) = (self.reduction, &mut self.faults);
+        let braced = &reduction.braced;
+        braced.add(reduction, self.placed, self.nodes, origin_m, faults, sum);
+    }
+
+    #[inline(always)]
     fn hinge(&mut self, hinge: usize) -> ([[Lane<S>; 6]; 1], f64) {
         let hinge = &self.reduction.hinges[hinge];
-        let (node, axis) = (&self.nodes[hinge.node].0, &self.normals[hinge.plane].0);
+        let (node, axis) = (
+            &self.nodes[hinge.node].0,
+            &self.placed.normals[hinge.plane].0,
+        );
         let motion = hinge_motion(node, axis, hinge.slides);
         ([motion], 1.0 / hinge.rad_per_nm)
     }
-}
-
-/// Carries the compliances of the parts to the end and adds them up.
-struct Combine<'a, S: Simd> {
-    reduction: &'a Reduction,
-    placed: &'a Placed<S>,
-    solutions: &'a [SubstructureState<S>],
-    results: &'a mut Results<S>,
-}
-
-impl<S: Simd> Kernel for Combine<'_, S> {
-    #[inline(always)]
-    fn run(self) {
-        let Self {
-            reduction, placed, ..
-        } = self;
-        let end = &placed.nodes_m[reduction.end].0;
-        let zero = end[0].of(0.0);
-        let mut sum = [[zero; 6]; 6];
-        let mut faults = placed.faults;
-        for (part, state) in reduction.parts.iter().zip(self.solutions) {
-            let compliance = &state.solution.compliance;
-            let seen = subtract(&placed.nodes_m[part.origin].0, end);
-            if part.origin == reduction.end {
-                add_whole(&mut sum, compliance);
-            } else {
-                add_whole(&mut sum, &carried_to(compliance, &seen));
-            }
-            faults += state
-                .solution
-                .worst
-                .fault_unless_below(zero.of(1.0 / LOST_PIVOT));
-        }
-        for &element in &reduction.idle {
-            let [first, second] = reduction.ends[element];
-            let span = subtract(&placed.nodes_m[second].0, &placed.nodes_m[first].0);
-            faults += (-dot(&span, &span)).fault_unless_below(zero);
-        }
-        // Rigid members may leave nothing that yields along an axis.
-        let least = if reduction.has_rigid_members {
-            f64::MIN_POSITIVE
-        } else {
-            0.0
-        };
-        for i in 0..6 {
-            faults += (-sum[i][i]).fault_unless_below(zero.of(least));
-            faults += sum[i][i].fault_unless_below(zero.of(f64::INFINITY));
-        }
-        self.results.compliance = sum;
-        self.results.faults = faults;
-    }
-}
-
-/// A compliance at another point; `seen` is the old one seen from there: a turn r moves it by `seen` × r more.
-#[inline(always)]
-fn carried_to<S: Simd>(compliance: &Block<S, 6>, seen: &[Lane<S>; 3]) -> Block<S, 6> {
-    let mut carried = *compliance;
-    // Columns of turns first: each gains m × its turns in its displacements.
-    for j in 0..6 {
-        let turns = [compliance[3][j], compliance[4][j], compliance[5][j]];
-        let gained = cross(seen, &turns);
-        for i in 0..3 {
-            carried[i][j] = compliance[i][j] + gained[i];
-        }
-    }
-    // Then the same for the rows.
-    for i in 0..3 {
-        let turns = [carried[i][3], carried[i][4], carried[i][5]];
-        let gained = cross(seen, &turns);
-        for j in 0..3 {
-            carried[i][j] += gained[j];
-        }
-        for j in 3..6 {
-            carried[j][i] = carried[i][j];
-        }
-    }
-    carried
 }
 
 /// The compliance over ux uy uz rx ry rz from that over up, uq, rn and that over rp, rq, un.

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use super::graph::{Edge, Graph, Segment};
+use super::braced::Braced;
+use super::graph::{Graph, Segment};
 use super::member::Constants;
 use super::schedule::{Op, Schedule, SchedulePiece};
 use super::series_parallel::Builder;
@@ -86,6 +87,7 @@ pub(crate) struct Reduction {
     pub(super) has_rigid_members: bool,
     pub(super) constants: Vec<Constants>,
     pub(super) hinges: Vec<YieldingHinge>,
+    pub(super) braced: Braced,
     methods: Vec<PartMethod>,
 }
 
@@ -114,6 +116,8 @@ pub(super) struct Substructure {
     /// Planes of its pieces.
     pub(super) planes: Vec<usize>,
     pub(super) schedule: Schedule,
+    /// Whether struts stand over its hinges: they may move where its nodes stand.
+    pub(super) is_braced: bool,
 }
 
 impl Reduction {
@@ -124,16 +128,15 @@ impl Reduction {
     /// - `hinge_planes`: for each hinge the plane whose normal is its axis; of one that slides no plane of elements.
     ///
     /// # Returns
-    /// `None` for a structure with a strut, a pin, a hinge that closes a loop of rigid members alone, a node held in part, a held end, or something that hangs on no support.
+    /// `None` for a structure with a strut over anything but hinges on the way to the end, a pin, a hinge that closes a loop of rigid members
+    /// alone, a node held in part, a held end, or something that hangs on no support.
     pub(crate) fn of(
         structure: &Structure,
         planes: &[usize],
         hinge_planes: &[usize],
         path: SolutionPath,
     ) -> Option<Self> {
-        if !structure.struts.is_empty() {
-            return None;
-        }
+        let braced = Braced::of(structure)?;
         let graph = Graph::of(structure)?;
         let segments = graph.segments();
         let hinges = yielding_hinges(structure, hinge_planes)?;
@@ -141,19 +144,20 @@ impl Reduction {
             SchedulePiece::Element(element) => planes[element],
             SchedulePiece::Hinge(hinge) => hinge_planes[hinge],
         };
+        if segments.iter().filter(|s| braced.holds(s)).count() < braced.hinges.len() {
+            return None;
+        }
         let plane_of = |segment: &Segment| {
+            if braced.holds(segment) {
+                return None;
+            }
             let mut planes = segment.edges.iter().map(|edge| plane_of_piece(edge.piece));
             let first = planes.next()?;
             planes.all(|plane| plane == first).then_some(first)
         };
         // Neighbours in one plane are one part: adding them up is cheaper than carrying them one by one.
         let runs = segments.chunk_by(|a, b| plane_of(a).is_some() && plane_of(a) == plane_of(b));
-        let is_element = |edge: &Edge| matches!(edge.piece, SchedulePiece::Element(_));
-        let has_elements = |run: &[Segment]| {
-            run.iter()
-                .flat_map(|segment| &segment.edges)
-                .any(is_element)
-        };
+        let has_elements = |run: &[Segment]| run.iter().any(Segment::has_elements);
         // Where nothing but joints yields, all are one part, referred to the end at once.
         let (bending, yielding): (Vec<&[Segment]>, Vec<&[Segment]>) =
             runs.partition(|run| has_elements(run));
@@ -190,26 +194,17 @@ impl Reduction {
                 SchedulePiece::Element(element) => ends[element],
                 SchedulePiece::Hinge(hinge) => [hinges[hinge].node; 2],
             };
-            let distinct = |all: &mut dyn Iterator<Item = usize>| -> Vec<usize> {
-                all.collect::<BTreeSet<usize>>().into_iter().collect()
-            };
-            let schedule = Builder::build(run.iter())?;
+            let schedule = Builder::build(run.iter(), &braced)?;
+            let nodes: Vec<usize> = pieces.iter().flat_map(|&piece| nodes_of(piece)).collect();
             let eased = schedule.eased_hinges().map(|hinge| hinges[hinge].node);
-            let meeting = |node: &usize| {
-                let pieces = pieces.iter().flat_map(|&piece| nodes_of(piece));
-                pieces.filter(|known| known == node).count()
-            };
+            let meeting = |node: &usize| nodes.iter().filter(|known| *known == node).count();
             let origin = eased.max_by_key(meeting).unwrap_or(far);
             let part = Substructure {
                 plane: plane_of(&run[0]).filter(|_| path == SolutionPath::Fastest && bends),
                 origin,
-                nodes: distinct(
-                    &mut pieces
-                        .iter()
-                        .flat_map(|&piece| nodes_of(piece))
-                        .chain([far]),
-                ),
-                planes: distinct(&mut pieces.iter().map(|&piece| plane_of_piece(piece))),
+                nodes: distinct(nodes.into_iter().chain([far])),
+                planes: distinct(pieces.iter().map(|&piece| plane_of_piece(piece))),
+                is_braced: run.iter().any(|segment| braced.holds(segment)),
                 schedule,
             };
             let name = |node: usize| structure.nodes[node].name.to_string();
@@ -232,6 +227,7 @@ impl Reduction {
             planes: planes.to_vec(),
             node_count: structure.nodes.len(),
             hinges,
+            braced,
             end: structure.end.node,
             idle: idle.into_iter().collect(),
             has_rigid_members: !structure.rigid_members.is_empty(),
@@ -258,6 +254,10 @@ impl Reduction {
     pub(crate) fn methods(&self) -> &[PartMethod] {
         &self.methods
     }
+}
+
+fn distinct(all: impl Iterator<Item = usize>) -> Vec<usize> {
+    all.collect::<BTreeSet<usize>>().into_iter().collect()
 }
 
 /// A node of the pieces of a run at its far vertex: a rigid cluster may have others, out of the plane of the run.
