@@ -3,13 +3,14 @@
 mod law;
 mod map;
 
-use crate::mismatch::{Finding, Impossible, LawCriticalValues};
+use crate::mismatch::{Finding, Impossible, LawCriticalValues, VerdictGrade};
 use crate::physics::{Effect, title};
 use crate::plot::{
     BeforeAfterPoint, CandidateDecision, DetectionLimitBar, DetectionLimits, EvidenceBars,
     EvidenceCandidate, FactorShift, FactorValue, Figure, HeldOutError, HeldOutPose,
-    ResidualsAgainst, ResidualsBeforeAfter, ShiftedFactor, detection_limits, evidence_bars,
-    factor_shift, found_law, held_out_error, mismatch_map, residuals_before_after,
+    MisfitWaterfall, ResidualsAgainst, ResidualsBeforeAfter, ShiftedFactor, WaterfallStep,
+    detection_limits, evidence_bars, factor_shift, found_law, held_out_error, misfit_waterfall,
+    mismatch_map, residuals_before_after,
 };
 use crate::search::constants::DISTINGUISHABLE;
 
@@ -36,7 +37,8 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
             STEPS_WITHIN_RUNS,
         ),
     )];
-    let effects = &diagnosis.effects;
+    let known = diagnosis.known_effects.len();
+    let effects = diagnosis.effects.get(known..).unwrap_or_default();
     if !effects.is_empty() {
         let found = found(effects);
         figures.push((
@@ -53,7 +55,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
                 WITHIN_RUNS,
             ),
         ));
-        for (place, effect) in report.trace.effects.iter().enumerate() {
+        for (place, effect) in report.trace.effects.iter().skip(known).enumerate() {
             let input = law::law(report, effect);
             figures.push((
                 numbered("found_law", place),
@@ -70,6 +72,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
             let figure = evidence_bars(&evidence(answer, &impossible, &report.critical));
             figures.push((numbered("evidence_bars", place), figure));
         }
+        figures.extend(waterfall(report).map(|figure| ("misfit_shares".to_owned(), figure)));
         figures.push((
             "factor_shift".to_owned(),
             factor_shift(&shift(report, &found)),
@@ -145,7 +148,10 @@ fn evidence(
     let named = members.iter().map(|finding| EvidenceCandidate {
         name: title(finding.effect.law, &finding.effect.place),
         log_bayes_factor: finding.log_bayes,
-        standing: CandidateDecision::Named,
+        standing: match finding.grade {
+            VerdictGrade::Weak => CandidateDecision::Tentative,
+            _ => CandidateDecision::Named,
+        },
     });
     let rivals = members
         .first()
@@ -173,6 +179,29 @@ fn evidence(
         candidates: named.chain(rivals).chain(refused).collect(),
         alike_within: DISTINGUISHABLE,
     }
+}
+
+/// The misfit divided between the findings; none where it is too small for that.
+fn waterfall(report: &DiagnosisReport) -> Option<Figure> {
+    let steps = report.diagnosis.misfit_steps.as_ref()?;
+    let answers = DiagnosisAnswer::all(&report.diagnosis.findings);
+    let found = answers.iter().zip(&steps.explained).map(|(answer, share)| {
+        let members = answer.members();
+        let first = title(members[0].effect.law, &members[0].effect.place);
+        WaterfallStep {
+            name: match members.len() {
+                1 => first,
+                count => format!("one of {count}: {first}"),
+            },
+            explained: *share,
+            tentative: members[0].grade == VerdictGrade::Weak,
+        }
+    });
+    Some(misfit_waterfall(&MisfitWaterfall {
+        found: found.collect(),
+        left: steps.left,
+        noise: steps.noise,
+    }))
 }
 
 fn shift(report: &DiagnosisReport, found: &str) -> FactorShift {

@@ -98,6 +98,7 @@ fn friction_in_a_joint_is_named_with_its_size() {
         "residuals_before_after",
         "found_law",
         "evidence_bars",
+        "misfit_shares",
         "factor_shift",
         "held_out_error",
         "detection_limits",

@@ -49,6 +49,8 @@ pub struct EvidenceCandidate {
 pub enum CandidateDecision {
     /// The diagnosis names it.
     Named,
+    /// The diagnosis names it as a weak sign.
+    Tentative,
     /// It was considered and is not named.
     Rival,
     /// It fits with a value that cannot be.
@@ -58,21 +60,29 @@ pub enum CandidateDecision {
     },
 }
 
+impl CandidateDecision {
+    fn is_named(&self) -> bool {
+        matches!(self, Self::Named | Self::Tentative)
+    }
+}
+
 /// Looks of the bars.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BarLook {
     Named,
+    Tentative,
     NotApart,
     Rival,
     Impossible,
 }
 
 impl BarLook {
-    const FILLED: [Self; 3] = [Self::Named, Self::NotApart, Self::Rival];
+    const FILLED: [Self; 4] = [Self::Named, Self::Tentative, Self::NotApart, Self::Rival];
 
     fn of(candidate: &EvidenceCandidate, band: AlikeBand) -> Self {
         match &candidate.standing {
             CandidateDecision::Named => Self::Named,
+            CandidateDecision::Tentative => Self::Tentative,
             CandidateDecision::Rival if candidate.log_bayes_factor >= band.lowest() => {
                 Self::NotApart
             }
@@ -84,6 +94,10 @@ impl BarLook {
     fn label_and_colour(self, band: AlikeBand) -> (String, Colour) {
         match self {
             Self::Named => ("named".to_owned(), qualitative(0)),
+            Self::Tentative => (
+                "named as a weak sign".to_owned(),
+                qualitative(0).with_opacity(0.4),
+            ),
             Self::NotApart => (
                 format!("rival within {}, unlike it", band.width),
                 qualitative(1),
@@ -118,13 +132,11 @@ pub fn evidence_bars(input: &EvidenceBars) -> Figure {
     let unknown = input.candidates.len() - candidates.len();
     candidates.sort_by(|a, b| b.log_bayes_factor.total_cmp(&a.log_bayes_factor));
     // What is named is always drawn; of the others the best fill the places that remain.
-    let named = candidates
-        .iter()
-        .filter(|c| c.standing == CandidateDecision::Named);
+    let named = candidates.iter().filter(|c| c.standing.is_named());
     let mut places = MOST_BARS.saturating_sub(named.count());
     let all = candidates.len();
     candidates.retain(|candidate| {
-        let is_named = candidate.standing == CandidateDecision::Named;
+        let is_named = candidate.standing.is_named();
         let stays = is_named || places > 0;
         places -= usize::from(stays && !is_named);
         stays
@@ -293,7 +305,9 @@ fn text(candidate: &EvidenceCandidate) -> String {
     let value = candidate.log_bayes_factor;
     let number = signed(value, usize::from(value.abs() < 99.95));
     match &candidate.standing {
-        CandidateDecision::Named | CandidateDecision::Rival => number,
+        CandidateDecision::Named | CandidateDecision::Tentative | CandidateDecision::Rival => {
+            number
+        }
         CandidateDecision::Impossible { reason } => font::shortened(
             &format!("{number}, impossible: {reason}"),
             TEXT_PX,
@@ -330,9 +344,7 @@ fn caption(candidates: &[&EvidenceCandidate], left_out: usize, unknown: usize) -
         .iter()
         .filter(|candidate| matches!(candidate.standing, CandidateDecision::Impossible { .. }))
         .count();
-    let is_named = candidates
-        .iter()
-        .any(|c| c.standing == CandidateDecision::Named);
+    let is_named = candidates.iter().any(|c| c.standing.is_named());
     joined([
         Some(
             "Bar: logarithm of how much more probable the readings are with the candidate than without; the baseline stands at 0, \

@@ -29,6 +29,7 @@ mod load_case_components;
 mod load_case_residuals;
 mod load_displacement;
 mod marks;
+mod misfit_shares;
 mod mismatch_map;
 mod palette;
 mod plane_bins;
@@ -72,6 +73,7 @@ pub use load_displacement::{
     DisplacementPoint, FittedLine, LoadCurvePoints, LoadDisplacement, SessionCurves,
     load_displacement,
 };
+pub use misfit_shares::{MisfitWaterfall, WaterfallStep, misfit_waterfall};
 pub use mismatch_map::{MapLoadStep, MapValue, MismatchMap, RunSummary, mismatch_map};
 pub use palette::{Colour, Marker, QUALITATIVE, diverging, lightening, qualitative, sequential};
 pub use plane_bins::{BinValue, PlaneBin, PlaneBins};

@@ -82,6 +82,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
                 contrast: OmnibusTest::Pattern(Stratum::Rest),
             },
             shares: MisfitShares::default(),
+            misfit_steps: None,
             before: quality.clone(),
             after: quality,
             known_effects: Vec::new(),

@@ -7,8 +7,8 @@ use crate::physics::{Law, ParameterSpec};
 use crate::report::significant;
 
 use super::answer::{DiagnosisAnswer, phrase_of};
-use super::known_effects::known_effects;
 use super::data_findings::{bad_readings, bad_readings_first};
+use super::known_effects::known_effects;
 use super::open_questions::{next, not_tested, rejected};
 use super::phrases::{
     likelier, listed, location, one_in, paragraph, phrase, printed, strength, um,

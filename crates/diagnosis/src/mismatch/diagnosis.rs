@@ -12,7 +12,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 use super::grade::VerdictGrade;
 use super::noise::ReadingNoise;
 use super::omnibus::Omnibus;
-use super::shares::MisfitShares;
+use super::shares::{MisfitShares, MisfitSteps};
 use super::stratum::Stratum;
 
 /// What is to be said of a session.
@@ -214,6 +214,8 @@ pub struct Diagnosis {
     pub omnibus: Omnibus,
     /// Shares of the misfit that all findings explain together.
     pub shares: MisfitShares,
+    /// The misfit divided between what was found, where it is large enough.
+    pub misfit_steps: Option<MisfitSteps>,
     /// The model without findings.
     pub before: Quality,
     /// The final model.

@@ -131,6 +131,7 @@ mod tests {
                 contrast: OmnibusTest::Pattern(Stratum::Rest),
             },
             shares: MisfitShares::default(),
+            misfit_steps: None,
             before: quality.clone(),
             after: quality,
             known_effects: Vec::new(),

@@ -82,7 +82,7 @@ pub use omnibus::{Omnibus, OmnibusTest};
 pub use opposite_slips::reading_between_slips;
 pub use plan::{PlannedCell, PlannedLoad};
 pub use search::SearchOptions;
-pub use shares::MisfitShares;
+pub use shares::{MisfitShares, MisfitSteps};
 pub use specimen::{
     SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, laws_that_need_a_robot, specimen_bench,
 };

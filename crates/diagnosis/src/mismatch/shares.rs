@@ -33,6 +33,18 @@ pub struct MisfitShares {
 pub(super) struct AllShares {
     pub(super) together: MisfitShares,
     pub(super) each: Vec<MisfitShares>,
+    pub(super) steps: Option<MisfitSteps>,
+}
+
+/// The misfit divided in the order in which the search found effects, in shares of the misfit without them (1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct MisfitSteps {
+    /// What each place in the answer explains beyond those before it; those of a set count once.
+    pub explained: Vec<f64>,
+    /// What is left.
+    pub left: f64,
+    /// What noise alone leaves in any model, beside it.
+    pub noise: f64,
 }
 
 /// Readings left out together.
@@ -68,6 +80,13 @@ impl DiagnosisProblem<'_> {
                     .sum::<f64>()
         };
         let excess = |state: &State| (state.fitted.squares - dof(state)).max(0.0);
+        let mut levels = vec![excess(&start)];
+        for count in 1..found.resolved.len() {
+            let mut first = after.fitted.model.clone();
+            first.effects.truncate(self.known_effects.len() + count);
+            levels.push(excess(&fitted(first)?));
+        }
+        levels.push(excess(&last));
         let seen = Shared {
             whole: excess(&start),
             noise: 0.0,
@@ -101,7 +120,16 @@ impl DiagnosisProblem<'_> {
             share_unseen: unseen,
             share_reason: reason(seen, unseen),
         };
+        let whole = levels[0];
         Ok(AllShares {
+            steps: seen.together().map(|_| MisfitSteps {
+                explained: levels
+                    .windows(2)
+                    .map(|pair| (pair[0] - pair[1]) / whole)
+                    .collect(),
+                left: excess(&last) / whole,
+                noise: dof(&start) / whole,
+            }),
             together: shares(seen.together(), unseen.as_ref().and_then(Shared::together)),
             each: (0..without.len())
                 .map(|place| {

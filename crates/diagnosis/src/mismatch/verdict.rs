@@ -86,6 +86,7 @@ impl DiagnosisProblem<'_> {
             unexplained_standard_errors: found.left.delta_chi2.max(0.0).sqrt(),
             omnibus: found.omnibus,
             shares: found.shares.together,
+            misfit_steps: found.shares.steps.clone(),
             before,
             after,
             known_effects: self.known_effects(found)?,

@@ -1,0 +1,176 @@
+//! The misfit of a model, divided between what was found and what is left.
+
+use super::caption::joined;
+use super::figure::{
+    Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style,
+};
+use super::palette::{Colour, Marker, qualitative};
+
+/// Width of a bar's place and height of the plot area, px.
+const BAR_PX: f64 = 120.0;
+const HEIGHT_PX: f64 = 240.0;
+/// Half the width of a bar, in places.
+const HALF_BAR: f64 = 0.32;
+/// Size of the numbers above bars, px.
+const TEXT_PX: f64 = 10.5;
+/// Noise beyond this share of the misfit is stated and not drawn: the bars beside it would vanish.
+const MOST_NOISE: f64 = 1.5;
+
+/// What the figure shows; all values are shares of the misfit without what was found (1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct MisfitWaterfall {
+    /// What was found, in the order in which it was found.
+    pub found: Vec<WaterfallStep>,
+    /// What is left.
+    pub left: f64,
+    /// What noise alone leaves in any model, beside the misfit.
+    pub noise: f64,
+}
+
+/// What one finding explains beyond those before it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WaterfallStep {
+    /// Its name, for example `joint-backlash at A3`.
+    pub name: String,
+    /// What it explains.
+    pub explained: f64,
+    /// Whether it is named as a weak sign only.
+    pub tentative: bool,
+}
+
+/// A bar before it is drawn.
+struct WaterfallBar {
+    name: String,
+    ends: [f64; 2],
+    colour: Colour,
+    text: String,
+}
+
+/// The figure: a bar for the misfit before, one for what each finding takes away, one for what is left, and one for noise.
+#[must_use]
+pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let bar = |name: &str, ends: [f64; 2], colour| WaterfallBar {
+        name: name.to_owned(),
+        ends,
+        colour,
+        text: percent(ends[1] - ends[0]),
+    };
+    let mut bars = vec![bar("before", [0.0, 1.0], Colour::GREY)];
+    let mut level = 1.0;
+    for step in &input.found {
+        let below = level - step.explained;
+        let blue = qualitative(0);
+        let colour = if step.tentative {
+            blue.with_opacity(0.4)
+        } else {
+            blue
+        };
+        bars.push(bar(&step.name, [below, level], colour));
+        level = below;
+    }
+    bars.push(bar("left", [0.0, input.left], qualitative(1)));
+    let is_drawn = input.noise <= MOST_NOISE;
+    if is_drawn {
+        bars.push(bar("noise alone", [0.0, input.noise], Colour::FAINT));
+    }
+    let top = bars.iter().map(|bar| bar.ends[1]).fold(1.0, f64::max);
+    let names = bars.iter().map(|bar| bar.name.clone()).collect();
+    let mut panel = Panel::new(
+        "",
+        Axis::categories("", names),
+        Axis {
+            range: Some([0.0, 115.0 * top]),
+            ..Axis::linear("share of the misfit, %", "")
+        },
+    );
+    for (place, bar) in bars.iter().enumerate() {
+        let [left, right] = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
+        let [low, high] = bar.ends.map(|end| 100.0 * end);
+        panel.series.push(Series::new(
+            Style::new(bar.colour, Marker::Square),
+            Marks::Polygons(vec![Polygon {
+                corners: vec![[left, low], [right, low], [right, high], [left, high]],
+                colour: bar.colour,
+            }]),
+        ));
+    }
+    panel.notes = bars
+        .iter()
+        .enumerate()
+        .map(|(place, bar)| FigureNote {
+            at: [place as f64, 100.0 * bar.ends[1].max(bar.ends[0])],
+            text: bar.text.clone(),
+            colour: Colour::INK,
+            size_px: TEXT_PX,
+            placement: NotePlacement::Toward([0.0, -1.0]),
+        })
+        .collect();
+    let noise = format!(
+        "Noise alone leaves {} of it in any model{}",
+        percent(input.noise),
+        if is_drawn {
+            "."
+        } else {
+            ", which is not drawn."
+        }
+    );
+    Figure {
+        panel_px: [BAR_PX * bars.len() as f64, HEIGHT_PX],
+        panels: vec![panel],
+        ..Figure::new(
+            "Share of the misfit that was explained",
+            joined([
+                Some(
+                    "Misfit: weighted squares of the residuals beyond their degrees of freedom. Each bar: what the finding explains beyond those \
+                     before it."
+                        .to_owned(),
+                ),
+                Some(noise),
+            ]),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::png::parse;
+
+    #[test]
+    fn bars_hang_from_each_other_and_noise_is_drawn_where_it_fits() {
+        let mut input = MisfitWaterfall {
+            found: vec![
+                WaterfallStep {
+                    name: "joint-backlash at A3".to_owned(),
+                    explained: 0.7,
+                    tentative: false,
+                },
+                WaterfallStep {
+                    name: "creep".to_owned(),
+                    explained: 0.2,
+                    tentative: true,
+                },
+            ],
+            left: 0.1,
+            noise: 0.4,
+        };
+        let figure = misfit_waterfall(&input);
+        let texts: Vec<&str> = figure.panels[0]
+            .notes
+            .iter()
+            .map(|note| note.text.as_str())
+            .collect();
+        assert_eq!(texts, ["100.0 %", "70.0 %", "20.0 %", "10.0 %", "40.0 %"]);
+        let Marks::Polygons(second) = &figure.panels[0].series[2].marks else {
+            panic!("bars are areas");
+        };
+        assert!((second[0].corners[0][1] - 10.0).abs() < 1e-9);
+        assert!((second[0].corners[2][1] - 30.0).abs() < 1e-9);
+        parse(&figure.to_svg()).unwrap();
+        input.noise = 7.0;
+        let figure = misfit_waterfall(&input);
+        assert_eq!(figure.panels[0].notes.len(), 4);
+        assert!(figure.caption.contains("not drawn"), "{}", figure.caption);
+    }
+}
