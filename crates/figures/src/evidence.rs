@@ -5,6 +5,7 @@ use super::figure::{
     Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style,
 };
 use super::font;
+use super::hatching::hatching;
 use super::palette::{Colour, Marker, qualitative};
 use super::text_room::{Reach, range_with_texts};
 use super::ticks::signed;
@@ -21,8 +22,6 @@ const TEXT_GAP_PX: f64 = 15.0;
 const LONGEST_TEXT_PX: f64 = 300.0;
 /// Half the height of a bar, in rows.
 const HALF_BAR: f64 = 0.34;
-/// Between two hatching lines, px.
-const HATCH_PX: f64 = 6.0;
 
 /// What the figure shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -255,7 +254,7 @@ fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_p
         }
         let corners = bar(place, candidate);
         lines.extend((0..4).map(|i| [corners[i], corners[(i + 1) % 4]]));
-        lines.extend(hatching(place, candidate.log_bayes_factor, units_per_px));
+        lines.extend(hatching([&corners[0], &corners[2]], ROW_PX, units_per_px));
     }
     if !lines.is_empty() {
         let style = Style::new(Colour::INK, Marker::Square).stroke(0.8);
@@ -263,28 +262,6 @@ fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_p
             .series
             .push(Series::new(style, Marks::Segments(lines)));
     }
-}
-
-/// Lines across a bar that slant by half a right angle on the sheet.
-fn hatching(place: usize, value: f64, units_per_px: f64) -> Vec<[[f64; 2]; 2]> {
-    let [low, high] = [value.min(0.0), value.max(0.0)];
-    let [top, bottom] = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
-    let rise = 2.0 * HALF_BAR * ROW_PX * units_per_px;
-    let step = HATCH_PX * units_per_px;
-    let count = ((high - low + rise) / step).floor();
-    if !(count.is_finite() && count >= 1.0) {
-        return Vec::new();
-    }
-    (1..=count as usize)
-        .filter_map(|i| {
-            // The line starts below at this place and ends above one height farther right; both ends are cut at the bar's.
-            let start = low - rise + step * i as f64;
-            let from = start.max(low);
-            let to = (start + rise).min(high);
-            let height = |x: f64| bottom + (x - start) / rise * (top - bottom);
-            (to > from).then(|| [[from, height(from)], [to, height(to)]])
-        })
-        .collect()
 }
 
 fn bar(place: usize, candidate: &EvidenceCandidate) -> Vec<[f64; 2]> {

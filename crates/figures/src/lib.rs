@@ -22,6 +22,7 @@ mod factor_shift;
 mod figure;
 mod font;
 mod found_law;
+mod hatching;
 mod held_out_error;
 mod labels;
 mod layout;

@@ -86,7 +86,7 @@ pub(super) fn one_in(p: f64, least: f64) -> String {
     if p >= 0.2 {
         return format!("in {:.0} of 100", 100.0 * p);
     }
-    if p <= 1.001 * least {
+    if least > 0.0 && p <= 1.001 * least {
         return format!(
             "in fewer than 1 of {} (the floor of the simulation)",
             rounded(1.0 / least)

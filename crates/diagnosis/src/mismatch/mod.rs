@@ -22,6 +22,7 @@ mod free_means;
 mod given_noise;
 mod grade;
 mod held_out;
+mod known_effects;
 mod known_noise;
 mod memo;
 mod missing_members;

@@ -12,7 +12,7 @@ use super::outlier::is_outlier;
 use super::patterns::{ResidualPattern, autocorrelation_p, largest_patterns, patterns};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
-use super::ranking::{CandidateScores, kinked};
+use super::ranking::CandidateScores;
 use super::refit::Model;
 use super::rounded::RoundedNoise;
 use super::shares::AllShares;
@@ -142,33 +142,6 @@ impl DiagnosisProblem<'_> {
         model.effects.retain(|effect| !effect.law.is_gauge_error());
         let residuals = self.raw_residuals(&model)?;
         Ok(state.whitening.positions(self.observations, &residuals))
-    }
-
-    /// The model that the search starts from, fitted. Of known effects that bend or jump at some load it is searched where.
-    fn first_state(&self, options: &SearchOptions) -> Result<State, MismatchError> {
-        let mut state = self
-            .alternate(self.start(), options.noise)?
-            .ok_or(MismatchError::Empty)?;
-        for place in 0..self.known_effects.len() {
-            let mut rest = state.fitted.model.clone();
-            let effect = rest.effects.remove(place);
-            if kinked(&effect).is_none() {
-                continue;
-            }
-            let Some(rest) = self.alternate(rest, KnownNoise::Given(state.noise))? else {
-                continue;
-            };
-            let Some(mut found) = self.with_searched(&rest, &effect)? else {
-                continue;
-            };
-            if found.squares < state.fitted.squares
-                && let Some(effect) = found.model.effects.pop()
-            {
-                found.model.effects.insert(place, effect);
-                state = self.alternate(found.model, options.noise)?.unwrap_or(state);
-            }
-        }
-        Ok(state)
     }
 
     /// CriticalValues for these observations: from the candidates and patterns against the baseline.

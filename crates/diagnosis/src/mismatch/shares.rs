@@ -87,7 +87,7 @@ impl DiagnosisProblem<'_> {
             levels.push(excess(&fitted(first)?));
         }
         levels.push(excess(&last));
-        let seen = Shared {
+        let seen = DividedSquares {
             whole: excess(&start),
             noise: 0.0,
             sd: (2.0 * dof(&start)).sqrt(),
@@ -97,7 +97,7 @@ impl DiagnosisProblem<'_> {
         let folds = self.folds(found);
         let unseen = if let Some(folds) = &folds {
             let held = |state: &State| self.held_squares(after, &state.fitted.model, folds);
-            Some(Shared {
+            Some(DividedSquares {
                 whole: held(&start)?,
                 noise: readings,
                 sd: (2.0 * readings).sqrt(),
@@ -130,7 +130,10 @@ impl DiagnosisProblem<'_> {
                 left: excess(&last) / whole,
                 noise: dof(&start) / whole,
             }),
-            together: shares(seen.together(), unseen.as_ref().and_then(Shared::together)),
+            together: shares(
+                seen.together(),
+                unseen.as_ref().and_then(DividedSquares::together),
+            ),
             each: (0..without.len())
                 .map(|place| {
                     let unseen = unseen.as_ref();
@@ -167,7 +170,7 @@ impl DiagnosisProblem<'_> {
 }
 
 /// Squares of models of which one explains part of another.
-struct Shared {
+struct DividedSquares {
     /// Of the baseline.
     whole: f64,
     /// Of noise alone.
@@ -180,7 +183,7 @@ struct Shared {
     without: Vec<f64>,
 }
 
-impl Shared {
+impl DividedSquares {
     fn share(&self, explained: f64) -> Option<f64> {
         let visible = self.whole - self.noise;
         (visible >= VISIBLE_MISFIT * self.sd).then(|| (explained / visible).clamp(0.0, 1.0))

@@ -7,7 +7,7 @@ use stiffbench_beams::physics::Effect;
 use super::changes::end_effect_m;
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::{
-    Diagnosis, EstimatedValue, FactorChange, Finding, KnownEffect, Location, Rival, Verdict,
+    Diagnosis, EstimatedValue, FactorChange, Finding, Location, Rival, Verdict,
 };
 use super::error::MismatchError;
 use super::grade::{GradeBasis, VerdictGrade};
@@ -233,7 +233,7 @@ impl DiagnosisProblem<'_> {
     }
 
     /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
-    fn covariance(
+    pub(super) fn covariance(
         &self,
         state: &State,
         model: &super::refit::Model,
@@ -291,39 +291,6 @@ impl DiagnosisProblem<'_> {
             );
         }
         Ok(out)
-    }
-
-    /// What became of the physics that was known beforehand.
-    fn known_effects(&self, found: &SearchResult) -> Result<Vec<KnownEffect>, MismatchError> {
-        if self.known_effects.is_empty() {
-            return Ok(Vec::new());
-        }
-        let parameters = self.baseline.parameters().len();
-        let values = |state: &State| -> Result<Vec<Vec<EstimatedValue>>, MismatchError> {
-            let model = &state.fitted.model;
-            let mut uncertainties = self.covariance(state, model)?.into_iter().skip(parameters);
-            let known = &model.effects[..self.known_effects.len()];
-            Ok(known
-                .iter()
-                .map(|effect| {
-                    let own = effect.values.iter().zip(uncertainties.by_ref());
-                    own.map(|(&value, (u, dof))| EstimatedValue { value, u, dof })
-                        .collect()
-                })
-                .collect())
-        };
-        let (before, after) = (values(&found.before)?, values(&found.after)?);
-        let both = before.into_iter().zip(after);
-        Ok(self
-            .known_effects
-            .iter()
-            .zip(both)
-            .map(|(given, (before, after))| KnownEffect {
-                given: given.clone(),
-                before,
-                after,
-            })
-            .collect())
     }
 
     fn factor_shifts(&self, found: &SearchResult) -> Result<Vec<FactorChange>, MismatchError> {
