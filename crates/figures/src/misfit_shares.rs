@@ -6,12 +6,12 @@ use super::figure::{
 };
 use super::palette::{Colour, Marker, qualitative};
 
-/// Width of a bar's place and height of the plot area, px.
-const BAR_PX: f64 = 120.0;
-const HEIGHT_PX: f64 = 240.0;
-/// Half the width of a bar, in places.
-const HALF_BAR: f64 = 0.32;
-/// Size of the numbers above bars, px.
+/// Width of the plot area and height of a row, px.
+const WIDTH_PX: f64 = 430.0;
+const ROW_PX: f64 = 26.0;
+/// Half the height of a bar, in rows.
+const HALF_BAR: f64 = 0.34;
+/// Size of the numbers beside bars, px.
 const TEXT_PX: f64 = 10.5;
 /// Noise beyond this share of the misfit is stated and not drawn: the bars beside it would vanish.
 const MOST_NOISE: f64 = 1.5;
@@ -74,23 +74,26 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
     if is_drawn {
         bars.push(bar("noise alone", [0.0, input.noise], Colour::FAINT));
     }
-    let top = bars.iter().map(|bar| bar.ends[1]).fold(1.0, f64::max);
+    let longest = bars.iter().map(|bar| bar.ends[1]).fold(1.0, f64::max);
     let names = bars.iter().map(|bar| bar.name.clone()).collect();
     let mut panel = Panel::new(
         "",
-        Axis::categories("", names),
         Axis {
-            range: Some([0.0, 115.0 * top]),
+            range: Some([0.0, 118.0 * longest]),
             ..Axis::linear("share of the misfit, %", "")
+        },
+        Axis {
+            reversed: true,
+            ..Axis::categories("", names)
         },
     );
     for (place, bar) in bars.iter().enumerate() {
-        let [left, right] = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
+        let [top, bottom] = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
         let [low, high] = bar.ends.map(|end| 100.0 * end);
         panel.series.push(Series::new(
             Style::new(bar.colour, Marker::Square),
             Marks::Polygons(vec![Polygon {
-                corners: vec![[left, low], [right, low], [right, high], [left, high]],
+                corners: vec![[low, top], [high, top], [high, bottom], [low, bottom]],
                 colour: bar.colour,
             }]),
         ));
@@ -99,11 +102,11 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
         .iter()
         .enumerate()
         .map(|(place, bar)| FigureNote {
-            at: [place as f64, 100.0 * bar.ends[1].max(bar.ends[0])],
+            at: [100.0 * bar.ends[1].max(bar.ends[0]), place as f64],
             text: bar.text.clone(),
             colour: Colour::INK,
             size_px: TEXT_PX,
-            placement: NotePlacement::Toward([0.0, -1.0]),
+            placement: NotePlacement::Toward([1.0, 0.0]),
         })
         .collect();
     let noise = format!(
@@ -116,7 +119,7 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
         }
     );
     Figure {
-        panel_px: [BAR_PX * bars.len() as f64, HEIGHT_PX],
+        panel_px: [WIDTH_PX, ROW_PX * bars.len() as f64],
         panels: vec![panel],
         ..Figure::new(
             "Share of the misfit that was explained",
@@ -165,8 +168,8 @@ mod tests {
         let Marks::Polygons(second) = &figure.panels[0].series[2].marks else {
             panic!("bars are areas");
         };
-        assert!((second[0].corners[0][1] - 10.0).abs() < 1e-9);
-        assert!((second[0].corners[2][1] - 30.0).abs() < 1e-9);
+        assert!((second[0].corners[0][0] - 10.0).abs() < 1e-9);
+        assert!((second[0].corners[2][0] - 30.0).abs() < 1e-9);
         parse(&figure.to_svg()).unwrap();
         input.noise = 7.0;
         let figure = misfit_waterfall(&input);

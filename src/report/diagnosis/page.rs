@@ -253,7 +253,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
         };
         let sentence = format!(
             "{name}: the readings are {} with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
-             something as strong {} such sessions. It is {:.1} times as large as its standard error.",
+             something as strong {}. It is {:.1} times as large as its standard error.",
             likelier(best.log_bayes),
             best.log_bayes,
             strength(best.log_bayes),
@@ -332,7 +332,7 @@ fn where_(report: &DiagnosisReport) -> String {
     });
     let line = |one: &Location| {
         format!(
-            "{}; noise alone would do as much somewhere {} such sessions.",
+            "{}; noise alone would do as much somewhere {}.",
             capital(&location(one)),
             one_in(one.p_family, 0.0)
         )

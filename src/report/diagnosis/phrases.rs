@@ -78,24 +78,24 @@ pub(super) fn likelier(log_bayes: f64) -> String {
     }
 }
 
-/// One chance in how many.
+/// One chance in how many sessions.
 ///
 /// # Arguments
 /// - `least`: the smallest chance that the draws of noise can show; as small a one is only known to be no larger.
 pub(super) fn one_in(p: f64, least: f64) -> String {
     if p >= 0.2 {
-        return format!("in {:.0} of 100", 100.0 * p);
+        return format!("in {:.0} of 100 such sessions", 100.0 * p);
     }
     if least > 0.0 && p <= 1.001 * least {
         return format!(
-            "in fewer than 1 of {} (the floor of the simulation)",
+            "in fewer than 1 of {} such sessions (the simulation can show no less)",
             rounded(1.0 / least)
         );
     }
     if p < 1e-6 {
-        return "in fewer than 1 of a million".to_owned();
+        return "in fewer than 1 of a million such sessions".to_owned();
     }
-    format!("in about 1 of {}", rounded(1.0 / p))
+    format!("in about 1 of {} such sessions", rounded(1.0 / p))
 }
 
 /// Two digits that matter, without an exponent.
@@ -178,13 +178,16 @@ mod tests {
         assert_eq!(likelier(3.0), "about 20 times likelier");
         assert_eq!(likelier(1.0), "2.7 times likelier");
         assert_eq!(likelier(-2.0), "no likelier");
-        assert_eq!(one_in(0.0003, 1e-4), "in about 1 of 3300");
+        assert_eq!(one_in(0.0003, 1e-4), "in about 1 of 3300 such sessions");
         assert_eq!(
             one_in(1e-4, 1e-4),
-            "in fewer than 1 of 10000 (the floor of the simulation)"
+            "in fewer than 1 of 10000 such sessions (the simulation can show no less)"
         );
-        assert_eq!(one_in(0.41, 1e-4), "in 41 of 100");
-        assert_eq!(one_in(0.0, 0.0), "in fewer than 1 of a million");
+        assert_eq!(one_in(0.41, 1e-4), "in 41 of 100 such sessions");
+        assert_eq!(
+            one_in(0.0, 0.0),
+            "in fewer than 1 of a million such sessions"
+        );
     }
 
     #[test]

@@ -79,7 +79,9 @@ impl DiagnosisProblem<'_> {
                     .map(|effect| effect.values.len() as f64)
                     .sum::<f64>()
         };
-        let excess = |state: &State| (state.fitted.squares - dof(state)).max(0.0);
+        // The noise is known to some percent only: where the last model leaves less, the others are measured by what it leaves.
+        let unit = (last.fitted.squares / dof(&last)).min(1.0);
+        let excess = |state: &State| (state.fitted.squares / unit - dof(state)).max(0.0);
         let mut levels = vec![excess(&start)];
         for count in 1..found.resolved.len() {
             let mut first = after.fitted.model.clone();
@@ -99,7 +101,7 @@ impl DiagnosisProblem<'_> {
             let held = |state: &State| self.held_squares(after, &state.fitted.model, folds);
             Some(DividedSquares {
                 whole: held(&start)?,
-                noise: readings,
+                noise: unit * readings,
                 sd: (2.0 * readings).sqrt(),
                 left: held(&last)?,
                 without: without.iter().map(held).collect::<Result<_, _>>()?,
@@ -128,7 +130,7 @@ impl DiagnosisProblem<'_> {
                     .map(|pair| (pair[0] - pair[1]) / whole)
                     .collect(),
                 left: excess(&last) / whole,
-                noise: dof(&start) / whole,
+                noise: dof(&last) / whole,
             }),
             together: shares(
                 seen.together(),
