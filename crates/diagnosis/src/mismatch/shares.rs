@@ -61,7 +61,7 @@ impl DiagnosisProblem<'_> {
         let fitted = |model: Model| -> Result<State, MismatchError> {
             self.alternate(model, under)?.ok_or(MismatchError::Empty)
         };
-        let start = fitted(self.start())?;
+        let start = fitted(found.before.fitted.model.clone())?;
         let last = fitted(after.fitted.model.clone())?;
         let without: Vec<State> = (0..found.resolved.len())
             .map(|place| {
