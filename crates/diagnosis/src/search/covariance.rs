@@ -14,7 +14,7 @@ const MOST_COLUMNS: usize = 64;
 
 /// A covariance V = D^(1/2) R D^(1/2) + U Uᵀ within blocks of rows, and the transform W with Wᵀ W = V⁻¹.
 ///
-/// D is diagonal, U of low rank, and R holds what rows have in common with the rows before them: R⁻¹ = Fᵀ F ([`SerialFilter`]).
+/// D is diagonal, U of low rank, and R holds what rows have in common with the rows before them: R⁻¹ = Fᵀ F (`SerialFilter`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covariance {
     blocks: Vec<CovarianceBlock>,
