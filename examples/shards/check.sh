@@ -26,8 +26,9 @@ skip() {
     skipped=77
 }
 
-# Joints that yield go pose by pose: slow enough to kill a shard at work, quick enough to wait for.
-study=(--mechanisms F --samples 24000 --directions x,y,z --seed 3 --effect 'joint-compliance@A3:c=1urad/(N*m)')
+# A law that is not linear goes pose by pose: slow enough to kill a shard at work, quick enough to wait for.
+study=(--mechanisms F --samples 60000 --directions x,y,z --seed 3 --effect 'joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m'
+    --at-load 50)
 "$STIFFBENCH" map "${study[@]}" --out whole --quiet > /dev/null
 
 # Waits for a condition, at most so many seconds.
