@@ -6,7 +6,7 @@ use crate::mismatch::{
     diagnose_and_locate, given_noise, reading_between_slips, screen_readings, trace,
 };
 use crate::parameters::ParameterChoice;
-use crate::physics::Law;
+use crate::physics::{Effect, FileLine, Law};
 use crate::robot::FittingFactors;
 
 use super::data::LoadedSession;
@@ -81,6 +81,8 @@ pub struct DiagnosisReport {
     pub tails_dof: Option<f64>,
     /// Whether they were kept for the search all the same.
     pub outliers_kept: bool,
+    /// Lines of the robot file that findings accuse.
+    pub file_lines: Vec<(Effect, FileLine)>,
     /// The readings that were searched.
     pub observations: Observations,
     /// Where the model without effects fails, and what carries it.
@@ -120,6 +122,7 @@ pub fn diagnose(
     let parameters = &options.parameters;
     let mut baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
     baseline.add_variant(&model.physics.effects)?;
+    baseline.suspect_file();
     step();
     let screened = screen_readings(&baseline, &observations, &KnownNoise::Nothing)?;
     let (mut observations, mut bad_readings) = if options.keep_outliers {
@@ -165,6 +168,13 @@ pub fn diagnose(
     let header = session.header.as_ref();
     let fitted_factors = baseline.factors(&diagnosis.parameters);
     let known = (&diagnosis, &fitted_factors);
+    let line = |effect: &Effect| {
+        let suspects = baseline.suspects();
+        let line = FileLine::of(&model.robot, suspects, &model.factors_name, effect)?;
+        Some((effect.clone(), line))
+    };
+    let found = diagnosis.findings.iter();
+    let file_lines = found.filter_map(|finding| line(&finding.effect)).collect();
     let (next, procedures) = proposals(model, header, &observations, known, parameters)?;
     step();
     Ok(DiagnosisReport {
@@ -179,6 +189,7 @@ pub fn diagnose(
         bad_readings,
         tails_dof: screened.tails_dof,
         outliers_kept: options.keep_outliers,
+        file_lines,
         observations,
         located,
         trace,

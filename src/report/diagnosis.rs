@@ -16,7 +16,7 @@ use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
     EstimatedValue, FactorChange, Finding, Impossible, LawCriticalValues, ReadingTrace,
 };
-use crate::physics::{Effect, Law, SignConstraint};
+use crate::physics::{Effect, FileLine, Law, SignConstraint};
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
@@ -50,6 +50,15 @@ fn value_interval(law: Law, place: usize, value: &EstimatedValue) -> Option<[f64
 }
 
 impl DiagnosisReport {
+    /// The line of the robot file that a finding accuses.
+    #[must_use]
+    pub fn file_line(&self, effect: &Effect) -> Option<&FileLine> {
+        let mut lines = self.file_lines.iter();
+        lines
+            .find(|(known, _)| known == effect)
+            .map(|(_, line)| line)
+    }
+
     /// The factors with what became of them.
     pub(super) fn factor_changes(&self) -> impl Iterator<Item = FactorChangeReport> {
         /// As far from its bound as a factor may stand to count as on it, in logarithms.

@@ -19,6 +19,7 @@ mod robot_kinematics;
 mod robot_mobility;
 mod robot_schema;
 mod stiff_elements;
+mod structure_edits;
 mod structure_errors;
 mod structure_opensees;
 mod structure_properties;

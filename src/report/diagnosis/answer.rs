@@ -1,6 +1,7 @@
 //! Findings as one answers with them: alone, or as a set of which one is true.
 
 use crate::mismatch::Finding;
+use crate::physics::LawKind;
 
 use super::phrases::{listed, phrase};
 
@@ -11,6 +12,43 @@ const LONGEST_IN_A_HEADLINE: usize = 150;
 pub(in crate::report) enum DiagnosisAnswer<'a> {
     Single(&'a Finding),
     OneOf(Vec<&'a Finding>),
+}
+
+/// What an answer accuses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Accused {
+    /// Physics that the model leaves out.
+    Physics,
+    /// The robot file or the set-up.
+    Setup,
+    /// The one or the other.
+    Either,
+}
+
+impl Accused {
+    /// Heading of the section about it.
+    pub(super) fn heading(self) -> &'static str {
+        match self {
+            Self::Physics => "What is missing",
+            Self::Setup => "What may be wrong in the robot file or the set-up",
+            Self::Either => "What is missing, or wrong in the robot file or the set-up",
+        }
+    }
+
+    /// What a headline says of it.
+    ///
+    /// # Arguments
+    /// - `mostly`: whether something else is left.
+    pub(super) fn sentence(self, object: &str, mostly: bool) -> String {
+        let mostly = if mostly { "mostly " } else { "" };
+        match self {
+            Self::Physics => format!("The model {mostly}leaves out {object}."),
+            Self::Setup => format!("The robot file or the set-up is {mostly}at fault: {object}."),
+            Self::Either => format!(
+                "The model {mostly}leaves out, or the robot file or the set-up has wrong, {object}."
+            ),
+        }
+    }
 }
 
 impl<'a> DiagnosisAnswer<'a> {
@@ -38,6 +76,17 @@ impl<'a> DiagnosisAnswer<'a> {
         match self {
             Self::Single(one) => std::slice::from_ref(one),
             Self::OneOf(members) => members,
+        }
+    }
+
+    /// What it accuses.
+    pub(super) fn accuses(&self) -> Accused {
+        let is_setup = |finding: &&Finding| finding.effect.law.kind == LawKind::Setup;
+        let members = self.members();
+        match members.iter().filter(|finding| is_setup(finding)).count() {
+            0 => Accused::Physics,
+            setups if setups == members.len() => Accused::Setup,
+            _ => Accused::Either,
         }
     }
 

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use crate::mismatch::{ExplainedShare, Finding, Location, MisfitShares, Verdict, VerdictGrade};
-use crate::physics::{Law, ParameterSpec};
+use crate::physics::{FileLine, Law, ParameterSpec};
 use crate::report::significant;
 
-use super::answer::{DiagnosisAnswer, phrase_of};
+use super::answer::{Accused, DiagnosisAnswer, phrase_of};
 use super::data_findings::{bad_readings, bad_readings_first};
 use super::known_effects::known_effects;
 use super::open_questions::{next, not_tested, rejected};
@@ -19,6 +19,9 @@ use crate::analysis::DiagnosisReport;
 
 /// Parts of the structure that look alike and are named beside the first.
 const ALIKE: usize = 3;
+
+/// What answers accuse, in the order of the page.
+const ACCUSED: [Accused; 3] = [Accused::Physics, Accused::Either, Accused::Setup];
 
 /// Chance of what a part leaves above which the part suffices.
 const ENOUGH: f64 = 0.05;
@@ -41,7 +44,7 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
     let sections = [
         bad_readings(report),
         lacking(report, &answers),
-        when(decided, &|| missing(diagnosis.verdict, &answers)),
+        when(decided, &|| missing(report, &answers)),
         when(decided, &|| sure(report, &answers)),
         when(decided, &|| else_(&answers)),
         when(decided, &|| where_(report)),
@@ -85,24 +88,35 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
         DiagnosisAnswer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
         DiagnosisAnswer::OneOf(_) => answer.open_question(),
     };
-    let graded = |grade: VerdictGrade| -> Vec<String> {
-        let own = answers
-            .iter()
-            .filter(|answer| answer.members()[0].grade == grade);
+    let of_grade = |grade: VerdictGrade| {
+        let own = answers.iter();
+        own.filter(move |answer| answer.members()[0].grade == grade)
+    };
+    let graded = |grade: VerdictGrade, accused: Accused| -> Vec<String> {
+        let own = of_grade(grade).filter(|answer| answer.accuses() == accused);
         own.map(|answer| sized(&answer)).collect()
     };
-    let weak = graded(VerdictGrade::Weak);
+    let accusations = |grade: VerdictGrade| -> Vec<String> {
+        let each = ACCUSED
+            .into_iter()
+            .map(|accused| (accused, graded(grade, accused)));
+        let each = each.filter(|(_, names)| !names.is_empty());
+        each.map(|(accused, names)| {
+            accused.sentence(&listed(&names, "and"), grade == VerdictGrade::Mostly)
+        })
+        .collect()
+    };
+    let weak: Vec<String> = of_grade(VerdictGrade::Weak)
+        .map(|answer| sized(&answer))
+        .collect();
     let mut sentences = Vec::new();
     match diagnosis.grade {
-        VerdictGrade::Is => {
-            let all = listed(&graded(VerdictGrade::Is), "and");
-            sentences.push(format!("The model leaves out {all}."));
-        }
+        VerdictGrade::Is => sentences.extend(accusations(VerdictGrade::Is)),
         VerdictGrade::Mostly => {
-            let all = listed(&graded(VerdictGrade::Mostly), "and");
+            sentences.extend(accusations(VerdictGrade::Mostly));
             let percent = |share: Option<f64>| significant(100.0 * share.unwrap_or_default(), 2);
             sentences.push(format!(
-                "The model mostly leaves out {all}. That explains {} % of the misfit, and {} % in readings left out of the fit. Something \
+                "That explains {} % of the misfit, and {} % in readings left out of the fit. Something \
                  is left {}.",
                 percent(diagnosis.shares.share_of_misfit),
                 percent(diagnosis.shares.share_unseen),
@@ -155,16 +169,15 @@ fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String 
     text
 }
 
-/// Each finding with what it is and how large.
-fn missing(verdict: Verdict, answers: &[DiagnosisAnswer<'_>]) -> String {
+/// Each finding with what it is and how large, physics before mistakes of the robot file and the set-up.
+fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
     if answers.is_empty() {
         return String::new();
     }
-    let mut text = head(match verdict {
-        Verdict::Unknown => "What explains a part of it",
-        _ => "What is missing",
-    });
-    if verdict == Verdict::Unknown {
+    let mut text = String::new();
+    let is_unknown = report.diagnosis.verdict == Verdict::Unknown;
+    if is_unknown {
+        text.push_str(&head("What explains a part of it"));
         text.push_str(&paragraph(
             "The following improves the model but does not explain what the readings show. Do not take it for the cause: a cause outside \
              the library can make laws of the library look right.",
@@ -172,21 +185,41 @@ fn missing(verdict: Verdict, answers: &[DiagnosisAnswer<'_>]) -> String {
             "",
         ));
     }
-    for answer in answers {
-        if let DiagnosisAnswer::OneOf(members) = answer {
-            let several = format!(
-                "One of these {}; the readings do not decide which; the first explains them as well as any.",
-                members.len()
-            );
-            text.push_str(&paragraph(&several, "", ""));
+    for accused in ACCUSED {
+        let own = answers.iter().filter(|answer| answer.accuses() == accused);
+        for (place, answer) in own.enumerate() {
+            if place == 0 && !is_unknown {
+                if !text.is_empty() {
+                    text.push('\n');
+                }
+                text.push_str(&head(accused.heading()));
+            }
+            text.push_str(&answer_section(report, answer));
         }
-        let mut explained: Vec<Law> = Vec::new();
-        for finding in answer.members() {
-            let law = finding.effect.law;
-            let sentence = described(finding, !explained.contains(&law));
-            explained.push(law);
-            text.push_str(&paragraph(&sentence, "- ", "  "));
+    }
+    text
+}
+
+/// The findings of an answer.
+fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> String {
+    let mut text = String::new();
+    if let DiagnosisAnswer::OneOf(members) = answer {
+        let several = format!(
+            "One of these {}; the readings do not decide which; the first explains them as well as any.",
+            members.len()
+        );
+        text.push_str(&paragraph(&several, "", ""));
+    }
+    let mut explained: Vec<Law> = Vec::new();
+    for finding in answer.members() {
+        let law = finding.effect.law;
+        let mut sentence = described(finding, !explained.contains(&law));
+        if let Some(line) = report.file_line(&finding.effect) {
+            let FileLine { file, line, text } = line;
+            let _ = write!(sentence, " Line {line} of {file}: `{text}`.");
         }
+        explained.push(law);
+        text.push_str(&paragraph(&sentence, "- ", "  "));
     }
     text
 }

@@ -13,7 +13,7 @@ use crate::mismatch::{
     NextMeasurement, Omnibus, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
     VerdictGrade,
 };
-use crate::physics::Law;
+use crate::physics::{FileLine, Law, LawKind};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{LawAtPlace, LoadCaseDiagnosisReport, SpecimenSummary};
 use crate::test_point::{Direction, PoseId};
@@ -115,6 +115,15 @@ pub enum FindingKind {
     Setup,
 }
 
+impl From<LawKind> for FindingKind {
+    fn from(kind: LawKind) -> Self {
+        match kind {
+            LawKind::Physics => Self::Physics,
+            LawKind::Setup => Self::Setup,
+        }
+    }
+}
+
 /// A found effect.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FindingReport {
@@ -130,6 +139,9 @@ pub struct FindingReport {
     pub shares: MisfitShares,
     /// What to do by hand at that place, as a clause; `null` where nothing but a measurement helps.
     pub check: Option<String>,
+    /// The line of the robot file that it accuses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file_line: Option<FileLine>,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, FittedParameter>,
     /// Largest change of a reading, µm.
@@ -311,7 +323,12 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),
             locations: located.locations(),
-            findings: diagnosis.findings.iter().map(Into::into).collect(),
+            findings: (diagnosis.findings.iter())
+                .map(|finding| FindingReport {
+                    file_line: report.file_line(&finding.effect).cloned(),
+                    ..finding.into()
+                })
+                .collect(),
             unexplained: UnexplainedReport {
                 stratum: left.stratum,
                 pose: left.pose.clone(),
@@ -366,10 +383,11 @@ impl From<&Finding> for FindingReport {
         });
         Self {
             law: (&finding.effect).into(),
-            kind: FindingKind::Physics,
+            kind: finding.effect.law.kind.into(),
             grade: finding.grade,
             shares: finding.shares,
             check: check(&finding.effect),
+            file_line: None,
             parameters: parameters.collect(),
             end_effect_um: um(finding.end_effect_m),
             absorbed_share: finding.absorbed_share,

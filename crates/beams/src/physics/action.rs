@@ -36,10 +36,16 @@ pub enum LawAction {
     Base,
     /// An element is missing.
     Missing,
+    /// Another mechanism of the robot file is there.
+    Mechanism,
+    /// The structure is another than the robot file says, by the first value.
+    Structure,
     /// Another force acts than the one measured: what is to be added to it, N.
     Force(OfLoad),
     /// The force acts turned by the first value, rad.
     Turn,
+    /// The displacement is read along a direction turned by the first value, rad.
+    Lean,
     /// The displacement of the mechanics grows by a share.
     Growth(OfRepeat),
     /// The reading is moved, m.

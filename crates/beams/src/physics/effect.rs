@@ -119,6 +119,20 @@ pub enum EffectError {
         /// Those that it has.
         known: Vec<String>,
     },
+    /// A mistake of the robot file where the file itself is to be right.
+    #[error("{law} at {place} is a mistake in the robot file, not an effect beside it")]
+    #[diagnostic(
+        code(stiffbench::physics::of_the_file),
+        help(
+            "write what is right into the robot file, or name the right mechanism, and leave this effect out"
+        )
+    )]
+    OfTheFile {
+        /// The law.
+        law: Law,
+        /// The place.
+        place: Place,
+    },
     /// A mechanism that cannot carry a load without the element.
     #[error("without {element} mechanism {mechanism} carries no load")]
     #[diagnostic(

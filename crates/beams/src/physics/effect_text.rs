@@ -172,17 +172,17 @@ fn read(text: &str) -> Result<Effect, EffectProblem> {
     let name_end = text.find(['@', ':']).unwrap_or(text.len());
     let (name, rest) = text.split_at(name_end);
     let laws = laws_named(name.trim())?;
-    let law = laws[0];
     let (place, parameters) = match rest.strip_prefix('@') {
         // A law without parameters: names of elements may have any letters.
-        Some(place) if law.parameters.is_empty() => (Some(place), ""),
+        Some(place) if laws[0].parameters.is_empty() => (Some(place), ""),
         Some(rest) => match rest.rsplit_once(':') {
             Some((place, parameters)) => (Some(place), parameters),
             None => (Some(rest), ""),
         },
         None => (None, rest.strip_prefix(':').unwrap_or(rest)),
     };
-    let place = read_place(law, place.map(str::trim))?;
+    let place = read_place(&laws, place.map(str::trim))?;
+    let law = law_at(&laws, &place);
     let mut given = Vec::new();
     for part in parameters.split(',').map(str::trim) {
         if part.is_empty() && parameters.trim().is_empty() {
@@ -222,16 +222,33 @@ pub(super) fn parameter_named(
     })
 }
 
-fn read_place(law: Law, text: Option<&str>) -> Result<Place, EffectProblem> {
-    let kind = law.place_kind;
-    let expected = kind.in_words();
+/// The first of the laws of a name that acts at a kind of place.
+pub(super) fn law_at(laws: &[Law], place: &Place) -> Law {
+    let mut here = laws.iter().filter(|law| law.place_kind == place.kind());
+    *here.next().unwrap_or(&laws[0])
+}
+
+/// The place of the laws of a name, where there is but one.
+pub(super) fn only_place(laws: &[Law]) -> Option<Place> {
+    let law = laws[0];
+    let is_one = laws.iter().all(|other| other.place_kind == law.place_kind);
+    law.place_kind.only().filter(|_| is_one)
+}
+
+fn read_place(laws: &[Law], text: Option<&str>) -> Result<Place, EffectProblem> {
+    let law = laws[0];
+    let kinds = || laws.iter().map(|law| law.place_kind);
+    let expected = law.place_kind.in_words();
     match text {
-        None => kind.only().ok_or(EffectProblem::NoPlace { law, expected }),
-        Some(text) => kind.read(text).ok_or_else(|| EffectProblem::Place {
-            law,
-            place: text.to_owned(),
-            expected,
-        }),
+        None => only_place(laws).ok_or(EffectProblem::NoPlace { law, expected }),
+        Some(text) => {
+            let place = kinds().find_map(|kind| kind.read(text));
+            place.ok_or_else(|| EffectProblem::Place {
+                law,
+                place: text.to_owned(),
+                expected,
+            })
+        }
     }
 }
 
@@ -256,6 +273,12 @@ pub(super) fn with_parameters(
     given: &[(&str, f64, &str)],
 ) -> Result<Effect, EffectProblem> {
     let mut first_problem = None;
+    let here: Vec<Law> = laws
+        .iter()
+        .copied()
+        .filter(|law| law.place_kind == place.kind())
+        .collect();
+    let laws = if here.is_empty() { laws } else { &here };
     for &law in laws {
         match values(law, given) {
             Ok(values) => return Ok(Effect::new(law, place, values)?),

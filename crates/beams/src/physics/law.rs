@@ -22,6 +22,8 @@ pub struct LawDefinition {
     pub name: &'static str,
     /// Name in tables, of this law alone.
     pub row: &'static str,
+    /// What it accuses.
+    pub kind: LawKind,
     /// The equation, in ASCII.
     pub equation: &'static str,
     /// The kind of place where it acts.
@@ -40,6 +42,15 @@ pub struct LawDefinition {
     pub words: LawWording,
     /// What decides about it by itself, besides loading the robot.
     pub check: Option<Check>,
+}
+
+/// What a law accuses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LawKind {
+    /// The robot, its gauges or their surroundings.
+    Physics,
+    /// The robot file, or how gauges and loads were set up.
+    Setup,
 }
 
 /// How a law is named in sentences.
@@ -157,6 +168,16 @@ impl Law {
     #[must_use]
     pub fn is_missing_element(self) -> bool {
         matches!(self.action, LawAction::Missing)
+    }
+
+    /// Whether it makes another structure, which is solved anew: nothing that acts on the readings of this one.
+    #[must_use]
+    pub fn changes_structure(self) -> bool {
+        let action = self.action;
+        matches!(
+            action,
+            LawAction::Missing | LawAction::Mechanism | LawAction::Structure
+        )
     }
 
     /// Whether it depends on where the gauge stands.

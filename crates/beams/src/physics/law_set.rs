@@ -63,6 +63,8 @@ pub struct LawSet {
     base: [f64; 3],
     /// Angle by which a force along the first axis turns toward the second, rad.
     turn: [[f64; 3]; 3],
+    /// Angle by which the gauge along the first axis leans toward the second, rad.
+    lean: [[f64; 3]; 3],
     forces: Vec<Acting<OfLoad>>,
     growths: Vec<Acting<OfRepeat>>,
     added: Vec<Acting<OfLoad>>,
@@ -126,7 +128,11 @@ impl EffectScope {
             | Place::ForceGauge
             | Place::DisplacementGauge
             | Place::Structure
-            | Place::Clock => Self::All,
+            | Place::Clock
+            | Place::Length { .. }
+            | Place::JointAngle { .. }
+            | Place::Group { .. }
+            | Place::Mechanism(_) => Self::All,
         }
     }
 
@@ -151,7 +157,8 @@ impl EffectScope {
 
 /// Loads along an axis of a pose.
 struct AxisLoads {
-    along: usize,
+    /// The direction in which the gauge reads.
+    read: [f64; 3],
     /// The force that acts for 1 N along the axis.
     force: [f64; 3],
     /// What gives along the axis without joints that turn, m/N.
@@ -201,6 +208,11 @@ impl LawSet {
         }
         if effect.law.is_missing_element() {
             without_element(robot, mechanism, effect)?;
+        } else if effect.law.changes_structure() {
+            return Err(EffectError::OfTheFile {
+                law: effect.law,
+                place: effect.place.clone(),
+            });
         }
         self.push(effect, place);
         Ok(())
@@ -219,10 +231,13 @@ impl LawSet {
             (LawAction::Turn, Place::Toward { direction, toward }) => {
                 self.turn[direction.index()][toward.index()] += values[0];
             }
+            (LawAction::Lean, Place::Toward { direction, toward }) => {
+                self.lean[direction.index()][toward.index()] += values[0];
+            }
             // Of other places there are no effects: an effect is checked when it is made.
-            (LawAction::Base | LawAction::Turn, _) => {}
-            // A change of the mechanism, not of its loads.
-            (LawAction::Missing, _) => {}
+            (LawAction::Base | LawAction::Turn | LawAction::Lean, _) => {}
+            // A change of the structure, not of its loads.
+            (LawAction::Missing | LawAction::Mechanism | LawAction::Structure, _) => {}
             (LawAction::Force(function), _) => self.forces.push(Acting::new(function, effect)),
             (LawAction::Growth(function), _) => self.growths.push(Acting::new(function, effect)),
             (LawAction::Added(function), _) => self.added.push(Acting::new(function, effect)),
@@ -311,26 +326,24 @@ impl LawSet {
 
     /// A force along an axis as it is turned.
     pub(super) fn acting(&self, along: usize, acting_n: f64) -> [f64; 3] {
-        let mut force = [0.0; 3];
-        force[along] = acting_n;
-        for (toward, &angle) in self.turn[along].iter().enumerate() {
-            if angle != 0.0 {
-                force[toward] += acting_n * angle.sin();
-                force[along] *= angle.cos();
-            }
-        }
-        force
+        turned(&self.turn, along).map(|share| share * acting_n)
+    }
+
+    /// The unit vector along which the gauge of an axis reads.
+    pub(super) fn read_along(&self, along: usize) -> [f64; 3] {
+        turned(&self.lean, along)
     }
 
     /// What all loads along an axis have in common.
     fn reach(&self, pose: &PoseMechanics, along: usize) -> AxisLoads {
-        let force = self.acting(along, 1.0);
-        let mut linear_m_per_n = dot(pose.influence.compliance_m_per_n[along], force);
+        let (force, read) = (self.acting(along, 1.0), self.read_along(along));
+        let moved = pose.influence.compliance_m_per_n.map(|row| dot(row, force));
+        let mut linear_m_per_n = dot(read, moved);
         for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
-            linear_m_per_n += lever[along] * compliance * dot(*lever, force);
+            linear_m_per_n += dot(*lever, read) * compliance * dot(*lever, force);
         }
         AxisLoads {
-            along,
+            read,
             force,
             linear_m_per_n,
         }
@@ -354,7 +367,7 @@ impl LawSet {
             joint_rotations,
         );
         for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
-            displacement += pose.influence.levers_m[one.joint][reach.along] * rotation;
+            displacement += dot(pose.influence.levers_m[one.joint], reach.read) * rotation;
         }
         displacement
     }
@@ -414,6 +427,19 @@ impl LawSet {
     pub fn base_rad_per_nm(&self) -> [f64; 3] {
         self.base
     }
+}
+
+/// The unit vector along an axis, turned by angles toward the others, rad.
+fn turned(angles: &[[f64; 3]; 3], along: usize) -> [f64; 3] {
+    let mut unit = [0.0; 3];
+    unit[along] = 1.0;
+    for (toward, &angle) in angles[along].iter().enumerate() {
+        if angle != 0.0 {
+            unit[toward] += angle.sin();
+            unit[along] *= angle.cos();
+        }
+    }
+    unit
 }
 
 /// A mechanism without the elements that effects call loose.

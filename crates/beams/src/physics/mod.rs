@@ -18,7 +18,9 @@ mod mechanics;
 mod model_file;
 mod parameter;
 mod place;
+mod place_object;
 mod search;
+mod structure_edit;
 mod turning;
 
 pub use acting::ActingPhysics;
@@ -29,7 +31,7 @@ pub use action::{
 pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
-pub use law::{Check, Curve, Driving, Law, LawDefinition, LawFigure, LawWording};
+pub use law::{Check, Curve, Driving, Law, LawDefinition, LawFigure, LawKind, LawWording};
 pub use law_set::{LawSet, LoadPoint, RunLoads, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics};
 pub use model_file::{
@@ -39,4 +41,5 @@ pub use model_file::{
 pub use parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 pub use place::{Place, PlaceKind};
 pub use search::{Needs, PlaceScale, SearchSpec, Shape, VISIBLE_SHARE};
+pub use structure_edit::{FileLine, FileSuspects, StructureEdit};
 pub use turning::{JointPath, JointRotations};

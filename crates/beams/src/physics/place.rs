@@ -6,6 +6,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
+use crate::structure::Property;
+
+use super::place_object::PlaceObject;
+
 /// Kinds of places; each law has one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlaceKind {
@@ -29,6 +33,14 @@ pub enum PlaceKind {
     Clock,
     /// One run, from one step on.
     Run,
+    /// A length in the robot file.
+    Length,
+    /// The angle of a joint, in all poses or in one.
+    JointAngle,
+    /// A group of elements with common factors.
+    Group,
+    /// A mechanism of the robot file.
+    Mechanism,
 }
 
 impl PlaceKind {
@@ -46,6 +58,10 @@ impl PlaceKind {
             Self::Structure => "@structure",
             Self::Clock => "@clock",
             Self::Run => "@P3.z.2.5",
+            Self::Length => "@upper_arm.l_A3A4",
+            Self::JointAngle => "@A3",
+            Self::Group => "@link.Iy",
+            Self::Mechanism => "@B",
         }
     }
 
@@ -63,6 +79,14 @@ impl PlaceKind {
             Self::Structure => "the structure",
             Self::Clock => "the clock",
             Self::Run => "pose, direction, repeat and first step of a run, with points between",
+            Self::Length => {
+                "a body and, behind a point, the entry of the robot file that states its length"
+            }
+            Self::JointAngle => "the name of a joint; behind / a pose, if it is wrong in one only",
+            Self::Group => {
+                "link, beam or a group of elements; behind a point a section constant, if one only"
+            }
+            Self::Mechanism => "a mechanism of the robot file",
         }
     }
 
@@ -107,6 +131,34 @@ impl PlaceKind {
                     step,
                 })
             }
+            Self::Length => {
+                let (body, entry) = text.split_once('.')?;
+                let is_full = !(body.is_empty() || entry.is_empty());
+                is_full.then(|| Place::Length {
+                    body: body.to_owned(),
+                    entry: entry.to_owned(),
+                })
+            }
+            Self::JointAngle => {
+                let (joint, pose) = match text.rsplit_once('/') {
+                    Some((joint, pose)) => (
+                        joint,
+                        Some(PoseId::new(Some(pose).filter(|pose| !pose.is_empty())?)),
+                    ),
+                    None => (text, None),
+                };
+                let joint = joint.to_owned();
+                (!joint.is_empty()).then_some(Place::JointAngle { joint, pose })
+            }
+            Self::Group => {
+                let (group, property) = match text.rsplit_once('.') {
+                    Some((group, last)) if property(last).is_some() => (group, property(last)),
+                    _ => (text, None),
+                };
+                let group = group.to_owned();
+                (!group.is_empty()).then_some(Place::Group { group, property })
+            }
+            Self::Mechanism => name.map(Place::Mechanism),
             Self::ForceGauge | Self::DisplacementGauge | Self::Structure | Self::Clock => {
                 let place = self.only()?;
                 (place.compact() == text).then_some(place)
@@ -153,6 +205,36 @@ pub enum Place {
         /// The step from which on it acts.
         step: u32,
     },
+    /// A length in the robot file.
+    Length {
+        /// The body whose length it is.
+        body: String,
+        /// The entry that states it.
+        entry: String,
+    },
+    /// The angle of a joint.
+    JointAngle {
+        /// The joint.
+        joint: String,
+        /// The pose in which it is wrong; all if `None`.
+        pose: Option<PoseId>,
+    },
+    /// A group of elements with common factors.
+    Group {
+        /// `beam`, `link` or a group of the robot file.
+        group: String,
+        /// The section constant; all if `None`.
+        property: Option<Property>,
+    },
+    /// A mechanism of the robot file.
+    Mechanism(String),
+}
+
+/// The section constant of a name.
+fn property(name: &str) -> Option<Property> {
+    Property::ALL
+        .into_iter()
+        .find(|property| property.name() == name)
 }
 
 impl fmt::Display for Place {
@@ -173,6 +255,25 @@ impl fmt::Display for Place {
                 repeat,
                 step,
             } => write!(f, "{pose} {direction}, repeat {repeat}, from step {step}"),
+            Self::Length { body, entry } => write!(f, "length {entry} of {body}"),
+            Self::JointAngle { joint, pose: None } => write!(f, "angle of joint {joint}"),
+            Self::JointAngle {
+                joint,
+                pose: Some(pose),
+            } => {
+                write!(f, "angle of joint {joint} in pose {pose}")
+            }
+            Self::Group {
+                group,
+                property: None,
+            } => write!(f, "factors of {group}"),
+            Self::Group {
+                group,
+                property: Some(property),
+            } => {
+                write!(f, "factor {group}.{}", property.name())
+            }
+            Self::Mechanism(mechanism) => write!(f, "mechanism {mechanism}"),
         }
     }
 }
@@ -192,6 +293,10 @@ impl Place {
             Self::Structure => PlaceKind::Structure,
             Self::Clock => PlaceKind::Clock,
             Self::Run { .. } => PlaceKind::Run,
+            Self::Length { .. } => PlaceKind::Length,
+            Self::JointAngle { .. } => PlaceKind::JointAngle,
+            Self::Group { .. } => PlaceKind::Group,
+            Self::Mechanism(_) => PlaceKind::Mechanism,
         }
     }
 
@@ -199,7 +304,21 @@ impl Place {
     #[must_use]
     pub fn compact(&self) -> String {
         match self {
-            Self::Joint(name) | Self::Element(name) => name.clone(),
+            Self::Joint(name) | Self::Element(name) | Self::Mechanism(name) => name.clone(),
+            Self::Length { body, entry } => format!("{body}.{entry}"),
+            Self::JointAngle { joint, pose: None } => joint.clone(),
+            Self::JointAngle {
+                joint,
+                pose: Some(pose),
+            } => format!("{joint}/{pose}"),
+            Self::Group {
+                group,
+                property: None,
+            } => group.clone(),
+            Self::Group {
+                group,
+                property: Some(property),
+            } => format!("{group}.{}", property.name()),
             Self::Axis(axis) => axis.to_string(),
             Self::Direction(direction) => direction.to_string(),
             Self::Toward { direction, toward } => format!("{direction}>{toward}"),
@@ -213,83 +332,6 @@ impl Place {
                 repeat,
                 step,
             } => format!("{pose}.{direction}.{repeat}.{step}"),
-        }
-    }
-}
-
-/// A place as results and answers write it, for example `{"joint": "A3"}`.
-#[derive(Serialize, JsonSchema)]
-#[serde(untagged)]
-#[schemars(deny_unknown_fields)]
-enum PlaceObject {
-    /// A joint of the robot, by name.
-    Joint { joint: String },
-    /// An axis through the first support.
-    Axis { axis: Direction },
-    /// A direction of measurement.
-    Direction { direction: Direction },
-    /// A direction of loading, and the axis toward which the force turns.
-    Toward {
-        direction: Direction,
-        toward: Direction,
-    },
-    /// An element of the robot, by name.
-    Element { element: String },
-    /// A gauge.
-    Gauge {
-        #[schemars(extend("enum" = ["force", "displacement"]))]
-        gauge: &'static str,
-    },
-    /// The whole structure.
-    Structure {
-        #[schemars(extend("const" = true))]
-        structure: bool,
-    },
-    /// The clock.
-    Clock {
-        #[schemars(extend("const" = true))]
-        clock: bool,
-    },
-    /// One run, from one step on.
-    Run { run: RunObject, step: u32 },
-}
-
-/// A run as results write it.
-#[derive(Serialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-struct RunObject {
-    pose: PoseId,
-    direction: Direction,
-    repeat: u32,
-}
-
-impl From<Place> for PlaceObject {
-    fn from(place: Place) -> Self {
-        match place {
-            Place::Joint(joint) => Self::Joint { joint },
-            Place::Axis(axis) => Self::Axis { axis },
-            Place::Direction(direction) => Self::Direction { direction },
-            Place::Toward { direction, toward } => Self::Toward { direction, toward },
-            Place::Element(element) => Self::Element { element },
-            Place::ForceGauge => Self::Gauge { gauge: "force" },
-            Place::DisplacementGauge => Self::Gauge {
-                gauge: "displacement",
-            },
-            Place::Structure => Self::Structure { structure: true },
-            Place::Clock => Self::Clock { clock: true },
-            Place::Run {
-                pose,
-                direction,
-                repeat,
-                step,
-            } => Self::Run {
-                run: RunObject {
-                    pose,
-                    direction,
-                    repeat,
-                },
-                step,
-            },
         }
     }
 }
@@ -336,6 +378,31 @@ mod tests {
                 "P3.low.z.2.5",
                 json!({"run": {"pose": "P3.low", "direction": "z", "repeat": 2}, "step": 5}),
             ),
+            (
+                Place::Length {
+                    body: "arm1".into(),
+                    entry: "nodes.N4.at.2".into(),
+                },
+                "arm1.nodes.N4.at.2",
+                json!({"body": "arm1", "entry": "nodes.N4.at.2"}),
+            ),
+            (
+                Place::JointAngle {
+                    joint: "A3".into(),
+                    pose: Some(PoseId::new("P2")),
+                },
+                "A3/P2",
+                json!({"joint": "A3", "pose": "P2"}),
+            ),
+            (
+                Place::Group {
+                    group: "link".into(),
+                    property: Some(Property::Iy),
+                },
+                "link.Iy",
+                json!({"group": "link", "property": "Iy"}),
+            ),
+            (Place::Mechanism("B".into()), "B", json!({"mechanism": "B"})),
         ] {
             assert_eq!(json!(place), expected);
             assert_eq!(place.compact(), compact);

@@ -206,7 +206,7 @@ impl LawSet {
         let along = run.direction.index();
         let influence = &pose.influence;
         let lever = influence.levers_m[joint];
-        let turned = self.acting(along, 1.0);
+        let (turned, read) = (self.acting(along, 1.0), self.read_along(along));
         let moment_m = dot(lever, turned);
         let mut other_twist = 0.0;
         let mut step = |load: &LoadPoint, growth: f64| {
@@ -214,7 +214,7 @@ impl LawSet {
             let mut step = PathStep {
                 driving_nm: moment_m * acting_n,
                 stiffness_nm_per_rad: influence.stiffness(joint, joint),
-                lever_m: lever[along],
+                lever_m: dot(lever, read),
             };
             if let Some(known) = known {
                 let other = known.joint;
@@ -225,7 +225,7 @@ impl LawSet {
                 other_twist = known.rotation_rad(driving, own, other_twist);
                 step.driving_nm -= between * other_twist;
                 step.stiffness_nm_per_rad -= slope * between * between;
-                step.lever_m -= influence.levers_m[other][along] * slope * between;
+                step.lever_m -= dot(influence.levers_m[other], read) * slope * between;
             }
             step.lever_m *= growth;
             step

@@ -14,6 +14,7 @@ mod fitting_factors;
 pub mod format2;
 mod hinges;
 mod kinematics;
+mod lengths;
 mod loads;
 mod mechanism;
 mod members;
@@ -47,6 +48,7 @@ pub use error::{RobotError, RobotProblem};
 pub use expression::{Expression, ExpressionError};
 pub use file::ElementClass;
 pub use fitting_factors::FittingFactors;
+pub use lengths::FileLength;
 pub use loads::{Balancer, BalancerForce, BodyPoint, MassPlace, PointMass};
 pub use mechanism::Mechanism;
 pub(crate) use members::base_levers_between;
@@ -72,6 +74,8 @@ pub use weight::{GRAVITY_M_PER_S2, Masses};
 /// A robot, checked and ready to be posed.
 #[derive(Debug, Clone)]
 pub struct Robot {
+    /// The text that it was read from.
+    pub source: Arc<SourceText>,
     /// What it is called.
     pub name: String,
     /// Angles and distances that make a pose.

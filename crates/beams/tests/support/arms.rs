@@ -1,6 +1,7 @@
 //! Serial arms of rigid links with springs, made by code; those of `fixtures/virtual-joints`.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 use stiffbench_beams::robot::{
@@ -9,6 +10,7 @@ use stiffbench_beams::robot::{
     RobotNode, SpringAxis, SpringDefault, Tool, Variable, Yielding,
 };
 use stiffbench_beams::structure::{Section, ShearCoefficients};
+use stiffbench_units_and_text::source_text::SourceText;
 
 use super::STEEL;
 
@@ -223,6 +225,7 @@ pub(crate) fn arm(joints: &[ArmJoint], end: &ArmEnd) -> Robot {
         locked: Vec::new(),
     };
     Robot {
+        source: Arc::new(SourceText::new("arm", "")),
         name: "arm".to_owned(),
         variables: joints.iter().enumerate().map(variable).collect(),
         limits: Vec::new(),

@@ -139,8 +139,13 @@ impl PlaceScales {
                 towards.collect()
             }
             PlaceKind::Run => runs(observations).map(|place| (place, session)).collect(),
-            // A structure without the element is another structure: it is solved, not seen as a shape.
-            PlaceKind::Element => Vec::new(),
+            // A structure without an element, or of another mechanism, is solved, not seen as a shape.
+            PlaceKind::Mechanism => Vec::new(),
+            PlaceKind::Element | PlaceKind::Length | PlaceKind::JointAngle | PlaceKind::Group => {
+                let columns = linearised.columns.iter();
+                let here = columns.filter(|column| column.place.kind() == kind);
+                here.map(|column| (column.place.clone(), session)).collect()
+            }
             PlaceKind::ForceGauge
             | PlaceKind::DisplacementGauge
             | PlaceKind::Structure
@@ -154,7 +159,7 @@ impl PlaceScales {
 }
 
 /// Kinds of places, in the order in which they are searched.
-const KINDS: [PlaceKind; 9] = [
+const KINDS: [PlaceKind; 13] = [
     PlaceKind::Joint,
     PlaceKind::Axis,
     PlaceKind::Direction,
@@ -164,6 +169,10 @@ const KINDS: [PlaceKind; 9] = [
     PlaceKind::Clock,
     PlaceKind::Run,
     PlaceKind::DisplacementGauge,
+    PlaceKind::Length,
+    PlaceKind::JointAngle,
+    PlaceKind::Element,
+    PlaceKind::Group,
 ];
 
 /// Whether laws at a kind of place act only where there is a force.
@@ -198,6 +207,8 @@ pub(super) fn candidates(
         let laws: Vec<Law> = Law::ALL.iter().filter(here).copied().collect();
         for (place, scale) in scales.of_kind(kind, observations, poses) {
             for &law in &laws {
+                // An angle that is wrong in one pose alone is one of many: a wide search of a wrong angle.
+                let in_one_pose = matches!(place, Place::JointAngle { pose: Some(_), .. });
                 let mut add = |shapes: Vec<Shape>, wide| {
                     if !shapes.is_empty() {
                         out.push(Candidate {
@@ -209,7 +220,7 @@ pub(super) fn candidates(
                         });
                     }
                 };
-                add((law.search.shapes)(&scale), false);
+                add((law.search.shapes)(&scale), in_one_pose);
                 if let Some(shapes) = law.search.wide_shapes {
                     add(shapes(&scale), true);
                 }

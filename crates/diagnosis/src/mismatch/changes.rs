@@ -1,11 +1,13 @@
 //! What one more effect changes in the readings of a frozen structure.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use stiffbench_beams::physics::{
     Effect, JointPath, JointRotations, LawAction, LawSet, Place, PoseMechanics, values_of,
 };
 
+use super::baseline::StructureColumn;
 use super::observations::Observations;
 
 /// The solved poses of one structure, shared by all threads.
@@ -13,6 +15,8 @@ use super::observations::Observations;
 pub(super) struct LinearisedModel {
     pub(super) poses: Vec<PoseMechanics>,
     pub(super) joints: Vec<String>,
+    /// What mistakes of the robot file would change.
+    pub(super) columns: Arc<[StructureColumn]>,
 }
 
 impl LinearisedModel {
@@ -41,7 +45,7 @@ impl LinearisedModel {
         let mut laws = LawSet::default();
         for effect in effects
             .iter()
-            .filter(|effect| !effect.law.is_missing_element())
+            .filter(|effect| !effect.law.changes_structure())
         {
             let joint = match &effect.place {
                 Place::Joint(name) => Some(self.joint(name)?),
@@ -50,6 +54,22 @@ impl LinearisedModel {
             laws.push(effect, joint);
         }
         Some(laws)
+    }
+
+    /// The structure with a mistake of the robot file put right, to the first order; `None` for a mistake that is not known.
+    fn with_mistake(&self, effect: &Effect) -> Option<Self> {
+        let mut columns = self.columns.iter();
+        let column =
+            columns.find(|column| column.law == effect.law && column.place == effect.place)?;
+        let size = *effect.values.first()?;
+        let mut changed = self.clone();
+        for (pose, change) in changed.poses.iter_mut().zip(&column.compliance_m_per_n) {
+            let rows = pose.influence.compliance_m_per_n.iter_mut().zip(change);
+            for (compliance, change) in rows.flat_map(|(row, change)| row.iter_mut().zip(change)) {
+                *compliance += size * change;
+            }
+        }
+        Some(changed)
     }
 
     fn joint(&self, name: &str) -> Option<usize> {
@@ -168,9 +188,15 @@ impl<'a> Changes<'a> {
         if let Some(path) = path {
             path.added_m(effect, out);
         } else {
-            let all: Vec<&Effect> = self.effects.iter().chain([effect]).collect();
-            self.linearised
-                .predict(self.observations, &all, joint_rotations, out)?;
+            let mut all: Vec<&Effect> = self.effects.iter().collect();
+            if effect.law.changes_structure() {
+                let changed = self.linearised.with_mistake(effect)?;
+                changed.predict(self.observations, &all, joint_rotations, out)?;
+            } else {
+                all.push(effect);
+                self.linearised
+                    .predict(self.observations, &all, joint_rotations, out)?;
+            }
             for (value, before) in out.iter_mut().zip(&self.before_m) {
                 *value -= before;
             }
@@ -338,6 +364,7 @@ pub(super) mod tests {
                 ..PoseMechanics::default()
             }],
             joints: vec!["A3".to_owned(), "A4".to_owned()],
+            columns: Arc::default(),
         }
     }
 

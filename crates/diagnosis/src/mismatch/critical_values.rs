@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Law, Place};
+use stiffbench_beams::physics::{Law, LawKind, Place};
 
 use super::candidate::Candidate;
 use super::candidate_scores::{WhiteCandidate, WhiteShape};
@@ -15,7 +15,7 @@ use super::observations::Observations;
 use super::patterns::{PatternGroup, ResidualPattern};
 use super::stratum::Stratum;
 use crate::search::WhiteSpace;
-use crate::search::constants::{LAW_LEVEL, SAME_DIRECTION, UNEXPLAINED_LEVEL};
+use crate::search::constants::{LAW_LEVEL, SAME_DIRECTION, SETUP_LEVEL, UNEXPLAINED_LEVEL};
 use crate::search::{
     self, Batched, NullDistribution, NullNoise, NullShape, ScoreEngine, without_duplicates,
 };
@@ -100,8 +100,19 @@ pub(super) fn critical_values(
     let engine = Batched::new(space, &nothing_left);
     let mut maxima = engine.null_maxima(shapes, families.len() + 1, &cells, noise);
     let unexplained = maxima.families.pop().unwrap_or_default();
+    let of_kind = |kind: LawKind, level: f64| {
+        let here = families.iter().zip(&maxima.families);
+        let here = here.filter(|((law, _), _)| law.kind == kind);
+        let (families, maxima): (Vec<Family>, Vec<Vec<f64>>) = here
+            .map(|(family, maxima)| (*family, maxima.clone()))
+            .unzip();
+        search::CriticalValues::calibrate(&families, &maxima, level)
+    };
     LawCriticalValues {
-        laws: search::CriticalValues::calibrate(&families, &maxima.families, LAW_LEVEL),
+        laws: search::CriticalValues::together([
+            of_kind(LawKind::Physics, LAW_LEVEL - SETUP_LEVEL),
+            of_kind(LawKind::Setup, SETUP_LEVEL),
+        ]),
         unexplained: NullDistribution::new(unexplained),
     }
 }

@@ -78,7 +78,7 @@ fn detection_limit(seen: &ScoredCandidate, limit: f64) -> DetectionLimit {
         place: candidate.place.clone(),
         size_80: smallest.map(|(shape, scale)| size_of(shape, scale)),
         end_effect_m: smallest.map(|(shape, scale)| scale * shape.peak_m),
-        upper_95: (upper > 0.0 && !candidate.law.is_missing_element()).then_some(upper),
+        upper_95: (upper > 0.0 && !candidate.law.parameters.is_empty()).then_some(upper),
     }
 }
 

@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use stiffbench_beams::physics::Effect;
 
+use super::baseline::StructureColumn;
 use super::candidate::PlaceScales;
 use super::candidate_scores::ScoredCandidate;
 use super::changes::MissingMemberChange;
@@ -30,6 +31,7 @@ pub(super) struct SearchMemo {
     noise: OnceLock<ReadingNoise>,
     missing_member_changes: OnceLock<Vec<MissingMemberChange>>,
     scales: OnceLock<PlaceScales>,
+    columns: OnceLock<Arc<[StructureColumn]>>,
 }
 
 /// What distinguishes a state from others under the same readings.
@@ -108,6 +110,18 @@ impl SearchMemo {
         self.scales.get_or_init(work)
     }
 
+    /// What mistakes of the robot file would change.
+    pub(super) fn structure_columns<E>(
+        &self,
+        work: impl FnOnce() -> Result<Vec<StructureColumn>, E>,
+    ) -> Result<Arc<[StructureColumn]>, E> {
+        if let Some(known) = self.columns.get() {
+            return Ok(Arc::clone(known));
+        }
+        let columns = work()?;
+        Ok(Arc::clone(self.columns.get_or_init(|| columns.into())))
+    }
+
     /// What loose members would change.
     pub(super) fn missing_member_changes<E>(
         &self,
@@ -156,9 +170,9 @@ mod tests {
     use stiffbench_units_and_text::source_text::SourceText;
 
     use super::*;
-    use crate::mismatch::baseline::RobotBaseline;
     use crate::mismatch::observations::Observations;
     use crate::mismatch::problem::DiagnosisProblem;
+    use crate::mismatch::robot_baseline::RobotBaseline;
     use crate::mismatch::search::{SearchOptions, SearchResult};
     use crate::parameters::ParameterChoice;
     use crate::search::Evidence;

@@ -93,7 +93,7 @@ impl DiagnosisProblem<'_> {
                     .transpose()?;
                 Ok(MissingMemberChange { effect, change_m })
             };
-            let effects = self.baseline.missing_member_effects().into_par_iter();
+            let effects = self.baseline.other_structures().into_par_iter();
             effects.with_max_len(1).map(change).collect()
         })
     }

@@ -41,6 +41,8 @@ mod ranked_candidate;
 mod ranking;
 mod refit;
 mod restricted_likelihood;
+mod robot_baseline;
+mod robot_solver;
 mod rounded;
 mod search;
 mod shares;
@@ -56,7 +58,7 @@ mod white_laws;
 
 pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
 pub use baseline::{
-    Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
+    Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, StructureColumn,
 };
 pub use critical_values::{Family, LawCriticalValues};
 pub use design::{
@@ -82,6 +84,7 @@ pub use observations::{
 pub use omnibus::{Omnibus, OmnibusTest};
 pub use opposite_slips::reading_between_slips;
 pub use plan::{PlannedCell, PlannedLoad};
+pub use robot_baseline::RobotBaseline;
 pub use search::SearchOptions;
 pub use shares::{MisfitShares, MisfitSteps};
 pub use specimen::{

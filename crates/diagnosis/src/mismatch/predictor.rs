@@ -106,6 +106,9 @@ impl<'a> ReadingPredictor<'a> {
         if place.is_none() {
             *place = Some(self.baseline.solver(variant)?);
         }
+        if let Some(solver) = place {
+            solver.set_structure(effects)?;
+        }
         Ok(place.as_mut().map(|solver| (variant, solver)))
     }
 
@@ -232,6 +235,7 @@ impl<'a> ReadingPredictor<'a> {
         Ok(LinearisedModel {
             poses,
             joints: solver.joint_names(),
+            columns: Arc::default(),
         })
     }
 }
@@ -242,7 +246,7 @@ fn law_set(joints: &[String], effects: &[Effect]) -> Option<(LawSet, Vec<usize>)
     let mut turning = Vec::new();
     for effect in effects
         .iter()
-        .filter(|effect| !effect.law.is_missing_element())
+        .filter(|effect| !effect.law.changes_structure())
     {
         let joint = match &effect.place {
             Place::Joint(name) => Some(joints.iter().position(|joint| joint == name)?),

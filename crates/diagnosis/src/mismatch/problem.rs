@@ -251,11 +251,27 @@ impl<'a> DiagnosisProblem<'a> {
         Ok(columns)
     }
 
+    /// The same, zero for factors at their bounds: these take nothing more of what is left.
+    pub(super) fn free_columns(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+    ) -> Result<Vec<Vec<f64>>, MismatchError> {
+        let mut columns = self.columns(predictor, model)?;
+        let factors = self.baseline.parameters().iter().zip(&model.parameters);
+        for (column, (parameter, value)) in columns.iter_mut().zip(factors) {
+            if parameter.is_at_bound(*value) {
+                column.fill(0.0);
+            }
+        }
+        Ok(columns)
+    }
+
     /// The space of a state, and its white residuals.
     pub(super) fn space(&self, state: &State) -> Result<(WhiteSpace, Vec<f64>), MismatchError> {
         let mut predictor = self.predictor();
         let model = &state.fitted.model;
-        let columns = self.columns(&mut predictor, model)?;
+        let columns = self.free_columns(&mut predictor, model)?;
         let space = WhiteSpace::new(
             state.whitening.covariance.clone(),
             &prior_sd(self.baseline),

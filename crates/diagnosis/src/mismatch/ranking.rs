@@ -64,7 +64,8 @@ impl DiagnosisProblem<'_> {
         let mut scores = self.empty_scores(state)?;
         let mut list = candidates(self.observations, &scores.linearised, without);
         let baseline = self.baseline;
-        list.retain(|candidate| !baseline.contains(candidate.law, &candidate.place));
+        let fitted = &state.fitted.model.parameters;
+        list.retain(|candidate| !baseline.contains(candidate.law, &candidate.place, fitted));
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
             .into_iter()
             .partition(|candidate| candidate.law.is_gauge_error());
@@ -103,11 +104,16 @@ impl DiagnosisProblem<'_> {
     fn empty_scores(&self, state: &State) -> Result<CandidateScores, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let model = &state.fitted.model;
+        let mut linearised = self
+            .predictor()
+            .linearised(&model.parameters, &model.effects)?;
+        // About the first state that asks: where it stands matters little to what is worth a fit.
+        linearised.columns = self
+            .memory
+            .structure_columns(|| self.baseline.structure_columns(&model.parameters))?;
         Ok(CandidateScores {
             seen: Vec::new(),
-            linearised: self
-                .predictor()
-                .linearised(&model.parameters, &model.effects)?,
+            linearised,
             space,
             residuals,
         })

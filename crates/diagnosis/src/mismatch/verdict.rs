@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use stiffbench_beams::physics::Effect;
 
+use super::baseline::is_near;
 use super::changes::end_effect_m;
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::{
@@ -179,7 +180,7 @@ impl DiagnosisProblem<'_> {
                 cosine: cosine(rival),
             })
             .collect();
-        let end_effect = if ranked.effect.law.is_missing_element() {
+        let end_effect = if ranked.effect.law.changes_structure() {
             self.missing_member_effect_m(model)?
         } else {
             end_effect_m(&linearised, self.observations, &model.effects, last)
@@ -312,8 +313,7 @@ impl DiagnosisProblem<'_> {
                     dof: covariance[index].1,
                 };
                 let after_value = value(&found.after, &after);
-                let at_bound = after_value.value - parameter.lower < 1e-6
-                    || parameter.upper - after_value.value < 1e-6;
+                let at_bound = is_near(after_value.value, [parameter.lower, parameter.upper]);
                 FactorChange {
                     name: parameter.name.clone(),
                     spring_rad_per_nm: parameter.spring_rad_per_nm,

@@ -17,6 +17,9 @@
 /// Chance that noise alone passes for one of the laws (1). Stated: together with [`OMNIBUS_LEVEL`] 4 %.
 pub const LAW_LEVEL: f64 = 0.03;
 
+/// The part of [`LAW_LEVEL`] for mistakes of the robot file and of the set-up (1). Stated.
+pub const SETUP_LEVEL: f64 = 0.005;
+
 /// Chance that noise alone passes for unexplained structure (1). Stated.
 pub const OMNIBUS_LEVEL: f64 = 0.01;
 

@@ -129,6 +129,24 @@ impl<F: Ord + Copy + Sync> CriticalValues<F> {
         }
     }
 
+    /// Families calibrated apart, each to a level of its own: the chances of all are scaled to the sum of the levels.
+    #[must_use]
+    pub fn together(parts: impl IntoIterator<Item = Self>) -> Self {
+        let mut whole = Self {
+            values: BTreeMap::new(),
+            levels: BTreeMap::new(),
+            level: 0.0,
+            maxima: BTreeMap::new(),
+        };
+        for part in parts {
+            whole.values.extend(part.values);
+            whole.levels.extend(part.levels);
+            whole.maxima.extend(part.maxima);
+            whole.level += part.level;
+        }
+        whole
+    }
+
     /// The critical value of a family; of one that had no shape in the null samples, the highest of all.
     #[must_use]
     pub fn of(&self, family: F) -> f64 {

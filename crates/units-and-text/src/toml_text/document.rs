@@ -20,6 +20,17 @@ pub enum DocumentStep<'a> {
     Index(usize),
 }
 
+/// A number in a TOML text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Number {
+    /// Keys and, in arrays, indices that lead to it.
+    pub keys: Vec<String>,
+    /// Its value.
+    pub value: f64,
+    /// Its bytes.
+    pub span: Range<usize>,
+}
+
 /// A TOML text with its places.
 #[derive(Debug)]
 pub struct Document<'a> {
@@ -55,6 +66,44 @@ impl<'a> Document<'a> {
     pub fn key_span(&self, path: &[DocumentStep<'_>]) -> Range<usize> {
         let (value, key) = self.spans(path);
         key.unwrap_or(value)
+    }
+
+    /// All numbers in the table of a name, in the order of the text.
+    #[must_use]
+    pub fn numbers(&self, table: &str) -> Vec<Number> {
+        let mut found = Vec::new();
+        let mut open: Vec<(Vec<String>, &Spanned<DeValue<'_>>)> = Vec::new();
+        if let Some(value) = self.root.get_ref().get(table) {
+            open.push((vec![table.to_owned()], value));
+        }
+        while let Some((keys, value)) = open.pop() {
+            let below = |key: String| [&keys[..], &[key]].concat();
+            match value.get_ref() {
+                DeValue::Table(table) => {
+                    let entries = table.iter();
+                    open.extend(
+                        entries.map(|(key, value)| (below(key.get_ref().to_string()), value)),
+                    );
+                }
+                DeValue::Array(array) => {
+                    let entries = array.iter().enumerate();
+                    open.extend(entries.map(|(place, value)| (below(place.to_string()), value)));
+                }
+                DeValue::Integer(_) | DeValue::Float(_) => {
+                    let text = self.source.text[value.span()].replace('_', "");
+                    if let Ok(value_of) = text.parse() {
+                        found.push(Number {
+                            keys,
+                            value: value_of,
+                            span: value.span(),
+                        });
+                    }
+                }
+                _ => {}
+            }
+        }
+        found.sort_by_key(|number| number.span.start);
+        found
     }
 
     /// Spans of the last value on a path that exists and, if that is the end of the path, of its key.

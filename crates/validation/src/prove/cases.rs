@@ -50,7 +50,7 @@ pub(super) fn testable(
         return Ok(in_runs(bench, law));
     }
     if law.is_missing_element() {
-        return Ok(bench.baseline.missing_member_effects());
+        return Ok(bench.baseline.other_structures());
     }
     let joints = joints(bench)?;
     let mut places: Vec<(f64, Place)> = bench
@@ -133,7 +133,7 @@ pub(super) fn reaching(
 /// [`ProveError`].
 pub(super) fn missing_member(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, ProveError> {
     let mut best: Option<(Effect, f64)> = None;
-    for effect in bench.baseline.missing_member_effects() {
+    for effect in bench.baseline.other_structures() {
         let mut truth = bench.first.0.clone();
         truth.effects.push(effect.clone());
         let size = standard_errors(&bench.baseline, &bench.plan, &truth)?;

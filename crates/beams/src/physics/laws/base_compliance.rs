@@ -2,7 +2,7 @@
 
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -10,6 +10,7 @@ use crate::physics::search::{Needs, SearchSpec, Shape};
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "base-compliance",
     row: "base-compliance",
+    kind: LawKind::Physics,
     equation: "all supports rock about the axis through the first one by c times the moment",
     place_kind: PlaceKind::Axis,
     parameters: &[ParameterSpec {

@@ -3,7 +3,7 @@
 use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
@@ -13,6 +13,7 @@ use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, Shape};
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "creep",
     row: "creep",
+    kind: LawKind::Physics,
     equation: "displacement * (1 + k log10(1 + hold/t0))",
     place_kind: PlaceKind::Structure,
     parameters: &[

@@ -4,7 +4,7 @@ use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use super::drift_per_second::{BESIDE_A_THERMOMETER, MOST_DRIFT};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -12,6 +12,7 @@ use crate::physics::search::{Needs, SearchSpec, Shape};
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "thermal-drift",
     row: "thermal-drift (temperature)",
+    kind: LawKind::Physics,
     equation: "displacement += rate (T - T at the zero)",
     place_kind: PlaceKind::Clock,
     parameters: &[ParameterSpec {

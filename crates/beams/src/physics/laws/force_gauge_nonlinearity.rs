@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, SearchSpec, Shape, VISIBLE_SHARE};
@@ -14,6 +14,7 @@ const BROKEN: f64 = 0.1;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "force-gauge-nonlinearity",
     row: "force-gauge-nonlinearity",
+    kind: LawKind::Physics,
     equation: "true force = F (1 + q |F|)",
     place_kind: PlaceKind::ForceGauge,
     parameters: &[ParameterSpec {

@@ -7,7 +7,7 @@ use stiffbench_numeric::simd::waves;
 use super::base_compliance::TOO_LITTLE_AT_PLACE;
 use crate::physics::action::{LawAction, GaugeError, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
@@ -17,6 +17,7 @@ use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-periodic",
     row: "gauge-periodic",
+    kind: LawKind::Physics,
     equation: "displacement += amplitude sin(2 pi displacement/period + phase)",
     place_kind: PlaceKind::DisplacementGauge,
     parameters: &[

@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -11,6 +11,7 @@ use crate::physics::search::{Needs, SearchSpec, Shape};
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-stand-compliance",
     row: "gauge-stand-compliance",
+    kind: LawKind::Physics,
     equation: "displacement += c F",
     place_kind: PlaceKind::Direction,
     parameters: &[ParameterSpec {

@@ -3,7 +3,7 @@
 use super::joint_compliance::{ACROSS_THE_JOINT, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT};
 use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawWording};
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
@@ -12,6 +12,7 @@ use crate::physics::turning::JointPath;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-backlash",
     row: "joint-backlash",
+    kind: LawKind::Physics,
     equation: "twist = 0 for |tau| < seat_moment, then taken up at |tau| = seat_moment until |twist| = play",
     place_kind: PlaceKind::Joint,
     parameters: &[

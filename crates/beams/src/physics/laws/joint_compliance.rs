@@ -2,7 +2,7 @@
 
 use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, PlaceScale, SearchSpec};
@@ -11,6 +11,7 @@ use crate::physics::turning::JointPath;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-compliance",
     row: "joint-compliance",
+    kind: LawKind::Physics,
     equation: "twist = c tau",
     place_kind: PlaceKind::Joint,
     parameters: &[COMPLIANCE],

@@ -5,7 +5,7 @@ use super::joint_compliance::{
 };
 use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawWording};
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
@@ -14,6 +14,7 @@ use crate::physics::turning::JointPath;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-friction",
     row: "joint-friction",
+    kind: LawKind::Physics,
     equation: "stuck for |tau| <= friction_moment, then twist = c (tau -/+ friction_moment); stuck again on reversal",
     place_kind: PlaceKind::Joint,
     parameters: &[

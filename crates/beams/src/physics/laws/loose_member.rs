@@ -2,13 +2,14 @@
 
 use super::base_compliance::OVER_FORCE;
 use crate::physics::action::LawAction;
-use crate::physics::law::{Check, LawDefinition, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "loose-member",
     row: "loose-member",
+    kind: LawKind::Physics,
     equation: "the element carries nothing",
     place_kind: PlaceKind::Element,
     parameters: &[],

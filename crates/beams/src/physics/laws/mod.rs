@@ -37,6 +37,14 @@ library! {
     slip SLIP,
     gauge_periodic GAUGE_PERIODIC,
     constant_force CONSTANT_FORCE,
+    gauge_misalignment GAUGE_MISALIGNMENT,
+    force_gauge_scale FORCE_GAUGE_SCALE,
+    displacement_gauge_scale DISPLACEMENT_GAUGE_SCALE,
+    link_length LINK_LENGTH,
+    joint_offset JOINT_OFFSET,
+    section_error SECTION_ERROR,
+    factor_group FACTOR_GROUP,
+    wrong_mechanism WRONG_MECHANISM,
 }
 
 pub use gauge_periodic::{NOMINAL_PERIODS_M, SHORTEST_PERIOD_M};

@@ -3,7 +3,7 @@
 use super::base_compliance::TOO_LITTLE_AT_PLACE;
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -11,6 +11,7 @@ use crate::physics::search::{Needs, SearchSpec, Shape};
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "slip",
     row: "slip",
+    kind: LawKind::Physics,
     equation: "displacement += jump from that step of that run on",
     place_kind: PlaceKind::Run,
     parameters: &[ParameterSpec {

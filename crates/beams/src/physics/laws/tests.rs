@@ -20,7 +20,7 @@ fn twist_law(law: Law) -> &'static dyn RotationLaw {
 }
 
 #[test]
-fn laws_of_one_name_differ_in_a_unit_and_rows_are_unique() {
+fn laws_of_one_name_differ_in_place_or_unit_and_rows_are_unique() {
     for (place, law) in LAWS.iter().enumerate() {
         assert!(!law.name.is_empty() && law.parameters.len() <= crate::physics::MOST_PARAMETERS);
         for other in &LAWS[..place] {
@@ -32,7 +32,9 @@ fn laws_of_one_name_differ_in_a_unit_and_rows_are_unique() {
                     .collect::<Vec<_>>()
             };
             assert!(
-                law.name != other.name || units(law) != units(other),
+                law.name != other.name
+                    || law.place_kind != other.place_kind
+                    || units(law) != units(other),
                 "{law}"
             );
         }

@@ -6,10 +6,13 @@ use toml::de::DeValue;
 
 use crate::physics::EffectError;
 use crate::physics::dimension::Dimension;
-use crate::physics::effect_text::{EffectProblem, laws_named, parameter_named, with_parameters};
+use crate::physics::effect_text::{
+    EffectProblem, law_at, laws_named, only_place, parameter_named, with_parameters,
+};
 use crate::physics::law::Law;
 use crate::physics::place::{Place, PlaceKind};
 use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
+use crate::structure::Property;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 use stiffbench_units_and_text::toml_text::{Document, Table, TomlValue};
@@ -158,7 +161,7 @@ fn effect(table: &Table<'_>) -> ModelRead<FoundEffect> {
     let name_value = table.require("physics")?;
     let problem = |span, problem| error(table, span, problem);
     let laws = laws_named(name_value.text()?).map_err(|wrong| problem(name_value.span(), wrong))?;
-    let place = match (table.get("place"), laws[0].place_kind.only()) {
+    let place = match (table.get("place"), only_place(&laws)) {
         (None, Some(only)) => only,
         (None, None) => {
             let (law, expected) = (laws[0], laws[0].place_kind.in_words());
@@ -167,9 +170,13 @@ fn effect(table: &Table<'_>) -> ModelRead<FoundEffect> {
                 EffectProblem::NoPlace { law, expected },
             ));
         }
-        (Some(value), _) => place(laws[0], &value)?,
+        (Some(value), _) => {
+            let mut places = laws.iter().map(|law| place(*law, &value));
+            let first = places.next().expect("a name has a law");
+            first.or_else(|error| places.find_map(Result::ok).ok_or(error))?
+        }
     };
-    let written = parameters(table, laws[0])?;
+    let written = parameters(table, law_at(&laws, &place))?;
     let given: Vec<(&str, f64, &str)> = written
         .iter()
         .map(|value| (value.name, value.number, value.unit))
@@ -311,6 +318,37 @@ fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
         PlaceKind::Structure => fixed("structure", "true", Place::Structure),
         PlaceKind::Clock => fixed("clock", "true", Place::Clock),
         PlaceKind::Run => run(&table),
+        PlaceKind::Length => {
+            table.only(&["body", "entry"])?;
+            let (body, entry) = (name("body")?, name("entry")?);
+            Ok(Place::Length { body, entry })
+        }
+        PlaceKind::JointAngle => {
+            table.only(&["joint", "pose"])?;
+            let pose = table.get("pose").map(|_| name("pose")).transpose()?;
+            Ok(Place::JointAngle {
+                joint: name("joint")?,
+                pose: pose.as_deref().map(PoseId::new),
+            })
+        }
+        PlaceKind::Group => {
+            table.only(&["group", "property"])?;
+            let known = |value: &TomlValue<'_>| {
+                let text = value.text()?;
+                let named = Property::ALL
+                    .into_iter()
+                    .find(|property| property.name() == text);
+                named.ok_or_else(|| value.wrong("A, Iy, Iz or J"))
+            };
+            Ok(Place::Group {
+                group: name("group")?,
+                property: table.read("property", known)?,
+            })
+        }
+        PlaceKind::Mechanism => {
+            table.only(&["mechanism"])?;
+            name("mechanism").map(Place::Mechanism)
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::physics::{Law, Place, PlaceKind, laws};
 use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
+use crate::structure::Property;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 fn parse(text: &str) -> Result<ModelFile, ModelFileError> {
@@ -282,6 +283,22 @@ fn a_place(kind: PlaceKind) -> BoxedStrategy<Place> {
                 step,
             })
             .boxed(),
+        PlaceKind::Length => ("[^.]{1,8}", ".{1,8}")
+            .prop_map(|(body, entry)| Place::Length { body, entry })
+            .boxed(),
+        PlaceKind::JointAngle => (".{1,8}", prop::option::of("[^/]{1,8}"))
+            .prop_map(|(joint, pose)| Place::JointAngle {
+                joint,
+                pose: pose.as_deref().map(PoseId::new),
+            })
+            .boxed(),
+        PlaceKind::Group => (
+            ".{1,8}",
+            prop::option::of(prop::sample::select(Property::ALL.to_vec())),
+        )
+            .prop_map(|(group, property)| Place::Group { group, property })
+            .boxed(),
+        PlaceKind::Mechanism => ".{1,12}".prop_map(Place::Mechanism).boxed(),
         fixed => Just(fixed.only().unwrap()).boxed(),
     }
 }
@@ -381,7 +398,15 @@ proptest! {
     #[test]
     fn the_compact_form_of_an_effect_is_read_back(found in found()) {
         let named = match &found.effect.place {
-            Place::Joint(name) | Place::Element(name) => name.trim() == name,
+            Place::Joint(name) | Place::Element(name) | Place::Mechanism(name) => name.trim() == name,
+            Place::Length { body, entry } => body.trim_start() == body && entry.trim_end() == entry,
+            Place::JointAngle { joint, pose } => {
+                let pose = pose.as_ref().map_or("", PoseId::as_str);
+                joint.trim_start() == joint && pose.trim_end() == pose && !(pose.is_empty() && (joint.contains('/') || joint.trim() != joint))
+            }
+            Place::Group { group, property } => {
+                group.trim() == group && (property.is_some() || !group.contains('.'))
+            }
             Place::Run { pose, .. } => pose.as_str().trim() == pose.as_str(),
             _ => true,
         };

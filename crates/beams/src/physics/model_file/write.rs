@@ -105,6 +105,35 @@ fn place(place: &Place) -> String {
         Place::Toward { direction, toward } => {
             format!("{{ direction = \"{direction}\", toward = \"{toward}\" }}")
         }
+        Place::Length { body, entry } => {
+            format!("{{ body = {}, entry = {} }}", quoted(body), quoted(entry))
+        }
+        Place::JointAngle { joint, pose: None } => format!("{{ joint = {} }}", quoted(joint)),
+        Place::JointAngle {
+            joint,
+            pose: Some(pose),
+        } => {
+            format!(
+                "{{ joint = {}, pose = {} }}",
+                quoted(joint),
+                quoted(pose.as_str())
+            )
+        }
+        Place::Group {
+            group,
+            property: None,
+        } => format!("{{ group = {} }}", quoted(group)),
+        Place::Group {
+            group,
+            property: Some(property),
+        } => {
+            format!(
+                "{{ group = {}, property = \"{}\" }}",
+                quoted(group),
+                property.name()
+            )
+        }
+        Place::Mechanism(name) => format!("{{ mechanism = {} }}", quoted(name)),
         Place::Element(name) => format!("{{ element = {} }}", quoted(name)),
         Place::ForceGauge => "{ gauge = \"force\" }".to_owned(),
         Place::DisplacementGauge => "{ gauge = \"displacement\" }".to_owned(),

@@ -9,6 +9,7 @@ mod values;
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
@@ -118,6 +119,7 @@ impl<'a> Compiler<'a> {
         let file = self.file;
         let sections = self.sections()?;
         let robot = Robot {
+            source: Arc::new(self.source.clone()),
             name: file.name.clone(),
             variables: self.variables()?,
             limits: self.limits()?,

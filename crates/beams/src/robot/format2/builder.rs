@@ -136,6 +136,7 @@ impl<'a> RobotBuilder<'a> {
         let nodes = std::mem::take(&mut self.nodes).into_iter();
         let bodies = std::mem::take(&mut self.bodies).into_iter();
         Ok(Robot {
+            source: Arc::new(self.source.clone()),
             name: self.file.name.clone(),
             variables: std::mem::take(&mut self.variables).into_values().collect(),
             limits,

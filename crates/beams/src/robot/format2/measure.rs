@@ -82,6 +82,16 @@ pub fn units() -> Vec<&'static str> {
     UNITS.iter().map(|(name, ..)| *name).collect()
 }
 
+/// What a unit measures, and its size in SI; `None` for one that is not known.
+#[must_use]
+pub fn unit_in_si(unit: &str) -> Option<(MeasuredKind, f64)> {
+    let known = UNITS.iter().find(|(name, ..)| *name == unit);
+    known.map(|(_, kind, conversion)| match conversion {
+        Times(factor) => (*kind, *factor),
+        Over(divisor) => (*kind, divisor.recip()),
+    })
+}
+
 /// Units of some kinds.
 fn units_of(kinds: &[MeasuredKind]) -> Vec<&'static str> {
     let units = UNITS.iter().filter(|(_, kind, _)| kinds.contains(kind));

@@ -5,11 +5,12 @@ use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_test_files::{shipped_robot, text};
 
 use super::*;
-use crate::mismatch::baseline::{Baseline, RobotBaseline, prior_sd};
+use crate::mismatch::baseline::{Baseline, prior_sd};
 use crate::mismatch::candidate::candidates;
 use crate::mismatch::known_noise::KnownNoise;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
+use crate::mismatch::robot_baseline::RobotBaseline;
 use crate::mismatch::state::State;
 use crate::search::{Batched, Plain};
 

@@ -159,7 +159,7 @@ impl<'a> DesignBench<'a> {
             let mut with = without.clone();
             if planned && matches!(effect.place, Place::Run { .. }) {
                 // Stays as it is without.
-            } else if effect.law.is_missing_element() {
+            } else if effect.law.changes_structure() {
                 let loose = std::slice::from_ref(effect);
                 predictor.predict(&model.parameters, loose, &mut with)?;
             } else {

@@ -166,7 +166,7 @@ pub(super) fn nearest(view: &EasiestShape<'_>, views: &[EasiestShape<'_>]) -> Ve
 
 /// How a rival is told from a view, and the multiple of the view's shape it takes.
 fn rival(view: &EasiestShape<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
-    let fixed = view.candidate.candidate.law.is_missing_element();
+    let fixed = view.candidate.candidate.law.parameters.is_empty();
     let hardness = |shape: &RivalShape| {
         if fixed {
             // The less is left, the harder.

@@ -96,7 +96,7 @@ impl DiagnosisProblem<'_> {
     fn decomposition<'s>(&'s self, state: &'s State) -> Result<Decomposition<'s>, MismatchError> {
         let mut predictor = self.predictor();
         let model = &state.fitted.model;
-        let columns = self.columns(&mut predictor, model)?;
+        let columns = self.free_columns(&mut predictor, model)?;
         let (slope_m, _) = self.slope(&mut predictor, model)?;
         Ok(Decomposition::new(&Setting {
             observations: self.observations,

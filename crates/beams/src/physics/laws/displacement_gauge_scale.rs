@@ -1,0 +1,57 @@
+//! The displacement gauge reads too little or too much by a share.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::LawAction;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, SearchSpec, Shape};
+
+use super::force_gauge_scale::ANOTHER_UNIT;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "gauge-scale",
+    row: "gauge-scale (displacement)",
+    kind: LawKind::Setup,
+    equation: "displacement (1 + scale)",
+    place_kind: PlaceKind::DisplacementGauge,
+    parameters: &[ParameterSpec {
+        name: "scale",
+        word: "error of scale",
+        dimension: Dimension::Share,
+        sign: SignConstraint::Either,
+        plausible: PlausibleRange {
+            bounds: |_, _| [-ANOTHER_UNIT, ANOTHER_UNIT],
+            reason: "up to three tenths: a lever indicator at an angle, a tip of another length; more is another unit, and is seen at once",
+        },
+        typical: Typical {
+            value: |_| 1e-6,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: LawAction::Growth(|&[scale, ..], _, _| scale),
+    search: SearchSpec {
+        shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |_, _| "a wrong scale of the displacement gauge".to_owned(),
+        heading: |_| "scale of the displacement gauge".to_owned(),
+        explanation: "The displacement gauge reads a share too much or too little.",
+    },
+    check: Some(Check {
+        rank: 0,
+        text: |_| "set the displacement gauge on gauge blocks of known size; look at the length of its tip and at the angle of a lever indicator".to_owned(),
+        minutes: 10.0,
+    }),
+};

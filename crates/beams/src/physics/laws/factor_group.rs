@@ -1,0 +1,64 @@
+//! The fitting factors of a group of elements are wrong.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::LawAction;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, SearchSpec, Shape};
+
+/// Smallest and largest error: ten times either way, as the bounds of a fit.
+const WITHIN_A_FIT: [f64; 2] = [-0.9, 9.0];
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "factor-group",
+    row: "factor-group",
+    kind: LawKind::Setup,
+    equation: "true factors of the group = those of the model (1 + share)",
+    place_kind: PlaceKind::Group,
+    parameters: &[ParameterSpec {
+        name: "share",
+        word: "error of the factors",
+        dimension: Dimension::Share,
+        sign: SignConstraint::Either,
+        plausible: PlausibleRange {
+            bounds: |_, _| WITHIN_A_FIT,
+            reason: "between a tenth and ten times: factors of another robot, pose or fit; these are the bounds of a fit",
+        },
+        typical: Typical {
+            value: |_| 1e-6,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: LawAction::Structure,
+    search: SearchSpec {
+        shapes: |_| vec![Shape::of_either_sign(vec![1e-2])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |at, _| format!("wrong {at}"),
+        heading: |place| format!("{place}"),
+        explanation: "The factors of these elements, which this fit keeps as they are, are wrong.",
+    },
+    check: Some(Check {
+        rank: 1,
+        text: |place| match place {
+            Place::Group { group, property } => {
+                let factor = property.as_ref().map_or_else(|| group.clone(), |property| format!("{group}.{}", property.name()));
+                format!("look where the factors of {group} come from, and fit them with `--free {factor}` if the poses determine them")
+            }
+            other => format!("look where {other} come from"),
+        },
+        minutes: 5.0,
+    }),
+};

@@ -1,0 +1,58 @@
+//! The force gauge reads too little or too much by a share.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::LawAction;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, SearchSpec, Shape};
+
+/// A larger error of scale is another unit, and is seen at once.
+pub(super) const ANOTHER_UNIT: f64 = 0.3;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "gauge-scale",
+    row: "gauge-scale (force)",
+    kind: LawKind::Setup,
+    equation: "true force = F (1 + scale)",
+    place_kind: PlaceKind::ForceGauge,
+    parameters: &[ParameterSpec {
+        name: "scale",
+        word: "error of scale",
+        dimension: Dimension::Share,
+        sign: SignConstraint::Either,
+        plausible: PlausibleRange {
+            bounds: |_, _| [-ANOTHER_UNIT, ANOTHER_UNIT],
+            reason: "up to three tenths: more is another unit, and is seen at once",
+        },
+        typical: Typical {
+            value: |_| 1e-6,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: LawAction::Force(|&[scale, ..], load| scale * load.force_n),
+    search: SearchSpec {
+        shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |_, _| "a wrong scale of the force gauge".to_owned(),
+        heading: |_| "scale of the force gauge".to_owned(),
+        explanation: "The force that acts is another than the force gauge says, by the same share at every load.",
+    },
+    check: Some(Check {
+        rank: 0,
+        text: |_| "hang a known weight on the force gauge and compare its reading; look at the date of its calibration and at the sensitivity that is set".to_owned(),
+        minutes: 10.0,
+    }),
+};

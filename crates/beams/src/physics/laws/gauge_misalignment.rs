@@ -1,0 +1,64 @@
+//! The displacement gauge leans toward another axis.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
+use super::load_misalignment::SEEN_BY_EYE;
+use crate::physics::action::LawAction;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, SearchSpec, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "gauge-misalignment",
+    row: "gauge-misalignment",
+    kind: LawKind::Setup,
+    equation: "displacement is read turned by angle; the force acts along the direction",
+    place_kind: PlaceKind::Toward,
+    parameters: &[ParameterSpec {
+        name: "angle",
+        word: "angle",
+        dimension: Dimension::Angle,
+        sign: SignConstraint::Either,
+        plausible: PlausibleRange {
+            bounds: |_, _| [-SEEN_BY_EYE, SEEN_BY_EYE],
+            reason: "up to three degrees: more is seen by eye",
+        },
+        typical: Typical {
+            value: |_| 1e-7,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: LawAction::Lean,
+    search: SearchSpec {
+        shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        needs: Needs::Nothing,
+        unseen_at_place: (
+            "this robot hardly moves that way under a load in the direction of reading",
+            "read the displacement along all three axes at each load",
+        ),
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |at, _| format!("a displacement gauge that leans {at}"),
+        heading: |place| format!("a leaning gauge, {place}"),
+        explanation: "The stem of the displacement gauge leans, so that it reads a part of the displacement across its direction.",
+    },
+    check: Some(Check {
+        rank: 1,
+        text: |place| match place {
+            Place::Toward { direction, toward } => format!(
+                "hold a square against the stem of the gauge in {direction}, and turn the gauge by half a turn toward {toward} and repeat"
+            ),
+            other => format!("hold a square against the stem of the gauge, {other}"),
+        },
+        minutes: 10.0,
+    }),
+};

@@ -1,0 +1,66 @@
+//! A joint stands at another angle than the pose says.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::LawAction;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, SearchSpec, Shape};
+
+/// Most by which a joint stands beside its angle and is not seen, rad: five degrees.
+const OVERLOOKED_RAD: f64 = 0.087;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "joint-offset",
+    row: "joint-offset",
+    kind: LawKind::Setup,
+    equation: "true angle = angle of the pose + angle",
+    place_kind: PlaceKind::JointAngle,
+    parameters: &[ParameterSpec {
+        name: "angle",
+        word: "offset",
+        dimension: Dimension::Angle,
+        sign: SignConstraint::Either,
+        plausible: PlausibleRange {
+            bounds: |_, _| [-OVERLOOKED_RAD, OVERLOOKED_RAD],
+            reason: "up to five degrees: a mastering that was lost, an angle read off beside the pose; more is seen",
+        },
+        typical: Typical {
+            value: |_| 1e-6,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: LawAction::Structure,
+    search: SearchSpec {
+        shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |at, _| format!("a wrong {at}"),
+        heading: |place| format!("{place}"),
+        explanation: "A joint stands at another angle than the robot file and the pose say.",
+    },
+    check: Some(Check {
+        rank: 0,
+        text: |place| match place {
+            Place::JointAngle { joint, pose: Some(pose) } => {
+                format!("measure the angle of joint {joint} in pose {pose} with an inclinometer, and compare the robot file")
+            }
+            Place::JointAngle { joint, pose: None } => {
+                format!("measure the angle of joint {joint} with an inclinometer, compare the robot file and look at its mastering marks")
+            }
+            other => format!("measure {other} with an inclinometer"),
+        },
+        minutes: 10.0,
+    }),
+};

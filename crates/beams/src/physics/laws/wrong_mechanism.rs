@@ -1,0 +1,49 @@
+//! Another mechanism of the robot file is there than the session says.
+
+use super::base_compliance::OVER_FORCE;
+use crate::physics::action::LawAction;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, SearchSpec};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "wrong-mechanism",
+    row: "wrong-mechanism",
+    kind: LawKind::Setup,
+    equation: "the robot is another mechanism of its file",
+    place_kind: PlaceKind::Mechanism,
+    parameters: &[],
+    contains: &[],
+    action: LawAction::Mechanism,
+    search: SearchSpec {
+        // It has no size: each mechanism is solved.
+        shapes: |_| Vec::new(),
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        needs: Needs::Nothing,
+        unseen_at_place: (
+            "the readings would hardly change, or the factors take what changes",
+            "measure further poses, or look at brakes and coupling rods",
+        ),
+        unseen: ("the robot file has no other mechanism that stands in these poses", None),
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |at, _| format!("another mechanism than the session says, {at}"),
+        heading: |place| format!("{place} instead"),
+        explanation: "The robot behaves as another mechanism of its file than the one that the session names.",
+    },
+    check: Some(Check {
+        rank: 0,
+        text: |place| {
+            let mechanism = match place {
+                Place::Mechanism(name) => name.clone(),
+                other => other.to_string(),
+            };
+            format!("look which drives, brakes and coupling rods are engaged, and try `--mechanism {mechanism}`")
+        },
+        minutes: 5.0,
+    }),
+};

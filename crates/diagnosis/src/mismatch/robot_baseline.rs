@@ -1,0 +1,413 @@
+//! The model of a robot with some of its parameters free.
+
+use std::sync::OnceLock;
+
+use stiffbench_beams::physics::laws::{LOOSE_MEMBER, WRONG_MECHANISM};
+use stiffbench_beams::physics::{
+    Effect, FileSuspects, Law, Mechanics, Place, PlaceScale, without_elements,
+};
+use stiffbench_beams::robot::{
+    FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Predictor, Robot,
+};
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+use crate::parameters::{
+    ChosenParameter, FIRST_SPRING, FitRole, ParameterChoice, ScaleCell, SpringScales,
+};
+
+use super::baseline::{
+    Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn,
+};
+use super::error::MismatchError;
+use super::robot_solver::{RobotSolver, structure_columns};
+
+/// Half the width, in standard deviations, of the range that bounds leave to a factor: uniform over ± ln 10.
+const PRIOR_WIDTHS: f64 = 1.732_050_807_568_877_2;
+
+/// The model of a robot with some of its parameters free.
+#[derive(Debug)]
+pub struct RobotBaseline<'a> {
+    pub(super) robot: &'a Robot,
+    /// The whole mechanism, then those without one or two elements, then other mechanisms of the file.
+    mechanisms: Vec<(VariantKey, Mechanism)>,
+    pub(super) values: BaselineValues,
+    pub(super) poses: Vec<Pose>,
+    /// Entries of the robot file, made when they are asked for.
+    suspects: OnceLock<FileSuspects>,
+    /// Whether they are candidates of a search.
+    suspects_file: bool,
+    parameters: Vec<BaselineParameter>,
+    /// The free springs as effects, of any size.
+    springs: Vec<Effect>,
+    joints: Vec<String>,
+}
+
+/// What distinguishes a structure from the one of the session.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct VariantKey {
+    /// The mechanism of the file, if it is another.
+    mechanism: Option<String>,
+    /// Elements that are missing, in the order of their names.
+    loose: Vec<String>,
+}
+
+impl VariantKey {
+    fn of(effects: &[Effect]) -> Self {
+        let mut key = Self::default();
+        for effect in effects {
+            match &effect.place {
+                Place::Element(name) if effect.law.is_missing_element() => {
+                    key.loose.push(name.clone());
+                }
+                Place::Mechanism(name) => key.mechanism = Some(name.clone()),
+                _ => {}
+            }
+        }
+        key.loose.sort();
+        key
+    }
+}
+
+/// Values of all parameters, some of which are free.
+#[derive(Debug, Clone)]
+pub(super) struct BaselineValues {
+    pub(super) at: FittingFactors,
+    pub(super) free: Vec<ModelParameter>,
+    /// As [`BaselineParameter::spring_rad_per_nm`].
+    pub(super) springs_rad_per_nm: Vec<Option<f64>>,
+}
+
+impl BaselineValues {
+    /// Takes fitted values.
+    pub(super) fn set(&mut self, fitted: &[f64]) {
+        let free = self.free.iter().zip(&self.springs_rad_per_nm);
+        for ((parameter, spring), fitted) in free.zip(fitted) {
+            let value = spring.map_or_else(|| fitted.exp(), |scale| scale * fitted);
+            self.at.set(parameter, value);
+        }
+    }
+}
+
+impl<'a> RobotBaseline<'a> {
+    /// The baseline of a mechanism in the poses of a session.
+    ///
+    /// # Arguments
+    /// - `factors`: where the free parameters start, and what the others are kept at.
+    /// - `choice`: which parameters are free, and their bounds.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] for a structure that carries nothing, [`MismatchError::Parameter`] for one that is tied or has no room.
+    pub fn new(
+        robot: &'a Robot,
+        mechanism: &Mechanism,
+        factors: FittingFactors,
+        poses: Vec<Pose>,
+        choice: &ParameterChoice,
+    ) -> Result<Self, MismatchError> {
+        let free = choice.members.iter().filter(|m| m.role != FitRole::Fixed);
+        let free: Vec<&ChosenParameter> = free.collect();
+        let scales = if free.iter().all(|chosen| chosen.parameter.is_factor()) {
+            None
+        } else {
+            let of_pose = |pose| {
+                Direction::ALL.map(|direction| ScaleCell {
+                    pose,
+                    direction,
+                    measured_m_per_n: 0.0,
+                })
+            };
+            let cells: Vec<ScaleCell> = (0..poses.len()).flat_map(of_pose).collect();
+            let wanted: Vec<ModelParameter> =
+                free.iter().map(|chosen| chosen.parameter.clone()).collect();
+            Some(SpringScales::new(
+                robot, mechanism, &factors, &wanted, &poses, &cells,
+            )?)
+        };
+        let mut parameters = Vec::with_capacity(free.len());
+        for chosen in &free {
+            let scale = scales.as_ref().map(|scales| scales.of(&chosen.parameter));
+            parameters.push(parameter(chosen, &factors, choice.range, scale)?);
+        }
+        let values = BaselineValues {
+            at: factors,
+            free: free.iter().map(|chosen| chosen.parameter.clone()).collect(),
+            springs_rad_per_nm: parameters.iter().map(|p| p.spring_rad_per_nm).collect(),
+        };
+        let joints = mechanism
+            .joints(robot)
+            .into_iter()
+            .map(|joint| robot.joints[joint].name.clone())
+            .collect();
+        let mut mechanisms = vec![(VariantKey::default(), mechanism.clone())];
+        for &member in &mechanism.members {
+            let mut rest = mechanism.clone();
+            rest.members.retain(|other| *other != member);
+            let name = robot.members[member].name.clone();
+            if carries_loads(robot, &rest, &values.at, &poses) {
+                let loose = vec![name];
+                let mechanism = None;
+                mechanisms.push((VariantKey { mechanism, loose }, rest));
+            }
+        }
+        let mut springs = FittingFactors::UNIT;
+        for chosen in free.iter().filter(|chosen| !chosen.parameter.is_factor()) {
+            springs.set(&chosen.parameter, 1.0);
+        }
+        Ok(Self {
+            robot,
+            springs: Effect::of_springs(&springs),
+            mechanisms,
+            values,
+            poses,
+            parameters,
+            joints,
+            suspects: OnceLock::new(),
+            suspects_file: false,
+        })
+    }
+
+    /// Searches for mistakes of the robot file too: lengths, angles, sections, factors, the mechanism.
+    pub fn suspect_file(&mut self) {
+        self.suspects_file = true;
+        for (name, other) in &self.robot.mechanisms {
+            let is_another = other.members != self.mechanisms[0].1.members;
+            if is_another && carries_loads(self.robot, other, &self.values.at, &self.poses) {
+                let key = VariantKey {
+                    mechanism: Some(name.clone()),
+                    loose: Vec::new(),
+                };
+                self.mechanisms.push((key, other.clone()));
+            }
+        }
+    }
+
+    /// Entries of the robot file that may be wrong.
+    pub fn suspects(&self) -> &FileSuspects {
+        self.suspects.get_or_init(|| {
+            let named = self.robot.poses.iter();
+            let named = named.filter(|named| self.poses.contains(&named.pose));
+            let poses: Vec<PoseId> = named.map(|named| named.id.clone()).collect();
+            FileSuspects::new(self.robot, &self.mechanisms[0].1, &poses, &self.values.free)
+        })
+    }
+
+    /// The name of a pose in the robot file.
+    pub(super) fn pose_id(&self, pose: &Pose) -> Option<&PoseId> {
+        let mut named = self.robot.poses.iter();
+        named
+            .find(|named| named.pose == *pose)
+            .map(|named| &named.id)
+    }
+
+    /// Elements without which the mechanism still carries a load.
+    pub fn missing_elements(&self) -> impl Iterator<Item = &str> {
+        self.mechanisms
+            .iter()
+            .filter_map(|(key, _)| key.loose.first().map(String::as_str))
+    }
+
+    /// BaselineValues of all parameters of the model where the free ones have these fitted values.
+    #[must_use]
+    pub fn factors(&self, fitted: &[f64]) -> FittingFactors {
+        let mut values = self.values.clone();
+        values.set(fitted);
+        values.at
+    }
+
+    /// The fitted values at which the free parameters have these: springs of baselines in other poses have other units.
+    #[must_use]
+    pub fn fitted_values(&self, values: &FittingFactors) -> Vec<f64> {
+        let free = self.values.free.iter().zip(&self.values.springs_rad_per_nm);
+        free.map(|(parameter, spring)| {
+            let value = values.get(parameter);
+            spring.map_or_else(|| value.ln(), |scale| value / scale)
+        })
+        .collect()
+    }
+
+    /// Adds the variant that lacks the loose members of a model found before.
+    ///
+    /// # Errors
+    /// [`MismatchError::Effect`] for an element that is not there.
+    pub fn add_variant(&mut self, effects: &[Effect]) -> Result<(), MismatchError> {
+        let key = VariantKey::of(effects);
+        if self.mechanisms.iter().all(|(known, _)| *known != key) {
+            let whole = match &key.mechanism {
+                Some(name) => self.robot.mechanism(Some(name))?,
+                None => &self.mechanisms[0].1,
+            };
+            let rest = without_elements(self.robot, whole, effects)?;
+            self.mechanisms.push((key, rest));
+        }
+        Ok(())
+    }
+}
+
+/// A free parameter, on the scale on which it is fitted.
+fn parameter(
+    chosen: &ChosenParameter,
+    start: &FittingFactors,
+    range: [f64; 2],
+    scale: Option<PlaceScale>,
+) -> Result<BaselineParameter, MismatchError> {
+    let name = chosen.parameter.to_string();
+    let value = start.get(&chosen.parameter);
+    let wrong = |problem: &'static str| MismatchError::Parameter {
+        name: name.clone(),
+        problem,
+    };
+    if chosen.role != FitRole::Free {
+        return Err(wrong("a search keeps or frees a parameter, and ties none"));
+    }
+    if chosen.parameter.is_factor() {
+        let [lower, upper] = chosen.bounds.unwrap_or(range.map(|times| times * value));
+        return Ok(BaselineParameter {
+            spring_rad_per_nm: None,
+            start: value.ln(),
+            lower: lower.ln(),
+            upper: upper.ln(),
+            prior_sd: 0.5 * (upper / lower).ln() / PRIOR_WIDTHS,
+            name,
+        });
+    }
+    let scale = scale.unwrap_or_default();
+    if scale.compliance == 0.0 {
+        return Err(wrong("no load of these readings acts on it"));
+    }
+    let bounds = chosen.bounds.unwrap_or(scale.plausible_compliance());
+    let [lower, upper] = bounds.map(|bound| bound / scale.compliance);
+    if lower >= upper {
+        return Err(wrong("its bounds leave no room"));
+    }
+    let begin = value / scale.compliance;
+    let begin = if begin == 0.0 { FIRST_SPRING } else { begin };
+    Ok(BaselineParameter {
+        spring_rad_per_nm: Some(scale.compliance),
+        start: begin.clamp(lower, upper),
+        lower,
+        upper,
+        prior_sd: 0.5 * (upper - lower) / PRIOR_WIDTHS,
+        name,
+    })
+}
+
+/// Whether a mechanism carries a load in every pose.
+fn carries_loads(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    factors: &FittingFactors,
+    poses: &[Pose],
+) -> bool {
+    let solved = || {
+        let springs: Vec<ModelParameter> = factors.springs().collect();
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, &springs, poses.len())?;
+        for (index, pose) in poses.iter().enumerate() {
+            predictor.place(index, pose)?;
+        }
+        predictor.solve(factors, false)
+    };
+    solved().is_ok()
+}
+
+impl Baseline for RobotBaseline<'_> {
+    fn parameters(&self) -> &[BaselineParameter] {
+        &self.parameters
+    }
+
+    fn solver(&self, variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
+        let mechanism = &self.mechanisms[variant].1;
+        let (values, poses) = (&self.values, &self.poses);
+        let mut mechanics =
+            Mechanics::rigid_with(self.robot, mechanism, &values.free, &values.at, poses)?;
+        let units = values.springs_rad_per_nm.iter();
+        mechanics.differentiate_in(units.map(|unit| unit.unwrap_or(1.0)).collect());
+        Ok(Box::new(RobotSolver::new(self, mechanism, mechanics)))
+    }
+
+    fn variants(&self) -> usize {
+        self.mechanisms.len()
+    }
+
+    fn variant(&self, effects: &[Effect]) -> Option<usize> {
+        let key = VariantKey::of(effects);
+        self.mechanisms.iter().position(|(known, _)| *known == key)
+    }
+
+    fn other_structures(&self) -> Vec<Effect> {
+        let effect = |law: Law, place| Effect {
+            law,
+            place,
+            values: Vec::new(),
+        };
+        let variants = self.mechanisms[1..].iter().filter_map(|(key, _)| {
+            Some(match (&key.mechanism, &key.loose[..]) {
+                (None, [name]) => effect(LOOSE_MEMBER, Place::Element(name.clone())),
+                (Some(name), []) => effect(WRONG_MECHANISM, Place::Mechanism(name.clone())),
+                _ => return None,
+            })
+        });
+        variants.collect()
+    }
+
+    fn contains(&self, law: Law, place: &Place, fitted: &[f64]) -> bool {
+        let mut springs = self.springs.iter();
+        if springs.any(|spring| spring.law == law && spring.place == *place) {
+            return true;
+        }
+        let Place::Group { group, property } = place else {
+            return false;
+        };
+        let all = self.parameters.iter().zip(fitted);
+        let mut of_group = all.filter(|(parameter, _)| {
+            let of = parameter.name.rsplit_once('.');
+            of.is_some_and(|(of, constant)| {
+                of == group && property.is_none_or(|property| property.name() == constant)
+            })
+        });
+        of_group.any(|(parameter, value)| property.is_none() || !parameter.is_at_bound(*value))
+    }
+
+    fn joints(&self) -> &[String] {
+        &self.joints
+    }
+
+    fn structure_columns(&self, parameters: &[f64]) -> Result<Vec<StructureColumn>, MismatchError> {
+        if !self.suspects_file {
+            return Ok(Vec::new());
+        }
+        structure_columns(self, parameters)
+    }
+
+    fn elements(&self, parameters: &[f64]) -> Result<Vec<ElementCompliance>, MismatchError> {
+        let mechanism = &self.mechanisms[0].1;
+        let mut predictor = Predictor::new(self.robot, mechanism, &self.factors(parameters))?;
+        let mut elements: Vec<ElementCompliance> = mechanism
+            .members
+            .iter()
+            .map(|&member| ElementCompliance {
+                element: self.robot.members[member].name.clone(),
+                gradient_m_per_n: Vec::new(),
+            })
+            .collect();
+        let mut gradient = vec![[0.0; 4]; elements.len()];
+        for pose in &self.poses {
+            predictor.place(pose)?;
+            // The derivatives are those of the compliance solved last.
+            let _ = predictor.translation_compliance();
+            for element in &mut elements {
+                element.gradient_m_per_n.push([[0.0; 3]; 4]);
+            }
+            for axis in 0..3 {
+                predictor.compliance_gradient(axis, &mut gradient);
+                for (element, gradient) in elements.iter_mut().zip(&gradient) {
+                    if let Some(pose) = element.gradient_m_per_n.last_mut() {
+                        for (property, value) in pose.iter_mut().zip(gradient) {
+                            property[axis] = *value;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(elements)
+    }
+}
