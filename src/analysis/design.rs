@@ -107,11 +107,9 @@ pub(super) fn proposals(
     (diagnosis, found): (&Diagnosis, &FittingFactors),
     parameters: &ParameterChoice,
 ) -> Result<Proposals, AnalysisError> {
-    let open = diagnosis
-        .findings
-        .iter()
-        .any(|f| f.alternative_group.is_some());
-    if !open && diagnosis.verdict != Verdict::Unknown {
+    // Where nothing was found, and where nothing can be decided yet, there is nothing to tell apart.
+    let is_named = !diagnosis.findings.is_empty() && diagnosis.verdict != Verdict::InsufficientData;
+    if !is_named && diagnosis.verdict != Verdict::Unknown {
         return Ok((Vec::new(), Vec::new()));
     }
     let mechanism = model.mechanism()?;

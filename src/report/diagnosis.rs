@@ -30,7 +30,7 @@ pub(super) use phrases::{listed, short_phrase};
 pub(super) use summary::STEPPED;
 pub use summary::{
     ComponentShares, Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport,
-    FindingKind, FindingReport, FittedParameter, QualityReport, RejectedLaw, RivalReport, Strata,
+    FindingReport, FittedParameter, QualityReport, RejectedLaw, RivalReport, Strata,
     UnexplainedReport, UntestedContrast,
 };
 

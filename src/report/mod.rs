@@ -40,10 +40,10 @@ pub use demo::{DemoReport, DemoTableVi};
 pub use design::{DesignSummary, LawAtPlace, LawDetection, NearLaw, UnseenLaw, design_text};
 pub use diagnosis::{
     ComponentShares, DetectionLimitReport, Determination, DiagnosisResult, DiagnosisSummary,
-    EarlierReport, FactorChangeReport, FindingKind, FindingReport, FittedParameter,
-    KnownEffectReport, KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport,
-    QualityReport, RejectedLaw, RivalReport, SearchLevels, SeenLimit, Strata, UnexplainedReport,
-    UnseenReason, UntestedContrast, diagnosis_appendix, diagnosis_page,
+    EarlierReport, FactorChangeReport, FindingReport, FittedParameter, KnownEffectReport,
+    KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport, QualityReport,
+    RejectedLaw, RivalReport, SearchLevels, SeenLimit, Strata, UnexplainedReport, UnseenReason,
+    UntestedContrast, diagnosis_appendix, diagnosis_page,
 };
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{

@@ -97,12 +97,6 @@ fn an_effect_on_the_file_is_the_file_with_another_number() {
             "l2 = 0.492",
         ),
         (
-            "serial-arm",
-            "link-length@arm1.nodes.N4.at.2:length=50mm",
-            "0.0, 0.30]",
-            "0.0, 0.35]",
-        ),
-        (
             "four-bar",
             "link-length@crank.points.B.at_mm.1:length=5mm",
             "[0, 120, 0]",

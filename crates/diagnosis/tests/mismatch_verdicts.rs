@@ -14,7 +14,6 @@ use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
-use stiffbench_units_and_text::test_point::Direction;
 
 pub(crate) const NOISE: TrialNoise = TrialNoise {
     noise: ReadingNoise {
@@ -67,7 +66,7 @@ impl Arm {
         .unwrap();
         let plan = Observations::new(&plan, None);
         let poses: Vec<Pose> = poses.iter().map(|named| named.pose.clone()).collect();
-        let baseline = RobotBaseline::new(
+        let mut baseline = RobotBaseline::new(
             robot,
             mechanism,
             FittingFactors::UNIT,
@@ -75,6 +74,7 @@ impl Arm {
             &ParameterChoice::default(),
         )
         .unwrap();
+        baseline.suspect_file();
         let null = simulate(&baseline, &plan, &truth(Vec::new()), 77).unwrap();
         let (_, critical) = diagnose(&baseline, &null, &SearchOptions::default(), None).unwrap();
         Self {
@@ -123,54 +123,33 @@ fn joint(name: &str) -> Place {
 #[test]
 fn each_law_is_named_with_its_place_when_it_is_there() {
     let arm = Arm::new("load-hold-unload");
-    let first = arm.plan.poses[0].clone();
     let all = [
-        effect(laws::JOINT_COMPLIANCE, joint("S2"), &[1e-7]),
-        effect(laws::JOINT_BACKLASH, joint("S2"), &[1e-5, 3.0]),
-        effect(laws::JOINT_FRICTION, joint("S2"), &[1e-7, 8.0]),
-        effect(laws::JOINT_NONLINEARITY, joint("S2"), &[1e-7, 2e-9]),
-        effect(laws::BASE_COMPLIANCE, Place::Axis(Direction::X), &[1e-7]),
-        effect(
-            laws::GAUGE_STAND_COMPLIANCE,
-            Place::Direction(Direction::Z),
-            &[1e-8],
-        ),
-        effect(
-            laws::LOAD_MISALIGNMENT,
-            Place::Toward {
-                direction: Direction::Y,
-                toward: Direction::Z,
-            },
-            &[0.01],
-        ),
-        effect(laws::FORCE_GAUGE_NONLINEARITY, Place::ForceGauge, &[5e-5]),
-        effect(laws::CREEP, Place::Structure, &[1e-3, 1.0]),
-        effect(laws::DRIFT_PER_SECOND, Place::Clock, &[1e-8]),
-        effect(laws::SETTING_IN, Place::Structure, &[0.01, 1.2]),
-        effect(
-            laws::SLIP,
-            Place::Run {
-                pose: first,
-                direction: Direction::Z,
-                repeat: 2,
-                step: 5,
-            },
-            &[2e-5],
-        ),
-        effect(
-            laws::GAUGE_PERIODIC,
-            Place::DisplacementGauge,
-            &[1e-6, 1.5e-4, 0.7],
-        ),
-        effect(
-            laws::CONSTANT_FORCE,
-            Place::Direction(Direction::Y),
-            &[-0.5],
-        ),
+        "joint-compliance@S2:c=0.1urad/(N*m)",
+        "joint-backlash@S2:play=10urad,seat_moment=3N*m",
+        "joint-friction@S2:c=0.1urad/(N*m),friction_moment=8N*m",
+        "joint-nonlinearity@S2:c=0.1urad/(N*m),q=2e-9rad/(N*m)^2",
+        "base-compliance@x:c=0.1urad/(N*m)",
+        "gauge-stand-compliance@z:c=0.01um/N",
+        "load-misalignment@y>z:angle=10mrad",
+        "force-gauge-nonlinearity:q=5e-5 1/N",
+        "creep:k=1e-3 1/decade,t0=1s",
+        "thermal-drift:rate=1e-8m/s",
+        "setting-in:k=1%,decay=1.2",
+        "slip@P1.z.2.5:jump=20um",
+        "gauge-periodic:amplitude=1um,period=150um,phase=0.7rad",
+        "constant-force@y:w=-0.5N",
+        "gauge-misalignment@z>y:angle=10mrad",
+        "gauge-scale@force:scale=0.1%",
+        "gauge-scale@displacement:scale=0.1%",
+        "link-length@arm2.l2:length=1mm",
+        "joint-offset@S3:angle=1mrad",
+        "section-error@E56:share=1%",
+        "factor-group@link:share=1%",
     ];
-    // Every law but those that need another bench: a thermometer, a closed loop.
-    assert_eq!(all.len(), Law::ALL.len() - 2);
+    // Every law but those that need another bench: a thermometer, a closed loop, several mechanisms.
+    assert_eq!(all.len(), Law::ALL.len() - 3);
     for (seed, hidden) in all.into_iter().enumerate() {
+        let hidden: Effect = hidden.parse().unwrap();
         let (law, place) = (hidden.law, hidden.place.clone());
         let truth = arm.twelve(hidden);
         let diagnosis = arm.diagnose(&truth, 1000 + seed as u64, Vec::new());
@@ -288,7 +267,7 @@ fn a_missing_member_is_compared_with_an_effect_of_its_size() {
     let between = |truth: &Truth, rival: &Effect| {
         standard_errors_between(baseline, plan, truth, rival).unwrap()
     };
-    let loose = baseline.missing_member_effects();
+    let loose = baseline.other_structures();
     assert!(!loose.is_empty());
     for member in &loose {
         let own = truth(vec![member.clone()]);

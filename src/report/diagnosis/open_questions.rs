@@ -117,6 +117,8 @@ pub(super) fn next(report: &DiagnosisReport) -> String {
         let pairs: Vec<String> = alike.map(pair).collect();
         let worth = if is_weak(plan) {
             "this will probably not suffice to decide"
+        } else if confirms(plan) {
+            "this should confirm or refute"
         } else {
             "this should tell"
         };
@@ -135,7 +137,9 @@ pub(super) fn next(report: &DiagnosisReport) -> String {
 
 /// Whether two plans ask for the same and promise as much.
 fn same_advice(one: &NextMeasurement, other: &NextMeasurement) -> bool {
-    one.plan == other.plan && one.file == other.file && is_weak(one) == is_weak(other)
+    one.plan == other.plan
+        && one.file == other.file
+        && (is_weak(one), confirms(one)) == (is_weak(other), confirms(other))
 }
 
 /// Whether a plan does not settle its pair.
@@ -143,8 +147,16 @@ fn is_weak(plan: &NextMeasurement) -> bool {
     plan.expected_log_lr.is_some_and(|expected| expected < 3.0)
 }
 
+/// Whether a plan asks for one finding alone.
+fn confirms(plan: &NextMeasurement) -> bool {
+    plan.separates[1] == "nothing"
+}
+
 fn pair(plan: &NextMeasurement) -> String {
     let [a, b] = &plan.separates;
+    if confirms(plan) {
+        return a.clone();
+    }
     let expected = plan.expected_log_lr.map_or_else(String::new, |j| {
         format!(" (expected log likelihood ratio {j:.1})")
     });

@@ -105,25 +105,6 @@ pub struct DiagnosisSummary {
     pub files: Option<Vec<PathBuf>>,
 }
 
-/// What a finding accuses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FindingKind {
-    /// Physics of the robot or of the instruments.
-    Physics,
-    /// The robot file or the set-up.
-    Setup,
-}
-
-impl From<LawKind> for FindingKind {
-    fn from(kind: LawKind) -> Self {
-        match kind {
-            LawKind::Physics => Self::Physics,
-            LawKind::Setup => Self::Setup,
-        }
-    }
-}
-
 /// A found effect.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FindingReport {
@@ -131,7 +112,7 @@ pub struct FindingReport {
     #[serde(flatten)]
     pub law: LawAtPlace,
     /// Physics of the robot, or a mistake in its file or in the set-up.
-    pub kind: FindingKind,
+    pub kind: LawKind,
     /// How far its name may be relied on.
     pub grade: VerdictGrade,
     /// Shares of the misfit that it explains beside the other findings.
@@ -383,7 +364,7 @@ impl From<&Finding> for FindingReport {
         });
         Self {
             law: (&finding.effect).into(),
-            kind: finding.effect.law.kind.into(),
+            kind: finding.effect.law.kind,
             grade: finding.grade,
             shares: finding.shares,
             check: check(&finding.effect),

@@ -45,7 +45,8 @@ pub struct LawDefinition {
 }
 
 /// What a law accuses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum LawKind {
     /// The robot, its gauges or their surroundings.
     Physics,

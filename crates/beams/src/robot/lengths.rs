@@ -1,7 +1,7 @@
 //! Lengths that a robot file states, each with the points that it moves.
 
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{Document, Number};
+use stiffbench_units_and_text::toml_text::{Document, TomlNumber};
 
 use super::Robot;
 use super::format2::is_of_this_format;
@@ -43,7 +43,7 @@ impl Robot {
         };
         let has_units = is_of_this_format(&self.source);
         let numbers = TABLES.iter().flat_map(|table| document.numbers(table));
-        let in_m = |number: &Number| {
+        let in_m = |number: &TomlNumber| {
             if has_units {
                 unit_m(&number.keys)
             } else {
@@ -55,7 +55,7 @@ impl Robot {
     }
 
     /// A number of the file as a length; `None` if it is none.
-    fn length(&self, number: &Number, unit_m: f64) -> Option<FileLength> {
+    fn length(&self, number: &TomlNumber, unit_m: f64) -> Option<FileLength> {
         if number.value == 0.0 {
             return None;
         }

@@ -64,6 +64,7 @@ fn detection_limit(seen: &ScoredCandidate, limit: f64) -> DetectionLimit {
         .shapes
         .iter()
         .filter_map(|shape| Some((shape, multiple_80(shape, limit)?)))
+        .filter(|(shape, scale)| size_of(shape, *scale) <= candidate.largest(&shape.shape))
         .min_by(|a, b| a.1.total_cmp(&b.1));
     let upper = seen
         .shapes

@@ -104,13 +104,11 @@ impl DiagnosisProblem<'_> {
     fn empty_scores(&self, state: &State) -> Result<CandidateScores, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let model = &state.fitted.model;
-        let mut linearised = self
-            .predictor()
-            .linearised(&model.parameters, &model.effects)?;
+        let mut predictor = self.predictor();
+        let mut linearised = predictor.linearised(&model.parameters, &model.effects)?;
         // About the first state that asks: where it stands matters little to what is worth a fit.
-        linearised.columns = self
-            .memory
-            .structure_columns(|| self.baseline.structure_columns(&model.parameters))?;
+        let columns = || self.baseline.structure_columns(&model.parameters);
+        linearised.columns = self.memory.structure_columns(columns)?;
         Ok(CandidateScores {
             seen: Vec::new(),
             linearised,

@@ -22,7 +22,7 @@ pub enum DocumentStep<'a> {
 
 /// A number in a TOML text.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Number {
+pub struct TomlNumber {
     /// Keys and, in arrays, indices that lead to it.
     pub keys: Vec<String>,
     /// Its value.
@@ -70,7 +70,7 @@ impl<'a> Document<'a> {
 
     /// All numbers in the table of a name, in the order of the text.
     #[must_use]
-    pub fn numbers(&self, table: &str) -> Vec<Number> {
+    pub fn numbers(&self, table: &str) -> Vec<TomlNumber> {
         let mut found = Vec::new();
         let mut open: Vec<(Vec<String>, &Spanned<DeValue<'_>>)> = Vec::new();
         if let Some(value) = self.root.get_ref().get(table) {
@@ -92,7 +92,7 @@ impl<'a> Document<'a> {
                 DeValue::Integer(_) | DeValue::Float(_) => {
                     let text = self.source.text[value.span()].replace('_', "");
                     if let Ok(value_of) = text.parse() {
-                        found.push(Number {
+                        found.push(TomlNumber {
                             keys,
                             value: value_of,
                             span: value.span(),

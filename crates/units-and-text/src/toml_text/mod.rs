@@ -8,7 +8,7 @@ mod table;
 mod types;
 mod unit_keys;
 
-pub use document::{Document, DocumentStep, Number};
+pub use document::{Document, DocumentStep, TomlNumber};
 pub use problem::{TomlError, TomlProblem, UnknownKey};
 pub use table::{Table, TomlValue};
 pub use types::{Known, read, read_types, remove_null};

@@ -12,6 +12,7 @@
 
 mod advice;
 mod bench;
+mod confirm;
 mod gram;
 mod next;
 mod plans;

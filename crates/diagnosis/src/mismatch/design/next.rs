@@ -11,6 +11,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::advice::advice;
 use super::bench::{DesignBench, Suspect};
+use super::confirm::confirmations;
 use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
 use super::unexplained::refine_scores;
@@ -27,7 +28,7 @@ pub(super) struct OpenPair {
 /// Plans the next measurement after a diagnosis: one entry a pair, the most probable pair first.
 ///
 /// Where no load plan reaches an expected log-likelihood ratio of 3, the entry is the check without loads that does; where one reaches 3
-/// but not 5, both are given. One plan stands for several pairs if it is quicker than one for each. Before them, where structure is left
+/// but not 5, both are given. Where nothing is open, it is the measurement that confirms or refutes each finding. One plan stands for several pairs if it is quicker than one for each. Before them, where structure is left
 /// that no law explains, stands the plan that shows more of it.
 ///
 /// # Arguments
@@ -43,6 +44,9 @@ pub fn next_measurements(
     base: &Procedure,
 ) -> Result<Vec<ProposedMeasurement>, MismatchError> {
     let (fitted, pairs) = open_pairs(&diagnosis.findings);
+    if pairs.is_empty() && diagnosis.verdict == Verdict::Explained {
+        return confirmations(bench, done, &diagnosis.findings, base);
+    }
     let closer = if diagnosis.verdict == Verdict::Unknown {
         refine_scores(bench, done, &diagnosis.unexplained, base)
     } else {
@@ -278,14 +282,14 @@ fn select(rated: &[Rated], pairs: usize) -> Vec<usize> {
 }
 
 /// Which poses and directions a plan measures.
-struct Coverage {
+pub(super) struct Coverage {
     words: String,
-    poses: Vec<usize>,
+    pub(super) poses: Vec<usize>,
     directions: Vec<Direction>,
 }
 
 /// All that was measured, each pose by itself, each cell by itself, and all that was not measured.
-fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
+pub(super) fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
     let measured = |pose: &usize| done.cells.iter().any(|cell| cell.pose == *pose);
     let (old, new): (Vec<usize>, Vec<usize>) = (0..bench.poses.len()).partition(measured);
     let all = Direction::ALL.to_vec();
@@ -317,12 +321,12 @@ fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
 }
 
 impl Coverage {
-    fn covers(&self, cell: &CellGram) -> bool {
+    pub(super) fn covers(&self, cell: &CellGram) -> bool {
         self.poses.contains(&cell.pose) && self.directions.contains(&cell.direction)
     }
 
     /// The plan in words, and as a procedure.
-    fn of(&self, bench: &DesignBench<'_>, loading: &LoadingPlan) -> (String, Procedure) {
+    pub(super) fn of(&self, bench: &DesignBench<'_>, loading: &LoadingPlan) -> (String, Procedure) {
         let words = format!("{}, {}", self.words, loading.words);
         let poses = self.poses.iter().map(|&pose| bench.poses[pose].clone());
         let procedure = Procedure {

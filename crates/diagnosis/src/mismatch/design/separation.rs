@@ -33,7 +33,6 @@ pub(super) struct Effects {
 
 impl Effects {
     /// Effects whose laws have no other course.
-    #[cfg(test)]
     pub(super) fn plain(all: Vec<Effect>) -> Self {
         Self {
             courses: (0..all.len()).map(|place| vec![place]).collect(),
