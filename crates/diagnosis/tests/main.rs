@@ -10,6 +10,7 @@ mod elastic_calibration;
 mod fit_coverage;
 mod fit_recovery;
 mod fit_springs;
+mod growth;
 mod load_case_diagnosis;
 mod load_case_fit;
 mod map_questions;

@@ -11,7 +11,7 @@ use super::candidate::Candidate;
 use super::changes::Changes;
 use crate::search::WhiteSpace;
 use crate::search::constants::{HIDDEN_JOINT, INVISIBLE};
-use crate::search::{BestAmplitude, Moments, ScoreEngine, dot, subtract};
+use crate::search::{BestAmplitude, Moments, RowVector, ScoreEngine, dot, subtract};
 
 /// A candidate with its shapes ready: those that can be seen at all.
 #[derive(Debug, Clone)]
@@ -25,6 +25,13 @@ pub(super) type ScoredCandidate = Shaped<ScoredShape>;
 
 /// A candidate with its shapes as white vectors.
 pub(super) type WhiteCandidate = Shaped<WhiteShape>;
+
+/// Candidates whose white vectors are made when they are wanted: together they would fill the memory.
+pub(super) struct WhiteCandidates<'a> {
+    pub(super) candidates: Vec<&'a Candidate>,
+    /// Those at some places, in order.
+    pub(super) white: &'a (dyn Fn(&[usize]) -> Vec<WhiteCandidate> + Sync),
+}
 
 /// A shape with its score.
 #[derive(Debug, Clone)]
@@ -42,7 +49,7 @@ pub(super) struct ScoredShape {
 pub(super) struct WhiteShape {
     pub(super) shape: Shape,
     /// One vector, or two for a law with a phase: then orthogonal when projected, the second of unit length.
-    pub(super) vectors: Vec<Vec<f64>>,
+    pub(super) vectors: Vec<RowVector>,
     /// Square of the first vector when projected.
     pub(super) square: f64,
     /// Largest change of a reading, m.
@@ -62,7 +69,7 @@ pub(super) struct BestShape {
 const SHAPES_AT_A_TIME: usize = 32;
 
 /// Candidates that one thread takes at a time, so that none is left alone with those that cost most.
-const CANDIDATES_AT_A_TIME: usize = 4;
+pub(super) const CANDIDATES_AT_A_TIME: usize = 4;
 
 /// Memory of one thread.
 struct Scratch {
@@ -82,6 +89,18 @@ impl Scratch {
             joint_rotations: JointRotations::default(),
             change_m: [vec![0.0; readings], vec![0.0; readings]],
             products: Vec::new(),
+        }
+    }
+
+    /// Makes ready for candidates at a place.
+    fn go_to(&mut self, changes: &Changes<'_>, place: &Place) {
+        if !matches!(place, Place::Joint(_)) {
+            self.path = None;
+            self.joint = None;
+        } else if self.joint.as_ref() != Some(place) {
+            // Several laws at one joint follow each other.
+            self.path = changes.path(place);
+            self.joint = Some(place.clone());
         }
     }
 }
@@ -138,14 +157,7 @@ fn each_shape<S: Sync, T: Send>(
     scratch: &mut Scratch,
 ) -> Vec<T> {
     let work_on = |shapes: &[S], scratch: &mut Scratch| -> Vec<T> {
-        if !matches!(place, Place::Joint(_)) {
-            scratch.path = None;
-            scratch.joint = None;
-        } else if scratch.joint.as_ref() != Some(place) {
-            // Several laws at one joint follow each other.
-            scratch.path = changes.path(place);
-            scratch.joint = Some(place.clone());
-        }
+        scratch.go_to(changes, place);
         let found = shapes.iter().map(|shape| work(shape, scratch));
         found.flatten().collect()
     };
@@ -233,24 +245,20 @@ fn peak(values: &[f64]) -> f64 {
 pub(super) fn white_candidates<'s>(
     changes: &Changes<'_>,
     space: &WhiteSpace,
-    scored: impl IntoParallelIterator<Item = &'s ScoredCandidate, Iter: IndexedParallelIterator>,
+    scored: impl IntoIterator<Item = &'s ScoredCandidate>,
 ) -> Vec<WhiteCandidate> {
-    scored
-        .into_par_iter()
-        .with_max_len(CANDIDATES_AT_A_TIME)
-        .map_init(
-            || Scratch::new(changes.readings()),
-            |scratch, ScoredCandidate { candidate, shapes }| {
-                let white = |shape: &ScoredShape, scratch: &mut Scratch| {
-                    white_shape(changes, space, candidate, shape, scratch)
-                };
-                WhiteCandidate {
-                    candidate: candidate.clone(),
-                    shapes: each_shape(changes, &candidate.place, shapes, white, scratch),
-                }
-            },
-        )
-        .collect()
+    let mut scratch = Scratch::new(changes.readings());
+    let white = |ScoredCandidate { candidate, shapes }: &ScoredCandidate| {
+        scratch.go_to(changes, &candidate.place);
+        let shapes = shapes.iter();
+        WhiteCandidate {
+            candidate: candidate.clone(),
+            shapes: shapes
+                .filter_map(|shape| white_shape(changes, space, candidate, shape, &mut scratch))
+                .collect(),
+        }
+    };
+    scored.into_iter().map(white).collect()
 }
 
 fn white_shape(
@@ -266,7 +274,7 @@ fn white_shape(
         ShapeChange::BothPhases => {
             let [first, mut second] = [first, second].map(|change_m| space.white(change_m));
             make_orthogonal(space, &first, &mut second);
-            vec![first, second]
+            vec![RowVector::from(first), RowVector::from(second)]
         }
         ShapeChange::Part(range) => vec![space.white_part(first, &range)],
     };
@@ -293,7 +301,7 @@ fn make_orthogonal(space: &WhiteSpace, first: &[f64], second: &mut [f64]) {
 
 impl WhiteCandidate {
     /// Its vectors.
-    pub(super) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+    pub(super) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut RowVector> {
         self.shapes.iter_mut().flat_map(|shape| &mut shape.vectors)
     }
 }
@@ -310,7 +318,10 @@ impl ScoredCandidate {
 
     /// A candidate whose vectors are known, projected, with its scores.
     pub(super) fn of(white: &WhiteCandidate, residuals: &[f64]) -> Self {
-        let moments = |vector: &Vec<f64>| Moments::of_white(vector, residuals);
+        let moments = |vector: &RowVector| Moments {
+            square: dot(&vector.values, &vector.values),
+            product: vector.dot(residuals),
+        };
         Self {
             candidate: white.candidate.clone(),
             shapes: white

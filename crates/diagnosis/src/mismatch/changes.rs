@@ -8,6 +8,7 @@ use stiffbench_beams::physics::{
 };
 
 use super::baseline::StructureColumn;
+use super::noise::groups;
 use super::observations::Observations;
 
 /// The solved poses of one structure, shared by all threads.
@@ -128,6 +129,8 @@ pub(super) struct Changes<'a> {
     before_m: Vec<f64>,
     /// Where the gauge stood, m.
     stood_m: Vec<f64>,
+    /// Readings that share a zero or a run.
+    groups: Vec<Range<usize>>,
 }
 
 impl<'a> Changes<'a> {
@@ -154,6 +157,7 @@ impl<'a> Changes<'a> {
             laws: linearised.laws(&all)?,
             stood_m: stood_m.collect(),
             before_m,
+            groups: groups(observations).collect(),
         })
     }
 
@@ -293,8 +297,18 @@ impl<'a> Changes<'a> {
                         .map(|reading| reading..reading + 1)
                 };
                 let own = runs.filter(|run| run.repeat == *repeat);
-                let covered = own.flat_map(|run| from_step(run.readings.clone()));
-                (cell.readings.clone(), covered.collect())
+                let covered: Vec<Range<usize>> = own
+                    .flat_map(|run| from_step(run.readings.clone()))
+                    .collect();
+                let (Some(first), Some(last)) = (covered.first(), covered.last()) else {
+                    return (0..0, Vec::new());
+                };
+                let group_of = |reading: usize| {
+                    let place = self.groups.partition_point(|group| group.end <= reading);
+                    &self.groups[place]
+                };
+                let range = group_of(first.start).start..group_of(last.start).end;
+                (range, covered)
             }
             Place::Direction(direction) => {
                 let cells = observations.cells.iter();

@@ -5,19 +5,17 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use stiffbench_beams::physics::{Law, LawKind, Place};
 
 use super::candidate::Candidate;
-use super::candidate_scores::{WhiteCandidate, WhiteShape};
+use super::candidate_scores::{WhiteCandidate, WhiteCandidates, WhiteShape};
 use super::observations::Observations;
-use super::patterns::{PatternGroup, ResidualPattern};
-use super::stratum::Stratum;
+use super::patterns::{PatternScratch, Patterns};
 use crate::search::WhiteSpace;
 use crate::search::constants::{LAW_LEVEL, SAME_DIRECTION, SETUP_LEVEL, UNEXPLAINED_LEVEL};
 use crate::search::{
-    self, Batched, NullDistribution, NullNoise, NullShape, ScoreEngine, without_duplicates,
+    self, Batched, NullDistribution, NullNoise, NullShape, NullShapes, ScoreEngine,
+    without_duplicates,
 };
 
 /// A law, and whether it is its wide search.
@@ -47,50 +45,45 @@ impl LawCriticalValues {
 pub(super) fn critical_values(
     observations: &Observations,
     space: &WhiteSpace,
-    candidates: Vec<WhiteCandidate>,
-    patterns: Vec<ResidualPattern>,
+    searched: &WhiteCandidates<'_>,
+    patterns: Option<&Patterns<'_>>,
     noise: &NullNoise<'_>,
 ) -> LawCriticalValues {
     let families: Vec<Family> = {
-        let mut all: Vec<Family> = candidates
-            .iter()
-            .filter(|c| !c.shapes.is_empty())
-            .map(|c| c.candidate.family())
-            .collect();
+        let candidates = searched.candidates.iter();
+        let mut all: Vec<Family> = candidates.map(|candidate| candidate.family()).collect();
         all.sort_unstable();
         all.dedup();
         all
     };
-    let mut groups: Vec<ShapeGroup> = Vec::new();
-    let of_candidate = |candidate: &Candidate| {
-        let family = candidate.family();
-        let place = families.iter().position(|known| *known == family);
-        let group = number_of(&mut groups, ShapeGroup::of(candidate));
-        (group, place.unwrap_or(families.len()))
-    };
-    let scored = candidates.iter().map(|white| &white.candidate);
-    let numbers: Vec<(usize, usize)> = scored.map(of_candidate).collect();
-    let mut shapes: Vec<NullShape> = candidates
-        .into_par_iter()
-        .zip(numbers)
-        .flat_map_iter(|(candidate, (group, family))| {
-            let shapes = null_shapes(candidate, group, family);
-            without_duplicates(shapes, |unit| space.along_basis(unit), SAME_DIRECTION)
-        })
-        .collect();
-    shapes.extend(patterns.into_iter().map(|pattern| {
-        let group = match pattern.stratum {
-            Stratum::Rest => ShapeGroup::Period,
-            _ => ShapeGroup::Pattern(pattern.group),
-        };
-        NullShape {
-            family: families.len(),
-            group: number_of(&mut groups, group),
-            units: pattern.units,
-            length: 1.0,
-            multiples: [f64::NEG_INFINITY, f64::INFINITY],
+    let mut alike: Vec<(ShapeGroup, Vec<usize>)> = Vec::new();
+    for (place, candidate) in searched.candidates.iter().enumerate() {
+        let group = ShapeGroup::of(candidate);
+        // Those of one group mostly follow each other.
+        match alike.iter_mut().rfind(|(known, _)| *known == group) {
+            Some((_, places)) => places.push(place),
+            None => alike.push((group, vec![place])),
         }
-    }));
+    }
+    let of_laws = |places: Vec<usize>| -> NullShapes<'_> {
+        let families = &families;
+        Box::new(move || {
+            let white = (searched.white)(&places).into_iter();
+            let shapes = white.flat_map(|candidate| {
+                let own = candidate.candidate.family();
+                let family = families.iter().position(|known| *known == own);
+                let shapes = null_shapes(candidate, family.unwrap_or(families.len()));
+                without_duplicates(shapes, |unit| space.along_basis(unit), SAME_DIRECTION)
+            });
+            shapes.collect()
+        })
+    };
+    let laws = alike.into_iter().map(|(_, places)| of_laws(places));
+    let patterns = patterns.into_iter().flat_map(|patterns| {
+        let alike = patterns.alike().into_iter();
+        alike.map(|places| patterns_alike(patterns, places, families.len(), space))
+    });
+    let groups: Vec<NullShapes<'_>> = laws.chain(patterns).collect();
     let cells: Vec<Range<usize>> = observations
         .cells
         .iter()
@@ -98,7 +91,7 @@ pub(super) fn critical_values(
         .collect();
     let nothing_left = vec![0.0; space.length];
     let engine = Batched::new(space, &nothing_left);
-    let mut maxima = engine.null_maxima(shapes, families.len() + 1, &cells, noise);
+    let mut maxima = engine.null_maxima(groups, families.len() + 1, &cells, noise);
     let unexplained = maxima.families.pop().unwrap_or_default();
     let of_kind = |kind: LawKind, level: f64| {
         let here = families.iter().zip(&maxima.families);
@@ -117,6 +110,28 @@ pub(super) fn critical_values(
     }
 }
 
+/// Patterns that may share bases.
+fn patterns_alike<'a>(
+    patterns: &'a Patterns<'_>,
+    places: Vec<usize>,
+    family: usize,
+    space: &'a WhiteSpace,
+) -> NullShapes<'a> {
+    Box::new(move || {
+        let mut scratch = PatternScratch::default();
+        let white = places.iter().filter_map(|&place| {
+            let pattern = patterns.white(place, space, &mut scratch)?;
+            Some(NullShape {
+                family,
+                units: pattern.units,
+                length: 1.0,
+                multiples: [f64::NEG_INFINITY, f64::INFINITY],
+            })
+        });
+        white.collect()
+    })
+}
+
 /// What shapes share their bases with.
 #[derive(PartialEq)]
 enum ShapeGroup {
@@ -126,8 +141,6 @@ enum ShapeGroup {
     Period,
     /// All other laws.
     Law,
-    /// Patterns without a law in the same readings.
-    Pattern(PatternGroup),
 }
 
 impl ShapeGroup {
@@ -151,27 +164,15 @@ impl ShapeGroup {
     }
 }
 
-/// The place of something in a list, appended where it is new.
-fn number_of<T: PartialEq>(known: &mut Vec<T>, wanted: T) -> usize {
-    known
-        .iter()
-        .position(|one| *one == wanted)
-        .unwrap_or_else(|| {
-            known.push(wanted);
-            known.len() - 1
-        })
-}
-
-fn null_shapes(candidate: WhiteCandidate, group: usize, family: usize) -> Vec<NullShape> {
+fn null_shapes(candidate: WhiteCandidate, family: usize) -> Vec<NullShape> {
     let null_shape = |shape: WhiteShape| {
         let length = shape.square.sqrt();
         let mut units = shape.vectors;
-        for value in &mut units[0] {
+        for value in &mut units[0].values {
             *value /= length;
         }
         NullShape {
             family,
-            group,
             units,
             length,
             multiples: shape.shape.scale,

@@ -16,7 +16,7 @@ use super::refit::{Model, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
-use crate::search::{Evidence, dot};
+use crate::search::{Evidence, RowVector, dot};
 
 impl DiagnosisProblem<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
@@ -45,7 +45,7 @@ impl DiagnosisProblem<'_> {
                 },
                 shapes: vec![WhiteShape {
                     shape,
-                    vectors: vec![white],
+                    vectors: vec![RowVector::from(white)],
                     square,
                     peak_m: change_m.iter().fold(0.0, |most, d| d.abs().max(most)),
                 }],

@@ -258,7 +258,7 @@ fn for_each_zero(
 ///
 /// Runs that share a zero lie in one cell; a cell with shared zeros is one group, of at most thirty runs at a time: the rank of a
 /// group is bounded, and a zero that spans more is split, which only widens what is allowed to scatter.
-fn groups(observations: &Observations) -> impl Iterator<Item = Range<usize>> + '_ {
+pub(super) fn groups(observations: &Observations) -> impl Iterator<Item = Range<usize>> + '_ {
     const MOST_RUNS: usize = 30;
     observations.cells.iter().flat_map(move |cell| {
         let mut out: Vec<Range<usize>> = Vec::new();

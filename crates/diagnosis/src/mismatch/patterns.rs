@@ -14,7 +14,7 @@ use super::profiles::profiles;
 use super::stratum::Stratum;
 use crate::search::WhiteSpace;
 use crate::search::constants::{ABSORBED_PATTERN, ENOUGH_FOR_A_RHYTHM, FREQUENCIES};
-use crate::search::{Batched, ScoreEngine, dot};
+use crate::search::{Batched, RowVector, ScoreEngine};
 
 /// The readings a pattern acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,171 +46,251 @@ pub(super) struct ResidualPattern {
     pub(super) stratum: Stratum,
     pub(super) group: PatternGroup,
     /// Unit vectors: one, or two for a sine and cosine; not projected.
-    pub(super) units: Vec<Vec<f64>>,
+    pub(super) units: Vec<RowVector>,
     /// Largest change of a reading for a unit along the first vector, m.
     pub(super) size_m: f64,
 }
 
-/// A pattern in readings, m: one vector, or two for a sine and cosine.
-struct InReadings {
+/// All patterns that some observations can show, each written out when it is wanted: together they would fill the memory.
+pub(super) struct Patterns<'a> {
+    observations: &'a Observations,
+    compliance: &'a [f64],
+    /// Profiles, one value a reading.
+    profiles: Vec<Vec<f64>>,
+    all: Vec<Pattern>,
+}
+
+/// A pattern by what it is made of.
+#[derive(Debug, Clone, Copy)]
+struct Pattern {
     stratum: Stratum,
     group: PatternGroup,
-    values_m: Vec<Vec<f64>>,
+    form: PatternForm,
 }
 
-/// All patterns that these observations can show.
-pub(super) fn patterns(
-    observations: &Observations,
-    compliance: &[f64],
-    space: &WhiteSpace,
-) -> Vec<ResidualPattern> {
-    in_readings(observations, compliance)
-        .par_iter()
-        .filter_map(|pattern| pattern.white(space))
-        .collect()
+#[derive(Debug, Clone, Copy)]
+enum PatternForm {
+    /// A profile by its number, in displacement or in proportion to the compliance.
+    Profile { number: usize, scaled: bool },
+    /// Sine and cosine of the reading, with a period in m.
+    Period(f64),
+    /// Sine and cosine of the place in the run, with so many cycles a reading.
+    Order(f64),
 }
 
-/// The largest pattern of each stratum in white residuals, and its gain; of equal ones the first.
-pub(super) fn largest_patterns(
-    observations: &Observations,
-    compliance: &[f64],
-    space: &WhiteSpace,
-    residuals: &[f64],
-) -> Vec<(f64, ResidualPattern)> {
-    // Gains by products have lost some of their digits.
-    const NEARLY: f64 = 1.0 - 1e-6;
-    let all = in_readings(observations, compliance);
-    let engine = Batched::new(space, residuals);
-    let delta_chi2s: Vec<f64> = all
-        .par_iter()
-        .map_init(Vec::new, |memory, pattern| {
-            pattern.delta_chi2(observations, &engine, memory)
-        })
-        .collect();
-    let largest_of = |stratum: Stratum| {
-        let mut places: Vec<usize> = (0..all.len())
-            .filter(|&place| all[place].stratum == stratum)
-            .collect();
-        places.sort_by(|&a, &b| delta_chi2s[b].total_cmp(&delta_chi2s[a]));
-        let mut best: Option<(f64, usize, ResidualPattern)> = None;
-        for place in places {
-            let most = best.as_ref().map_or(f64::NEG_INFINITY, |best| best.0);
-            if delta_chi2s[place] < NEARLY * most {
-                break;
-            }
-            let Some(pattern) = all[place].white(space) else {
-                continue;
-            };
-            let delta_chi2 = pattern.delta_chi2(residuals);
-            let is_first = |best: &(f64, usize, ResidualPattern)| place < best.1;
-            if delta_chi2 > most || delta_chi2 == most && best.as_ref().is_none_or(is_first) {
-                best = Some((delta_chi2, place, pattern));
-            }
-        }
-        best
-    };
-    let largest = Stratum::ALL.into_iter().filter_map(largest_of);
-    largest
-        .map(|(delta_chi2, _, pattern)| (delta_chi2, pattern))
-        .collect()
+/// Memory for the changes of readings by a pattern, m, and for products.
+#[derive(Debug, Default)]
+pub(super) struct PatternScratch {
+    values_m: [Vec<f64>; 2],
+    products: Vec<f64>,
 }
 
-fn in_readings(observations: &Observations, compliance: &[f64]) -> Vec<InReadings> {
-    let groups = groups(observations);
-    let mut out = Vec::new();
-    for profile in profiles(observations) {
-        let plain: Vec<f64> = (0..observations.len()).map(&profile.value).collect();
-        for scaled in [false, true].into_iter().filter(|s| !s || profile.scaled) {
-            let scale = |reading: usize| if scaled { compliance[reading] } else { 1e-6 };
-            for group in &groups {
-                let mut values_m = vec![0.0; observations.len()];
-                for cell in observations.cells.iter().filter(|cell| group.holds(cell)) {
-                    for reading in cell.readings.clone() {
-                        values_m[reading] = scale(reading) * plain[reading];
-                    }
-                }
-                out.push(InReadings {
+impl<'a> Patterns<'a> {
+    /// # Arguments
+    /// - `compliance`: of the baseline at each reading, m/N.
+    pub(super) fn new(observations: &'a Observations, compliance: &'a [f64]) -> Self {
+        let groups = groups(observations);
+        let (mut all, mut values) = (Vec::new(), Vec::new());
+        for (number, profile) in profiles(observations).into_iter().enumerate() {
+            values.push((0..observations.len()).map(&profile.value).collect());
+            for scaled in [false, true].into_iter().filter(|s| !s || profile.scaled) {
+                all.extend(groups.iter().map(|group| Pattern {
                     stratum: profile.stratum,
                     group: *group,
-                    values_m: vec![values_m],
-                });
+                    form: PatternForm::Profile { number, scaled },
+                }));
             }
         }
+        let waves = period_patterns(observations).chain(order_patterns(observations));
+        all.extend(waves.map(|(group, form)| Pattern {
+            stratum: Stratum::Rest,
+            group,
+            form,
+        }));
+        Self {
+            observations,
+            compliance,
+            profiles: values,
+            all,
+        }
     }
-    out.extend(period_patterns(observations));
-    out.extend(order_patterns(observations));
-    out
+
+    /// Places of the patterns that may share bases, group by group.
+    pub(super) fn alike(&self) -> Vec<Vec<usize>> {
+        let mut alike: Vec<(Option<PatternGroup>, Vec<usize>)> = Vec::new();
+        for (place, pattern) in self.all.iter().enumerate() {
+            let group = (pattern.stratum != Stratum::Rest).then_some(pattern.group);
+            match alike.iter_mut().find(|(known, _)| *known == group) {
+                Some((_, places)) => places.push(place),
+                None => alike.push((group, vec![place])),
+            }
+        }
+        alike.into_iter().map(|(_, places)| places).collect()
+    }
+
+    /// Writes what a pattern changes.
+    ///
+    /// # Returns
+    /// The readings that it can change, a union of cells: the others are not written, and count as zero.
+    fn write(&self, pattern: &Pattern, scratch: &mut PatternScratch) -> Range<usize> {
+        let observations = self.observations;
+        let range = pattern.group.range(observations);
+        for values in &mut scratch.values_m {
+            values.resize(observations.len(), 0.0);
+        }
+        let cells = observations.cells.iter();
+        let [first, second] = &mut scratch.values_m;
+        for cell in cells
+            .filter(|cell| range.start <= cell.readings.start && cell.readings.end <= range.end)
+        {
+            if !pattern.group.holds(cell) {
+                first[cell.readings.clone()].fill(0.0);
+                second[cell.readings.clone()].fill(0.0);
+                continue;
+            }
+            for reading in cell.readings.clone() {
+                let turn = match pattern.form {
+                    PatternForm::Profile { number, scaled } => {
+                        let scale = if scaled {
+                            self.compliance[reading]
+                        } else {
+                            1e-6
+                        };
+                        first[reading] = scale * self.profiles[number][reading];
+                        continue;
+                    }
+                    PatternForm::Period(period_m) => {
+                        let read = observations.displacement_m[reading];
+                        observations.loads[reading].position_m.unwrap_or(read) / period_m
+                    }
+                    PatternForm::Order(cycles) => {
+                        let run = &observations.runs[observations.readings[reading].run];
+                        cycles * (reading - run.readings.start) as f64
+                    }
+                };
+                let angle = std::f64::consts::TAU * turn;
+                first[reading] = 1e-6 * angle.sin();
+                second[reading] = 1e-6 * angle.cos();
+            }
+        }
+        range
+    }
+
+    /// A pattern made white; `None` if the fit absorbs it.
+    pub(super) fn white(
+        &self,
+        place: usize,
+        space: &WhiteSpace,
+        scratch: &mut PatternScratch,
+    ) -> Option<ResidualPattern> {
+        let pattern = &self.all[place];
+        let range = self.write(pattern, scratch);
+        let values = scratch.values_m.iter().take(pattern.form.vectors());
+        let white = values.map(|values| space.white_part(values, &range));
+        let (units, length) = space.orthonormal(white, ABSORBED_PATTERN)?;
+        let changes = scratch.values_m[0][range].iter();
+        Some(ResidualPattern {
+            stratum: pattern.stratum,
+            group: pattern.group,
+            units,
+            size_m: changes.fold(0.0_f64, |most, v| most.max(v.abs())) / length,
+        })
+    }
+
+    /// Drop of the weighted squares by a pattern, by products; that of what the fit absorbs is not to be relied on.
+    fn delta_chi2(
+        &self,
+        pattern: &Pattern,
+        engine: &impl ScoreEngine,
+        scratch: &mut PatternScratch,
+    ) -> f64 {
+        let range = self.write(pattern, scratch);
+        let PatternScratch {
+            values_m: [first, second],
+            products,
+        } = scratch;
+        if pattern.form.vectors() == 1 {
+            return engine.moments(first, &range, products).delta_chi2();
+        }
+        for values in [&mut *first, &mut *second] {
+            values[..range.start].fill(0.0);
+            values[range.end..].fill(0.0);
+        }
+        engine.pair_moments([first, second], products).delta_chi2()
+    }
+
+    /// The largest pattern of each stratum in white residuals, and its gain; of equal ones the first.
+    pub(super) fn largest(
+        &self,
+        space: &WhiteSpace,
+        residuals: &[f64],
+    ) -> Vec<(f64, ResidualPattern)> {
+        // Gains by products have lost some of their digits.
+        const NEARLY: f64 = 1.0 - 1e-6;
+        let all = &self.all;
+        let engine = Batched::new(space, residuals);
+        let delta_chi2s: Vec<f64> = all
+            .par_iter()
+            .map_init(PatternScratch::default, |scratch, pattern| {
+                self.delta_chi2(pattern, &engine, scratch)
+            })
+            .collect();
+        let mut scratch = PatternScratch::default();
+        let largest_of = |stratum: Stratum| {
+            let mut places: Vec<usize> = (0..all.len())
+                .filter(|&place| all[place].stratum == stratum)
+                .collect();
+            places.sort_by(|&a, &b| delta_chi2s[b].total_cmp(&delta_chi2s[a]));
+            let mut best: Option<(f64, usize, ResidualPattern)> = None;
+            for place in places {
+                let most = best.as_ref().map_or(f64::NEG_INFINITY, |best| best.0);
+                if delta_chi2s[place] < NEARLY * most {
+                    break;
+                }
+                let Some(pattern) = self.white(place, space, &mut scratch) else {
+                    continue;
+                };
+                let delta_chi2 = pattern.delta_chi2(residuals);
+                let is_first = |best: &(f64, usize, ResidualPattern)| place < best.1;
+                if delta_chi2 > most || delta_chi2 == most && best.as_ref().is_none_or(is_first) {
+                    best = Some((delta_chi2, place, pattern));
+                }
+            }
+            best
+        };
+        let largest = Stratum::ALL.into_iter().filter_map(largest_of);
+        largest
+            .map(|(delta_chi2, _, pattern)| (delta_chi2, pattern))
+            .collect()
+    }
+}
+
+impl PatternForm {
+    /// How many vectors it has.
+    fn vectors(self) -> usize {
+        match self {
+            Self::Profile { .. } => 1,
+            Self::Period(_) | Self::Order(_) => 2,
+        }
+    }
 }
 
 /// Sines and cosines of the place in the run: something that repeats itself with the readings.
-fn order_patterns(observations: &Observations) -> Vec<InReadings> {
-    let longest = observations
-        .runs
-        .iter()
-        .map(|run| run.readings.len())
-        .max()
-        .unwrap_or(0);
-    if longest < ENOUGH_FOR_A_RHYTHM {
-        return Vec::new();
-    }
+fn order_patterns(
+    observations: &Observations,
+) -> impl Iterator<Item = (PatternGroup, PatternForm)> {
+    let runs = observations.runs.iter();
+    let longest = runs.map(|run| run.readings.len()).max().unwrap_or(0);
     let all = PatternGroup {
         pose: None,
         direction: None,
     };
-    let count = (longest / 2).min(FREQUENCIES);
-    (1..count)
-        .into_par_iter()
-        .map(|number| {
-            let cycles = 0.5 * number as f64 / count as f64;
-            let turn = |phase: f64| -> Vec<f64> {
-                (0..observations.len())
-                    .map(|reading| {
-                        let first = observations.runs[observations.readings[reading].run]
-                            .readings
-                            .start;
-                        let place = (reading - first) as f64;
-                        1e-6 * (std::f64::consts::TAU * cycles * place + phase).sin()
-                    })
-                    .collect()
-            };
-            InReadings {
-                stratum: Stratum::Rest,
-                group: all,
-                values_m: vec![turn(0.0), turn(std::f64::consts::FRAC_PI_2)],
-            }
-        })
-        .collect()
-}
-
-impl InReadings {
-    /// Made white; `None` if the fit absorbs it.
-    fn white(&self, space: &WhiteSpace) -> Option<ResidualPattern> {
-        let (units, length) = space.orthonormal(&self.values_m, ABSORBED_PATTERN)?;
-        let first = self.values_m.first()?.iter();
-        Some(ResidualPattern {
-            stratum: self.stratum,
-            group: self.group,
-            units,
-            size_m: first.fold(0.0_f64, |most, v| most.max(v.abs())) / length,
-        })
-    }
-
-    /// Drop of the weighted squares, by products; that of what the fit absorbs is not to be relied on.
-    fn delta_chi2(
-        &self,
-        observations: &Observations,
-        engine: &impl ScoreEngine,
-        memory: &mut Vec<f64>,
-    ) -> f64 {
-        match &self.values_m[..] {
-            [values] => {
-                let rows = self.group.range(observations);
-                engine.moments(values, &rows, memory).delta_chi2()
-            }
-            [sine, cosine, ..] => engine.pair_moments([sine, cosine], memory).delta_chi2(),
-            [] => 0.0,
-        }
-    }
+    let count = if longest < ENOUGH_FOR_A_RHYTHM {
+        1
+    } else {
+        (longest / 2).min(FREQUENCIES)
+    };
+    (1..count).map(move |number| (all, PatternForm::Order(0.5 * number as f64 / count as f64)))
 }
 
 fn groups(observations: &Observations) -> Vec<PatternGroup> {
@@ -239,7 +319,9 @@ fn groups(observations: &Observations) -> Vec<PatternGroup> {
 }
 
 /// Sines and cosines of the reading, in all cells together and in each pose: periods of gauges, and half of them for their harmonics.
-fn period_patterns(observations: &Observations) -> Vec<InReadings> {
+fn period_patterns(
+    observations: &Observations,
+) -> impl Iterator<Item = (PatternGroup, PatternForm)> {
     let range_m = observations
         .displacement_m
         .iter()
@@ -254,40 +336,18 @@ fn period_patterns(observations: &Observations) -> Vec<InReadings> {
     periods.retain(|period| allowed.contains(period));
     periods.sort_by(f64::total_cmp);
     periods.dedup();
-    let group = |pose| PatternGroup {
-        pose,
-        direction: None,
-    };
     let poses = observations.poses.len();
-    let each = (0..poses).filter(|_| poses > 1).map(Some);
-    let groups: Vec<PatternGroup> = std::iter::once(None).chain(each).map(group).collect();
-    let wanted: Vec<(f64, PatternGroup)> = periods
-        .iter()
-        .flat_map(|period| groups.iter().map(|group| (*period, *group)))
-        .collect();
-    wanted
-        .into_par_iter()
-        .map(|(period, group)| {
-            let turn = |phase: f64| -> Vec<f64> {
-                (0..observations.len())
-                    .map(|reading| {
-                        let cell = &observations.cells[observations.cell_of(reading)];
-                        if group.pose.is_some_and(|pose| pose != cell.pose) {
-                            return 0.0;
-                        }
-                        let read = observations.displacement_m[reading];
-                        let at = observations.loads[reading].position_m.unwrap_or(read);
-                        1e-6 * (std::f64::consts::TAU * at / period + phase).sin()
-                    })
-                    .collect()
+    periods.into_iter().flat_map(move |period| {
+        let each = (0..poses).filter(move |_| poses > 1).map(Some);
+        let groups = std::iter::once(None).chain(each);
+        groups.map(move |pose| {
+            let group = PatternGroup {
+                pose,
+                direction: None,
             };
-            InReadings {
-                stratum: Stratum::Rest,
-                group,
-                values_m: vec![turn(0.0), turn(std::f64::consts::FRAC_PI_2)],
-            }
+            (group, PatternForm::Period(period))
         })
-        .collect()
+    })
 }
 
 /// Chance that white residuals follow each other as closely as these; `None` if no run is long enough for the question.
@@ -326,7 +386,7 @@ impl ResidualPattern {
     pub(super) fn delta_chi2(&self, residuals: &[f64]) -> f64 {
         self.units
             .iter()
-            .map(|unit| dot(unit, residuals).powi(2))
+            .map(|unit| unit.dot(residuals).powi(2))
             .sum()
     }
 }

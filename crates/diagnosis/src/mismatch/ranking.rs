@@ -5,9 +5,7 @@ use rayon::prelude::*;
 use stiffbench_beams::physics::{Effect, JointRotations, Law};
 
 use super::candidate::{Candidate, candidates};
-use super::candidate_scores::{
-    BestShape, ScoredCandidate, WhiteCandidate, best_shapes, score_candidates, white_candidates,
-};
+use super::candidate_scores::{BestShape, ScoredCandidate, best_shapes, score_candidates};
 use super::changes::{Changes, LinearisedModel};
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::Impossible;
@@ -130,21 +128,6 @@ impl DiagnosisProblem<'_> {
         changes.map_or_else(Vec::new, |changes| {
             score_candidates(&changes, &engine, list)
         })
-    }
-
-    /// All that is searched, as white vectors: what a view shows, and loose members.
-    pub(super) fn white_shapes(
-        &self,
-        scores: &CandidateScores,
-        state: &State,
-    ) -> Result<Vec<WhiteCandidate>, MismatchError> {
-        let effects = &state.fitted.model.effects;
-        let changes = Changes::new(self.observations, &scores.linearised, effects);
-        let mut white = changes.map_or_else(Vec::new, |changes| {
-            white_candidates(&changes, &scores.space, &scores.seen)
-        });
-        white.extend(self.missing_member_shapes(state, &scores.space)?);
-        Ok(white)
     }
 
     /// Fits what a view shows and weighs the evidence: the best first.

@@ -271,10 +271,9 @@ impl VarianceProblem<'_> {
     fn restricted_sum(&self, whitening: &NoiseCovariance) -> (f64, f64, usize) {
         let mut y = self.residual_m.to_vec();
         whitening.covariance.whiten(&mut y);
-        let parts = self.fixed.par_iter().map_init(
-            || vec![0.0; y.len()],
-            |column, part| restricted_part(part, whitening, &y, column),
-        );
+        let parts = self.fixed.par_iter().map_init(Vec::new, |column, part| {
+            restricted_part(part, whitening, &y, column)
+        });
         let parts: Vec<Option<RestrictedPart>> = parts.collect();
         // Summed in order, so that the number of threads does not show in the last digit.
         let (mut squares, mut log_determinant, mut dof) = (0.0, 0.0, 0);
@@ -396,15 +395,15 @@ fn restricted_part(
     part: &FixedPart,
     whitening: &NoiseCovariance,
     white: &[f64],
-    column: &mut [f64],
+    column: &mut Vec<f64>,
 ) -> Option<RestrictedPart> {
     let (n, p) = (part.readings.len(), part.columns.len());
     let mut x = DMatrix::zeros(n, p);
     for (index, values) in part.columns.iter().enumerate() {
-        column[part.readings.clone()].copy_from_slice(values);
-        whitening.covariance.whiten_part(column, &part.readings);
-        x.column_mut(index)
-            .copy_from_slice(&column[part.readings.clone()]);
+        column.clear();
+        column.extend_from_slice(values);
+        whitening.covariance.whiten_rows(&part.readings, column);
+        x.column_mut(index).copy_from_slice(column);
     }
     let target = DVector::from_column_slice(&white[part.readings.clone()]);
     let moment = x.tr_mul(&target);

@@ -9,7 +9,7 @@ use super::known_noise::KnownNoise;
 use super::memo::key_of;
 use super::omnibus::Omnibus;
 use super::outlier::is_outlier;
-use super::patterns::{ResidualPattern, autocorrelation_p, largest_patterns, patterns};
+use super::patterns::{Patterns, ResidualPattern, autocorrelation_p};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
 use super::ranking::CandidateScores;
@@ -152,8 +152,7 @@ impl DiagnosisProblem<'_> {
         seed: u64,
     ) -> Result<LawCriticalValues, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
-        let patterns = patterns(self.observations, &compliance, &first.space);
-        let white = self.white_shapes(first, state)?;
+        let patterns = Patterns::new(self.observations, &compliance);
         let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
         let rounded = RoundedNoise::new(self.observations, &state.whitening, predicted);
         let null_vectors = rounded
@@ -161,14 +160,15 @@ impl DiagnosisProblem<'_> {
             .map(|rounded| rounded as &dyn DrawResiduals);
         let residuals = &first.residuals[..self.observations.len()];
         let noise = NullNoise::like(residuals, null_vectors, NULL_SAMPLES, seed);
-        let space = &first.space;
-        Ok(critical_values(
-            self.observations,
-            space,
-            white,
-            patterns,
-            &noise,
-        ))
+        self.with_white_shapes(first, state, |searched| {
+            critical_values(
+                self.observations,
+                &first.space,
+                searched,
+                Some(&patterns),
+                &noise,
+            )
+        })
     }
 
     /// The largest pattern of each stratum that a state leaves, and its gain.
@@ -179,13 +179,7 @@ impl DiagnosisProblem<'_> {
         residuals: &[f64],
     ) -> Result<Vec<(f64, ResidualPattern)>, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
-        let observations = self.observations;
-        Ok(largest_patterns(
-            observations,
-            &compliance,
-            space,
-            residuals,
-        ))
+        Ok(Patterns::new(self.observations, &compliance).largest(space, residuals))
     }
 
     /// Searches for what is missing.

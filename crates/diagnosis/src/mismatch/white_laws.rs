@@ -3,12 +3,15 @@
 use stiffbench_beams::physics::{Law, Place};
 
 use super::baseline::Baseline;
-use super::candidate_scores::WhiteCandidate;
+use super::candidate_scores::{ScoredCandidate, WhiteCandidate, WhiteCandidates, white_candidates};
+use super::changes::Changes;
 use super::critical_values::LawCriticalValues;
 use super::error::MismatchError;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
+use super::ranking::CandidateScores;
 use super::search::SearchOptions;
+use super::state::State;
 use crate::search::constants::ABSORBED;
 use crate::search::{WhiteSpace, norm};
 
@@ -60,15 +63,52 @@ pub fn white_laws(
         .alternate(bench.start(), options.noise)?
         .ok_or(MismatchError::Empty)?;
     let scores = bench.score_laws(&state, &options.without)?;
-    let white = bench.white_shapes(&scores, &state)?.into_iter();
-    let laws = white.map(|candidate| white_law(candidate, &scores.space, critical));
-    Ok(laws.filter(|law| !law.shapes.is_empty()).collect())
+    bench.with_white_shapes(&scores, &state, |searched| {
+        let all: Vec<usize> = (0..searched.candidates.len()).collect();
+        let white = (searched.white)(&all).into_iter();
+        let laws = white.map(|candidate| white_law(candidate, &scores.space, critical));
+        laws.filter(|law| !law.shapes.is_empty()).collect()
+    })
+}
+
+impl DiagnosisProblem<'_> {
+    /// All that is searched, as white vectors that are made when they are wanted: what a view shows, and loose members.
+    pub(super) fn with_white_shapes<T>(
+        &self,
+        scores: &CandidateScores,
+        state: &State,
+        work: impl FnOnce(&WhiteCandidates<'_>) -> T,
+    ) -> Result<T, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let changes = Changes::new(self.observations, &scores.linearised, effects);
+        let missing = self.missing_member_shapes(state, &scores.space)?;
+        let is_shown = |scored: &&ScoredCandidate| changes.is_some() && !scored.shapes.is_empty();
+        let seen: Vec<&ScoredCandidate> = scores.seen.iter().filter(is_shown).collect();
+        let candidates = seen.iter().map(|scored| &scored.candidate);
+        let white = |places: &[usize]| {
+            let is_seen = |place: &&usize| **place < seen.len();
+            let shown = places.iter().filter(is_seen).map(|&place| seen[place]);
+            let mut white = changes.as_ref().map_or_else(Vec::new, |changes| {
+                white_candidates(changes, &scores.space, shown)
+            });
+            let others = places.iter().filter(|place| !is_seen(place));
+            white.extend(others.map(|&place| missing[place - seen.len()].clone()));
+            white
+        };
+        Ok(work(&WhiteCandidates {
+            candidates: candidates
+                .chain(missing.iter().map(|missing| &missing.candidate))
+                .collect(),
+            white: &white,
+        }))
+    }
 }
 
 fn white_law(white: WhiteCandidate, space: &WhiteSpace, critical: &LawCriticalValues) -> WhiteLaw {
     let mut shapes = Vec::new();
     for shape in white.shapes {
-        let mut units = shape.vectors;
+        let whole = shape.vectors.iter().map(|unit| unit.whole(space.length));
+        let mut units: Vec<Vec<f64>> = whole.collect();
         let mut lengths = Vec::new();
         for unit in &mut units {
             space.project(unit);

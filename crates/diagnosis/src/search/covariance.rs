@@ -155,25 +155,23 @@ impl Covariance {
             *value *= weight;
         }
         self.serial.innovations(&(0..vector.len()), vector);
-        Self::symmetric(self.blocks.iter(), vector);
+        Self::symmetric(self.blocks.iter(), 0, vector);
     }
 
-    /// W times the part of a vector that lies in `rows`, a union of blocks, in place; the rest is left alone.
-    pub fn whiten_part(&self, vector: &mut [f64], rows: &Range<usize>) {
-        for (value, weight) in vector[rows.clone()]
-            .iter_mut()
-            .zip(&self.weights[rows.clone()])
-        {
-            *value *= weight;
-        }
-        self.serial.innovations(rows, &mut vector[rows.clone()]);
+    /// W times a vector that is zero outside some rows, in place.
+    ///
+    /// # Arguments
+    /// - `rows`: a union of blocks.
+    /// - `values`: one for each of them.
+    pub fn whiten_rows(&self, rows: &Range<usize>, values: &mut [f64]) {
+        self.whiten_own(rows, values);
         let first = self
             .blocks
             .partition_point(|block| block.rows.start < rows.start);
         let blocks = self.blocks[first..]
             .iter()
             .take_while(|block| block.rows.end <= rows.end);
-        Self::symmetric(blocks, vector);
+        Self::symmetric(blocks, rows.start, values);
     }
 
     /// F D^(-1/2) times some rows, in place: white, but for what blocks have in common.
@@ -190,7 +188,7 @@ impl Covariance {
 
     /// Wᵀ times a white vector, in place.
     pub fn whiten_transposed(&self, vector: &mut [f64]) {
-        Self::symmetric(self.blocks.iter(), vector);
+        Self::symmetric(self.blocks.iter(), 0, vector);
         let all = 0..vector.len();
         self.serial.innovations_transposed(&all, vector);
         for (value, weight) in vector.iter_mut().zip(&self.weights) {
@@ -200,7 +198,7 @@ impl Covariance {
 
     /// W⁻¹ times a white vector, in place.
     pub fn unwhiten(&self, vector: &mut [f64]) {
-        Self::symmetric(self.blocks.iter(), vector);
+        Self::symmetric(self.blocks.iter(), 0, vector);
         // (I + C Cᵀ)^(1/2) = (I + C Cᵀ) (I + C Cᵀ)^(-1/2)
         for block in &self.blocks {
             let part = &mut vector[block.rows.clone()];
@@ -222,12 +220,18 @@ impl Covariance {
         }
     }
 
-    fn symmetric<'b>(blocks: impl Iterator<Item = &'b CovarianceBlock>, vector: &mut [f64]) {
+    /// The part that blocks have in common, in values of rows from `first` on.
+    fn symmetric<'b>(
+        blocks: impl Iterator<Item = &'b CovarianceBlock>,
+        first: usize,
+        values: &mut [f64],
+    ) {
         widest(
             #[inline(always)]
             || {
                 for block in blocks {
-                    block.symmetric(vector);
+                    let rows = block.rows.start - first..block.rows.end - first;
+                    block.symmetric(&mut values[rows]);
                 }
             },
         );
@@ -272,8 +276,7 @@ impl CovarianceBlock {
         clippy::inline_always,
         reason = "it is compiled for the instructions of its caller"
     )]
-    fn symmetric(&self, vector: &mut [f64]) {
-        let part = &mut vector[self.rows.clone()];
+    fn symmetric(&self, part: &mut [f64]) {
         let n = part.len();
         let mut products = [0.0; MOST_COLUMNS];
         for (product, column) in products.iter_mut().zip(self.columns.chunks(n)) {

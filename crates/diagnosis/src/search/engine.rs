@@ -12,7 +12,7 @@
 use std::ops::Range;
 
 use super::null_noise::NullNoise;
-use super::vectors::{dot, subtract};
+use super::vectors::{RowVector, dot, subtract};
 
 /// A shape, white and projected, with the residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,15 +111,18 @@ impl PairMoments {
 pub struct NullShape {
     /// Number of its family: the maximum of each is kept.
     pub family: usize,
-    /// Shapes of one group are much alike before projection and may share bases; it changes no result beyond rounding and their tolerance.
-    pub group: usize,
     /// White vectors, before or after projection; of unit length after it, and orthogonal if they are two.
-    pub units: Vec<Vec<f64>>,
+    pub units: Vec<RowVector>,
     /// Length of the first as it stands for the multiples, in standard errors.
     pub length: f64,
     /// Smallest and largest multiple.
     pub multiples: [f64; 2],
 }
+
+/// Makes the shapes of one group when they are wanted: those of all groups together would fill the memory.
+///
+/// Shapes of one group are much alike before projection and may share bases; it changes no result beyond rounding and their tolerance.
+pub type NullShapes<'a> = Box<dyn FnOnce() -> Vec<NullShape> + Send + 'a>;
 
 /// What the whole search gives on noise alone.
 #[derive(Debug, Clone, PartialEq)]
@@ -168,7 +171,7 @@ pub trait ScoreEngine: Sync {
     /// - `blocks`: ranges that the rows divide into; shapes are much alike within each.
     fn null_maxima(
         &self,
-        shapes: Vec<NullShape>,
+        groups: Vec<NullShapes<'_>>,
         families: usize,
         blocks: &[Range<usize>],
         noise: &NullNoise<'_>,
@@ -184,7 +187,7 @@ pub trait ScoreEngine: Sync {
 #[must_use]
 pub fn without_duplicates(
     shapes: Vec<NullShape>,
-    along_basis: impl Fn(&[f64]) -> Vec<f64>,
+    along_basis: impl Fn(&RowVector) -> Vec<f64>,
     same: f64,
 ) -> Vec<NullShape> {
     let mut kept: Vec<NullShape> = Vec::new();
@@ -195,7 +198,7 @@ pub fn without_duplicates(
             let unit = &shape.units[0];
             let absorbed = along_basis(unit);
             let is_known = free.iter().any(|(place, other)| {
-                let cosine = dot(&kept[*place].units[0], unit) - dot(other, &absorbed);
+                let cosine = kept[*place].units[0].dot_part(unit) - dot(other, &absorbed);
                 kept[*place].multiples == shape.multiples && cosine > same
             });
             if is_known {

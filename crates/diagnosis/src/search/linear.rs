@@ -6,10 +6,10 @@ use super::batched::Batched;
 use super::constants::{ABSORBED, ALTERNATIONS, LEAST_INDEPENDENT};
 use super::covariance::Covariance;
 use super::critical_values::CriticalValues;
-use super::engine::{BestAmplitude, NullMaxima, NullShape, ScoreEngine};
+use super::engine::{BestAmplitude, NullMaxima, NullShape, NullShapes, ScoreEngine};
 use super::forward::{Evidence, ForwardProblem};
 use super::null_noise::NullNoise;
-use super::vectors::subtract;
+use super::vectors::{RowVector, subtract};
 use super::white_space::WhiteSpace;
 
 /// A candidate: one column, or two of a law with a phase.
@@ -166,20 +166,21 @@ pub fn null_maxima<F: Ord + Copy>(
     families.sort_unstable();
     families.dedup();
     let shape = |candidate: &LinearCandidate<F>| {
-        let (units, length) = space.orthonormal(&candidate.columns, ABSORBED)?;
+        let white = candidate.columns.iter().map(|column| space.white(column));
+        let (units, length) = space.orthonormal(white.map(RowVector::from), ABSORBED)?;
         Some(NullShape {
             family: families.iter().position(|one| *one == candidate.family)?,
-            group: 0,
             units,
             length,
             multiples: candidate.multiples,
         })
     };
     let shapes: Vec<NullShape> = candidates.iter().filter_map(shape).collect();
+    let group: NullShapes<'_> = Box::new(move || shapes);
     let nothing_left = vec![0.0; space.length];
     let rows = 0..space.covariance.weights().len();
     let maxima = Batched::new(space, &nothing_left).null_maxima(
-        shapes,
+        vec![group],
         families.len(),
         std::slice::from_ref(&rows),
         noise,
@@ -205,8 +206,9 @@ impl<F: Ord + Copy + Sync, C: CovarianceModel> LinearProblem<'_, F, C> {
         let mut known = WhiteSpace::new(equal(), &[], self.baseline);
         let mut kept: Vec<usize> = Vec::new();
         for &term in terms {
-            let columns = &self.candidates[term].columns;
-            if known.orthonormal(columns, LEAST_INDEPENDENT).is_some() {
+            let columns = self.candidates[term].columns.iter();
+            let white = columns.map(|column| RowVector::from(known.white(column)));
+            if known.orthonormal(white, LEAST_INDEPENDENT).is_some() {
                 kept.push(term);
                 let all: Vec<Vec<f64>> = self.columns(&kept).into_iter().cloned().collect();
                 known = WhiteSpace::new(equal(), &[], &all);

@@ -34,7 +34,8 @@ pub use batched::Batched;
 pub use covariance::{Covariance, LowRankBlock};
 pub use critical_values::{CriticalValues, NullDistribution};
 pub use engine::{
-    BestAmplitude, Moments, NullMaxima, NullShape, PairMoments, ScoreEngine, without_duplicates,
+    BestAmplitude, Moments, NullMaxima, NullShape, NullShapes, PairMoments, ScoreEngine,
+    without_duplicates,
 };
 pub use evidence::{distinguishable, log_bayes, under_known_covariance};
 pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
@@ -48,5 +49,5 @@ pub use null_noise::{DrawResiduals, NullNoise};
 #[cfg(test)]
 pub(crate) use plain::Plain;
 pub use serial_correlation::RowMemory;
-pub use vectors::{dot, norm, push_orthonormal, subtract};
+pub use vectors::{RowVector, dot, norm, push_orthonormal, subtract};
 pub use white_space::WhiteSpace;

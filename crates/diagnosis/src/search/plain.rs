@@ -5,8 +5,9 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::constants::SAMPLES_TOGETHER;
-use super::engine::{Moments, NullMaxima, NullShape, PairMoments, ScoreEngine};
+use super::engine::{Moments, NullMaxima, NullShape, NullShapes, PairMoments, ScoreEngine};
 use super::null_noise::NullNoise;
+use super::vectors::RowVector;
 
 /// Scores by P = V⁻¹ - V⁻¹ X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹ as one dense matrix: with s a shape and y the rows, the square is sᵀ P s and the product
 /// sᵀ P y.
@@ -91,7 +92,7 @@ fn beside(v: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// Δχ² of a shape on projected noise: the best amplitude within its bounds, or of two vectors the sum of both.
 fn delta_chi2(shape: &NullShape, noise: &DVector<f64>) -> f64 {
-    let along = |unit: &Vec<f64>| DVector::from_column_slice(unit).dot(noise);
+    let along = |unit: &RowVector| unit.dot(noise.as_slice());
     let z: Vec<f64> = shape.units.iter().map(along).collect();
     if z.len() > 1 {
         return z.iter().map(|z| z * z).sum();
@@ -117,12 +118,13 @@ impl ScoreEngine for Plain {
 
     fn null_maxima(
         &self,
-        shapes: Vec<NullShape>,
+        groups: Vec<NullShapes<'_>>,
         families: usize,
         _: &[Range<usize>],
         noise: &NullNoise<'_>,
     ) -> NullMaxima {
         let length = self.y.len();
+        let shapes: Vec<NullShape> = groups.into_iter().flat_map(|group| group()).collect();
         let mut maxima = NullMaxima {
             families: vec![Vec::new(); families],
             squares: Vec::new(),

@@ -147,17 +147,19 @@ proptest! {
             let length = norm(&space.projected(&vector(number)));
             NullShape {
                 family: number % 3,
-                group: number % 2,
-                units: vec![unit.iter().map(|x| x / length).collect()],
+                units: vec![RowVector::from(unit.iter().map(|x| x / length).collect::<Vec<f64>>())],
                 length: 2.0,
                 multiples: [[0.0, 1.0], [f64::NEG_INFINITY, f64::INFINITY]][number % 2],
             }
         };
-        let shapes: Vec<NullShape> = (0..20).map(shape).collect();
+        let groups = || -> Vec<NullShapes<'_>> {
+            let group = |group: usize| move || (0..20).filter(|n| n % 2 == group).map(shape).collect();
+            (0..2).map(|number| Box::new(group(number)) as NullShapes<'_>).collect()
+        };
         let blocks = [0..BLOCK, BLOCK..2 * BLOCK, 2 * BLOCK..ROWS];
         let noise = NullNoise::normal(160, seed);
-        let found = Batched::new(&space, &residual).null_maxima(shapes.clone(), 3, &blocks, &noise);
-        let expected = plain.null_maxima(shapes, 3, &blocks, &noise);
+        let found = Batched::new(&space, &residual).null_maxima(groups(), 3, &blocks, &noise);
+        let expected = plain.null_maxima(groups(), 3, &blocks, &noise);
         let close = |found: &[f64], expected: &[f64], tolerance: f64| {
             found.len() == 160
                 && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < tolerance * (1.0 + b))
@@ -242,12 +244,16 @@ fn levels_add_up_and_a_family_of_one_shape_has_the_lowest_value() {
     let space = WhiteSpace::new(covariance, &[], &[]);
     let unit = |row: usize, family: usize| NullShape {
         family,
-        group: row,
-        units: vec![(0..ROWS).map(|i| f64::from(u8::from(i == row))).collect()],
+        units: vec![RowVector {
+            first: row,
+            values: vec![1.0],
+        }],
         length: 1.0,
         multiples: [f64::NEG_INFINITY, f64::INFINITY],
     };
-    let shapes = (0..13).map(|row| unit(row, usize::from(row > 0))).collect();
+    let one =
+        |row: usize| -> NullShapes<'_> { Box::new(move || vec![unit(row, usize::from(row > 0))]) };
+    let shapes = (0..13).map(one).collect();
     let all = 0..ROWS;
     let engine = Batched::new(&space, &[0.0; ROWS]);
     let noise = NullNoise::normal(16_000, 5);

@@ -1,5 +1,8 @@
 //! Vectors of rows.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 /// Scalar product.
@@ -36,9 +39,106 @@ pub fn push_orthonormal(units: &mut Vec<Vec<f64>>, mut vector: Vec<f64>, share: 
     }
 }
 
+/// A vector that is zero outside some rows, of which alone it takes memory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RowVector {
+    /// The first of the rows.
+    pub first: usize,
+    /// One number for each of them.
+    pub values: Vec<f64>,
+}
+
+impl From<Vec<f64>> for RowVector {
+    /// A vector of all rows.
+    fn from(values: Vec<f64>) -> Self {
+        Self { first: 0, values }
+    }
+}
+
+impl RowVector {
+    /// Its rows.
+    #[must_use]
+    pub fn rows(&self) -> Range<usize> {
+        self.first..self.first + self.values.len()
+    }
+
+    /// What it is in some rows.
+    #[must_use]
+    pub fn part(&self, rows: &Range<usize>) -> Cow<'_, [f64]> {
+        let own = self.rows();
+        if own.start <= rows.start && rows.end <= own.end {
+            return Cow::Borrowed(&self.values[rows.start - own.start..rows.end - own.start]);
+        }
+        let mut part = vec![0.0; rows.len()];
+        let both = own.start.max(rows.start)..own.end.min(rows.end);
+        if !both.is_empty() {
+            let from = both.start - own.start..both.end - own.start;
+            part[both.start - rows.start..both.end - rows.start]
+                .copy_from_slice(&self.values[from]);
+        }
+        Cow::Owned(part)
+    }
+
+    /// Scalar product with a vector that has at least its rows.
+    #[must_use]
+    pub fn dot(&self, other: &[f64]) -> f64 {
+        dot(&self.values, &other[self.rows()])
+    }
+
+    /// Scalar product with another of its kind.
+    #[must_use]
+    pub fn dot_part(&self, other: &Self) -> f64 {
+        let both = self.first.max(other.first)..self.rows().end.min(other.rows().end);
+        if both.is_empty() {
+            return 0.0;
+        }
+        dot(&self.part(&both), &other.part(&both))
+    }
+
+    /// All rows of it.
+    ///
+    /// # Arguments
+    /// - `length`: how many there are.
+    #[must_use]
+    pub fn whole(&self, length: usize) -> Vec<f64> {
+        self.part(&(0..length)).into_owned()
+    }
+}
+
 /// Takes a multiple of a vector off another.
 pub fn subtract(vector: &mut [f64], multiple: f64, other: &[f64]) {
     for (value, other) in vector.iter_mut().zip(other) {
         *value -= multiple * other;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vector_of_some_rows_is_zero_elsewhere() {
+        let vector = RowVector {
+            first: 2,
+            values: vec![1.0, 2.0, 3.0],
+        };
+        let whole = vec![0.0, 0.0, 1.0, 2.0, 3.0, 0.0];
+        assert_eq!(vector.whole(6), whole);
+        for rows in [0..1, 0..3, 2..5, 3..4, 4..6, 5..6, 0..6] {
+            assert_eq!(*vector.part(&rows), whole[rows]);
+        }
+        let other = vec![1.0, 10.0, 100.0, 1000.0, 1e4, 1e5];
+        assert_eq!(vector.dot(&other), dot(&whole, &other));
+        let behind = RowVector {
+            first: 4,
+            values: vec![7.0, 8.0],
+        };
+        assert_eq!(vector.dot_part(&behind), 21.0);
+        assert_eq!(behind.dot_part(&vector), 21.0);
+        let apart = RowVector {
+            first: 5,
+            values: vec![7.0],
+        };
+        assert_eq!(vector.dot_part(&apart), 0.0);
     }
 }

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
-use super::constants::{ROUNDING, SHORTEST_COLUMN};
+use super::constants::{CANCELLED, ROUNDING, SHORTEST_COLUMN};
 use super::covariance::Covariance;
-use super::vectors::{dot, norm, push_orthonormal, subtract};
+use super::vectors::{RowVector, dot, push_orthonormal, subtract};
 
 /// The space in which candidates are compared: white, and orthogonal to the columns of the baseline.
 ///
@@ -61,46 +61,59 @@ impl WhiteSpace {
         white
     }
 
-    /// The same of a vector that counts in a range only, a union of blocks, and is zero elsewhere.
+    /// The same of a vector that is zero outside a range, a union of blocks.
+    ///
+    /// # Arguments
+    /// - `rows`: read inside the range alone.
     #[must_use]
-    pub fn white_part(&self, rows: &[f64], range: &Range<usize>) -> Vec<f64> {
-        let mut white = vec![0.0; self.length];
-        white[range.clone()].copy_from_slice(&rows[range.clone()]);
-        self.covariance.whiten_part(&mut white, range);
-        white
+    pub fn white_part(&self, rows: &[f64], range: &Range<usize>) -> RowVector {
+        let mut values = rows[range.clone()].to_vec();
+        self.covariance.whiten_rows(range, &mut values);
+        RowVector {
+            first: range.start,
+            values,
+        }
     }
 
-    /// One vector or two of rows as white vectors that are orthonormal when projected, not projected, and the length of the first when
-    /// projected; `None` if the baseline, or the first, leaves less than a share of one's length.
+    /// One white vector or two of the same rows, made orthonormal when projected, not projected, and the length of the first when projected; `None` if the
+    /// baseline, or the first, leaves less than a share of one's length.
+    ///
     #[must_use]
-    pub fn orthonormal(&self, shapes: &[Vec<f64>], least: f64) -> Option<(Vec<Vec<f64>>, f64)> {
-        let mut units: Vec<Vec<f64>> = Vec::new();
-        let mut projected: Vec<Vec<f64>> = Vec::new();
+    pub fn orthonormal(
+        &self,
+        white: impl IntoIterator<Item = RowVector>,
+        least: f64,
+    ) -> Option<(Vec<RowVector>, f64)> {
+        // Each with its products with the baseline: what that leaves of a vector is written out only where these cancel.
+        let mut units: Vec<(RowVector, Vec<f64>)> = Vec::new();
         let mut length = 0.0;
-        for shape in shapes {
-            let mut white = self.white(shape);
-            let before = norm(&white);
-            let mut left = white.clone();
-            self.project(&mut left);
-            for (unit, other) in units.iter().zip(&projected) {
-                let share = dot(other, &left);
-                subtract(&mut left, share, other);
-                subtract(&mut white, share, unit);
+        for mut white in white {
+            let before = dot(&white.values, &white.values);
+            let mut absorbed = self.along_basis(&white);
+            for (unit, of_unit) in &units {
+                let share = unit.dot_part(&white) - dot(of_unit, &absorbed);
+                subtract(&mut white.values, share, &unit.values);
+                subtract(&mut absorbed, share, of_unit);
             }
-            let after = norm(&left);
-            if !(after > least * before && after > 0.0) {
+            let mut after = dot(&white.values, &white.values) - dot(&absorbed, &absorbed);
+            if after <= CANCELLED * before {
+                let mut left = white.whole(self.length);
+                self.project(&mut left);
+                after = dot(&left, &left);
+            }
+            if !(after > least * least * before && after > 0.0) {
                 return None;
             }
-            for value in left.iter_mut().chain(&mut white) {
+            let after = after.sqrt();
+            for value in white.values.iter_mut().chain(&mut absorbed) {
                 *value /= after;
             }
             if units.is_empty() {
                 length = after;
             }
-            projected.push(left);
-            units.push(white);
+            units.push((white, absorbed));
         }
-        Some((units, length))
+        Some((units.into_iter().map(|(unit, _)| unit).collect(), length))
     }
 
     /// Projects the columns of the baseline out of a white vector, in place.
@@ -120,8 +133,8 @@ impl WhiteSpace {
 
     /// Products of a white vector with the columns of the baseline.
     #[must_use]
-    pub fn along_basis(&self, white: &[f64]) -> Vec<f64> {
-        self.basis.iter().map(|column| dot(column, white)).collect()
+    pub fn along_basis(&self, white: &RowVector) -> Vec<f64> {
+        self.basis.iter().map(|column| white.dot(column)).collect()
     }
 
     /// A vector of rows made white and projected.

@@ -94,10 +94,11 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let mut count = 0;
     for (scored, white) in scored.iter().zip(&whites) {
         for (scored, white) in scored.shapes.iter().zip(&white.shapes) {
-            let mut readings = white.vectors[0][..n].to_vec();
+            let vector = white.vectors[0].whole(n);
+            let mut readings = vector.clone();
             space.covariance.unwhiten(&mut readings);
             let expected = plain.moments(&um(&readings), &(0..n), &mut Vec::new());
-            let whole = dot(&white.vectors[0], &white.vectors[0]);
+            let whole = dot(&vector, &vector);
             let found = scored.moments;
             let error = (found.square - expected.square).abs();
             assert!(error < 1e-9 * whole, "{found:?} {expected:?} {whole}");

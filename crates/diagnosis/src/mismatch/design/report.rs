@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
-use crate::mismatch::candidate_scores::{WhiteCandidate, score_candidates, white_candidates};
+use crate::mismatch::candidate_scores::{
+    CANDIDATES_AT_A_TIME, WhiteCandidate, WhiteCandidates, score_candidates, white_candidates,
+};
 use crate::mismatch::changes::Changes;
 use crate::mismatch::critical_values::{LawCriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
@@ -14,7 +16,7 @@ use crate::mismatch::refit::FittedModel;
 use crate::mismatch::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{NEAREST, NULL_SAMPLES};
-use crate::search::{Batched, NullNoise};
+use crate::search::{Batched, NullNoise, RowVector};
 use stiffbench_beams::physics::Law;
 use stiffbench_measurement::procedure::Procedure;
 
@@ -85,7 +87,13 @@ pub fn design_of_plan(
         known
     } else {
         let noise = NullNoise::normal(NULL_SAMPLES, seed);
-        worked_out = critical_values(&observations, &space, seen.clone(), Vec::new(), &noise);
+        let shown: Vec<&WhiteCandidate> =
+            seen.iter().filter(|one| !one.shapes.is_empty()).collect();
+        let searched = WhiteCandidates {
+            candidates: shown.iter().map(|one| &one.candidate).collect(),
+            white: &|places| places.iter().map(|&place| shown[place].clone()).collect(),
+        };
+        worked_out = critical_values(&observations, &space, &searched, None, &noise);
         &worked_out
     };
     let root = |law: Law| {
@@ -170,10 +178,19 @@ impl DesignBench<'_> {
         let nothing_left = vec![0.0; space.length];
         let engine = Batched::new(&space, &nothing_left);
         let shapes = score_candidates(&changes, &engine, list);
-        let mut seen = white_candidates(&changes, &space, &shapes);
-        for vector in seen.iter_mut().flat_map(WhiteCandidate::vectors_mut) {
-            space.project(vector);
-        }
+        let projected = |mut white: WhiteCandidate| {
+            for vector in white.vectors_mut() {
+                let mut whole = vector.whole(space.length);
+                space.project(&mut whole);
+                *vector = RowVector::from(whole);
+            }
+            white
+        };
+        let mut seen: Vec<WhiteCandidate> = shapes
+            .par_chunks(CANDIDATES_AT_A_TIME)
+            .flat_map_iter(|scored| white_candidates(&changes, &space, scored))
+            .map(projected)
+            .collect();
         let state = State {
             fitted: FittedModel {
                 model,

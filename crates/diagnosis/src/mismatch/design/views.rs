@@ -2,7 +2,7 @@
 
 use crate::mismatch::candidate_scores::{WhiteCandidate, WhiteShape};
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, POWER_80};
-use crate::search::dot;
+use crate::search::{RowVector, dot, norm};
 
 use super::bench::Suspect;
 
@@ -114,11 +114,10 @@ impl<'a> EasiestShape<'a> {
 
     /// Shapes of another candidate, as seen from this one.
     fn shapes_of(&self, other: &WhiteCandidate) -> impl Iterator<Item = RivalShape> {
-        let own = &self.shape.vectors[0];
+        let own = &self.shape.vectors[0].values;
         let length = dot(own, own).sqrt();
         let shapes = other.shapes.iter().map(move |shape| {
-            let along =
-                |vector: &Vec<f64>| dot(own, vector) / (length * dot(vector, vector).sqrt());
+            let along = |vector: &RowVector| vector.dot(own) / (length * norm(&vector.values));
             let cosine = along(&shape.vectors[0]);
             let either = shape.shape.scale[0] < 0.0;
             RivalShape {

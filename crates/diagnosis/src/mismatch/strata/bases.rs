@@ -42,7 +42,6 @@ impl LocalBasis {
         whitening: &NoiseCovariance,
         stages: &[Stage<'_>],
     ) -> Self {
-        let mut scratch = vec![0.0; observations.len()];
         let cells = observations
             .cells
             .iter()
@@ -55,11 +54,10 @@ impl LocalBasis {
                 };
                 for stage in stages {
                     for column in (stage.columns)(index) {
-                        scratch[basis.readings.clone()].copy_from_slice(&column);
+                        let mut white = column;
                         whitening
                             .covariance
-                            .whiten_part(&mut scratch, &basis.readings);
-                        let white = scratch[basis.readings.clone()].to_vec();
+                            .whiten_rows(&basis.readings, &mut white);
                         push_orthonormal(&mut basis.columns, white, stage.least, 0.0);
                     }
                     basis.ends.push(basis.columns.len());

@@ -68,21 +68,26 @@ impl BlockBasis {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut shares = Vec::new();
         for unit in shapes.iter().flat_map(|shape| &shape.units) {
-            let part = &unit[rows.clone()];
+            let part = unit.part(rows);
             shares.clear();
-            shares.extend(columns.iter().map(|column| dot(column, part)));
-            if dot(part, part) - dot(&shares, &shares) <= left_out {
+            shares.extend(columns.iter().map(|column| dot(column, &part)));
+            if dot(&part, &part) - dot(&shares, &shares) <= left_out {
                 continue;
             }
             if columns.len() == most {
                 return Self::of_rows(rows);
             }
-            push_orthonormal(&mut columns, part.to_vec(), 0.0, 0.0);
+            push_orthonormal(&mut columns, part.into_owned(), 0.0, 0.0);
         }
         Self {
             rows: rows.clone(),
             columns: Some(columns),
         }
+    }
+
+    /// Its rows.
+    pub(super) fn rows(&self) -> &Range<usize> {
+        &self.rows
     }
 
     /// How many directions it has.
@@ -92,8 +97,10 @@ impl BlockBasis {
     }
 
     /// Shares of the directions in a vector, appended.
-    pub(super) fn add_shares(&self, unit: &[f64], out: &mut Vec<f64>) {
-        let part = &unit[self.rows.clone()];
+    ///
+    /// # Arguments
+    /// - `part`: what the vector is in its rows.
+    pub(super) fn add_shares(&self, part: &[f64], out: &mut Vec<f64>) {
         match &self.columns {
             None => out.extend_from_slice(part),
             Some(columns) => out.extend(columns.iter().map(|column| dot(column, part))),

@@ -20,7 +20,7 @@ use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::constants::{CANCELLED, SAMPLES_TOGETHER};
 use super::covariance::LowRankBlock;
-use super::engine::{Moments, NullMaxima, NullShape, PairMoments, ScoreEngine};
+use super::engine::{Moments, NullMaxima, NullShapes, PairMoments, ScoreEngine};
 use super::null_noise::NullNoise;
 use super::vectors::dot;
 use super::white_space::WhiteSpace;
@@ -163,12 +163,12 @@ impl ScoreEngine for Batched<'_> {
 
     fn null_maxima(
         &self,
-        shapes: Vec<NullShape>,
+        groups: Vec<NullShapes<'_>>,
         families: usize,
         blocks: &[Range<usize>],
         noise: &NullNoise<'_>,
     ) -> NullMaxima {
-        let table = NullTable::new(self.space, blocks, families, shapes);
+        let table = NullTable::new(self.space, blocks, families, groups);
         let maxima: Vec<BlockMaxima> = (0..noise.blocks())
             .into_par_iter()
             .map_init(NullScratch::default, |scratch, block| {

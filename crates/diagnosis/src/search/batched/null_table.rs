@@ -18,8 +18,8 @@ use stiffbench_numeric::simd::sums_of_blocks;
 use super::block_basis::{BlockBasis, Directions, Source, left_out};
 use super::low_rank::LowRank;
 use crate::search::constants::{LONG, SAMPLES_TOGETHER, VECTORS_TOGETHER};
-use crate::search::engine::NullShape;
-use crate::search::vectors::dot;
+use crate::search::engine::{NullShape, NullShapes};
+use crate::search::vectors::{RowVector, dot};
 use crate::search::white_space::WhiteSpace;
 
 /// All vectors, ready for noise.
@@ -30,7 +30,7 @@ pub(super) struct NullTable {
     /// The basis of the baseline, column by column.
     absorbed: Vec<f32>,
     directions: Directions,
-    parts: Vec<SamplePart>,
+    parts: Vec<(Source, Vec<SamplePart>)>,
 }
 
 /// Noise along directions and along the low-rank basis of a part; memory of one thread.
@@ -50,15 +50,14 @@ pub(super) struct BlockMaxima {
 
 /// Vectors of one group that live in the same blocks.
 struct VectorGroup {
-    shapes: Vec<NullShape>,
     /// Blocks by number, and the basis in each.
     bases: Vec<(usize, BlockBasis)>,
+    parts: Vec<SamplePart>,
 }
 
 /// Vectors that are sums over the same directions.
 #[derive(Debug)]
 struct SamplePart {
-    source: Source,
     /// Shares of the directions in a low-rank basis, one vector after the other; `None` if the vectors are sums over the directions.
     basis: Option<Vec<f32>>,
     /// Shares of the basis or else of the directions, vector by vector.
@@ -90,35 +89,18 @@ impl NullTable {
         space: &WhiteSpace,
         blocks: &[Range<usize>],
         families: usize,
-        mut shapes: Vec<NullShape>,
+        groups: Vec<NullShapes<'_>>,
     ) -> Self {
-        let prepare = |shape: &mut NullShape| {
-            for unit in &mut shape.units {
-                if dot(unit, unit) > LONG * LONG {
-                    space.project(unit);
-                }
-            }
-            lived_in(blocks, &shape.units)
-        };
-        let living: Vec<Vec<usize>> = shapes.par_iter_mut().map(prepare).collect();
-        let mut alike: BTreeMap<(usize, Vec<usize>), Vec<NullShape>> = BTreeMap::new();
-        for (shape, lived_in) in shapes.into_iter().zip(living) {
-            let group = alike.entry((shape.group, lived_in)).or_default();
-            group.push(shape);
-        }
-        let groups: Vec<VectorGroup> = alike
+        let groups: Vec<Vec<VectorGroup>> = groups
             .into_par_iter()
-            .map(|((_, lived_in), shapes)| VectorGroup::new(&lived_in, shapes, blocks))
+            .with_max_len(1)
+            .map(|shapes| VectorGroup::of(space, blocks, shapes()))
             .collect();
         let mut directions = Directions::new(blocks);
-        let sources: Vec<Source> = groups
-            .iter()
-            .map(|group| directions.take_in(&group.bases))
-            .collect();
         let parts = groups
-            .into_par_iter()
-            .zip(sources)
-            .flat_map_iter(|(group, source)| group.parts(space, &source))
+            .into_iter()
+            .flatten()
+            .map(|group| (directions.take_in(&group.bases), group.parts))
             .collect();
         let absorbed = space.basis().iter().flatten().map(|x| *x as f32).collect();
         Self {
@@ -145,8 +127,10 @@ impl NullTable {
         }
         let mut families = vec![[0.0_f32; SAMPLES_TOGETHER]; self.families];
         self.directions.products(noise, &mut scratch.directions);
-        for part in &self.parts {
-            part.add_to(noise, scratch, &mut families);
+        for (source, parts) in &self.parts {
+            for part in parts {
+                part.add_to(source, noise, scratch, &mut families);
+            }
         }
         BlockMaxima { families, squares }
     }
@@ -166,73 +150,100 @@ impl NullTable {
 }
 
 /// The blocks in which vectors have rows that count.
-fn lived_in(blocks: &[Range<usize>], units: &[Vec<f64>]) -> Vec<usize> {
+fn lived_in(blocks: &[Range<usize>], units: &[RowVector]) -> Vec<usize> {
     let left_out = left_out(blocks.len());
     let lives = |block: &Range<usize>| {
-        let mut parts = units.iter().map(|unit| &unit[block.clone()]);
-        parts.any(|part| dot(part, part) > left_out)
+        let reaches = |unit: &&RowVector| {
+            let rows = unit.rows();
+            rows.start < block.end && block.start < rows.end
+        };
+        let mut parts = units.iter().filter(reaches).map(|unit| unit.part(block));
+        parts.any(|part| dot(&part, &part) > left_out)
     };
-    (0..blocks.len())
-        .filter(|&block| lives(&blocks[block]))
-        .collect()
+    let first = units.iter().map(|unit| unit.first).min().unwrap_or(0);
+    let end = units.iter().map(|unit| unit.rows().end).max().unwrap_or(0);
+    let from = blocks.partition_point(|block| block.end <= first);
+    let to = blocks.partition_point(|block| block.start < end);
+    (from..to).filter(|&block| lives(&blocks[block])).collect()
 }
 
 /// Rows of a block from the first to the last that count in vectors.
 fn lived_on(block: &Range<usize>, shapes: &[NullShape]) -> Range<usize> {
-    let counts = |row: &usize| {
-        let mut units = shapes.iter().flat_map(|shape| &shape.units);
-        units.any(|unit| unit[*row] != 0.0)
-    };
-    let first = block.clone().find(counts).unwrap_or(block.end);
-    let last = block.clone().rfind(counts).unwrap_or(block.start);
-    first..last + 1
+    let units = || shapes.iter().flat_map(|shape| &shape.units);
+    let count = |value: &f64| *value != 0.0;
+    let first = |unit: &RowVector| Some(unit.first + unit.values.iter().position(count)?);
+    let last = |unit: &RowVector| Some(unit.first + unit.values.iter().rposition(count)?);
+    let first = units().filter_map(first).min().unwrap_or(block.start);
+    let end = units()
+        .filter_map(last)
+        .max()
+        .map_or(block.end, |last| last + 1);
+    first.max(block.start)..end.min(block.end)
 }
 
 impl VectorGroup {
-    fn new(lived_in: &[usize], shapes: Vec<NullShape>, blocks: &[Range<usize>]) -> Self {
-        let basis = |block: &usize| match lived_in {
-            [_] => BlockBasis::of_rows(&lived_on(&blocks[*block], &shapes)),
-            _ => BlockBasis::new(&blocks[*block], blocks.len(), &shapes),
-        };
-        Self {
-            bases: lived_in
-                .iter()
-                .map(|block| (*block, basis(block)))
-                .collect(),
-            shapes,
+    /// The shapes of one group, by the blocks in which they live.
+    fn of(space: &WhiteSpace, blocks: &[Range<usize>], shapes: Vec<NullShape>) -> Vec<Self> {
+        let mut alike: BTreeMap<Vec<usize>, Vec<NullShape>> = BTreeMap::new();
+        for mut shape in shapes {
+            for unit in &mut shape.units {
+                if dot(&unit.values, &unit.values) > LONG * LONG {
+                    let mut whole = unit.whole(space.length);
+                    space.project(&mut whole);
+                    *unit = RowVector::from(whole);
+                }
+            }
+            let lived_in = lived_in(blocks, &shape.units);
+            alike.entry(lived_in).or_default().push(shape);
         }
+        let alike = alike.into_iter();
+        alike
+            .map(|(lived_in, shapes)| Self::new(space, blocks, &lived_in, &shapes))
+            .collect()
     }
 
-    fn parts(&self, space: &WhiteSpace, source: &Source) -> Vec<SamplePart> {
-        let vectors: usize = self.shapes.iter().map(|shape| shape.units.len()).sum();
-        let each = self
-            .shapes
+    fn new(
+        space: &WhiteSpace,
+        blocks: &[Range<usize>],
+        lived_in: &[usize],
+        shapes: &[NullShape],
+    ) -> Self {
+        let basis = |block: &usize| match lived_in {
+            [_] => BlockBasis::of_rows(&lived_on(&blocks[*block], shapes)),
+            _ => BlockBasis::new(&blocks[*block], blocks.len(), shapes),
+        };
+        let bases: Vec<(usize, BlockBasis)> = lived_in
+            .iter()
+            .map(|block| (*block, basis(block)))
+            .collect();
+        let vectors: usize = shapes.iter().map(|shape| shape.units.len()).sum();
+        let each = shapes
             .len()
             .div_ceil(vectors.div_ceil(VECTORS_TOGETHER).max(1));
-        let parts = self.shapes.chunks(each);
-        parts
-            .map(|shapes| SamplePart::new(space, shapes, &self.bases, source.clone()))
-            .collect()
+        let parts = shapes.chunks(each);
+        Self {
+            parts: parts
+                .map(|shapes| SamplePart::new(space, shapes, &bases))
+                .collect(),
+            bases,
+        }
     }
 }
 
 impl SamplePart {
-    fn new(
-        space: &WhiteSpace,
-        shapes: &[NullShape],
-        bases: &[(usize, BlockBasis)],
-        source: Source,
-    ) -> Self {
-        let shares_of = |vector: &Vec<f64>| {
-            let mut shares = Vec::new();
+    fn new(space: &WhiteSpace, shapes: &[NullShape], bases: &[(usize, BlockBasis)]) -> Self {
+        let mut shares = Vec::new();
+        for unit in shapes.iter().flat_map(|shape| &shape.units) {
             for (_, basis) in bases {
-                basis.add_shares(vector, &mut shares);
+                basis.add_shares(&unit.part(basis.rows()), &mut shares);
             }
-            shares
-        };
-        let units = shapes.iter().flat_map(|shape| &shape.units);
-        let shares: Vec<f64> = units.flat_map(shares_of).collect();
-        let absorbed: Vec<f64> = space.basis().iter().flat_map(shares_of).collect();
+        }
+        let mut absorbed = Vec::new();
+        for column in space.basis() {
+            for (_, basis) in bases {
+                basis.add_shares(&column[basis.rows().clone()], &mut absorbed);
+            }
+        }
         let directions = bases.iter().map(|(_, basis)| basis.count()).sum();
         let single = |shares: &[f64]| shares.iter().map(|x| *x as f32).collect::<Vec<f32>>();
         let (basis, shares) = match LowRank::new(directions, &shares, &absorbed) {
@@ -240,7 +251,6 @@ impl SamplePart {
             None => (None, single(&shares)),
         };
         Self {
-            source,
             basis,
             shares,
             scores: shapes.iter().flat_map(VectorScore::of).collect(),
@@ -249,11 +259,12 @@ impl SamplePart {
 
     fn add_to(
         &self,
+        source: &Source,
         noise: &[[f32; SAMPLES_TOGETHER]],
         scratch: &mut NullScratch,
         largest: &mut [[f32; SAMPLES_TOGETHER]],
     ) {
-        let mut along = match &self.source {
+        let mut along = match source {
             Source::Rows(rows) => &noise[rows.clone()],
             Source::Directions(places) => &scratch.directions[places.clone()],
         };
