@@ -151,14 +151,18 @@ pub fn diagnose(
     };
     search.noise = known;
     let mut found = diagnose_and_locate(&baseline, &observations, &search)?;
-    while let Some(bad) =
-        reading_between_slips(&observations, &found.0).filter(|_| !options.keep_outliers)
+    while !options.keep_outliers
+        && let Some(bad) = reading_between_slips(&baseline, &observations, &found.0)?
     {
         let keep: Vec<bool> = (0..observations.len())
             .map(|one| one != bad.reading)
             .collect();
         observations = observations.filtered(&keep);
-        bad_readings.push(bad);
+        if bad.is_named() {
+            bad_readings.push(bad);
+        } else {
+            warnings.push(far_but_not_rare(&bad));
+        }
         found = diagnose_and_locate(&baseline, &observations, &search)?;
     }
     let (diagnosis, critical, located) = found;
@@ -200,6 +204,22 @@ pub fn diagnose(
         seed: search.seed,
         warnings,
     })
+}
+
+/// A reading that the search leaves out, though it is not bad, in words.
+fn far_but_not_rare(reading: &BadReading) -> String {
+    let off_m = reading.value_m - reading.expected_m;
+    format!(
+        "line {}: {} {}, repeat {}, step {} is {:.2} um off its repeats, as readings with such tails are in some sessions (p = {:.2}): it is not \
+         called bad, and the search left it out, since two opposite slips would stand for it",
+        reading.line,
+        reading.pose,
+        reading.direction,
+        reading.repeat,
+        reading.step,
+        off_m * 1e6,
+        reading.p_family
+    )
 }
 
 /// Known effects that change no reading, in words.

@@ -7,13 +7,13 @@
 //!   y = mean(step, branch, hold) + zero(zero id) + slope(run) b + shift e + error
 //! ```
 //!
-//! So it never asks the model. Errors may have long tails: the deleted residuals have Student's t with a scale and degrees of freedom fitted to
-//! the others. Where physics jumps at some force, a reading beyond that force differs from its repeats, and its force is the largest or the
+//! So it never asks the model. Errors may have long tails, as far as the others show them (`tails`); the step of the force has none. Where physics jumps at some force, a reading beyond that force differs from its repeats, and its force is the largest or the
 //! smallest of them: such readings are held against each other, and those between against each other. Several bad readings are found one after the other, the noise estimated anew without each, and believed up to the last that is
 //! significant (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
 
 use rayon::prelude::*;
 
+use stiffbench_numeric::statistics::{mean, median};
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::baseline::Baseline;
@@ -24,7 +24,7 @@ use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
 use super::restricted_likelihood::estimate_noise;
-use super::tails::StudentT;
+use super::tails::{Beside, Tails};
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
 
 /// What may have happened to a reading.
@@ -101,14 +101,7 @@ pub fn screen_readings(
     if observations.is_empty() || untested == observations.len() {
         return Ok(all_are_good(None));
     }
-    let bench = DiagnosisProblem::new(baseline, observations);
-    let (slope_m, compliance) = bench.slope(&mut bench.predictor(), &bench.start())?;
-    let screen = ReadingScreen {
-        observations,
-        slope_m,
-        compliance,
-        noise,
-    };
+    let screen = ReadingScreen::new(baseline, observations, noise)?;
     let most = (MOST_BAD_READINGS * observations.len() as f64).ceil() as usize;
     let mut keep = vec![true; observations.len()];
     let of_all = screen.noise_of(&keep, None);
@@ -125,7 +118,11 @@ pub fn screen_readings(
         // A reading that passed for good hardly changed it.
         let similar = p.last().filter(|p| **p > BAD_READING_LEVEL).map(|_| found);
         found = screen.noise_of(&without, similar.as_ref());
-        let (Some(deviation), family_p) = screen.judged(&without, &found, suspect) else {
+        // Those before it that passed for good lie farther out than all others too.
+        let passed = p.iter().rev().take_while(|p| **p > BAD_READING_LEVEL);
+        let further = 1 + passed.count();
+        let (Some(deviation), family_p) = screen.judged((&without, further), &found, suspect)
+        else {
             break;
         };
         keep = without;
@@ -148,7 +145,7 @@ pub fn screen_readings(
     }
     let found = screen.noise_of(&good, None);
     for suspect in &mut suspects {
-        if let (Some(again), _) = screen.judged(&good, &found, suspect.reading) {
+        if let (Some(again), _) = screen.judged((&good, 1), &found, suspect.reading) {
             *suspect = again;
         }
     }
@@ -180,6 +177,34 @@ struct SuspectReading {
 }
 
 impl BadReading {
+    /// Whether errors with tails as long as those of the other readings are as far off in fewer benches than are called bad by chance.
+    #[must_use]
+    pub fn is_named(&self) -> bool {
+        self.p_family <= BAD_READING_LEVEL
+    }
+
+    /// The same reading with the chance that its repeats give it, if it has enough of them.
+    ///
+    /// # Errors
+    /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
+    pub(super) fn against_repeats(
+        self,
+        baseline: &dyn Baseline,
+        observations: &Observations,
+        noise: &KnownNoise,
+    ) -> Result<Self, MismatchError> {
+        let screen = ReadingScreen::new(baseline, observations, noise)?;
+        let others: Vec<bool> = (0..observations.len())
+            .map(|one| one != self.reading)
+            .collect();
+        let found = screen.noise_of(&others, None);
+        let (Some(deviation), p_family) = screen.judged((&others, 1), &found, self.reading) else {
+            return Ok(self);
+        };
+        let shift = (deviation.shift_m, deviation.u_m);
+        Ok(Self::new(observations, self.reading, shift, p_family))
+    }
+
     /// # Arguments
     /// - `shift_m`: by how much the reading is too large, and its standard error, m.
     pub(super) fn new(
@@ -227,16 +252,88 @@ fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
     moved.map_or(BadReadingKind::Any, BadReadingKind::DecimalPoint)
 }
 
+impl Tested {
+    /// What its ratio has besides an error with tails: what the step of the force moves, as much as it does in others that scatter mostly by it,
+    /// and no less than a step does.
+    fn beside(&self, others: &[Self]) -> Beside {
+        let by_force = others.iter().filter(|one| one.own_share < 0.5);
+        let squares: Vec<f64> = by_force.map(|one| one.ratio.powi(2)).collect();
+        let as_a_step = mean(&squares).unwrap_or(1.0).max(1.0);
+        Beside {
+            normal_sd: ((1.0 - self.own_share) * as_a_step).sqrt(),
+            own: self.own_share.sqrt(),
+        }
+    }
+}
+
+/// Readings that scatter by themselves more than by the step of the force, which has no tails; all where there are none.
+fn show_tails(tested: &[Tested]) -> Vec<&Tested> {
+    let own: Vec<&Tested> = tested.iter().filter(|one| one.own_share >= 0.5).collect();
+    if own.is_empty() {
+        tested.iter().collect()
+    } else {
+        own
+    }
+}
+
+/// Median of the slopes of the runs of a cell, m/N: one bad reading does not change it.
+fn measured_compliance(observations: &Observations, cell: usize) -> Option<f64> {
+    let runs = observations.cells[cell].runs.clone();
+    let slope = |run: usize| {
+        let readings = observations.runs[run].readings.clone();
+        let n = readings.len() as f64;
+        let force_n = |reading: usize| observations.loads[reading].force_n;
+        let mean = |of: &dyn Fn(usize) -> f64| readings.clone().map(of).sum::<f64>() / n;
+        let mean_n = mean(&force_n);
+        let mean_m = mean(&|reading| observations.displacement_m[reading]);
+        let (mut product, mut square) = (0.0, 0.0);
+        for reading in readings.clone() {
+            let from_mean_n = force_n(reading) - mean_n;
+            product += from_mean_n * (observations.displacement_m[reading] - mean_m);
+            square += from_mean_n * from_mean_n;
+        }
+        (square > 0.0).then(|| product / square)
+    };
+    let mut slopes: Vec<f64> = runs.filter_map(slope).collect();
+    median(&mut slopes)
+}
+
 /// Readings that are screened.
 struct ReadingScreen<'a> {
     observations: &'a Observations,
-    /// Prediction and compliance of the baseline at each reading.
+    /// Displacement in proportion to the force, and displacement per force, at each reading.
     slope_m: Vec<f64>,
     compliance: Vec<f64>,
     noise: &'a KnownNoise,
 }
 
-impl ReadingScreen<'_> {
+impl<'a> ReadingScreen<'a> {
+    /// Compliances are those that the readings of each cell show: how far a step of the force moves a reading must not depend on the
+    /// parameters that a fit starts from. Those of the baseline stand in where a cell was loaded with one force only.
+    fn new(
+        baseline: &dyn Baseline,
+        observations: &'a Observations,
+        noise: &'a KnownNoise,
+    ) -> Result<Self, MismatchError> {
+        let bench = DiagnosisProblem::new(baseline, observations);
+        let (mut slope_m, mut compliance) = bench.slope(&mut bench.predictor(), &bench.start())?;
+        for cell in 0..observations.cells.len() {
+            let Some(measured) = measured_compliance(observations, cell) else {
+                continue;
+            };
+            for reading in observations.cells[cell].readings.clone() {
+                compliance[reading] = measured;
+                slope_m[reading] = measured * observations.loads[reading].force_n;
+            }
+        }
+        Ok(Self {
+            observations,
+            slope_m,
+            compliance,
+            noise,
+        })
+    }
+
     fn linear(&self, keep: &[bool]) -> (Vec<f64>, Vec<f64>) {
         let kept = |values: &[f64]| {
             let pairs = values.iter().zip(keep);
@@ -269,7 +366,7 @@ impl ReadingScreen<'_> {
         let places: Vec<usize> = (0..keep.len()).filter(|&reading| keep[reading]).collect();
         (0..rest.cells.len())
             .into_par_iter()
-            .flat_map_iter(|cell| deleted_residuals(&rest, cell, &whitening.covariance, &slope_m))
+            .flat_map_iter(|cell| deleted_residuals(&rest, cell, &whitening))
             .map(|one| Tested {
                 reading: places[one.reading],
                 ..one
@@ -289,18 +386,19 @@ impl ReadingScreen<'_> {
     /// How long the tails of readings are.
     fn tails_dof(&self, keep: &[bool], noise: &ReadingNoise) -> Option<f64> {
         let tested = self.tested(keep, noise);
-        let ratios: Vec<f64> = tested.iter().map(|one| one.ratio).collect();
-        StudentT::fitted(&ratios, 0).dof_if_longer_than_normal(&ratios)
+        let show_tails = show_tails(&tested);
+        let ratios: Vec<f64> = show_tails.iter().map(|one| one.ratio).collect();
+        Tails::of(&ratios, 0).dof_if_longer_than_normal(&ratios)
     }
 
     /// How far a reading is off, and the chance that the largest of all is as far off by noise alone.
     ///
     /// # Arguments
-    /// - `others`: the readings beside it.
+    /// - `others`: the readings beside it, and how many, with it, lie farther out than all of them.
     /// - `noise`: theirs.
     fn judged(
         &self,
-        others: &[bool],
+        (others, further): (&[bool], usize),
         noise: &ReadingNoise,
         suspect: usize,
     ) -> (Option<SuspectReading>, f64) {
@@ -312,22 +410,23 @@ impl ReadingScreen<'_> {
         };
         // Beside a bad reading its neighbours look bad too.
         let others = self.tested(others, noise);
-        let ratios = |alike: &dyn Fn(&Tested) -> bool| -> Vec<f64> {
-            let alike = others.iter().filter(|&one| alike(one));
-            alike.map(|one| one.ratio).collect()
-        };
-        let alike = ratios(&|one| one.is_outermost == own.is_outermost);
-        let unlike = ratios(&|one| one.is_outermost != own.is_outermost);
+        // Tails are those of the errors that readings have by themselves, seen where the step of the force is the smaller part.
+        let show_tails = show_tails(&others).into_iter();
+        let (alike, unlike): (Vec<&Tested>, Vec<&Tested>) =
+            show_tails.partition(|one| one.is_outermost == own.is_outermost);
+        let ratios =
+            |tested: &[&Tested]| -> Vec<f64> { tested.iter().map(|one| one.ratio).collect() };
+        let (alike, unlike) = (ratios(&alike), ratios(&unlike));
+        let beside = own.beside(&others);
         // Rounding alone scatters by this much: a gauge that mostly repeats itself is not finer than its step.
         let floor_m = self.observations.steps.displacement_m.unwrap_or(0.0) / 12_f64.sqrt();
-        let tails = StudentT::of_group(&alike, &unlike);
+        let tails = Tails::of_group(&alike, &unlike, further);
         let tails = tails.with_scale_at_least(floor_m / noise.reading_sd_m);
-        let p = tails.two_sided(own.ratio);
-        let family = -((with_it.len() as f64) * (-p).ln_1p()).exp_m1();
+        let family = tails.p_of_largest(own.ratio, beside, with_it.len());
         let deviation = SuspectReading {
             reading: suspect,
             shift_m: own.shift_m,
-            u_m: tails.scale * (own.shift_m / own.ratio).abs(),
+            u_m: tails.scale(beside) * (own.shift_m / own.ratio).abs(),
         };
         (Some(deviation), family)
     }

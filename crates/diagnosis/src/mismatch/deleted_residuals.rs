@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::free_means::fixed_part;
+use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::constants::{AFTER_A_JUMP, ENOUGH_REPEATS, ROUNDING, UNSEEN_READING};
 use crate::search::{Covariance, dot, push_orthonormal, subtract};
@@ -18,6 +19,8 @@ pub(super) struct Tested {
     pub(super) shift_m: f64,
     /// Whether its force is larger, or smaller, than that of all its repeats.
     pub(super) is_outermost: bool,
+    /// Share of its own error in its variance; the rest is the step of the force.
+    pub(super) own_share: f64,
 }
 
 /// The applications of each load of a cell: those of one step, and of one place within it.
@@ -64,20 +67,19 @@ fn outermost(observations: &Observations, cell: usize) -> Vec<usize> {
 /// Deleted residuals of the readings of a cell that can be tested.
 ///
 /// # Arguments
-/// - `covariance`: only what readings have by themselves counts.
-/// - `slope_m`: what the slope of a run multiplies, one a reading.
+/// - `whitening`: only what readings have by themselves counts of the covariance.
 pub(super) fn deleted_residuals(
     observations: &Observations,
     cell: usize,
-    covariance: &Covariance,
-    slope_m: &[f64],
+    whitening: &NoiseCovariance,
 ) -> Vec<Tested> {
     let testable = testable(observations, cell);
     if testable.is_empty() {
         return Vec::new();
     }
     let outermost = outermost(observations, cell);
-    let free = FreeMeans::new(observations, cell, covariance, slope_m);
+    let covariance = &whitening.covariance;
+    let free = FreeMeans::new(observations, cell, covariance, &whitening.slope_m);
     let mut out = Vec::with_capacity(testable.len());
     for run in observations.cells[cell].runs.clone() {
         let readings = observations.runs[run].readings.clone();
@@ -96,6 +98,7 @@ pub(super) fn deleted_residuals(
                 ratio: own.product / own.square.sqrt(),
                 shift_m: own.product / own.square,
                 is_outermost: outermost.binary_search(&reading).is_ok(),
+                own_share: whitening.own_share(reading),
             }));
         }
     }

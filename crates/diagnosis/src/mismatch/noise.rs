@@ -158,6 +158,13 @@ impl NoiseCovariance {
         (weight * weight).recip() - self.noise.own_variance(self.slope_m[reading])
     }
 
+    /// Share of its own error in the variance of a reading without zero and slope; the rest is the step of the force.
+    pub(super) fn own_share(&self, reading: usize) -> f64 {
+        let weight = self.covariance.weights()[reading];
+        let share = self.noise.own_variance(self.slope_m[reading]) * weight * weight;
+        share.clamp(0.0, 1.0)
+    }
+
     /// Shares of reading, zero and run slope in the variance of an amplitude estimated along a white vector; the rest is force step.
     pub(super) fn variance_shares(
         &self,

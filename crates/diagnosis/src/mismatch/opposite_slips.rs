@@ -3,24 +3,31 @@
 use stiffbench_beams::physics::Place;
 
 use super::bad_readings::BadReading;
+use super::baseline::Baseline;
 use super::diagnosis::{Diagnosis, Finding};
+use super::error::MismatchError;
+use super::known_noise::KnownNoise;
 use super::observations::Observations;
 use crate::search::constants::SAME_JUMP;
 
 /// The reading between two slips that a diagnosis names with opposite sizes, one reading apart in one run.
 ///
-/// Such a pair says of one reading what a shift of that reading says with one number less.
-#[must_use]
+/// Such a pair says of one reading what a shift of that reading says with one number less. How rare it is follows from its repeats, if it has
+/// enough of them: where errors have long tails, the search for slips finds it rarer than it is.
+///
+/// # Errors
+/// [`MismatchError`] if the structure cannot be solved at the start of the fit.
 pub fn reading_between_slips(
+    baseline: &dyn Baseline,
     observations: &Observations,
     diagnosis: &Diagnosis,
-) -> Option<BadReading> {
+) -> Result<Option<BadReading>, MismatchError> {
     let slips: Vec<NamedSlip<'_>> = diagnosis
         .findings
         .iter()
         .filter_map(|finding| NamedSlip::new(observations, finding))
         .collect();
-    slips.iter().find_map(|first| {
+    let between = slips.iter().find_map(|first| {
         let back = slips.iter().find(|other| first.is_taken_back_by(other))?;
         let shift_m = 0.5 * (first.jump_m - back.jump_m);
         // Two estimates of the same shift.
@@ -32,7 +39,10 @@ pub fn reading_between_slips(
             (shift_m, u_m),
             p_family,
         ))
-    })
+    });
+    between
+        .map(|bad| bad.against_repeats(baseline, observations, &KnownNoise::Nothing))
+        .transpose()
 }
 
 struct NamedSlip<'a> {

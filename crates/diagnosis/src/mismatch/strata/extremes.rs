@@ -10,6 +10,7 @@ use super::contrasts::ErrorTerm;
 use super::decomposition::{Decomposition, squares};
 use super::results::{Contrast, Spot, StratumTest};
 use super::tails::tail;
+use crate::mismatch::tails::{Beside, Tails};
 
 impl Decomposition<'_> {
     /// The scatter within runs and levels against a noise that was known beforehand; both too much and too little count.
@@ -44,8 +45,7 @@ impl Decomposition<'_> {
         })
     }
 
-    /// The largest departure of one reading, each against the scatter without itself: t², at most as likely as the number of readings
-    /// times its tail.
+    /// The largest departure of one reading, each against the scatter without itself: t², with tails as long as those of the others.
     pub(super) fn outlier(&self, white: &[f64]) -> Option<StratumTest> {
         let left = self.pure(white);
         let (error, dof) = self.error(ErrorTerm::Pure, white);
@@ -53,24 +53,25 @@ impl Decomposition<'_> {
             return None;
         }
         let shares = self.leverage_left();
-        let (mut count, mut largest) = (0.0, None);
-        for (place, (value, share)) in left.iter().zip(&shares).enumerate() {
-            if *share < UNSEEN_READING {
-                continue;
-            }
-            count += 1.0;
-            let own = value * value / share;
-            let others = (error - own).max(0.0) / (dof - 1.0);
-            let statistic = own / others.max(f64::MIN_POSITIVE);
-            if largest.is_none_or(|(most, _)| statistic > most) {
-                largest = Some((statistic, place));
-            }
-        }
-        let (statistic, place) = largest?;
-        let p = (count * tail(statistic, 1.0, dof - 1.0)).min(1.0);
-        let mut alone = vec![0.0; white.len()];
-        alone[place] = left[place] / shares[place];
-        let size_m = self.size_m(alone);
+        let seen = || (0..left.len()).filter(|&place| shares[place] >= UNSEEN_READING);
+        let own = |place: usize| left[place] * left[place] / shares[place];
+        let place = seen().max_by(|a, b| own(*a).total_cmp(&own(*b)))?;
+        // What the others leave beside a shift of this one.
+        let mut unit = vec![0.0; white.len()];
+        unit[place] = left[place] / shares[place];
+        let shift = self.pure(&unit);
+        let others = seen().filter(|&other| other != place);
+        let others: Vec<f64> = others
+            .map(|other| (left[other] - shift[other]) / shares[other].sqrt())
+            .collect();
+        let mean_square = (error - own(place)).max(0.0) / (dof - 1.0);
+        let statistic = own(place) / mean_square.max(f64::MIN_POSITIVE);
+        let p = Tails::of(&others, 1).p_of_largest(
+            own(place).sqrt(),
+            Beside::NOTHING,
+            others.len() + 1,
+        );
+        let size_m = self.size_m(unit);
         let reading = &self.observations.readings[place];
         let run = &self.observations.runs[reading.run];
         let cell = &self.observations.cells[run.cell];
