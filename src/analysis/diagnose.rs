@@ -2,8 +2,8 @@
 
 use crate::mismatch::{
     BadReading, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise, KnownNoise,
-    LawCriticalValues, Located, NextMeasurement, Observations, RobotBaseline, SearchOptions,
-    diagnose_and_locate, given_noise, reading_between_slips, screen_readings, trace,
+    LawCriticalValues, Located, MismatchError, NextMeasurement, Observations, RobotBaseline,
+    SearchOptions, diagnose_and_locate, given_noise, reading_between_slips, trace,
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, FileLine, Law};
@@ -12,8 +12,9 @@ use crate::robot::FittingFactors;
 use super::data::LoadedSession;
 use super::design::{baseline, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
-use super::error::AnalysisError;
+use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
+use super::together::{LaidOut, SessionShare, lay_out};
 
 /// The scatter of the readings may exceed what the records state by this much before there is a warning.
 const RECORD_TOO_GOOD: f64 = 1.5;
@@ -85,6 +86,8 @@ pub struct DiagnosisReport {
     pub file_lines: Vec<(Effect, FileLine)>,
     /// The readings that were searched.
     pub observations: Observations,
+    /// The sessions, where they are several.
+    pub sessions: Vec<SessionShare>,
     /// Where the model without effects fails, and what carries it.
     pub located: Located,
     /// What the models say of every reading.
@@ -118,18 +121,46 @@ pub fn diagnose(
     options: DiagnoseSettings,
     step: &dyn Fn(),
 ) -> Result<DiagnosisReport, AnalysisError> {
-    let observations = Observations::new(&session.table, session.header.as_ref());
+    diagnose_together(std::slice::from_ref(session), model, options, step)
+}
+
+/// The same of several sessions: each with its own zeros, runs and noise, all with one structure and physics.
+///
+/// # Arguments
+/// - `model`: with the poses of all sessions ([`resolve_together`](super::resolve_together)).
+///
+/// # Errors
+/// As [`diagnose`]; for no session, and for noise that is known for one session only.
+pub fn diagnose_together(
+    sessions: &[LoadedSession],
+    model: &ResolvedModel,
+    options: DiagnoseSettings,
+    step: &dyn Fn(),
+) -> Result<DiagnosisReport, AnalysisError> {
+    let (Some(session), Some(last)) = (sessions.first(), sessions.last()) else {
+        return Err(MismatchError::Empty.into());
+    };
+    if sessions.len() > 1 && !matches!(options.noise, NoiseSource::Readings) {
+        return Err(ArgumentError::new(
+            "--noise, --earlier",
+            "each of several sessions has its own noise, by its own readings",
+            "leave it out, or diagnose one session",
+        )
+        .into());
+    }
     let parameters = &options.parameters;
-    let mut baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
+    let LaidOut {
+        mut observations,
+        done,
+        poses,
+        mut bad_readings,
+        tails_dof,
+        mut sessions,
+    } = lay_out(sessions, model, parameters, options.keep_outliers)?;
+    let mut baseline = baseline(model, model.mechanism()?, &poses, parameters)?;
     baseline.add_variant(&model.physics.effects)?;
     baseline.suspect_file();
     step();
-    let screened = screen_readings(&baseline, &observations, &KnownNoise::Nothing)?;
-    let (mut observations, mut bad_readings) = if options.keep_outliers {
-        (observations, screened.bad)
-    } else {
-        (screened.observations, screened.bad)
-    };
     let mut warnings = Vec::new();
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
@@ -169,7 +200,11 @@ pub fn diagnose(
     step();
     warnings.extend(unseen_known_effects(&diagnosis));
     let trace = trace(&baseline, &observations, &diagnosis)?;
-    let header = session.header.as_ref();
+    for (place, one) in sessions.iter_mut().enumerate() {
+        let noise = observations.noise_of_session(place, &diagnosis.noise);
+        one.noise = noise.unwrap_or(one.noise);
+    }
+    let header = last.header.as_ref();
     let fitted_factors = baseline.factors(&diagnosis.parameters);
     let known = (&diagnosis, &fitted_factors);
     let line = |effect: &Effect| {
@@ -179,10 +214,17 @@ pub fn diagnose(
     };
     let found = diagnosis.findings.iter();
     let file_lines = found.filter_map(|finding| line(&finding.effect)).collect();
-    let (next, procedures) = proposals(model, header, &observations, known, parameters)?;
+    let (next, procedures) = proposals(model, header, &done, known, parameters)?;
     step();
     Ok(DiagnosisReport {
-        data: session.short_name(),
+        data: match &sessions[..] {
+            [] => session.short_name(),
+            several => {
+                let names: Vec<&str> = several.iter().map(|one| &one.name[..]).collect();
+                names.join(" + ")
+            }
+        },
+        sessions,
         robot: model.robot.name.clone(),
         mechanism: model.mechanism.clone(),
         factors: model.factors_name.clone(),
@@ -191,7 +233,7 @@ pub fn diagnose(
         critical,
         parameters: baseline.parameters().to_vec(),
         bad_readings,
-        tails_dof: screened.tails_dof,
+        tails_dof,
         outliers_kept: options.keep_outliers,
         file_lines,
         observations,

@@ -2,8 +2,8 @@
 
 use crate::fit::{
     FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness, MonteCarloSettings,
-    PaperFit, PaperOptions, PaperSource, bootstrap_cells, find_lower_minimum, fit_cells,
-    follow_paper,
+    PaperFit, PaperOptions, PaperSource, WeightBasis, bootstrap_cells, find_lower_minimum,
+    fit_cells, follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::nearest::nearest;
@@ -17,6 +17,7 @@ use super::error::{AnalysisError, ArgumentError};
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
 use super::plausible::doubts_about_stiffness;
+use super::together::{names, resolve_together};
 
 /// Data ready to be fitted.
 #[derive(Debug)]
@@ -29,10 +30,25 @@ pub struct FitData {
     pub physics: Option<FixedPhysics>,
     /// The readings behind it with their stiffness, if there are any.
     pub session: Option<(Box<LoadedSession>, StiffnessTable)>,
+    /// The sessions, where they are several, in the order of the cells.
+    pub sessions: Vec<FittedSession>,
     /// What a user should know of the data and the model.
     pub warnings: Vec<String>,
     /// Data, robot, mechanism and factors.
     pub inputs: Inputs,
+}
+
+/// One of several sessions that are fitted together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedSession {
+    /// What results call it.
+    pub name: String,
+    /// What the user calls it.
+    pub data: String,
+    /// Cells of it that have a stiffness.
+    pub cells: usize,
+    /// Relative standard deviation of the slope from run to run; `None` if it has too few repeats to show it.
+    pub run_slope_sd: Option<f64>,
 }
 
 /// How factors are fitted by least squares.
@@ -108,6 +124,63 @@ impl FitData {
             measured,
             physics,
             session: None,
+            sessions: Vec::new(),
+            warnings,
+        })
+    }
+
+    /// Readings of several sessions of one robot, reduced to stiffness session by session: each cell has the uncertainty that its own
+    /// session shows.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and for sessions that do not go together ([`resolve_together`]).
+    pub fn together(
+        sessions: &[LoadedSession],
+        choice: &ModelChoice,
+        method: Method,
+    ) -> Result<Self, AnalysisError> {
+        let model = resolve_together(sessions, choice)?;
+        let (mut all, mut warnings) = (Vec::new(), model.warnings.clone());
+        let mut physics = fixed_physics(&model, method);
+        let mut first_run = 0;
+        let mut shares = Vec::new();
+        for (session, name) in sessions.iter().zip(names(sessions)) {
+            let (measured, _, own) = reduced(session, method)?;
+            let named = own
+                .iter()
+                .map(|warning| format!("{}: {warning}", session.name));
+            warnings.extend(named);
+            shares.push(FittedSession {
+                name,
+                data: session.name.clone(),
+                cells: measured.cells.len(),
+                run_slope_sd: match measured.basis {
+                    WeightBasis::Pooled { run_slope_sd, .. } => Some(run_slope_sd),
+                    _ => None,
+                },
+            });
+            all.push(measured);
+            physics = physics.map(|physics| {
+                // No run of one session is one of another.
+                let mut table = session.table.clone();
+                for reading in &mut table.readings {
+                    reading.run += first_run;
+                }
+                let runs = table.readings.iter().map(|reading| reading.run + 1);
+                first_run = runs.fold(first_run, u32::max);
+                physics.under(&table, session.header.as_ref())
+            });
+        }
+        let inputs = sessions
+            .iter()
+            .fold(Inputs::default(), Inputs::with_session);
+        Ok(Self {
+            inputs: inputs.with_model(&model),
+            model,
+            measured: MeasuredStiffness::joined(&all),
+            physics,
+            session: None,
+            sessions: shares,
             warnings,
         })
     }
@@ -118,21 +191,8 @@ impl FitData {
         method: Method,
     ) -> Result<Self, AnalysisError> {
         let model = resolve(choice, Some(&session))?;
-        let table = session.stiffness(Branches::LoadingOnly)?;
-        let measured = MeasuredStiffness::from_table(&table, method);
-        let mut warnings = session.warnings.clone();
+        let (measured, table, mut warnings) = reduced(&session, method)?;
         warnings.extend(model.warnings.iter().cloned());
-        warnings.extend(
-            measured
-                .unusable
-                .iter()
-                .map(|(cell, reason)| format!("{cell} takes no part in the fit: {reason}")),
-        );
-        warnings.extend(doubts_about_stiffness(&table));
-        let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
-        if flags > 0 {
-            warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
-        }
         let physics = fixed_physics(&model, method)
             .map(|physics| physics.under(&session.table, session.header.as_ref()));
         Ok(Self {
@@ -141,6 +201,7 @@ impl FitData {
             measured,
             physics,
             session: Some((session, table)),
+            sessions: Vec::new(),
             warnings,
         })
     }
@@ -319,6 +380,26 @@ impl FitData {
         }
         training_poses(names, &known).map(Some)
     }
+}
+
+/// The readings of a session reduced to stiffness, and what a user should know of them.
+fn reduced(
+    session: &LoadedSession,
+    method: Method,
+) -> Result<(MeasuredStiffness, StiffnessTable, Vec<String>), AnalysisError> {
+    let table = session.stiffness(Branches::LoadingOnly)?;
+    let measured = MeasuredStiffness::from_table(&table, method);
+    let mut warnings = session.warnings.clone();
+    let unusable = measured.unusable.iter();
+    warnings.extend(
+        unusable.map(|(cell, reason)| format!("{cell} takes no part in the fit: {reason}")),
+    );
+    warnings.extend(doubts_about_stiffness(&table));
+    let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
+    if flags > 0 {
+        warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
+    }
+    Ok((measured, table, warnings))
 }
 
 /// Training poses by name, each of which must be known and named once.

@@ -35,15 +35,18 @@ mod plausible;
 mod pose_plan;
 mod procedure;
 mod robot_check;
+mod together;
 mod vectors;
 
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
 pub use design::{design, usual_plan};
-pub use diagnose::{DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose};
+pub use diagnose::{
+    DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose, diagnose_together,
+};
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
 pub use files::{ReadError, read_bytes, read_text};
-pub use fit::{FitData, FitSettings, PaperFitSettings, fixed_physics};
+pub use fit::{FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics};
 pub use hash::sha256;
 pub use inputs::Inputs;
 pub use integrity::{
@@ -62,4 +65,5 @@ pub use plausible::{
 pub use pose_plan::choose_poses;
 pub use procedure::{add_poses, joints_of, named_procedure, state_joint_values};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
+pub use together::{OpenBefore, SessionShare, open_together, resolve_together};
 pub use vectors::{SessionTable, VectorSession};

@@ -124,7 +124,7 @@ pub fn joints_of(robot: &Robot, id: &PoseId, pose: &Pose) -> PoseJoints {
     }
 }
 
-fn add_pose(robot: &mut Robot, id: &PoseId, pose: Pose) {
+pub(super) fn add_pose(robot: &mut Robot, id: &PoseId, pose: Pose) {
     robot.poses.push(NamedPose {
         id: id.clone(),
         pose,

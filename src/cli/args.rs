@@ -261,7 +261,7 @@ pub(super) enum Sigma {
 pub(super) struct FitArgs {
     /// Session folder, readings file, load cases (docs/joint-stiffness.md), list of stiffness values, or a shipped name
     pub(super) data: PathBuf,
-    /// Further load cases of the same robot, fitted together with the first
+    /// Further sessions or load cases of the same robot, fitted together with the first
     #[arg(value_name = "DATA")]
     pub(super) further: Vec<PathBuf>,
     /// Robot, mechanism and factors.

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::analysis::{
     ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
-    NoiseSource, ResolvedModel, diagnose, laws, noise_of, sha256,
+    NoiseSource, ResolvedModel, diagnose_together, laws, noise_of, open_together, sha256,
 };
 use crate::mismatch::{Diagnosis, Verdict};
 use crate::physics::{Law, ModelFile};
@@ -46,28 +46,28 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         let loaded = LoadedLoadCases::open(data(args)?, &global.open_settings())?;
         return diagnose_load_cases::run(args, &loaded, global);
     }
-    if let Some(further) = args.further.first() {
-        return Err(ArgumentError::new(
-            further.display().to_string(),
-            "several data are diagnosed together if all are load cases: loads and displacements as vectors",
-            "diagnose one session at a time; --earlier takes the scatter of earlier sessions",
-        )
-        .into());
-    }
-    let session = LoadedSession::open(data(args)?, &global.open_settings())?;
-    of_session(args, &session, without, global)
-        .map_err(|failure| failure.with_warnings(&session.warnings))
+    let first = LoadedSession::open(data(args)?, &global.open_settings())?;
+    let sessions = open_together(first, &args.further, &global.open_settings())?;
+    let warnings: Vec<String> = sessions
+        .iter()
+        .flat_map(|session| session.warnings.iter().cloned())
+        .collect();
+    of_sessions(args, &sessions, without, global)
+        .map_err(|failure| failure.with_warnings(&warnings))
 }
 
-fn of_session(
+fn of_sessions(
     args: &DiagnoseArgs,
-    session: &LoadedSession,
+    sessions: &[LoadedSession],
     without: Vec<Law>,
     global: &Global,
 ) -> Result<Outcome, Failure> {
     let bar = progress(global, "diagnosis: read, search, judge, draw", 4);
-    let model = args.model.resolve_for(session)?;
-    let inputs = Inputs::default().with_session(session).with_model(&model);
+    let model = args.model.resolve_together(sessions)?;
+    let inputs = sessions
+        .iter()
+        .fold(Inputs::default(), Inputs::with_session);
+    let inputs = inputs.with_model(&model);
     let options = DiagnoseSettings {
         parameters: args.parameters.choice(&model)?,
         noise: noise(args, &without, global)?,
@@ -75,8 +75,10 @@ fn of_session(
         without,
         keep_outliers: args.keep_outliers,
     };
-    let report = diagnose(session, &model, options, &|| bar.inc(1))?;
-    let mut warnings = [&session.warnings[..], &model.warnings, &report.warnings].concat();
+    let report = diagnose_together(sessions, &model, options, &|| bar.inc(1))?;
+    let of_sessions = sessions.iter().flat_map(|session| &session.warnings);
+    let mut warnings: Vec<String> = of_sessions.cloned().collect();
+    warnings.extend(model.warnings.iter().chain(&report.warnings).cloned());
     let mut text = diagnosis_page(&report);
     let whole = format!("{text}\n{}", diagnosis_appendix(&report));
     let with_inputs = format!("{}{whole}", inputs.text());
@@ -207,10 +209,11 @@ fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseS
     Ok(NoiseSource::EarlierSessions(earlier))
 }
 
-/// Where the results go: where the user says, else into the session folder.
+/// Where the results go: where the user says, else into the session folder, the last of several.
 fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
     args.out.clone().or_else(|| {
-        let data = args.data.as_ref().filter(|data| data.is_dir())?;
+        let last = args.further.last().or(args.data.as_ref());
+        let data = last.filter(|data| data.is_dir())?;
         Some(data.join("diagnosis"))
     })
 }

@@ -17,7 +17,7 @@ pub(super) struct DiagnoseArgs {
     /// Session folder, readings file or load cases (docs/joint-stiffness.md)
     #[arg(required_unless_present = "design")]
     pub(super) data: Option<PathBuf>,
-    /// Further load cases of the same robot, diagnosed together with the first
+    /// Further sessions or load cases of the same robot, diagnosed together with the first
     #[arg(value_name = "DATA", conflicts_with_all = ["design", "specimen"])]
     pub(super) further: Vec<PathBuf>,
     /// Instead: what a planned procedure (file or shipped name) can and cannot tell apart, before any session

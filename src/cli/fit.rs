@@ -1,7 +1,7 @@
 //! `stiffbench fit`.
 
 use crate::analysis::{
-    ArgumentError, Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit,
+    ArgumentError, Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit, open_together,
 };
 use crate::fit::{FactorStatus, FitOutcome, PaperFit};
 use crate::least_squares::SigmaMode;
@@ -26,14 +26,6 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     if let Data::LoadCases(loaded) = &data {
         return fit_load_cases::run(args, loaded, global);
     }
-    if let Some(further) = args.further.first() {
-        return Err(ArgumentError::new(
-            further.display().to_string(),
-            "several data are fitted together if all are load cases: loads and displacements as vectors",
-            "fit one session at a time; compare takes two",
-        )
-        .into());
-    }
     if args.next.is_some() {
         return Err(ArgumentError::new(
             "--next",
@@ -42,14 +34,36 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         )
         .into());
     }
-    let prepared = FitData::new(data, &args.model.choice()?, method)?;
+    let prepared = match data {
+        Data::Readings(session) if !args.further.is_empty() => {
+            if args.bootstrap > 0 {
+                return Err(ArgumentError::new(
+                    "--bootstrap",
+                    "it draws the runs of one session again",
+                    "leave it out, or fit one session",
+                )
+                .into());
+            }
+            let sessions = open_together(*session, &args.further, &global.open_settings())?;
+            FitData::together(&sessions, &args.model.choice()?, method)?
+        }
+        Data::Stiffness { .. } if !args.further.is_empty() => {
+            return Err(ArgumentError::new(
+                args.data.display().to_string(),
+                "it holds stiffness values, and several data are fitted together if all hold readings",
+                "name sessions, or one list alone",
+            )
+            .into());
+        }
+        data => FitData::new(data, &args.model.choice()?, method)?,
+    };
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
-            let data = FitReport::from(&outcome);
+            let data = FitReport::from(&outcome).of_sessions(&prepared.sessions);
             (outcome, data)
         }),
         MethodArg::Paper => paper(args, &prepared, global).map(|fit| {
-            let data = FitReport::from(&fit);
+            let data = FitReport::from(&fit).of_sessions(&prepared.sessions);
             (fit.outcome, data)
         }),
     };

@@ -9,6 +9,7 @@ mod noise;
 mod open_questions;
 mod page;
 mod phrases;
+mod sessions;
 mod summary;
 mod tables;
 

@@ -32,6 +32,25 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         method_words(fit.method),
         fit.termination
     );
+    for session in &fit.sessions {
+        let slope = session.run_slope_sd.map_or_else(
+            || "too few repeats to show how the slopes of its runs scatter".to_owned(),
+            |sd| {
+                format!(
+                    "slopes of its runs scatter by {} %",
+                    significant(100.0 * sd, 2)
+                )
+            },
+        );
+        let _ = writeln!(
+            text,
+            "Session {}: {} cells, {slope}.",
+            session.name, session.cells
+        );
+    }
+    if !fit.sessions.is_empty() {
+        text.push('\n');
+    }
     if !fit.physics.is_empty() {
         text.push_str("Physics beside the beams, held fixed:\n");
         for effect in &fit.physics {
@@ -213,8 +232,12 @@ fn cells_text(fit: &FitReport) -> String {
     });
     let mut rows = AlignedTable::new(&heads);
     for cell in &fit.cells {
+        let pose = match &cell.session {
+            Some(session) => format!("{session}/{}", cell.pose),
+            None => cell.pose.to_string(),
+        };
         rows.row([
-            cell.pose.to_string(),
+            pose,
             format!("{} {}", cell.direction, cell.direction.word()),
             number(cell.measured.value, &|k| significant(k, 4)),
             number(cell.predicted.value, &|k| significant(k, 4)),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::analysis::FittedSession;
 use crate::fit::{
     Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
     MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
@@ -43,6 +44,9 @@ pub struct FitReport {
     pub reduced_chi2: Option<f64>,
     /// Probability of a sum of squares at least as large if model and uncertainties are right.
     pub p: Option<f64>,
+    /// The sessions, where several were fitted together, in the order of their cells.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sessions: Vec<FittedSessionReport>,
     /// Every measured cell.
     pub cells: Vec<FittedCellReport>,
     /// Largest |ratio - 100| over held-out cells, else over all.
@@ -123,6 +127,9 @@ pub struct ParameterReport {
 /// A measured cell beside its prediction.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FittedCellReport {
+    /// The session, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub session: Option<String>,
     /// The pose.
     pub pose: PoseId,
     /// The direction.
@@ -139,6 +146,39 @@ pub struct FittedCellReport {
     pub held_out: bool,
     /// Stiffness predicted by a fit without this pose.
     pub predicted_without_its_pose: Option<Reported>,
+}
+
+/// One of several sessions that were fitted together.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FittedSessionReport {
+    /// What the cells call it.
+    pub name: String,
+    /// The data as they were named.
+    pub data: String,
+    /// Its cells.
+    pub cells: usize,
+    /// Relative standard deviation of the slope from run to run; `null` where it has too few repeats.
+    pub run_slope_sd: Option<f64>,
+}
+
+impl FitReport {
+    /// The same with the cells named by their sessions, which follow each other.
+    #[must_use]
+    pub fn of_sessions(mut self, sessions: &[FittedSession]) -> Self {
+        let mut cells = self.cells.iter_mut();
+        for session in sessions {
+            for cell in cells.by_ref().take(session.cells) {
+                cell.session = Some(session.name.clone());
+            }
+            self.sessions.push(FittedSessionReport {
+                name: session.name.clone(),
+                data: session.data.clone(),
+                cells: session.cells,
+                run_slope_sd: session.run_slope_sd,
+            });
+        }
+        self
+    }
 }
 
 /// The nine steps of the paper.
@@ -223,6 +263,7 @@ impl From<&FitOutcome> for FitReport {
             dof: agreement.map(|agreement| agreement.dof),
             reduced_chi2: agreement.and_then(|agreement| agreement.reduced_chi_squared),
             p: agreement.and_then(|agreement| agreement.p_value),
+            sessions: Vec::new(),
             cells: outcome.cells.iter().map(Into::into).collect(),
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
@@ -306,6 +347,7 @@ impl From<&FittedCell> for FittedCellReport {
     fn from(cell: &FittedCell) -> Self {
         let stiffness = |n_per_m: f64| Reported::exact(n_per_m / N_PER_UM, "N/um");
         Self {
+            session: None,
             pose: cell.cell.pose.clone(),
             direction: cell.cell.direction,
             measured: stiffness(cell.measured_n_per_m),

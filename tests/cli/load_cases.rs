@@ -289,10 +289,7 @@ fn tables_of_one_robot_are_diagnosed_together() {
     desk.run("simulate session").succeeds();
     for (data, words) in [
         ("first.csv session", "no load cases are there"),
-        (
-            "session first.csv",
-            "are diagnosed together if all are load cases",
-        ),
+        ("session first.csv", "first.csv: it holds load cases"),
     ] {
         let run = format!("diagnose {data} --robot fanuc.toml");
         let error = desk.refusal(&run, 2, "stiffbench::usage::argument");

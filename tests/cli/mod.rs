@@ -24,6 +24,7 @@ mod positions;
 mod results;
 mod robots;
 mod session;
+mod several_sessions;
 mod strict;
 #[cfg(unix)]
 mod vectors;

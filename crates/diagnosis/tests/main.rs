@@ -11,6 +11,7 @@ mod fit_coverage;
 mod fit_recovery;
 mod fit_springs;
 mod growth;
+mod joined_sessions;
 mod load_case_diagnosis;
 mod load_case_fit;
 mod map_questions;

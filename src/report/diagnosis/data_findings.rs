@@ -86,7 +86,7 @@ impl DataFindingReport {
                 BadReadingKind::Sign => DataFindingKind::Sign,
                 BadReadingKind::DecimalPoint(_) => DataFindingKind::DecimalPoint,
             },
-            file: report.data.clone(),
+            file: file_of(report, &bad.pose),
             lines: vec![bad.line],
             place: DataPlace::Reading {
                 pose: bad.pose.clone(),
@@ -103,6 +103,16 @@ impl DataFindingReport {
             left_out: !report.outliers_kept,
         }
     }
+}
+
+/// The data that have a pose: of several sessions the one whose name the pose carries.
+fn file_of(report: &DiagnosisReport, pose: &PoseId) -> String {
+    let is_of = |name: &str| {
+        let rest = pose.as_str().strip_prefix(name);
+        rest.is_some_and(|rest| rest.starts_with('/'))
+    };
+    let own = report.sessions.iter().find(|one| is_of(&one.name));
+    own.map_or_else(|| report.data.clone(), |own| own.data.clone())
 }
 
 /// The line above everything else; empty without bad readings.

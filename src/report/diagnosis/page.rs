@@ -13,6 +13,7 @@ use super::open_questions::{next, not_tested, rejected};
 use super::phrases::{
     likelier, listed, location, one_in, paragraph, phrase, printed, strength, um,
 };
+use super::sessions::sessions;
 use super::tables::{errors, factors, upper_limits};
 use super::{check, least_law_p, parameter_interval};
 use crate::analysis::DiagnosisReport;
@@ -42,6 +43,7 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
     };
     let nothing = diagnosis.verdict == Verdict::NothingMissing;
     let sections = [
+        sessions(report),
         bad_readings(report),
         lacking(report, &answers),
         when(decided, &|| missing(report, &answers)),

@@ -23,6 +23,7 @@ use super::detection_limits::{DetectionLimitReport, SearchLevels};
 use super::known_effects::KnownEffectReport;
 use super::noise::NoiseReport;
 use super::page::headline;
+use super::sessions::SessionReport;
 use super::{check, factor_value, parameter_interval, phrases};
 
 /// What `diagnose` gives: of a session, of a table without a robot, or of load cases.
@@ -94,6 +95,9 @@ pub struct DiagnosisSummary {
     pub start_factors: String,
     /// Number of readings.
     pub readings: usize,
+    /// Each session, where several were diagnosed together. Their poses are called `session/pose`; `noise` above is that of the first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sessions: Vec<SessionReport>,
     /// Laws that the search left out.
     pub without: Vec<Law>,
     /// Seed of the simulated noise.
@@ -345,6 +349,7 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             mechanism: report.mechanism.clone(),
             start_factors: report.factors.clone(),
             readings: report.observations.len(),
+            sessions: report.sessions.iter().map(Into::into).collect(),
             without,
             seed: report.seed,
             version: env!("CARGO_PKG_VERSION"),

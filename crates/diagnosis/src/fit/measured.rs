@@ -149,18 +149,46 @@ impl MeasuredStiffness {
                 reading_noise: of_readings.map(f64::sqrt).map(with_own),
             });
         }
-        // Weights are either known for all cells or used for none: one cell without would otherwise have to be guessed.
-        if measured
-            .cells
-            .iter()
-            .any(|cell| cell.ln_uncertainty.is_none())
-        {
-            for cell in &mut measured.cells {
+        measured.weigh_all_or_none();
+        measured
+    }
+
+    /// The cells of several sessions, each with the uncertainty that its own session shows; a cell measured in two of them counts twice.
+    #[must_use]
+    pub fn joined(sessions: &[Self]) -> Self {
+        let pooled = sessions.iter().map(|session| match session.basis {
+            WeightBasis::Pooled { run_slope_sd, dof } => Some((run_slope_sd, dof)),
+            _ => None,
+        });
+        let pooled: Option<Vec<(f64, f64)>> = pooled.collect();
+        let basis = pooled.map_or(WeightBasis::EachCell, |pooled| {
+            let dof: f64 = pooled.iter().map(|(_, dof)| dof).sum();
+            let squares: f64 = pooled.iter().map(|(sd, dof)| sd * sd * dof).sum();
+            WeightBasis::Pooled {
+                run_slope_sd: (squares / dof.max(f64::MIN_POSITIVE)).sqrt(),
+                dof,
+            }
+        });
+        let mut joined = Self {
+            cells: sessions.iter().flat_map(|one| one.cells.clone()).collect(),
+            basis,
+            unusable: sessions
+                .iter()
+                .flat_map(|one| one.unusable.clone())
+                .collect(),
+        };
+        joined.weigh_all_or_none();
+        joined
+    }
+
+    /// Weights are either known for all cells or used for none: one cell without would otherwise have to be guessed.
+    fn weigh_all_or_none(&mut self) {
+        if self.cells.iter().any(|cell| cell.ln_uncertainty.is_none()) {
+            for cell in &mut self.cells {
                 cell.ln_uncertainty = None;
             }
-            measured.basis = WeightBasis::Equal;
+            self.basis = WeightBasis::Equal;
         }
-        measured
     }
 
     /// The cells of the named poses, or all others.

@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use super::joined_sessions::NoisePart;
 use super::observations::Observations;
 use crate::search::{Covariance, LowRankBlock, RowMemory};
 
@@ -37,34 +38,6 @@ impl ReadingNoise {
         self.reading_sd_m.powi(2) + (self.growth_sd * slope_m).powi(2)
     }
 
-    /// How each reading remembers the one before it, for its variance: none one of another run; empty without any. Scatter remembers, the steps
-    /// of the gauges do not.
-    fn memory(
-        &self,
-        observations: &Observations,
-        variances: &[f64],
-        slope_m: &[f64],
-    ) -> Vec<RowMemory> {
-        if self.correlation == 0.0 {
-            return Vec::new();
-        }
-        let step_m = observations.steps.displacement_m.unwrap_or(0.0);
-        let of_step = step_m * step_m / 12.0;
-        let rows = variances.iter().zip(slope_m);
-        let mut memory: Vec<RowMemory> = rows
-            .map(|(variance, slope_m)| RowMemory {
-                correlation: self.correlation,
-                share: ((self.own_variance(*slope_m) - of_step) / variance).clamp(0.0, 1.0),
-            })
-            .collect();
-        for run in &observations.runs {
-            if let Some(first) = memory.get_mut(run.readings.start) {
-                first.correlation = 0.0;
-            }
-        }
-        memory
-    }
-
     /// How much larger than in another noise the variance is that exceeds it most; not below 1.
     pub(super) fn largest_variance_ratio(&self, other: &Self) -> f64 {
         let ratios = [
@@ -88,6 +61,8 @@ pub(super) struct NoiseCovariance {
     pub(super) noise: ReadingNoise,
     /// Prediction b of the baseline, which a run's slope multiplies, m.
     pub(super) slope_m: Vec<f64>,
+    /// The noise of each session.
+    parts: Vec<NoisePart>,
 }
 
 impl NoiseCovariance {
@@ -102,30 +77,39 @@ impl NoiseCovariance {
         slope_m: &[f64],
         compliance: &[f64],
     ) -> Self {
-        let force_step_n = observations.steps.force_n.unwrap_or(0.0);
-        let force_variance = force_step_n * force_step_n / 12.0;
-        let variances: Vec<f64> = observations
-            .loads
+        let parts = observations.noise_parts(noise);
+        let variances: Vec<f64> = parts
             .iter()
-            .zip(compliance)
-            .zip(slope_m)
-            .map(|((load, c), slope_m)| {
-                let of_force = if load.force_n == 0.0 {
-                    0.0
-                } else {
-                    force_variance * c * c
-                };
-                noise.own_variance(*slope_m) + of_force
+            .flat_map(|part| {
+                let force_step_n = part.steps.force_n.unwrap_or(0.0);
+                let force_variance = force_step_n * force_step_n / 12.0;
+                part.readings.clone().map(move |reading| {
+                    let c = compliance[reading];
+                    let of_force = if observations.loads[reading].force_n == 0.0 {
+                        0.0
+                    } else {
+                        force_variance * c * c
+                    };
+                    part.noise.own_variance(slope_m[reading]) + of_force
+                })
             })
             .collect();
-        let memory = noise.memory(observations, &variances, slope_m);
-        let blocks = groups(observations)
-            .map(|readings| common_part(observations, noise, slope_m, readings));
+        let memory = memory(&parts, observations, &variances, slope_m);
+        let blocks = groups(observations).map(|readings| {
+            let noise = &part_of(&parts, readings.start).noise;
+            common_part(observations, noise, slope_m, readings)
+        });
         Self {
             covariance: Covariance::with_memory(&variances, &memory, blocks),
             noise: *noise,
             slope_m: slope_m.to_vec(),
+            parts,
         }
+    }
+
+    /// The noise of a reading.
+    pub(super) fn noise_at(&self, reading: usize) -> &ReadingNoise {
+        &part_of(&self.parts, reading).noise
     }
 
     /// Best estimate of each reading without its own error and without its zero, m: where the gauge really stood.
@@ -139,8 +123,8 @@ impl NoiseCovariance {
         let mut positions = observations.displacement_m.clone();
         let mut own = solved.clone();
         self.covariance.own_part(&mut own);
-        let zero = self.noise.zero_sd_m.powi(2);
         for group in self.covariance.block_rows() {
+            let zero = self.noise_at(group.start).zero_sd_m.powi(2);
             for_each_zero(observations, group, |member| {
                 let members = || group.clone().filter(|&r| member(r));
                 let offset = zero * members().map(|r| solved[r]).sum::<f64>();
@@ -155,7 +139,7 @@ impl NoiseCovariance {
     /// Variance of a reading by the step of the force, m².
     fn force_variance(&self, reading: usize) -> f64 {
         let weight = self.covariance.weights()[reading];
-        (weight * weight).recip() - self.noise.own_variance(self.slope_m[reading])
+        (weight * weight).recip() - self.noise_at(reading).own_variance(self.slope_m[reading])
     }
 
     /// Share of its own error in the variance of a reading without zero and slope; the rest is the step of the force.
@@ -189,13 +173,14 @@ impl NoiseCovariance {
         let mut zero = 0.0;
         let mut slope = 0.0;
         for group in self.covariance.block_rows() {
+            let variance = self.noise_at(group.start).zero_sd_m.powi(2);
             for_each_zero(observations, group, |member| {
                 let sum: f64 = group
                     .clone()
                     .filter(|&r| member(r))
                     .map(|r| scratch[r])
                     .sum();
-                zero += sum * sum;
+                zero += variance * sum * sum;
             });
         }
         for run in &observations.runs {
@@ -204,14 +189,45 @@ impl NoiseCovariance {
                 .clone()
                 .map(|r| scratch[r] * self.slope_m[r])
                 .sum();
-            slope += sum * sum;
+            slope += self.noise_at(run.readings.start).run_slope_sd.powi(2) * sum * sum;
         }
-        [
-            reading / square,
-            zero * self.noise.zero_sd_m.powi(2) / square,
-            slope * self.noise.run_slope_sd.powi(2) / square,
-        ]
+        [reading / square, zero / square, slope / square]
     }
+}
+
+/// The part of a reading.
+fn part_of(parts: &[NoisePart], reading: usize) -> &NoisePart {
+    let place = parts.partition_point(|part| part.readings.end <= reading);
+    &parts[place.min(parts.len() - 1)]
+}
+
+/// How each reading remembers the one before it, for its variance: none one of another run; empty without any. Scatter remembers, the steps
+/// of the gauges do not.
+fn memory(
+    parts: &[NoisePart],
+    observations: &Observations,
+    variances: &[f64],
+    slope_m: &[f64],
+) -> Vec<RowMemory> {
+    if parts.iter().all(|part| part.noise.correlation == 0.0) {
+        return Vec::new();
+    }
+    let of_part = |part: &NoisePart| {
+        let step_m = part.steps.displacement_m.unwrap_or(0.0);
+        let (noise, of_step) = (part.noise, step_m * step_m / 12.0);
+        part.readings.clone().map(move |reading| RowMemory {
+            correlation: noise.correlation,
+            share: ((noise.own_variance(slope_m[reading]) - of_step) / variances[reading])
+                .clamp(0.0, 1.0),
+        })
+    };
+    let mut memory: Vec<RowMemory> = parts.iter().flat_map(of_part).collect();
+    for run in &observations.runs {
+        if let Some(first) = memory.get_mut(run.readings.start) {
+            first.correlation = 0.0;
+        }
+    }
+    memory
 }
 
 /// What readings of a range have in common: a column σ₀ 1 for each zero and σₛ b for each run.

@@ -6,6 +6,8 @@ use stiffbench_beams::physics::{LoadPoint, RunLoads};
 use stiffbench_measurement::readings::{Reading, ReadingTable, SessionHeader, SinceZero};
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
+use super::joined_sessions::ObservedSession;
+
 /// A pose and direction with its readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservedCell {
@@ -83,6 +85,8 @@ pub struct Observations {
     pub recorded: Recorded,
     /// Whether a gauge zero may be anything: where a line is drawn through readings without a zeroed gauge.
     pub free_zeros: bool,
+    /// The sessions, where they are several.
+    pub sessions: Vec<ObservedSession>,
 }
 
 /// Columns that some laws need.
@@ -144,6 +148,7 @@ impl Observations {
             release_n: header.and_then(SessionHeader::release_n),
             recorded,
             free_zeros: false,
+            sessions: Vec::new(),
         }
     }
 
@@ -172,7 +177,7 @@ impl Observations {
             pose: &self.poses[cell.pose],
             direction: cell.direction,
             repeat: *repeat,
-            release_n: self.release_n,
+            release_n: self.release_of(run),
             loads: &self.loads[readings.clone()],
         }
     }
@@ -219,6 +224,11 @@ impl Observations {
             displacement_m: Vec::new(),
             ..self.clone()
         };
+        for session in &mut out.sessions {
+            let kept = |readings: Range<usize>| keep[readings].iter().filter(|keep| **keep).count();
+            let first = kept(0..session.readings.start);
+            session.readings = first..first + kept(session.readings.clone());
+        }
         for cell in &self.cells {
             let (first_run, first) = (out.runs.len(), out.readings.len());
             for run in &self.runs[cell.runs.clone()] {
@@ -246,6 +256,12 @@ impl Observations {
                     ..cell.clone()
                 });
             }
+        }
+        for session in &mut out.sessions {
+            let of_run = |run: &ObservedRun| session.readings.contains(&run.readings.start);
+            let first = out.runs.iter().position(of_run).unwrap_or(out.runs.len());
+            let count = out.runs.iter().filter(|run| of_run(run)).count();
+            session.runs = first..first + count;
         }
         out
     }

@@ -77,6 +77,7 @@ impl Observations {
                     && all().next().is_some(),
             },
             free_zeros: false,
+            sessions: Vec::new(),
             poses: Vec::new(),
         };
         let mut zeros = 0;

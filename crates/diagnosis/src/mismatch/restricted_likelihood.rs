@@ -203,8 +203,8 @@ impl VarianceProblem<'_> {
             DVector::from_iterator(places.len(), places.iter().map(|&i| centre[i]))
         };
         let mut best = self.maximise(start(FurtherParts::NONE), centre, FurtherParts::NONE);
-        // Without repeats what a model leaves cannot be distinguished from noise with a memory.
-        if !from_repeats {
+        // Without repeats what a model leaves cannot be distinguished from noise with a memory; each of several sessions has its own.
+        if !from_repeats || !self.observations.sessions.is_empty() {
             return best;
         }
         loop {

@@ -17,8 +17,6 @@ pub(super) struct RoundedNoise<'a> {
     /// Where the gauge stood without noise, m.
     predicted_m: Vec<f64>,
     step_m: f64,
-    /// Standard deviation of a reading before it is rounded, m.
-    reading_sd_m: f64,
 }
 
 impl<'a> RoundedNoise<'a> {
@@ -34,12 +32,11 @@ impl<'a> RoundedNoise<'a> {
         let step_m = observations.steps.displacement_m?;
         let variance = whitening.noise.reading_sd_m.powi(2);
         let of_step = step_m * step_m / 12.0;
-        (of_step > COARSE * variance).then(|| Self {
+        (of_step > COARSE * variance).then_some(Self {
             observations,
             whitening,
             predicted_m,
             step_m,
-            reading_sd_m: (variance - of_step).max(0.0).sqrt().max(FINEST * step_m),
         })
     }
 }
@@ -47,27 +44,26 @@ impl<'a> RoundedNoise<'a> {
 impl RoundedNoise<'_> {
     /// Errors of all readings, m.
     pub(super) fn errors_m(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let noise = self.whitening.noise;
-        let mut normal = |sd: f64| -> f64 {
-            let z: f64 = StandardNormal.sample(rng);
-            sd * z
-        };
+        let mut normal = || -> f64 { StandardNormal.sample(rng) };
         let readings = &self.observations.readings;
         let last_zero = readings.iter().map(|reading| reading.zero as usize).max();
-        let zeros: Vec<f64> = (0..=last_zero.unwrap_or(0))
-            .map(|_| normal(noise.zero_sd_m))
-            .collect();
+        let zeros: Vec<f64> = (0..=last_zero.unwrap_or(0)).map(|_| normal()).collect();
         let runs = &self.observations.runs;
-        let slopes: Vec<f64> = runs.iter().map(|_| normal(noise.run_slope_sd)).collect();
+        let slopes: Vec<f64> = runs.iter().map(|_| normal()).collect();
+        let of_step = self.step_m * self.step_m / 12.0;
         readings
             .iter()
             .zip(&self.predicted_m)
             .zip(&self.whitening.slope_m)
-            .map(|((reading, predicted), slope_m)| {
+            .enumerate()
+            .map(|(place, ((reading, predicted), slope_m))| {
+                let noise = self.whitening.noise_at(place);
+                // Before it is rounded.
+                let own = (noise.reading_sd_m.powi(2) - of_step).max(0.0).sqrt();
                 let stood = predicted
-                    + zeros[reading.zero as usize]
-                    + slopes[reading.run] * slope_m
-                    + normal(self.reading_sd_m);
+                    + noise.zero_sd_m * zeros[reading.zero as usize]
+                    + noise.run_slope_sd * slopes[reading.run] * slope_m
+                    + own.max(FINEST * self.step_m) * normal();
                 (stood / self.step_m).round() * self.step_m - predicted
             })
             .collect()

@@ -144,6 +144,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
                 .any(|reading| reading.temperature_deg_c.is_some()),
         },
         free_zeros: true,
+        sessions: Vec::new(),
     };
     let empty: Range<usize> = 0..0;
     for configuration in 0..table.configurations.len() {

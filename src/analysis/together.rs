@@ -1,0 +1,272 @@
+//! Several sessions of one robot, laid out for one analysis.
+
+use std::path::PathBuf;
+
+use crate::mismatch::{
+    BadReading, KnownNoise, Observations, ReadingNoise, noise_alone, screen_readings,
+};
+use crate::parameters::ParameterChoice;
+use crate::test_point::PoseId;
+
+use super::data::{LoadedSession, OpenSettings};
+use super::design::baseline;
+use super::error::{AnalysisError, ArgumentError};
+use super::files::read_text;
+use super::hash::sha256;
+use super::load_cases::LoadedLoadCases;
+use super::model::{ModelChoice, ResolvedModel, resolve};
+use super::procedure::add_pose;
+
+/// One of several sessions that are analysed together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SessionShare {
+    /// What the page calls it: its poses are `name/pose`.
+    pub name: String,
+    /// What the user calls it.
+    pub data: String,
+    /// Readings that were searched.
+    pub readings: usize,
+    /// Its runs.
+    pub runs: usize,
+    /// Readings that its repeats contradict.
+    pub bad_readings: usize,
+    /// Its noise, as it stands at the end.
+    pub noise: ReadingNoise,
+    /// Between what an earlier diagnosis, stored beside this session, could not decide.
+    pub open_before: Option<OpenBefore>,
+}
+
+/// What an earlier diagnosis left open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenBefore {
+    /// How many sessions it was of: this one, and others of those that are analysed together now.
+    pub sessions: usize,
+    /// Law and place, as its JSON has them.
+    pub open: Vec<(String, serde_json::Value)>,
+}
+
+/// The readings of one session or several.
+pub(super) struct LaidOut {
+    pub(super) observations: Observations,
+    /// The same with every pose under its own name.
+    pub(super) done: Observations,
+    /// Poses as the robot names them, one for each of the observations'.
+    pub(super) poses: Vec<PoseId>,
+    pub(super) bad_readings: Vec<BadReading>,
+    pub(super) tails_dof: Option<f64>,
+    /// Empty of one session.
+    pub(super) sessions: Vec<SessionShare>,
+}
+
+/// Lays out sessions, each without the readings that its own repeats contradict.
+pub(super) fn lay_out(
+    sessions: &[LoadedSession],
+    model: &ResolvedModel,
+    parameters: &ParameterChoice,
+    keep_outliers: bool,
+) -> Result<LaidOut, AnalysisError> {
+    let mechanism = model.mechanism()?;
+    let names = names(sessions);
+    let (mut own, mut bad_readings, mut shares) = (Vec::new(), Vec::new(), Vec::new());
+    let mut tails_dof: Option<f64> = None;
+    for (session, name) in sessions.iter().zip(&names) {
+        let observations = Observations::new(&session.table, session.header.as_ref());
+        let mut baseline = baseline(model, mechanism, &observations.poses, parameters)?;
+        baseline.add_variant(&model.physics.effects)?;
+        let screened = screen_readings(&baseline, &observations, &KnownNoise::Nothing)?;
+        let kept = if keep_outliers {
+            observations
+        } else {
+            screened.observations
+        };
+        // The longest tails.
+        tails_dof = match (tails_dof, screened.tails_dof) {
+            (Some(one), Some(other)) => Some(one.min(other)),
+            (one, other) => one.or(other),
+        };
+        if sessions.len() > 1 {
+            shares.push(SessionShare {
+                name: name.clone(),
+                data: session.name.clone(),
+                readings: kept.len(),
+                runs: kept.runs.len(),
+                bad_readings: screened.bad.len(),
+                noise: noise_alone(&baseline, &kept)?,
+                open_before: open_before(session, sessions),
+            });
+        }
+        let several = sessions.len() > 1;
+        bad_readings.extend(screened.bad.into_iter().map(|bad| {
+            let pose = if several {
+                PoseId::new(&format!("{name}/{}", bad.pose))
+            } else {
+                bad.pose
+            };
+            BadReading { pose, ..bad }
+        }));
+        own.push(kept);
+    }
+    let poses = own.iter().flat_map(|one| one.poses.iter().cloned());
+    let poses: Vec<PoseId> = poses.collect();
+    let observations = if let [one] = &own[..] {
+        one.clone()
+    } else {
+        let joined: Vec<(&str, &Observations, ReadingNoise)> = shares
+            .iter()
+            .zip(&own)
+            .map(|(share, own)| (&share.name[..], own, share.noise))
+            .collect();
+        Observations::joined(&joined)
+    };
+    Ok(LaidOut {
+        done: observations.with_pose_names(&poses),
+        observations,
+        poses,
+        bad_readings,
+        tails_dof,
+        sessions: shares,
+    })
+}
+
+/// What a diagnosis that is stored beside a session left open, if it was of fewer sessions than now.
+fn open_before(session: &LoadedSession, now: &[LoadedSession]) -> Option<OpenBefore> {
+    let text = read_text(&session.folder.join("diagnosis/diagnosis.json")).ok()?;
+    let stored: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let inputs = stored["inputs"]["data"].as_array()?;
+    let is_there = |input: &serde_json::Value| {
+        let mut sessions = now.iter();
+        sessions.any(|session| input["sha256"] == session.sha256.as_str())
+    };
+    let is_earlier = inputs.len() < now.len() && inputs.iter().all(is_there);
+    let findings = stored["data"]["findings"].as_array();
+    let findings = findings.filter(|_| is_earlier)?.iter();
+    let open = findings.filter(|finding| !finding["alternative_group"].is_null());
+    let named = open.filter_map(|finding| {
+        let law = finding["physics"].as_str()?;
+        Some((law.to_owned(), finding["place"].clone()))
+    });
+    let open: Vec<(String, serde_json::Value)> = named.collect();
+    (!open.is_empty()).then_some(OpenBefore {
+        sessions: inputs.len(),
+        open,
+    })
+}
+
+/// Short names, each of one session only, that places can hold.
+pub(super) fn names(sessions: &[LoadedSession]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for session in sessions {
+        let plain = |c: char| if "./@:,= ".contains(c) { '-' } else { c };
+        let short: String = session.short_name().chars().map(plain).collect();
+        let mut name = short.clone();
+        let mut number = 2;
+        while names.contains(&name) {
+            name = format!("{short}-{number}");
+            number += 1;
+        }
+        names.push(name);
+    }
+    names
+}
+
+/// Opens further sessions behind a first.
+///
+/// # Errors
+/// For data that are no readings of runs, and as [`LoadedSession::open`].
+pub fn open_together(
+    first: LoadedSession,
+    further: &[PathBuf],
+    options: &OpenSettings,
+) -> Result<Vec<LoadedSession>, AnalysisError> {
+    let mut sessions = vec![first];
+    for path in further {
+        if LoadedLoadCases::is_at(path) {
+            return Err(ArgumentError::new(
+                path.display().to_string(),
+                format!(
+                    "it holds load cases (loads and displacements as vectors), {} readings of one direction over several loads",
+                    sessions[0].name
+                ),
+                "name data of one kind",
+            )
+            .into());
+        }
+        sessions.push(LoadedSession::open(path, options)?);
+    }
+    Ok(sessions)
+}
+
+/// The model of sessions of one robot, with the poses of all of them.
+///
+/// # Errors
+/// For a session that is there already, another robot file, another mechanism, and a pose with other joint values than before; as
+/// [`resolve`] besides.
+pub fn resolve_together(
+    sessions: &[LoadedSession],
+    choice: &ModelChoice,
+) -> Result<ResolvedModel, AnalysisError> {
+    let mut model = resolve(choice, sessions.first())?;
+    for (place, session) in sessions.iter().enumerate().skip(1) {
+        let own = resolve(choice, Some(session))?;
+        join_session(&mut model, &sessions[..place], session, &own)?;
+    }
+    Ok(model)
+}
+
+/// Takes a further session of the same robot into a model: its poses, where they are not there.
+///
+/// # Arguments
+/// - `before`: the sessions that the model has already, at least one.
+/// - `own`: the model of the further session by itself.
+fn join_session(
+    model: &mut ResolvedModel,
+    before: &[LoadedSession],
+    session: &LoadedSession,
+    own: &ResolvedModel,
+) -> Result<(), AnalysisError> {
+    let wrong = |problem: String, remedy: &str| -> AnalysisError {
+        ArgumentError::new(session.name.clone(), problem, remedy).into()
+    };
+    let first = before.first().map_or("the first data", |first| &first.name);
+    if let Some(same) = before.iter().find(|one| one.sha256 == session.sha256) {
+        return Err(wrong(
+            format!(
+                "it has the same readings as {}: they would count twice",
+                same.name
+            ),
+            "name each session once",
+        ));
+    }
+    if sha256(&own.source.text) != sha256(&model.source.text) {
+        return Err(wrong(
+            format!(
+                "it was measured on another robot file ({}) than {first} ({}): their SHA-256 differ",
+                own.source.name, model.source.name
+            ),
+            "name sessions of one robot; --robot FILE gives all of them the same file",
+        ));
+    }
+    if own.mechanism != model.mechanism {
+        return Err(wrong(
+            format!(
+                "it was measured with mechanism {}, {first} with {}",
+                own.mechanism, model.mechanism
+            ),
+            "name sessions of one mechanism, or give --mechanism",
+        ));
+    }
+    for pose in session.table.poses() {
+        let placed = own.robot.pose(&pose)?;
+        match model.robot.pose(&pose) {
+            Ok(known) if known != placed => {
+                return Err(wrong(
+                    format!("its pose {pose} has other joint values than in {first}"),
+                    "rename the pose in one of the sessions (procedure and readings)",
+                ));
+            }
+            Ok(_) => {}
+            Err(_) => add_pose(&mut model.robot, &pose, placed.clone()),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,143 @@
+//! Several sessions diagnosed together: what each brings.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::analysis::{DiagnosisReport, SessionShare};
+use crate::report::{AlignedTable, LawAtPlace, significant};
+
+use super::page::head;
+use super::phrases::{listed, paragraph};
+use super::summary::um;
+
+/// One of several sessions that were diagnosed together.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SessionReport {
+    /// What it is called in the names of poses.
+    pub name: String,
+    /// The data as they were named.
+    pub data: String,
+    /// Readings that were searched.
+    pub readings: usize,
+    /// Its runs.
+    pub runs: usize,
+    /// Readings that its repeats contradict.
+    pub bad_readings: usize,
+    /// Standard deviation of its readings, µm.
+    pub reading_sd_um: f64,
+    /// Standard deviation of its gauge zeros, µm.
+    pub zero_sd_um: f64,
+    /// Relative standard deviation of the slopes of its runs.
+    pub run_slope_sd: f64,
+    /// Growth of the scatter with the displacement, as a share of it; 0 without.
+    pub growth_sd: f64,
+    /// Correlation of the scatter of a reading with that of the one before it in its run; 0 without.
+    pub correlation: f64,
+    /// Between what an earlier diagnosis stored beside this session, of fewer sessions, could not decide.
+    pub open_before: Vec<String>,
+}
+
+impl From<&SessionShare> for SessionReport {
+    fn from(share: &SessionShare) -> Self {
+        Self {
+            name: share.name.clone(),
+            data: share.data.clone(),
+            readings: share.readings,
+            runs: share.runs,
+            bad_readings: share.bad_readings,
+            reading_sd_um: um(share.noise.reading_sd_m),
+            zero_sd_um: um(share.noise.zero_sd_m),
+            run_slope_sd: share.noise.run_slope_sd,
+            growth_sd: share.noise.growth_sd,
+            correlation: share.noise.correlation,
+            open_before: share
+                .open_before
+                .iter()
+                .flat_map(|before| before.open.iter().map(name))
+                .collect(),
+        }
+    }
+}
+
+/// A law at a place in words.
+fn name((law, place): &(String, serde_json::Value)) -> String {
+    format!("{law} {}", in_words(place))
+}
+
+/// What was open between laws and places, and what of it the sessions together still name.
+fn decided(report: &DiagnosisReport, share: &SessionShare) -> Option<String> {
+    let before = share.open_before.as_ref()?;
+    let now: Vec<serde_json::Value> = report
+        .diagnosis
+        .findings
+        .iter()
+        .filter_map(|finding| serde_json::to_value(LawAtPlace::from(&finding.effect)).ok())
+        .collect();
+    let is_named = |(law, place): &&(String, serde_json::Value)| {
+        let mut named = now.iter();
+        named.any(|one| one["physics"] == law.as_str() && one["place"] == *place)
+    };
+    let left: Vec<String> = before.open.iter().filter(is_named).map(name).collect();
+    let outcome = match &left[..] {
+        [] => "All together they name none of these.".to_owned(),
+        [one] => format!("All together they decide for {one}."),
+        several if several.len() == before.open.len() => "All of these are open still.".to_owned(),
+        several => format!("Open still: {}.", listed(several, "or")),
+    };
+    let own = match before.sessions {
+        1 => format!("{} alone", share.name),
+        _ => format!("{} with the sessions before it", share.name),
+    };
+    let open: Vec<String> = before.open.iter().map(name).collect();
+    let sentence = format!("{own} left open: {}. {outcome}", listed(&open, "or"));
+    Some(paragraph(&sentence, "", ""))
+}
+
+/// A place as JSON has it, without its keys.
+fn in_words(place: &serde_json::Value) -> String {
+    match place {
+        serde_json::Value::String(word) => word.clone(),
+        serde_json::Value::Object(parts) => {
+            let parts: Vec<String> = parts.values().map(in_words).collect();
+            parts.join(" ")
+        }
+        other => other.to_string(),
+    }
+}
+
+/// The section of the page; empty of one session.
+pub(super) fn sessions(report: &DiagnosisReport) -> String {
+    if report.sessions.is_empty() {
+        return String::new();
+    }
+    let mut rows = AlignedTable::new(&[
+        "session",
+        "readings",
+        "runs",
+        "bad",
+        "reading, um",
+        "gauge zero, um",
+        "run slope, %",
+    ]);
+    for one in &report.sessions {
+        rows.row([
+            one.name.clone(),
+            one.readings.to_string(),
+            one.runs.to_string(),
+            one.bad_readings.to_string(),
+            significant(um(one.noise.reading_sd_m), 2),
+            significant(um(one.noise.zero_sd_m), 2),
+            significant(100.0 * one.noise.run_slope_sd, 2),
+        ]);
+    }
+    let decided = report
+        .sessions
+        .iter()
+        .filter_map(|one| decided(report, one));
+    format!(
+        "{}{}{}",
+        head("Sessions, each with its own noise (standard deviations)"),
+        rows.text(),
+        decided.collect::<String>()
+    )
+}
