@@ -1,9 +1,9 @@
 //! Diagnoses: what the model leaves out.
 
 use crate::mismatch::{
-    BadReading, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise, KnownNoise,
-    LawCriticalValues, Located, MismatchError, NextMeasurement, Observations, RobotBaseline,
-    SearchOptions, diagnose_and_locate, given_noise, reading_between_slips, trace,
+    BadReading, BadRun, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise,
+    KnownNoise, LawCriticalValues, Located, MismatchError, NextMeasurement, Observations,
+    RobotBaseline, SearchOptions, diagnose_and_locate, given_noise, reading_between_slips, trace,
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, FileLine, Law};
@@ -30,7 +30,7 @@ pub struct DiagnoseSettings {
     pub seed: u64,
     /// Where the noise of single readings comes from.
     pub noise: NoiseSource,
-    /// Whether readings that their repeats contradict stay in.
+    /// Whether readings and runs that their repeats contradict stay in.
     pub keep_outliers: bool,
 }
 
@@ -76,6 +76,8 @@ pub struct DiagnosisReport {
     pub parameters: Vec<BaselineParameter>,
     /// The factors with what was found.
     pub fitted_factors: FittingFactors,
+    /// Runs that their repeats contradict, and cells that cannot be.
+    pub bad_runs: Vec<BadRun>,
     /// Readings that their repeats contradict.
     pub bad_readings: Vec<BadReading>,
     /// Degrees of freedom of Student's t of the others; none where a normal distribution fits as well.
@@ -153,6 +155,7 @@ pub fn diagnose_together(
         mut observations,
         done,
         poses,
+        bad_runs,
         mut bad_readings,
         tails_dof,
         mut sessions,
@@ -232,6 +235,7 @@ pub fn diagnose_together(
         diagnosis,
         critical,
         parameters: baseline.parameters().to_vec(),
+        bad_runs,
         bad_readings,
         tails_dof,
         outliers_kept: options.keep_outliers,

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::mismatch::{
-    BadReading, KnownNoise, Observations, ReadingNoise, noise_alone, screen_readings,
+    BadReading, BadRun, KnownNoise, Observations, ReadingNoise, noise_alone, screen_readings,
+    screen_runs,
 };
 use crate::parameters::ParameterChoice;
 use crate::test_point::PoseId;
@@ -52,6 +53,7 @@ pub(super) struct LaidOut {
     pub(super) done: Observations,
     /// Poses as the robot names them, one for each of the observations'.
     pub(super) poses: Vec<PoseId>,
+    pub(super) bad_runs: Vec<BadRun>,
     pub(super) bad_readings: Vec<BadReading>,
     pub(super) tails_dof: Option<f64>,
     /// Empty of one session.
@@ -67,13 +69,16 @@ pub(super) fn lay_out(
 ) -> Result<LaidOut, AnalysisError> {
     let mechanism = model.mechanism()?;
     let names = names(sessions);
-    let (mut own, mut bad_readings, mut shares) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut own, mut shares) = (Vec::new(), Vec::new());
+    let (mut bad_runs, mut bad_readings) = (Vec::new(), Vec::new());
+    let several = sessions.len() > 1;
     let mut tails_dof: Option<f64> = None;
     for (session, name) in sessions.iter().zip(&names) {
         let observations = Observations::new(&session.table, session.header.as_ref());
         let mut baseline = baseline(model, mechanism, &observations.poses, parameters)?;
         baseline.add_variant(&model.physics.effects)?;
-        let screened = screen_readings(&baseline, &observations, &KnownNoise::Nothing)?;
+        let runs = screen_runs(&baseline, &observations, &KnownNoise::Nothing)?;
+        let screened = screen_readings(&baseline, &runs.observations, &KnownNoise::Nothing)?;
         let kept = if keep_outliers {
             observations
         } else {
@@ -95,14 +100,20 @@ pub(super) fn lay_out(
                 open_before: open_before(session, sessions),
             });
         }
-        let several = sessions.len() > 1;
-        bad_readings.extend(screened.bad.into_iter().map(|bad| {
-            let pose = if several {
-                PoseId::new(&format!("{name}/{}", bad.pose))
+        let named = |pose: PoseId| {
+            if several {
+                PoseId::new(&format!("{name}/{pose}"))
             } else {
-                bad.pose
-            };
-            BadReading { pose, ..bad }
+                pose
+            }
+        };
+        bad_runs.extend(runs.bad.into_iter().map(|bad| BadRun {
+            pose: named(bad.pose),
+            ..bad
+        }));
+        bad_readings.extend(screened.bad.into_iter().map(|bad| BadReading {
+            pose: named(bad.pose),
+            ..bad
         }));
         own.push(kept);
     }
@@ -122,6 +133,7 @@ pub(super) fn lay_out(
         done: observations.with_pose_names(&poses),
         observations,
         poses,
+        bad_runs,
         bad_readings,
         tails_dof,
         sessions: shares,

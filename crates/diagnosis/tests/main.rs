@@ -6,6 +6,7 @@
 )]
 
 mod bad_readings;
+mod bad_runs;
 mod elastic_calibration;
 mod fit_coverage;
 mod fit_recovery;

@@ -1,10 +1,10 @@
-//! Readings that their repeats contradict.
+//! Readings and runs that their repeats contradict.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
-use crate::mismatch::{BadReading, BadReadingKind};
+use crate::mismatch::{BadReading, BadReadingKind, BadRun};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::significant;
 use crate::test_point::{Branch, Direction, PoseId};
@@ -14,19 +14,21 @@ use super::phrases::paragraph;
 /// Bad readings that the page names; the JSON has all.
 const NAMED: usize = 12;
 
-/// What is wrong with a reading.
+/// What is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DataFindingKind {
-    /// Its value.
+    /// The value of a reading.
     BadReading,
-    /// Its sign.
+    /// The displacement per force of a run.
+    BadRun,
+    /// A sign.
     Sign,
-    /// Its decimal point.
+    /// A decimal point.
     DecimalPoint,
 }
 
-/// A reading that its repeats contradict.
+/// A reading or run that its repeats contradict, or a cell that yields against its load.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct DataFindingReport {
     /// What is wrong.
@@ -37,15 +39,15 @@ pub struct DataFindingReport {
     pub lines: Vec<u32>,
     /// Where it stands in the session.
     pub place: DataPlace,
-    /// What was read, in `unit`.
+    /// What was read, in `unit`: of a run or cell its displacement per force.
     pub value: f64,
     /// What the repeats of the same load let expect, in `unit`.
     pub expected: f64,
     /// Standard error of that difference, in `unit`.
     pub standard_error: f64,
-    /// `um`.
+    /// `um`, or `um/N` for runs and cells.
     pub unit: &'static str,
-    /// Chance that any good reading of the session is as far off.
+    /// Chance that any good reading, or run, of the session is as far off.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
     /// Whether the search went on without it.
@@ -69,13 +71,59 @@ pub enum DataPlace {
         /// Its branch.
         branch: Branch,
     },
+    /// All readings of a run.
+    Run {
+        /// Its pose.
+        pose: PoseId,
+        /// Its direction.
+        direction: Direction,
+        /// Its repeat.
+        repeat: u32,
+    },
+    /// All readings of a pose and direction.
+    Cell {
+        /// The pose.
+        pose: PoseId,
+        /// The direction.
+        direction: Direction,
+    },
 }
 
 impl DataFindingReport {
     /// All of a diagnosis.
     pub(super) fn all(report: &DiagnosisReport) -> Vec<Self> {
-        let bad = report.bad_readings.iter();
-        bad.map(|one| Self::new(report, one)).collect()
+        let runs = report.bad_runs.iter().map(|one| Self::of_run(report, one));
+        let readings = report.bad_readings.iter();
+        let readings = readings.map(|one| Self::new(report, one));
+        runs.chain(readings).collect()
+    }
+
+    fn of_run(report: &DiagnosisReport, bad: &BadRun) -> Self {
+        let (pose, direction) = (bad.pose.clone(), bad.direction);
+        let um = |metres: f64| metres / METRES_PER_MICROMETRE;
+        Self {
+            kind: match bad.kind {
+                BadReadingKind::Any => DataFindingKind::BadRun,
+                BadReadingKind::Sign => DataFindingKind::Sign,
+                BadReadingKind::DecimalPoint(_) => DataFindingKind::DecimalPoint,
+            },
+            file: file_of(report, &bad.pose),
+            lines: bad.lines.clone(),
+            place: match bad.repeat {
+                Some(repeat) => DataPlace::Run {
+                    pose,
+                    direction,
+                    repeat,
+                },
+                None => DataPlace::Cell { pose, direction },
+            },
+            value: um(bad.compliance),
+            expected: um(bad.expected),
+            standard_error: um(bad.u),
+            unit: "um/N",
+            p_family: bad.p_family,
+            left_out: !report.outliers_kept,
+        }
     }
 
     fn new(report: &DiagnosisReport, bad: &BadReading) -> Self {
@@ -115,18 +163,42 @@ fn file_of(report: &DiagnosisReport, pose: &PoseId) -> String {
     own.map_or_else(|| report.data.clone(), |own| own.data.clone())
 }
 
-/// The line above everything else; empty without bad readings.
+/// The lines above everything else; empty where nothing is bad.
 pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
-    let bad = &report.bad_readings;
-    let what = match &bad[..] {
-        [] => return String::new(),
-        [one] => format!(
-            "One reading contradicts its repeats: line {}, {} {}",
-            one.line, one.pose, one.direction
-        ),
-        _ => format!("{} readings contradict their repeats", bad.len()),
+    let runs: Vec<String> = report.bad_runs.iter().map(run_name).collect();
+    let runs = match &runs[..] {
+        [] => String::new(),
+        [one] => first_line(report, &format!("Data: {one} cannot be right"), 1),
+        [one, ..] => {
+            let more = runs.len() - 1;
+            first_line(
+                report,
+                &format!("Data: {one} and {more} more cannot be right"),
+                2,
+            )
+        }
     };
-    let done = match (report.outliers_kept, bad.len()) {
+    let bad = &report.bad_readings;
+    let readings = match &bad[..] {
+        [] => String::new(),
+        [one] => {
+            let place = format!("line {}, {} {}", one.line, one.pose, one.direction);
+            first_line(
+                report,
+                &format!("One reading contradicts its repeats: {place}"),
+                1,
+            )
+        }
+        _ => {
+            let what = format!("{} readings contradict their repeats", bad.len());
+            first_line(report, &what, bad.len())
+        }
+    };
+    runs + &readings
+}
+
+fn first_line(report: &DiagnosisReport, what: &str, count: usize) -> String {
+    let done = match (report.outliers_kept, count) {
         (true, _) => "kept",
         (false, 1) => "left out",
         (false, _) => "all left out",
@@ -134,22 +206,59 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
     paragraph(&format!("{what}; {done}."), "", "")
 }
 
-/// The section of the page; empty without bad readings.
+fn run_name(bad: &BadRun) -> String {
+    let lines = match &bad.lines[..] {
+        [first, .., last] => format!("lines {first} to {last}"),
+        [only] => format!("line {only}"),
+        [] => String::new(),
+    };
+    let (pose, direction) = (&bad.pose, bad.direction);
+    bad.repeat.map_or_else(
+        || format!("{pose} {direction} ({lines})"),
+        |repeat| format!("{pose} {direction}, repeat {repeat} ({lines})"),
+    )
+}
+
+/// What a slip of the pen would explain.
+fn kind_of_slip(kind: BadReadingKind) -> &'static str {
+    match kind {
+        BadReadingKind::Any => "",
+        BadReadingKind::Sign => ": with the other sign it agrees",
+        BadReadingKind::DecimalPoint(_) => ": with its decimal point moved it agrees",
+    }
+}
+
+fn bad_run(bad: &BadRun) -> String {
+    let um_per_n = |compliance: f64| significant(compliance / METRES_PER_MICROMETRE, 4);
+    let expected = match bad.repeat {
+        Some(_) => format!(
+            "where the other repeats let expect {} ± {} um/N{}",
+            um_per_n(bad.expected),
+            significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
+            kind_of_slip(bad.kind)
+        ),
+        None => "against its load; no structure does that: look at the sign of force and displacement there".to_owned(),
+    };
+    format!(
+        "{}: it yields by {} um/N, {expected}.",
+        run_name(bad),
+        um_per_n(bad.compliance)
+    )
+}
+
+/// The section of the page; empty where nothing is bad.
 pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
     let bad = &report.bad_readings;
-    if bad.is_empty() {
+    if bad.is_empty() && report.bad_runs.is_empty() {
         return String::new();
     }
     let mut text = super::page::head("Bad readings");
+    for one in &report.bad_runs {
+        text.push_str(&paragraph(&bad_run(one), "- ", "  "));
+    }
     for one in bad.iter().take(NAMED) {
         let um = |metres: f64| significant(metres / METRES_PER_MICROMETRE, 4);
-        let slip = match one.kind {
-            BadReadingKind::Any => String::new(),
-            BadReadingKind::Sign => ": with the other sign it agrees".to_owned(),
-            BadReadingKind::DecimalPoint(_) => {
-                ": with its decimal point moved it agrees".to_owned()
-            }
-        };
+        let slip = kind_of_slip(one.kind);
         let said = format!(
             "line {}: {} {}, repeat {}, step {}, {}: {} um, where the other repeats let expect {} ± {} um{slip}.",
             one.line,

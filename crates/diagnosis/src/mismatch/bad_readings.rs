@@ -236,7 +236,7 @@ impl BadReading {
 }
 
 /// What was done to a value that should be another, if it is one of the usual slips of the pen.
-fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
+pub(super) fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
     let agrees = |value: f64| (value - expected).abs() < 4.0 * u;
     // A value that lies near zero agrees with itself of any sign.
     if expected.abs() < 10.0 * u {
@@ -299,18 +299,18 @@ fn measured_compliance(observations: &Observations, cell: usize) -> Option<f64> 
 }
 
 /// Readings that are screened.
-struct ReadingScreen<'a> {
+pub(super) struct ReadingScreen<'a> {
     observations: &'a Observations,
     /// Displacement in proportion to the force, and displacement per force, at each reading.
-    slope_m: Vec<f64>,
-    compliance: Vec<f64>,
+    pub(super) slope_m: Vec<f64>,
+    pub(super) compliance: Vec<f64>,
     noise: &'a KnownNoise,
 }
 
 impl<'a> ReadingScreen<'a> {
     /// Compliances are those that the readings of each cell show: how far a step of the force moves a reading must not depend on the
     /// parameters that a fit starts from. Those of the baseline stand in where a cell was loaded with one force only.
-    fn new(
+    pub(super) fn new(
         baseline: &dyn Baseline,
         observations: &'a Observations,
         noise: &'a KnownNoise,
@@ -346,7 +346,7 @@ impl<'a> ReadingScreen<'a> {
     }
 
     /// The noise of the readings that are kept, from a similar one if there is one.
-    fn noise_of(&self, keep: &[bool], similar: Option<&ReadingNoise>) -> ReadingNoise {
+    pub(super) fn noise_of(&self, keep: &[bool], similar: Option<&ReadingNoise>) -> ReadingNoise {
         if let Some(given) = self.noise.given() {
             return given.noise;
         }

@@ -5,6 +5,7 @@
 //! whole search was calibrated to.
 
 mod bad_readings;
+mod bad_runs;
 mod baseline;
 mod candidate;
 mod candidate_scores;
@@ -58,6 +59,7 @@ mod verdict;
 mod white_laws;
 
 pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
+pub use bad_runs::{BadRun, ScreenedRuns, screen_runs};
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, StructureColumn,
 };
