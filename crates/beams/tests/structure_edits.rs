@@ -104,7 +104,7 @@ fn an_effect_on_the_file_is_the_file_with_another_number() {
         ),
         (
             "fanuc-r2000ic",
-            "link-length@J3.joints.J3.a_mm:length=10mm",
+            "link-length@J2.joints.J3.a_mm:length=10mm",
             "a_mm = 1075",
             "a_mm = 1085",
         ),

@@ -68,6 +68,28 @@ fn a_reading_that_is_off_is_named_with_what_it_should_have_been() {
     }
 }
 
+/// Each makes the scatter look long-tailed to the test of the others: found are all or none.
+#[test]
+fn several_readings_that_are_off_do_not_hide_each_other() {
+    let arm = Arm::new("load-hold-unload");
+    let truth = with_noise(Vec::new(), NOISE);
+    for seed in 0..6_u64 {
+        let good = simulate(&arm.baseline, &arm.plan, &truth, 300 + seed).unwrap();
+        let mut places: Vec<usize> = (0..4)
+            .map(|one| (37 + 61 * (seed as usize + 3 * one)) % good.len())
+            .collect();
+        places.sort_unstable();
+        let mut displacement_m = good.displacement_m.clone();
+        for (one, place) in places.iter().enumerate() {
+            displacement_m[*place] += if one % 2 == 0 { 250e-6 } else { -100e-6 };
+        }
+        let found = screened(&arm, &good.with_displacements(displacement_m));
+        let mut named: Vec<usize> = found.bad.iter().map(|bad| bad.reading).collect();
+        named.sort_unstable();
+        assert_eq!(named, places, "seed {seed}");
+    }
+}
+
 #[test]
 fn good_readings_are_left_alone() {
     let arm = Arm::new("load-hold-unload");

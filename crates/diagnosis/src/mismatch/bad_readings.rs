@@ -7,9 +7,12 @@
 //!   y = mean(step, branch, hold) + zero(zero id) + slope(run) b + shift e + error
 //! ```
 //!
-//! So it never asks the model. Errors may have long tails, as far as the others show them (`tails`); the step of the force has none. Where physics jumps at some force, a reading beyond that force differs from its repeats, and its force is the largest or the
-//! smallest of them: such readings are held against each other, and those between against each other. Several bad readings are found one after the other, the noise estimated anew without each, and believed up to the last that is
-//! significant (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
+//! So it never asks the model. Errors may have long tails, as far as the others show them (`tails`); the step of the force has
+//! none. Where physics jumps at some force, a reading beyond that force differs from its repeats, and its force is the largest or the smallest
+//! of them: such readings are held against each other, and those between against each other. Several bad readings are found one after the
+//! other, the noise estimated anew without each, up to the largest number that may be bad, and believed up to the last that is significant:
+//! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
+//! Of these each must contradict the good readings alone.
 
 use rayon::prelude::*;
 
@@ -128,35 +131,33 @@ pub fn screen_readings(
         keep = without;
         suspects.push(deviation);
         p.push(family_p);
-        // One that hides another is found with it; two in vain are the tail.
-        if p.iter().rev().take(2).all(|p| *p > BAD_READING_LEVEL) && p.len() > 1 {
-            break;
-        }
     }
     let Some(last) = p.iter().rposition(|p| *p <= BAD_READING_LEVEL) else {
         let tails_dof = screen.tails_dof(&vec![true; observations.len()], &of_all);
         return Ok(all_are_good(tails_dof));
     };
     suspects.truncate(last + 1);
-    // Each as the good readings alone let expect it.
-    let mut good = vec![true; observations.len()];
-    for suspect in &suspects {
-        good[suspect.reading] = false;
-    }
-    let found = screen.noise_of(&good, None);
-    for suspect in &mut suspects {
-        if let (Some(again), _) = screen.judged((&good, 1), &found, suspect.reading) {
-            *suspect = again;
+    // Each as the good readings alone let expect it: what lay far out only beside the others is good.
+    let good_without = |suspects: &[SuspectReading]| {
+        let mut good = vec![true; observations.len()];
+        for suspect in suspects {
+            good[suspect.reading] = false;
         }
-    }
-    // Of the first ones the last is as sure as the least sure.
+        good
+    };
+    let all_out = good_without(&suspects);
+    let found = screen.noise_of(&all_out, None);
+    let again = suspects.iter().filter_map(|suspect| {
+        let (deviation, alone) = screen.judged((&all_out, 1), &found, suspect.reading);
+        let is_bad = alone <= BAD_READING_LEVEL;
+        Some((deviation?, alone)).filter(|_| is_bad)
+    });
+    let (suspects, p): (Vec<SuspectReading>, Vec<f64>) = again.unzip();
+    let good = good_without(&suspects);
     let mut bad: Vec<BadReading> = suspects
         .iter()
-        .enumerate()
-        .map(|(place, one)| {
-            let p = p[place..=last].iter().copied().fold(1.0, f64::min);
-            BadReading::new(observations, one.reading, (one.shift_m, one.u_m), p)
-        })
+        .zip(p)
+        .map(|(one, p)| BadReading::new(observations, one.reading, (one.shift_m, one.u_m), p))
         .collect();
     bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family).then(a.line.cmp(&b.line)));
     Ok(ScreenedReadings {
