@@ -46,6 +46,20 @@ pub enum NoiseSource {
     EarlierSessions(Vec<MeasuredNoise>),
 }
 
+impl NoiseSource {
+    /// Refuses noise that is known for one session where several are diagnosed.
+    fn serves(&self, sessions: usize) -> Result<(), ArgumentError> {
+        if sessions > 1 && !matches!(self, Self::Readings) {
+            return Err(ArgumentError::new(
+                "--noise, --earlier",
+                "each of several sessions has its own noise, by its own readings",
+                "leave it out, or diagnose one session",
+            ));
+        }
+        Ok(())
+    }
+}
+
 /// Where the noise of a diagnosis came from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoiseOrigin {
@@ -142,14 +156,7 @@ pub fn diagnose_together(
     let (Some(session), Some(last)) = (sessions.first(), sessions.last()) else {
         return Err(MismatchError::Empty.into());
     };
-    if sessions.len() > 1 && !matches!(options.noise, NoiseSource::Readings) {
-        return Err(ArgumentError::new(
-            "--noise, --earlier",
-            "each of several sessions has its own noise, by its own readings",
-            "leave it out, or diagnose one session",
-        )
-        .into());
-    }
+    options.noise.serves(sessions.len())?;
     let parameters = &options.parameters;
     let LaidOut {
         mut observations,
@@ -220,13 +227,7 @@ pub fn diagnose_together(
     let (next, procedures) = proposals(model, header, &done, known, parameters)?;
     step();
     Ok(DiagnosisReport {
-        data: match &sessions[..] {
-            [] => session.short_name(),
-            several => {
-                let names: Vec<&str> = several.iter().map(|one| &one.name[..]).collect();
-                names.join(" + ")
-            }
-        },
+        data: joined_name(session, &sessions),
         sessions,
         robot: model.robot.name.clone(),
         mechanism: model.mechanism.clone(),
@@ -250,6 +251,15 @@ pub fn diagnose_together(
         seed: search.seed,
         warnings,
     })
+}
+
+/// What the data are called: a session by its name, several by all of them.
+fn joined_name(session: &LoadedSession, shares: &[SessionShare]) -> String {
+    if shares.is_empty() {
+        return session.short_name();
+    }
+    let names: Vec<&str> = shares.iter().map(|one| &one.name[..]).collect();
+    names.join(" + ")
 }
 
 /// A reading that the search leaves out, though it is not bad, in words.

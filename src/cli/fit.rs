@@ -34,29 +34,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         )
         .into());
     }
-    let prepared = match data {
-        Data::Readings(session) if !args.further.is_empty() => {
-            if args.bootstrap > 0 {
-                return Err(ArgumentError::new(
-                    "--bootstrap",
-                    "it draws the runs of one session again",
-                    "leave it out, or fit one session",
-                )
-                .into());
-            }
-            let sessions = open_together(*session, &args.further, &global.open_settings())?;
-            FitData::together(&sessions, &args.model.choice()?, method)?
-        }
-        Data::Stiffness { .. } if !args.further.is_empty() => {
-            return Err(ArgumentError::new(
-                args.data.display().to_string(),
-                "it holds stiffness values, and several data are fitted together if all hold readings",
-                "name sessions, or one list alone",
-            )
-            .into());
-        }
-        data => FitData::new(data, &args.model.choice()?, method)?,
-    };
+    let prepared = prepared(args, data, method, global)?;
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
             let data = FitReport::from(&outcome).of_sessions(&prepared.sessions);
@@ -120,6 +98,38 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         .with_inputs(prepared.inputs)
         .with_warnings(warnings)
         .with_strict_exit(if open { 41 } else { 0 }))
+}
+
+/// What is to be fitted: one data file, or several sessions together.
+fn prepared(
+    args: &FitArgs,
+    data: Data,
+    method: StiffnessMethod,
+    global: &Global,
+) -> Result<FitData, Failure> {
+    Ok(match data {
+        Data::Readings(session) if !args.further.is_empty() => {
+            if args.bootstrap > 0 {
+                return Err(ArgumentError::new(
+                    "--bootstrap",
+                    "it draws the runs of one session again",
+                    "leave it out, or fit one session",
+                )
+                .into());
+            }
+            let sessions = open_together(*session, &args.further, &global.open_settings())?;
+            FitData::together(&sessions, &args.model.choice()?, method)?
+        }
+        Data::Stiffness { .. } if !args.further.is_empty() => {
+            return Err(ArgumentError::new(
+                args.data.display().to_string(),
+                "it holds stiffness values, and several data are fitted together if all hold readings",
+                "name sessions, or one list alone",
+            )
+            .into());
+        }
+        data => FitData::new(data, &args.model.choice()?, method)?,
+    })
 }
 
 /// Options without effect are a misunderstanding, and worth an error.
