@@ -174,7 +174,20 @@ def _count_names(out: Judged, answer: dict, data: dict) -> None:
 def _left_after(name: str, truth: dict) -> float:
     """What the observer has left after a name; where it was not worked out, all."""
     near = [other["standard_errors_left"] for other in truth["near"] if matches(name, other["name"])]
-    return min([*near, truth.get("left_after", {}).get(name, truth["standard_errors"])])
+    worked_out = [left for other, left in truth.get("left_after", {}).items() if matches(name, other)]
+    return min([*near, *worked_out, truth["standard_errors"]])
+
+
+def _left_after_all(groups: list[list[str]], truth: dict) -> float:
+    """What the observer has left after all that is named: after the best single name, or after slips, whose runs do not overlap."""
+    whole, best_of_run = truth["standard_errors"], {}
+    names = [name for group in groups for name in group]
+    for name in (name for name in names if name.startswith("slip@")):
+        run = name.rpartition(".")[0]
+        explained = whole**2 - _left_after(name, truth) ** 2
+        best_of_run[run] = max(explained, best_of_run.get(run, 0.0))
+    after_slips = max(whole**2 - sum(best_of_run.values()), 0.0) ** 0.5
+    return min([after_slips, *(_left_after(name, truth) for name in names)])
 
 
 def _place_is_right(answer: dict, data: dict) -> bool:
@@ -220,8 +233,7 @@ def _count_unsaid(out: Judged, answer: dict, data: dict) -> None:
     if grade == "nothing":
         out.unsaid_truth = out.standard_errors >= LEFT_TRUTH
     elif answer["expected"] != "named" and not (answer["expected"] == "setup" and out.right):
-        names = [name for group in out.named for name in group]
-        out.unsaid_truth = min((_left_after(name, truths[0]) for name in names), default=0.0) >= LEFT_TRUTH
+        out.unsaid_truth = bool(out.named) and _left_after_all(out.named, truths[0]) >= LEFT_TRUTH
     elif answer["expected"] == "named" and not out.right:
         missed = [t["standard_errors"] for t in truths if not any(cannot_be_separated(n, t) for g in out.named for n in g)]
         out.unsaid_truth = max(missed, default=0.0) >= LEFT_TRUTH

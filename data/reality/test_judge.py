@@ -98,6 +98,19 @@ class Others(unittest.TestCase):
         self.assertTrue(judged(named, said("nothing-missing", grade="nothing")).unsaid_truth)
         self.assertFalse(judged(named, said("explained", [(BACKLASH, None)], "is")).unsaid_truth)
 
+    def test_what_is_left_of_a_mishap(self):
+        hand = answer("mishap", also_right=["slip@*"], cells=[])
+        hand["truth"] = [{"name": "hand", "standard_errors": 15.0, "near": [],
+                          "left_after": {"slip@P1.x.1.3": 12.0, "slip@P1.x.1.4": 12.5, "slip@P2.y.4.2": 12.0, "link-length@arm": 9.0}}]
+        slip = lambda pose, direction, repeat, step: {"physics": "slip", "place": {"run": {"pose": pose, "direction": direction, "repeat": repeat}, "step": step}}
+        unsaid = lambda *findings: judged(hand, said("explained", [(finding, None) for finding in findings], "is")).unsaid_truth
+        self.assertTrue(unsaid(slip("P1", "x", 1, 3)))
+        # 225 less 81 for each of two runs.
+        self.assertFalse(unsaid(slip("P1", "x", 1, 3), slip("P2", "y", 4, 2)))
+        self.assertTrue(unsaid(slip("P1", "x", 1, 3), slip("P1", "x", 1, 4)))
+        self.assertFalse(unsaid({"physics": "link-length", "place": {"body": "arm", "entry": "l2"}}))
+        self.assertTrue(unsaid({"physics": "creep", "place": {"structure": True}}))
+
     def test_a_failure_counts_as_nothing(self):
         self.assertFalse(judged(answer("nothing"), None).right)
 

@@ -230,8 +230,38 @@ def near(library: WideLibrary, target: np.ndarray, beside: np.ndarray, apart: fl
 
 
 def left_after(library: WideLibrary, target: np.ndarray, beside: np.ndarray) -> dict[str, float]:
-    """What each name and place leaves of a projected target, standard errors; shapes on their grids, jumps left out."""
-    return {title(effect): round(left, 2) for left, effect, _ in library.fit(target, beside)}
+    """What each name and place leaves of a projected target, standard errors; shapes on their grids, set-up findings of one pose and jumps too."""
+    found: dict[str, float] = {}
+
+    def keep(left: float, name: str) -> None:
+        found[name] = min(round(left, 2), found.get(name, np.inf))
+
+    for left, effect, _ in library.fit(target, beside):
+        keep(left, title(effect))
+    for left, name in offsets_of_one_pose(library, target, beside):
+        keep(left, name)
+    whole = float(np.linalg.norm(target))
+    for left, place in slips(library.information, target, beside, whole - 0.05):
+        keep(left, title(Effect("slip", place)))
+    return found
+
+
+def offsets_of_one_pose(library: WideLibrary, target: np.ndarray, beside: np.ndarray) -> list[tuple[float, str]]:
+    """What an angle of a joint that is wrong in one pose only leaves; each run has one pose, and runs are whitened apart."""
+    table, whole, found = library.information.bench.table, float(target @ target), []
+    for candidate in library.candidates:
+        if candidate.effect.physics != "joint-offset":
+            continue
+        column = candidate.columns[:, 0].reshape(table.pose.shape)
+        for index, pose in enumerate(table.names):
+            free = np.where(table.pose == index, column, 0.0).ravel()
+            length = np.linalg.norm(free)
+            free = free - beside @ (beside.T @ free)
+            norm = np.linalg.norm(free)
+            if norm > 1e-6 * length and abs(target @ free) / norm**2 <= library.plausible["joint-offset"]:
+                left = np.sqrt(max(whole - (target @ free / norm) ** 2, 0.0))
+                found.append((float(left), f"{title(candidate.effect)}.{pose}"))
+    return found
 
 
 def slips(information: Information, target: np.ndarray, beside: np.ndarray, apart: float) -> list[tuple[float, dict]]:
