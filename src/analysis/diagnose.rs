@@ -2,7 +2,7 @@
 
 use crate::mismatch::{
     BadReading, BadRun, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise,
-    KnownNoise, LawCriticalValues, Located, MismatchError, NextMeasurement, Observations,
+    KnownNoise, LawCriticalValues, Located, Location, MismatchError, NextMeasurement, Observations,
     RobotBaseline, SearchOptions, diagnose_and_locate, given_noise, reading_between_slips, trace,
 };
 use crate::parameters::ParameterChoice;
@@ -120,6 +120,22 @@ pub struct DiagnosisReport {
     pub seed: u64,
     /// What a user should know, beside the warnings of session and model.
     pub warnings: Vec<String>,
+}
+
+impl DiagnosisReport {
+    /// Where the model without effects fails: strata that noise does not explain, and patterns in others.
+    #[must_use]
+    pub fn locations(&self) -> Vec<Location> {
+        let mut locations = self.located.locations();
+        for pattern in &self.diagnosis.locations {
+            let is_known =
+                |known: &Location| known.stratum == pattern.stratum && pattern.period_s.is_none();
+            if !locations.iter().any(is_known) {
+                locations.push(pattern.clone());
+            }
+        }
+        locations
+    }
 }
 
 /// Finds what a model leaves out of the readings of a session.

@@ -40,6 +40,7 @@ fn finding(effect: Effect, group: Option<u32>) -> Finding {
         effect,
         grade: VerdictGrade::Is,
         shares: MisfitShares::default(),
+        at_bound: false,
         alternative_group: group,
         end_effect_m: 1e-5,
         absorbed_share: 0.2,
@@ -63,6 +64,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
         stratum: Stratum::Rest,
         pose: None,
         direction: None,
+        period_s: None,
         p_family: 0.5,
         size_m: 0.0,
     };

@@ -1,7 +1,10 @@
 //! Findings as one answers with them: alone, or as a set of which one is true.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::mismatch::Finding;
-use crate::physics::LawKind;
+use crate::physics::Law;
 
 use super::phrases::{listed, phrase};
 
@@ -23,6 +26,26 @@ pub(super) enum Accused {
     Setup,
     /// The one or the other.
     Either,
+}
+
+/// What a finding accuses.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FindingKind {
+    /// The robot, its gauges or their surroundings.
+    Physics,
+    /// The robot file, or how gauges and loads were set up.
+    Setup,
+}
+
+impl From<Law> for FindingKind {
+    fn from(law: Law) -> Self {
+        if law.is_setup() {
+            Self::Setup
+        } else {
+            Self::Physics
+        }
+    }
 }
 
 impl Accused {
@@ -81,7 +104,7 @@ impl<'a> DiagnosisAnswer<'a> {
 
     /// What it accuses.
     pub(super) fn accuses(&self) -> Accused {
-        let is_setup = |finding: &&Finding| finding.effect.law.kind == LawKind::Setup;
+        let is_setup = |finding: &&Finding| finding.effect.law.is_setup();
         let members = self.members();
         match members.iter().filter(|finding| is_setup(finding)).count() {
             0 => Accused::Physics,
@@ -147,6 +170,7 @@ mod tests {
             grade: VerdictGrade::Is,
             shares: MisfitShares::default(),
             values: Vec::new(),
+            at_bound: false,
             alternative_group: Some(1),
             end_effect_m: 1e-5,
             absorbed_share: 0.0,

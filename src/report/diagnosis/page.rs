@@ -187,18 +187,29 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String 
             "",
         ));
     }
-    for accused in ACCUSED {
-        let own = answers.iter().filter(|answer| answer.accuses() == accused);
-        for (place, answer) in own.enumerate() {
+    let is_weak = |answer: &&DiagnosisAnswer<'_>| answer.members()[0].grade == VerdictGrade::Weak;
+    let mut section = |heading: &str, answers: Vec<&DiagnosisAnswer<'_>>| {
+        for (place, answer) in answers.into_iter().enumerate() {
             if place == 0 && !is_unknown {
                 if !text.is_empty() {
                     text.push('\n');
                 }
-                text.push_str(&head(accused.heading()));
+                text.push_str(&head(heading));
             }
             text.push_str(&answer_section(report, answer));
         }
+    };
+    for accused in ACCUSED {
+        let own = answers.iter().filter(|answer| answer.accuses() == accused);
+        section(
+            accused.heading(),
+            own.filter(|answer| !is_weak(answer)).collect(),
+        );
     }
+    section(
+        "Weak signs, which chance may have made",
+        answers.iter().filter(is_weak).collect(),
+    );
     text
 }
 
@@ -251,6 +262,15 @@ fn described(finding: &Finding, with_law: bool) -> String {
             " {}: {} {unit} ({interval}).",
             capital(spec.word),
             significant(factor * value.value, 3)
+        );
+    }
+    if finding.at_bound
+        && let Some(size) = law.parameters.first()
+    {
+        let _ = write!(
+            text,
+            " That is the bound of what is plausible ({}): doubt the name.",
+            size.plausible.reason
         );
     }
     let _ = write!(
@@ -356,7 +376,7 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> String {
 }
 
 fn where_(report: &DiagnosisReport) -> String {
-    let locations = report.located.locations();
+    let locations = report.locations();
     if locations.is_empty() {
         return String::new();
     }

@@ -117,6 +117,15 @@ pub(super) fn strength(log_bayes: f64) -> &'static str {
 
 /// Where something sits, in words: a stratum, with its pose and direction.
 pub(super) fn location(location: &Location) -> String {
+    if let Some(period_s) = location.period_s {
+        let period = if period_s < 120.0 {
+            format!("{period_s:.0} s")
+        } else {
+            format!("{:.0} min", period_s / 60.0)
+        };
+        let size = um(location.size_m);
+        return format!("in a swing over the clock, period about {period} (up to {size})");
+    }
     let what = match location.stratum {
         Stratum::CellSlope => "in the stiffness, which one set of factors does not give everywhere",
         Stratum::LoadStep => "in the shape of the load-displacement curves",

@@ -13,11 +13,12 @@ use crate::mismatch::{
     NextMeasurement, Omnibus, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
     VerdictGrade,
 };
-use crate::physics::{FileLine, Law, LawKind};
+use crate::physics::{FileLine, Law};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{LawAtPlace, LoadCaseDiagnosisReport, SpecimenSummary};
 use crate::test_point::{Direction, PoseId};
 
+use super::answer::FindingKind;
 use super::data_findings::DataFindingReport;
 use super::detection_limits::{DetectionLimitReport, SearchLevels};
 use super::known_effects::KnownEffectReport;
@@ -116,7 +117,7 @@ pub struct FindingReport {
     #[serde(flatten)]
     pub law: LawAtPlace,
     /// Physics of the robot, or a mistake in its file or in the set-up.
-    pub kind: LawKind,
+    pub kind: FindingKind,
     /// How far its name may be relied on.
     pub grade: VerdictGrade,
     /// Shares of the misfit that it explains beside the other findings.
@@ -129,6 +130,8 @@ pub struct FindingReport {
     pub file_line: Option<FileLine>,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, FittedParameter>,
+    /// Whether its size stands at the bound of what is plausible.
+    pub at_bound: bool,
     /// Largest change of a reading, µm.
     pub end_effect_um: f64,
     /// Share of the effect that the factors had absorbed.
@@ -307,7 +310,7 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             shares: diagnosis.shares,
             omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),
-            locations: located.locations(),
+            locations: report.locations(),
             findings: (diagnosis.findings.iter())
                 .map(|finding| FindingReport {
                     file_line: report.file_line(&finding.effect).cloned(),
@@ -369,12 +372,13 @@ impl From<&Finding> for FindingReport {
         });
         Self {
             law: (&finding.effect).into(),
-            kind: finding.effect.law.kind,
+            kind: finding.effect.law.into(),
             grade: finding.grade,
             shares: finding.shares,
             check: check(&finding.effect),
             file_line: None,
             parameters: parameters.collect(),
+            at_bound: finding.at_bound,
             end_effect_um: um(finding.end_effect_m),
             absorbed_share: finding.absorbed_share,
             log_bayes_factor: finding.log_bayes,

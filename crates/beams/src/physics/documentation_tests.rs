@@ -2,7 +2,7 @@
 
 use stiffbench_units_and_text::source_text::SourceText;
 
-use super::{Effect, Law, ModelFile, PlaceKind};
+use super::{Effect, Law, LawKind, MistakePrior, ModelFile, PlaceKind};
 
 fn document() -> &'static str {
     stiffbench_test_files::text("docs/physics.md")
@@ -47,6 +47,21 @@ fn ranges() -> Vec<String> {
     Law::ALL.iter().flat_map(of_law).collect()
 }
 
+/// The rows of the table of mistakes, as the program has them.
+fn mistakes() -> Vec<String> {
+    let of_law = |law: &Law| {
+        let size = law.parameters.first()?;
+        let sd = match law.kind {
+            LawKind::Setup(MistakePrior::Size(sd)) => format!("{sd} {}", size.unit()),
+            LawKind::Setup(MistakePrior::Factor(sd)) => format!("{sd} of ln(1 + {})", size.name),
+            LawKind::Setup(MistakePrior::Sizeless) | LawKind::Physics => return None,
+        };
+        let sd = sd.trim_end_matches(" 1");
+        Some(format!("| {} | `{}` | {sd} |", law.row, size.name))
+    };
+    Law::ALL.iter().filter_map(of_law).collect()
+}
+
 /// Holds a table of the document against what the program says.
 fn compare(head: &str, rows: &[String]) {
     let table = document().split_once(head).unwrap().1;
@@ -68,6 +83,12 @@ fn the_table_of_laws_is_the_programs() {
 fn the_table_of_plausible_ranges_is_the_programs() {
     let head = "| law | parameter | plausible range and its reason |\n| --- | --- | --- |\n";
     compare(head, &ranges());
+}
+
+#[test]
+fn the_table_of_mistakes_is_the_programs() {
+    let head = "| law | parameter | standard deviation |\n| --- | --- | --- |\n";
+    compare(head, &mistakes());
 }
 
 #[test]

@@ -22,7 +22,7 @@ pub struct LawDefinition {
     pub name: &'static str,
     /// Name in tables, of this law alone.
     pub row: &'static str,
-    /// What it accuses.
+    /// What it accuses, and how large a mistake is.
     pub kind: LawKind,
     /// The equation, in ASCII.
     pub equation: &'static str,
@@ -45,13 +45,36 @@ pub struct LawDefinition {
 }
 
 /// What a law accuses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LawKind {
     /// The robot, its gauges or their surroundings.
     Physics,
     /// The robot file, or how gauges and loads were set up.
-    Setup,
+    Setup(MistakePrior),
+}
+
+/// Prior of the size of a mistake, normal about none: mistakes that are made and overlooked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MistakePrior {
+    /// With this standard deviation, in the unit of the size.
+    Size(f64),
+    /// Of ln(1 + size), with this standard deviation: a factor.
+    Factor(f64),
+    /// It has no size.
+    Sizeless,
+}
+
+impl MistakePrior {
+    /// Logarithm of the prior density at a size, relative to no mistake.
+    #[must_use]
+    pub fn log_density(self, size: f64) -> f64 {
+        let ratio = match self {
+            Self::Size(sd) => size / sd,
+            Self::Factor(sd) => size.max(-1.0 + f64::EPSILON).ln_1p() / sd,
+            Self::Sizeless => 0.0,
+        };
+        -0.5 * ratio * ratio
+    }
 }
 
 /// How a law is named in sentences.
@@ -139,6 +162,21 @@ impl Law {
             .iter()
             .copied()
             .filter(move |law| law.name == name)
+    }
+
+    /// Whether it is a mistake of the robot file or the set-up.
+    #[must_use]
+    pub fn is_setup(self) -> bool {
+        matches!(self.kind, LawKind::Setup(_))
+    }
+
+    /// Logarithm of the prior density of its values, relative to none: of mistakes; physics within its bounds is as likely everywhere.
+    #[must_use]
+    pub fn log_prior(self, values: &[f64]) -> f64 {
+        match self.kind {
+            LawKind::Physics => 0.0,
+            LawKind::Setup(prior) => values.first().map_or(0.0, |size| prior.log_density(*size)),
+        }
     }
 
     /// Whether the law sits in one joint.

@@ -31,7 +31,9 @@ pub use action::{
 pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
-pub use law::{Check, Curve, Driving, Law, LawDefinition, LawFigure, LawKind, LawWording};
+pub use law::{
+    Check, Curve, Driving, Law, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior,
+};
 pub use law_set::{LawSet, LoadPoint, RunLoads, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics};
 pub use model_file::{

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use stiffbench_beams::physics::{Law, LawKind, Place};
+use stiffbench_beams::physics::{Law, Place};
 
 use super::candidate::Candidate;
 use super::candidate_scores::{WhiteCandidate, WhiteCandidates, WhiteShape};
@@ -93,9 +93,9 @@ pub(super) fn critical_values(
     let engine = Batched::new(space, &nothing_left);
     let mut maxima = engine.null_maxima(groups, families.len() + 1, &cells, noise);
     let unexplained = maxima.families.pop().unwrap_or_default();
-    let of_kind = |kind: LawKind, level: f64| {
+    let of_kind = |setup: bool, level: f64| {
         let here = families.iter().zip(&maxima.families);
-        let here = here.filter(|((law, _), _)| law.kind == kind);
+        let here = here.filter(|((law, _), _)| law.is_setup() == setup);
         let (families, maxima): (Vec<Family>, Vec<Vec<f64>>) = here
             .map(|(family, maxima)| (*family, maxima.clone()))
             .unzip();
@@ -103,8 +103,8 @@ pub(super) fn critical_values(
     };
     LawCriticalValues {
         laws: search::CriticalValues::together([
-            of_kind(LawKind::Physics, LAW_LEVEL - SETUP_LEVEL),
-            of_kind(LawKind::Setup, SETUP_LEVEL),
+            of_kind(false, LAW_LEVEL - SETUP_LEVEL),
+            of_kind(true, SETUP_LEVEL),
         ]),
         unexplained: NullDistribution::new(unexplained),
     }

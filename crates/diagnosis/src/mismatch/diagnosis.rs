@@ -81,6 +81,8 @@ pub struct Finding {
     pub shares: MisfitShares,
     /// Its values with uncertainty, in the order of the law's parameters.
     pub values: Vec<EstimatedValue>,
+    /// Whether its size stands at the bound of what is plausible.
+    pub at_bound: bool,
     /// Members of one group exclude each other and are indistinguishable; `None` where the finding stands alone.
     pub alternative_group: Option<u32>,
     /// Largest change of a reading, m.
@@ -109,6 +111,9 @@ pub struct Location {
     /// Chance that noise alone shows as much anywhere.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
+    /// Period of a swing of the clock, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period_s: Option<f64>,
     /// Largest change of a reading by the pattern, m; in files µm.
     #[serde(rename = "size_um", serialize_with = "in_micrometres")]
     pub size_m: f64,

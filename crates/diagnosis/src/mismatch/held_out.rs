@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::diagnosis::{HeldOut, Quality};
 use super::error::MismatchError;
+use super::observations::ObservedCell;
 use super::problem::DiagnosisProblem;
 use super::refit::{Model, WeightedFit};
 use super::state::State;
@@ -47,22 +48,35 @@ impl DiagnosisProblem<'_> {
         })
     }
 
-    /// The same poses predicted by two models, each fitted without them: fall of the weighted squares.
+    /// The same parts predicted by two models, each fitted without them: fall of the weighted squares.
+    ///
+    /// # Arguments
+    /// - `folds`: for each part whether a reading belongs to it.
     pub(super) fn held_out_fall(
         &self,
         state: &State,
         simple: &Model,
+        folds: &[Vec<bool>],
     ) -> Result<f64, MismatchError> {
-        let falls: Vec<f64> = (0..self.observations.poses.len())
-            .into_par_iter()
-            .map(|pose| {
-                let (_, with) = self.without_pose(state, &state.fitted.model, pose)?;
-                let (_, without) = self.without_pose(state, simple, pose)?;
-                Ok(without - with)
-            })
-            .collect::<Result<_, MismatchError>>()?;
-        // Summed in order, so that the number of threads does not show in the last digit.
-        Ok(falls.iter().sum())
+        let with = self.held_squares(state, &state.fitted.model, folds)?;
+        Ok(self.held_squares(state, simple, folds)? - with)
+    }
+
+    /// Readings of each pose.
+    pub(super) fn folds_of_poses(&self) -> Vec<Vec<bool>> {
+        let poses = 0..self.observations.poses.len();
+        poses
+            .map(|pose| self.fold(|cell| cell.pose == pose))
+            .collect()
+    }
+
+    /// Readings of the cells that pass.
+    pub(super) fn fold(&self, passes: impl Fn(&ObservedCell) -> bool) -> Vec<bool> {
+        let mut fold = vec![false; self.observations.len()];
+        for cell in self.observations.cells.iter().filter(|cell| passes(cell)) {
+            fold[cell.readings.clone()].fill(true);
+        }
+        fold
     }
 
     /// Weighted squares of readings in parts that a model was not fitted to.
@@ -91,10 +105,7 @@ impl DiagnosisProblem<'_> {
         model: &Model,
         pose: usize,
     ) -> Result<(f64, f64), MismatchError> {
-        let held: Vec<bool> = (0..self.observations.len())
-            .map(|reading| self.observations.cells[self.observations.cell_of(reading)].pose == pose)
-            .collect();
-        self.without(state, model, &held)
+        self.without(state, model, &self.fold(|cell| cell.pose == pose))
     }
 
     /// The same of any readings.

@@ -179,6 +179,7 @@ impl DiagnosisProblem<'_> {
                 parameters: effect.values.len(),
                 dof: 1e6,
                 critical_value: f64::INFINITY,
+                log_prior: effect.law.log_prior(&effect.values),
             },
             white,
             whole,

@@ -13,7 +13,9 @@ use super::observations::{Observations, ObservedCell};
 use super::profiles::profiles;
 use super::stratum::Stratum;
 use crate::search::WhiteSpace;
-use crate::search::constants::{ABSORBED_PATTERN, ENOUGH_FOR_A_RHYTHM, FREQUENCIES};
+use crate::search::constants::{
+    ABSORBED_PATTERN, ENOUGH_FOR_A_RHYTHM, FREQUENCIES, RUNS_OF_A_SWING,
+};
 use crate::search::{Batched, RowVector, ScoreEngine};
 
 /// The readings a pattern acts on.
@@ -49,6 +51,8 @@ pub(super) struct ResidualPattern {
     pub(super) units: Vec<RowVector>,
     /// Largest change of a reading for a unit along the first vector, m.
     pub(super) size_m: f64,
+    /// Of a swing of the clock, s.
+    pub(super) period_s: Option<f64>,
 }
 
 /// All patterns that some observations can show, each written out when it is wanted: together they would fill the memory.
@@ -76,6 +80,8 @@ enum PatternForm {
     Period(f64),
     /// Sine and cosine of the place in the run, with so many cycles a reading.
     Order(f64),
+    /// Sine and cosine of the clock, with a period in s.
+    Swing(f64),
 }
 
 /// Memory for the changes of readings by a pattern, m, and for products.
@@ -102,8 +108,11 @@ impl<'a> Patterns<'a> {
             }
         }
         let waves = period_patterns(observations).chain(order_patterns(observations));
-        all.extend(waves.map(|(group, form)| Pattern {
-            stratum: Stratum::Rest,
+        let waves = waves.map(|(group, form)| (Stratum::Rest, group, form));
+        let swings = swing_patterns(observations);
+        let swings = swings.map(|(group, form)| (Stratum::RepeatTime, group, form));
+        all.extend(waves.chain(swings).map(|(stratum, group, form)| Pattern {
+            stratum,
             group,
             form,
         }));
@@ -167,6 +176,9 @@ impl<'a> Patterns<'a> {
                         let run = &observations.runs[observations.readings[reading].run];
                         cycles * (reading - run.readings.start) as f64
                     }
+                    PatternForm::Swing(period_s) => {
+                        observations.readings[reading].time_s.unwrap_or(0.0) / period_s
+                    }
                 };
                 let angle = std::f64::consts::TAU * turn;
                 first[reading] = 1e-6 * angle.sin();
@@ -194,6 +206,10 @@ impl<'a> Patterns<'a> {
             group: pattern.group,
             units,
             size_m: changes.fold(0.0_f64, |most, v| most.max(v.abs())) / length,
+            period_s: match pattern.form {
+                PatternForm::Swing(period_s) => Some(period_s),
+                _ => None,
+            },
         })
     }
 
@@ -270,9 +286,34 @@ impl PatternForm {
     fn vectors(self) -> usize {
         match self {
             Self::Profile { .. } => 1,
-            Self::Period(_) | Self::Order(_) => 2,
+            Self::Period(_) | Self::Order(_) | Self::Swing(_) => 2,
         }
     }
+}
+
+/// All readings.
+const EVERYWHERE: PatternGroup = PatternGroup {
+    pose: None,
+    direction: None,
+};
+
+/// Sines and cosines of the clock, with periods from twice the session down to the time between the starts of two runs: a room that swings.
+///
+/// Faster ones show as a correlation within runs. The frequencies are half the resolution of the session apart.
+fn swing_patterns(
+    observations: &Observations,
+) -> impl Iterator<Item = (PatternGroup, PatternForm)> {
+    let times = observations.readings.iter().filter_map(|r| r.time_s);
+    let (first, last) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), time| {
+        (first.min(time), last.max(time))
+    });
+    let longest_s = 2.0 * (last - first);
+    let count = if longest_s > 0.0 && observations.runs.len() >= RUNS_OF_A_SWING {
+        (2 * observations.runs.len()).min(FREQUENCIES)
+    } else {
+        0
+    };
+    (1..=count).map(move |number| (EVERYWHERE, PatternForm::Swing(longest_s / number as f64)))
 }
 
 /// Sines and cosines of the place in the run: something that repeats itself with the readings.
@@ -281,23 +322,21 @@ fn order_patterns(
 ) -> impl Iterator<Item = (PatternGroup, PatternForm)> {
     let runs = observations.runs.iter();
     let longest = runs.map(|run| run.readings.len()).max().unwrap_or(0);
-    let all = PatternGroup {
-        pose: None,
-        direction: None,
-    };
     let count = if longest < ENOUGH_FOR_A_RHYTHM {
         1
     } else {
         (longest / 2).min(FREQUENCIES)
     };
-    (1..count).map(move |number| (all, PatternForm::Order(0.5 * number as f64 / count as f64)))
+    (1..count).map(move |number| {
+        (
+            EVERYWHERE,
+            PatternForm::Order(0.5 * number as f64 / count as f64),
+        )
+    })
 }
 
 fn groups(observations: &Observations) -> Vec<PatternGroup> {
-    let mut groups = vec![PatternGroup {
-        pose: None,
-        direction: None,
-    }];
+    let mut groups = vec![EVERYWHERE];
     let directions = Direction::ALL
         .into_iter()
         .filter(|d| observations.cells.iter().any(|cell| cell.direction == *d));
@@ -378,6 +417,7 @@ impl ResidualPattern {
     pub(super) fn of_the_rest(self) -> Self {
         Self {
             stratum: Stratum::Rest,
+            period_s: None,
             ..self
         }
     }

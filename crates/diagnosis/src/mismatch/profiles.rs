@@ -37,6 +37,8 @@ struct Details {
     load: Vec<f64>,
     /// 1 while unloading.
     unloading: Vec<f64>,
+    /// Largest force of the run so far, over the largest of all.
+    largest_so_far: Vec<f64>,
     /// Repeat, from 0.
     repeat: Vec<f64>,
     /// Time since the zero over the longest.
@@ -59,7 +61,16 @@ impl Details {
         let end = most(&mut readings.iter().filter_map(|r| r.time_s)).max(f64::MIN_POSITIVE);
         let unloading = |branch| f64::from(u8::from(branch == Branch::Unloading));
         let repeat = |run: usize| f64::from(observations.runs[run].repeat) - 1.0;
+        let mut largest_so_far = vec![0.0; loads.len()];
+        for run in &observations.runs {
+            let mut most: f64 = 0.0;
+            for reading in run.readings.clone() {
+                most = most.max(loads[reading].force_n.abs() / largest);
+                largest_so_far[reading] = most;
+            }
+        }
         Self {
+            largest_so_far,
             load: loads.iter().map(|load| load.force_n / largest).collect(),
             unloading: readings.iter().map(|r| unloading(r.branch)).collect(),
             repeat: readings.iter().map(|r| repeat(r.run)).collect(),
@@ -121,6 +132,12 @@ fn load_profiles(details: &Details, out: &mut Vec<Profile>) {
         for shape in shapes {
             let (f, b) = (load.clone(), details.unloading.clone());
             add(out, Stratum::Branch, true, move |i| b[i] * shape(f[i]));
+        }
+        // What stays when the load comes off: parts that seat, a permanent set.
+        let shapes: [fn(f64) -> f64; 2] = [|most| most, f64::sqrt];
+        for shape in shapes {
+            let most = details.largest_so_far.clone();
+            add(out, Stratum::Branch, true, move |i| shape(most[i]));
         }
     }
 }

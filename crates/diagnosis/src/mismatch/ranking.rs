@@ -309,6 +309,7 @@ impl DiagnosisProblem<'_> {
                 parameters: effect.values.len(),
                 dof: state.noise.degrees_of_freedom(shares),
                 critical_value: f64::INFINITY,
+                log_prior: effect.law.log_prior(&effect.values),
             },
             white: vector,
             whole,

@@ -7,6 +7,7 @@ use super::error::MismatchError;
 use super::grade::GradeBasis;
 use super::known_noise::KnownNoise;
 use super::memo::key_of;
+use super::observations::ObservedCell;
 use super::omnibus::Omnibus;
 use super::outlier::is_outlier;
 use super::patterns::{Patterns, ResidualPattern, autocorrelation_p};
@@ -241,16 +242,28 @@ impl DiagnosisProblem<'_> {
         Ok((found, critical))
     }
 
-    /// Whether one pose carries most of an effect, or there is one pose only, so that leaving it out asks nothing.
-    fn rests_on_one_pose(&self, white: &[f64]) -> bool {
-        let mut squares = vec![0.0; self.observations.poses.len()];
-        for cell in &self.observations.cells {
-            let part = &white[cell.readings.clone()];
-            squares[cell.pose] += part.iter().map(|x| x * x).sum::<f64>();
+    /// Readings to be left out together to ask whether an effect helps where it was not fitted: poses, or, where one pose carries most of it, the
+    /// cells of that pose. `None` where one cell carries most: leaving it out asks nothing.
+    fn folds_that_ask(&self, white: &[f64]) -> Option<Vec<Vec<bool>>> {
+        let squares = |cell: &ObservedCell| -> f64 {
+            white[cell.readings.clone()].iter().map(|x| x * x).sum()
+        };
+        let cells = &self.observations.cells;
+        let whole: f64 = cells.iter().map(squares).sum();
+        let carries_most = |part: f64| part > ONE_POSE * whole || whole == 0.0;
+        if cells.iter().any(|cell| carries_most(squares(cell))) {
+            return None;
         }
-        let whole: f64 = squares.iter().sum();
-        let most = squares.iter().copied().fold(0.0, f64::max);
-        most > ONE_POSE * whole || whole == 0.0
+        let of_pose = |pose: usize| cells.iter().filter(move |cell| cell.pose == pose);
+        let mut poses = 0..self.observations.poses.len();
+        match poses.find(|&pose| carries_most(of_pose(pose).map(squares).sum())) {
+            Some(pose) => Some(
+                of_pose(pose)
+                    .map(|own| self.fold(|cell| cell.readings == own.readings))
+                    .collect(),
+            ),
+            None => Some(self.folds_of_poses()),
+        }
     }
 
     /// The largest pattern that a state leaves.
@@ -382,17 +395,18 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the
-    /// other poses determine helps there too. Where one pose carries the effect, leaving it out asks nothing.
+    /// other poses determine helps there too. Where one pose carries the effect, its cells are left out instead.
     fn is_confirmed(
         &self,
         state: &State,
         next: &State,
         ranked: &Ranked,
     ) -> Result<bool, MismatchError> {
-        if self.bench.rests_on_one_pose(&ranked.white) {
+        let Some(folds) = self.bench.folds_that_ask(&ranked.white) else {
             return Ok(true);
-        }
-        let fall = self.bench.held_out_fall(next, &state.fitted.model)?;
+        };
+        let simple = &state.fitted.model;
+        let fall = self.bench.held_out_fall(next, simple, &folds)?;
         Ok(fall > HELD_OUT_FALL)
     }
 }

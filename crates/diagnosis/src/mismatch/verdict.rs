@@ -18,7 +18,9 @@ use super::ranking::CandidateScores;
 use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
-use crate::search::constants::{ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS};
+use crate::search::constants::{
+    AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL,
+};
 use crate::search::{distinguishable, dot};
 
 impl DiagnosisProblem<'_> {
@@ -191,6 +193,7 @@ impl DiagnosisProblem<'_> {
             grade: VerdictGrade::Undecided,
             shares: found.shares.each.get(place).copied().unwrap_or_default(),
             values,
+            at_bound: self.is_at_bound(&ranked.effect),
             alternative_group,
             end_effect_m: end_effect,
             absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
@@ -198,6 +201,16 @@ impl DiagnosisProblem<'_> {
             standard_errors: square.sqrt(),
             p_family: resolved.family_p,
             rivals,
+        })
+    }
+
+    /// Whether the size of an effect stands at a plausible bound that is not zero.
+    fn is_at_bound(&self, effect: &Effect) -> bool {
+        let bounds = self.scales().bounds(effect);
+        let size = effect.values.first().zip(bounds.first());
+        size.is_some_and(|(size, bounds)| {
+            let near = |bound: &f64| (size - bound).abs() < AT_A_PLAUSIBLE_BOUND * bound.abs();
+            bounds.iter().any(near)
         })
     }
 
@@ -338,7 +351,7 @@ impl DiagnosisProblem<'_> {
                 delta_chi2: *delta_chi2,
                 pattern: Some(pattern.clone()),
             })
-            .filter(|left| left.p < 0.05)
+            .filter(|left| left.p <= UNEXPLAINED_LEVEL)
             .map(|left| self.location_of(&left))
             .collect();
         out.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
@@ -353,6 +366,7 @@ impl DiagnosisProblem<'_> {
                 .and_then(|p| p.group.pose)
                 .map(|pose| self.observations.poses[pose].clone()),
             direction: pattern.and_then(|p| p.group.direction),
+            period_s: pattern.and_then(|p| p.period_s),
             p_family: left.p,
             size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
         }
@@ -399,7 +413,18 @@ fn members(resolved: &ResolvedEffect) -> Vec<usize> {
             out.push(place);
         }
     }
-    out
+    // Of nested laws at one place the simpler, unless the data lean to the richer.
+    let is_needless = |richer: &Ranked| {
+        out.iter().any(|&place| {
+            let simpler = &resolved.ranked[place];
+            richer.effect.law.contains(simpler.effect.law)
+                && richer.effect.place == simpler.effect.place
+                && richer.evidence.log_bayes() <= simpler.evidence.log_bayes()
+        })
+    };
+    let kept = out.iter().copied();
+    kept.filter(|&place| !is_needless(&resolved.ranked[place]))
+        .collect()
 }
 
 /// Effects of findings: of alternatives the first.

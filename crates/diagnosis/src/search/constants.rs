@@ -212,7 +212,15 @@ pub const LEAST_INDEPENDENT: f64 = 1e-3;
 /// Readings in a run from which on a rhythm in their order is searched for (1). By judgement (0f36cf8).
 pub const ENOUGH_FOR_A_RHYTHM: usize = 32;
 
-/// Most frequencies that are searched for (1). It bounds the work of runs of more than 400 readings. By judgement (0f36cf8).
+/// Distance from a plausible bound, as a share of it, at which a size stands there (1): fits stop at bounds up to rounding, and a page prints three
+/// digits. Stated.
+pub const AT_A_PLAUSIBLE_BOUND: f64 = 1e-3;
+
+/// Runs from which on a swing of the clock is searched for (1): fewer show a trend at most. By judgement.
+pub const RUNS_OF_A_SWING: usize = 8;
+
+/// Most frequencies that are searched for (1). It bounds the work of runs of more than 400 readings and sessions of more than 100 runs. By
+/// judgement (0f36cf8).
 pub const FREQUENCIES: usize = 200;
 
 // What a diagnosis needs and says.

@@ -18,6 +18,8 @@ pub struct Evidence {
     pub dof: f64,
     /// Critical value of its family.
     pub critical_value: f64,
+    /// Logarithm of the prior density of its values, relative to the likeliest ones.
+    pub log_prior: f64,
 }
 
 impl Evidence {
@@ -40,7 +42,7 @@ impl Evidence {
     /// Logarithm of the Bayes factor against the model without it.
     #[must_use]
     pub fn log_bayes(&self) -> f64 {
-        log_bayes(self.delta_chi2, self.critical_value, self.parameters)
+        log_bayes(self.delta_chi2, self.critical_value, self.parameters) + self.log_prior
     }
 }
 

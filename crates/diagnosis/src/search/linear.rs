@@ -323,6 +323,7 @@ impl<F: Ord + Copy + Sync, C: CovarianceModel> ForwardProblem for LinearProblem<
                     parameters: candidate.columns.len(),
                     dof: model.dof,
                     critical_value: self.critical_values.of(candidate.family),
+                    log_prior: 0.0,
                 },
             }
         };

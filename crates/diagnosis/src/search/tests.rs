@@ -280,6 +280,7 @@ fn alone_the_shape_counts_that_critical_values_are_of() {
         parameters: 2,
         dof: 1e6,
         critical_value: 9.0,
+        log_prior: 0.0,
     };
     assert_eq!(evidence(16.0, 12.0).judged(true), 12.0);
     assert_eq!(evidence(16.0, 12.0).judged(false), 16.0);

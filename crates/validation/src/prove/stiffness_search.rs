@@ -181,6 +181,7 @@ impl StiffnessSearch {
                 // The null samples estimate their variance too.
                 dof: f64::INFINITY,
                 critical_value: self.critical_value(),
+                log_prior: 0.0,
             },
         }
     }

@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, SearchSpec, Shape, VISIBLE_SHARE};
@@ -14,7 +14,7 @@ const UNSEEN: f64 = 0.3;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "constant-force",
     row: "constant-force",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Size(2.0)),
     equation: "true force = F + w under load, none at the zero",
     place_kind: PlaceKind::Direction,
     parameters: &[ParameterSpec {

@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -13,7 +13,7 @@ use super::force_gauge_scale::ANOTHER_UNIT;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-scale",
     row: "gauge-scale (displacement)",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Size(0.03)),
     equation: "displacement (1 + scale)",
     place_kind: PlaceKind::DisplacementGauge,
     parameters: &[ParameterSpec {

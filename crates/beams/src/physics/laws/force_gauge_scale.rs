@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -14,7 +14,7 @@ pub(super) const ANOTHER_UNIT: f64 = 0.3;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-scale",
     row: "gauge-scale (force)",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Size(0.03)),
     equation: "true force = F (1 + scale)",
     place_kind: PlaceKind::ForceGauge,
     parameters: &[ParameterSpec {

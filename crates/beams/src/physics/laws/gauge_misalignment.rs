@@ -4,7 +4,7 @@ use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
 use super::load_misalignment::SEEN_BY_EYE;
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -12,7 +12,7 @@ use crate::physics::search::{Needs, SearchSpec, Shape};
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-misalignment",
     row: "gauge-misalignment",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Size(0.026)),
     equation: "displacement is read turned by angle; the force acts along the direction",
     place_kind: PlaceKind::Toward,
     parameters: &[ParameterSpec {

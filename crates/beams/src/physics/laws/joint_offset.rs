@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -14,7 +14,7 @@ const OVERLOOKED_RAD: f64 = 0.087;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-offset",
     row: "joint-offset",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Size(0.0175)),
     equation: "true angle = angle of the pose + angle",
     place_kind: PlaceKind::JointAngle,
     parameters: &[ParameterSpec {

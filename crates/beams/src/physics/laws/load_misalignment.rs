@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -14,7 +14,7 @@ pub(super) const SEEN_BY_EYE: f64 = 0.05;
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "load-misalignment",
     row: "load-misalignment",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Size(0.026)),
     equation: "the force acts turned by angle; displacement is read along the direction",
     place_kind: PlaceKind::Toward,
     parameters: &[ParameterSpec {

@@ -3,7 +3,7 @@
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec, Shape};
@@ -14,7 +14,7 @@ const OVERLOOKED: [f64; 2] = [-2.0 / 3.0, 2.0];
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "section-error",
     row: "section-error",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Factor(0.30)),
     equation: "true A, Iy, Iz, J of the section = those in the file (1 + share)",
     place_kind: PlaceKind::Element,
     parameters: &[ParameterSpec {

@@ -2,14 +2,14 @@
 
 use super::base_compliance::OVER_FORCE;
 use crate::physics::action::LawAction;
-use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, SearchSpec};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "wrong-mechanism",
     row: "wrong-mechanism",
-    kind: LawKind::Setup,
+    kind: LawKind::Setup(MistakePrior::Sizeless),
     equation: "the robot is another mechanism of its file",
     place_kind: PlaceKind::Mechanism,
     parameters: &[],

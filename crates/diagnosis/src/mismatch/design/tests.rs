@@ -419,6 +419,7 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
         grade: VerdictGrade::Is,
         shares: MisfitShares::default(),
         values: Vec::new(),
+        at_bound: false,
         alternative_group: group,
         end_effect_m: 1e-5,
         absorbed_share: 0.1,

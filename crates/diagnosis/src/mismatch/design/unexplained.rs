@@ -46,6 +46,9 @@ pub(super) fn refine_scores(
     left: &Location,
     base: &Procedure,
 ) -> Option<ProposedMeasurement> {
+    if let Some(period_s) = left.period_s {
+        return Some(unloaded(period_s));
+    }
     let (name, shows) = loading_for(left.stratum);
     let loading = loadings(base)
         .into_iter()
@@ -82,6 +85,30 @@ pub(super) fn refine_scores(
         procedure: Some(procedure),
         weight: 1.0,
     })
+}
+
+/// What shows a swing of the clock: the gauges alone.
+fn unloaded(period_s: f64) -> ProposedMeasurement {
+    /// Periods, and readings in each, from which a swing is seen by eye.
+    const PERIODS: f64 = 4.0;
+    const READINGS: f64 = 12.0;
+    let minutes = (PERIODS * period_s / 60.0).ceil();
+    ProposedMeasurement {
+        plan: format!(
+            "leave the gauges on the unloaded robot for {minutes:.0} minutes and write down displacement and temperature every {:.0} s: it shows \
+             whether the swing is there without load and follows the room",
+            (period_s / READINGS).ceil()
+        ),
+        separates: [
+            "a cause that no law describes".to_owned(),
+            "an accident of these readings".to_owned(),
+        ],
+        expected_log_lr: None,
+        log_lr_now: 0.0,
+        minutes,
+        procedure: None,
+        weight: 1.0,
+    }
 }
 
 /// The pose where it sits, or all that were measured; for a stiffness that disagrees those that were not, if there are any.

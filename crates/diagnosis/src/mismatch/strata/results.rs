@@ -197,6 +197,7 @@ impl Located {
                 stratum: test.stratum,
                 pose: held.and_then(|spot| spot.pose.clone()),
                 direction: held.and_then(|spot| spot.direction),
+                period_s: None,
                 p_family: test.p_family,
                 size_m: held.map_or(test.size_m, |spot| spot.size_m),
             });
