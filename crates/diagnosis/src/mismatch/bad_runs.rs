@@ -7,12 +7,13 @@
 use stiffbench_numeric::statistics::{mean, normal_upper_tail};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::bad_readings::{BadReadingKind, ReadingScreen, slip};
+use super::bad_readings::{BadReadingKind, slip};
 use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
+use super::reading_screen::ReadingScreen;
 use super::tails::{Beside, Tails};
 use crate::search::constants::{
     AFTER_A_JUMP, BAD_READING_LEVEL, ENOUGH_REPEATS, MOST_BAD_READINGS,

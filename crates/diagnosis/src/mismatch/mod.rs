@@ -41,6 +41,7 @@ mod problem;
 mod profiles;
 mod ranked_candidate;
 mod ranking;
+mod reading_screen;
 mod refit;
 mod restricted_likelihood;
 mod robot_baseline;

@@ -216,20 +216,39 @@ impl Observations {
     /// - `keep`: one a reading.
     #[must_use]
     pub fn filtered(&self, keep: &[bool]) -> Self {
+        self.of_cells(0..self.cells.len(), keep)
+    }
+
+    /// Those of one cell.
+    #[must_use]
+    pub(super) fn filtered_cell(&self, cell: usize, keep: &[bool]) -> Self {
+        self.of_cells(cell..cell + 1, keep)
+    }
+
+    fn of_cells(&self, cells: Range<usize>, keep: &[bool]) -> Self {
+        let cells = &self.cells[cells];
+        let all = cells.first().map_or(0, |cell| cell.readings.start)
+            ..cells.last().map_or(0, |cell| cell.readings.end);
         let mut out = Self {
             cells: Vec::new(),
             runs: Vec::new(),
             readings: Vec::new(),
             loads: Vec::new(),
             displacement_m: Vec::new(),
-            ..self.clone()
+            poses: self.poses.clone(),
+            sessions: self.sessions.clone(),
+            ..*self
         };
         for session in &mut out.sessions {
-            let kept = |readings: Range<usize>| keep[readings].iter().filter(|keep| **keep).count();
+            let kept = |readings: Range<usize>| {
+                let own = readings.start.max(all.start)..readings.end.min(all.end);
+                let keep = keep.get(own).unwrap_or_default().iter();
+                keep.filter(|keep| **keep).count()
+            };
             let first = kept(0..session.readings.start);
             session.readings = first..first + kept(session.readings.clone());
         }
-        for cell in &self.cells {
+        for cell in cells {
             let (first_run, first) = (out.runs.len(), out.readings.len());
             for run in &self.runs[cell.runs.clone()] {
                 let start = out.readings.len();

@@ -169,6 +169,9 @@ pub const ENOUGH_REPEATS: usize = 3;
 /// Share of the readings that may be bad (1): more are no exceptions. Stated.
 pub const MOST_BAD_READINGS: f64 = 0.02;
 
+/// Multiple of [`BAD_READING_LEVEL`] from which on a reading is good without an estimate of the noise that leaves it out (1). Numerics.
+pub const CLEARLY_GOOD: f64 = 30.0;
+
 /// Standard errors by which a jump and its return may differ (1). Stated.
 pub const SAME_JUMP: f64 = 3.0;
 

@@ -1,0 +1,279 @@
+//! Readings that are screened: the noise of those that are kept, and each of them against its repeats.
+
+use rayon::prelude::*;
+
+use stiffbench_numeric::statistics::{mean, median, normal_upper_tail};
+
+use super::baseline::Baseline;
+use super::deleted_residuals::{Tested, deleted_residuals};
+use super::error::MismatchError;
+use super::known_noise::KnownNoise;
+use super::noise::{NoiseCovariance, ReadingNoise};
+use super::observations::Observations;
+use super::problem::DiagnosisProblem;
+use super::restricted_likelihood::estimate_noise;
+use super::tails::{Beside, Tails};
+use crate::search::constants::{BAD_READING_LEVEL, CLEARLY_GOOD};
+
+/// How far a reading is from what the others let expect.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SuspectReading {
+    pub(super) reading: usize,
+    pub(super) shift_m: f64,
+    /// Its standard error by the noise that is estimated without it, m.
+    pub(super) u_m: f64,
+}
+
+/// Median of the slopes of the runs of a cell, m/N: one bad reading does not change it.
+fn measured_compliance(observations: &Observations, cell: usize) -> Option<f64> {
+    let runs = observations.cells[cell].runs.clone();
+    let slope = |run: usize| {
+        let readings = observations.runs[run].readings.clone();
+        let n = readings.len() as f64;
+        let force_n = |reading: usize| observations.loads[reading].force_n;
+        let mean = |of: &dyn Fn(usize) -> f64| readings.clone().map(of).sum::<f64>() / n;
+        let mean_n = mean(&force_n);
+        let mean_m = mean(&|reading| observations.displacement_m[reading]);
+        let (mut product, mut square) = (0.0, 0.0);
+        for reading in readings.clone() {
+            let from_mean_n = force_n(reading) - mean_n;
+            product += from_mean_n * (observations.displacement_m[reading] - mean_m);
+            square += from_mean_n * from_mean_n;
+        }
+        (square > 0.0).then(|| product / square)
+    };
+    let mut slopes: Vec<f64> = runs.filter_map(slope).collect();
+    median(&mut slopes)
+}
+
+/// Readings that are screened.
+pub(super) struct ReadingScreen<'a> {
+    observations: &'a Observations,
+    /// Displacement in proportion to the force, and displacement per force, at each reading.
+    pub(super) slope_m: Vec<f64>,
+    pub(super) compliance: Vec<f64>,
+    noise: &'a KnownNoise,
+}
+
+impl<'a> ReadingScreen<'a> {
+    /// Compliances are those that the readings of each cell show: how far a step of the force moves a reading must not depend on the
+    /// parameters that a fit starts from. Those of the baseline stand in where a cell was loaded with one force only.
+    pub(super) fn new(
+        baseline: &dyn Baseline,
+        observations: &'a Observations,
+        noise: &'a KnownNoise,
+    ) -> Result<Self, MismatchError> {
+        let bench = DiagnosisProblem::new(baseline, observations);
+        let (mut slope_m, mut compliance) = bench.slope(&mut bench.predictor(), &bench.start())?;
+        for cell in 0..observations.cells.len() {
+            let Some(measured) = measured_compliance(observations, cell) else {
+                continue;
+            };
+            for reading in observations.cells[cell].readings.clone() {
+                compliance[reading] = measured;
+                slope_m[reading] = measured * observations.loads[reading].force_n;
+            }
+        }
+        Ok(Self {
+            observations,
+            slope_m,
+            compliance,
+            noise,
+        })
+    }
+
+    /// The noise of the readings that are kept, from a similar one if there is one.
+    pub(super) fn noise_of(&self, keep: &[bool], similar: Option<&ReadingNoise>) -> ReadingNoise {
+        if let Some(given) = self.noise.given() {
+            return given.noise;
+        }
+        let rest = self.observations.filtered(keep);
+        let (slope_m, compliance) = (kept(&self.slope_m, keep), kept(&self.compliance, keep));
+        // The means of all load steps are free, so that the readings themselves serve as what a model leaves of them.
+        let residual_m = &rest.displacement_m;
+        let linear = (&slope_m[..], &compliance[..]);
+        estimate_noise(&rest, residual_m, linear, similar, self.noise.earlier()).noise
+    }
+
+    /// The readings of a cell that are kept, each against the others.
+    fn tested(&self, cell: usize, keep: &[bool], noise: &ReadingNoise) -> Vec<Tested> {
+        let readings = self.observations.cells[cell].readings.clone();
+        let rest = self.observations.filtered_cell(cell, keep);
+        if rest.is_empty() {
+            return Vec::new();
+        }
+        let kept = |values: &[f64]| kept(&values[readings.clone()], &keep[readings.clone()]);
+        let (slope_m, compliance) = (kept(&self.slope_m), kept(&self.compliance));
+        let whitening = NoiseCovariance::new(&rest, noise, &slope_m, &compliance);
+        let places: Vec<usize> = readings.clone().filter(|&reading| keep[reading]).collect();
+        let tested = deleted_residuals(&rest, 0, &whitening).into_iter();
+        let in_its_place = |one: Tested| Tested {
+            reading: places[one.reading],
+            ..one
+        };
+        tested.map(in_its_place).collect()
+    }
+}
+
+/// Values of what is kept.
+fn kept(values: &[f64], keep: &[bool]) -> Vec<f64> {
+    let pairs = values.iter().zip(keep);
+    pairs
+        .filter(|(_, keep)| **keep)
+        .map(|(value, _)| *value)
+        .collect()
+}
+
+/// The readings that are kept, each against the others, under one noise.
+pub(super) struct TestedReadings<'a> {
+    screen: &'a ReadingScreen<'a>,
+    keep: Vec<bool>,
+    pub(super) noise: ReadingNoise,
+    /// Those of each cell that can be tested.
+    cells: Vec<Vec<Tested>>,
+}
+
+impl<'a> TestedReadings<'a> {
+    pub(super) fn new(screen: &'a ReadingScreen<'a>, keep: Vec<bool>, noise: ReadingNoise) -> Self {
+        let cells = 0..screen.observations.cells.len();
+        let of_cell = |cell| screen.tested(cell, &keep, &noise);
+        let cells = cells.into_par_iter().map(of_cell).collect();
+        Self {
+            screen,
+            keep,
+            noise,
+            cells,
+        }
+    }
+
+    /// Whether each reading is kept.
+    pub(super) fn kept(&self) -> &[bool] {
+        &self.keep
+    }
+
+    /// The reading that deviates most.
+    pub(super) fn worst(&self) -> Option<usize> {
+        let all = self.cells.iter().flatten();
+        let worst = all.max_by(|a, b| a.ratio.abs().total_cmp(&b.ratio.abs()));
+        worst.map(|worst| worst.reading)
+    }
+
+    /// Leaves a reading out: what the others of its cell let expect changes, and nothing else.
+    pub(super) fn remove(&mut self, reading: usize) {
+        self.keep[reading] = false;
+        let cell = self.screen.observations.cell_of(reading);
+        self.cells[cell] = self.screen.tested(cell, &self.keep, &self.noise);
+    }
+
+    /// Degrees of freedom of the tails of these readings, where they are longer than normal.
+    pub(super) fn tails_dof(&self) -> Option<f64> {
+        let ratios: Vec<f64> = self.showing_tails().iter().map(|one| one.ratio).collect();
+        Tails::of(&ratios, 0).dof_if_longer_than_normal(&ratios)
+    }
+
+    /// Readings that scatter by themselves more than by the step of the force, which has no tails; all where there are none.
+    fn showing_tails(&self) -> Vec<&Tested> {
+        let all = || self.cells.iter().flatten();
+        let own: Vec<&Tested> = all().filter(|one| one.own_share >= 0.5).collect();
+        if own.is_empty() { all().collect() } else { own }
+    }
+
+    /// How far a reading beside these is off, and the chance that the largest of all is as far off by noise alone.
+    ///
+    /// # Arguments
+    /// - `further`: how many readings, with it, lie farther out than all of these.
+    pub(super) fn judged(&self, suspect: usize, further: usize) -> (Option<SuspectReading>, f64) {
+        let Some(beside) = SuspectBeside::new(self, suspect) else {
+            return (None, 1.0);
+        };
+        let (deviation, p) = beside.judged(self, further);
+        (Some(deviation), p)
+    }
+
+    /// Whether normal noise of this size makes a reading as far off beside these so often that no noise can call it bad.
+    pub(super) fn is_clearly_good(&self, suspect: usize) -> bool {
+        SuspectBeside::new(self, suspect)
+            .is_some_and(|beside| beside.chance_if_normal() > CLEARLY_GOOD * BAD_READING_LEVEL)
+    }
+}
+
+/// A reading beside others, under their noise.
+struct SuspectBeside {
+    own: Tested,
+    /// It and the others.
+    count: usize,
+    /// Shifts of the others over their standard errors, where they show tails: those whose forces are outermost, or are not, as its own; and the rest.
+    alike: Vec<f64>,
+    unlike: Vec<f64>,
+    beside: Beside,
+}
+
+impl SuspectBeside {
+    /// `None` if the reading cannot be tested beside them.
+    fn new(others: &TestedReadings<'_>, suspect: usize) -> Option<Self> {
+        let screen = others.screen;
+        let cell = screen.observations.cell_of(suspect);
+        let mut with_it = others.keep.clone();
+        with_it[suspect] = true;
+        let with_it = screen.tested(cell, &with_it, &others.noise);
+        let of_others: usize = others.cells.iter().map(Vec::len).sum();
+        let count = of_others - others.cells[cell].len() + with_it.len();
+        let own = with_it.into_iter().find(|one| one.reading == suspect)?;
+        // Tails are those of the errors that readings have by themselves, seen where the step of the force is the smaller part.
+        let show_tails = others.showing_tails().into_iter();
+        let (alike, unlike): (Vec<&Tested>, Vec<&Tested>) =
+            show_tails.partition(|one| one.is_outermost == own.is_outermost);
+        let ratios = |tested: Vec<&Tested>| tested.iter().map(|one| one.ratio).collect();
+        let beside = own.beside(others.cells.iter().flatten());
+        Some(Self {
+            alike: ratios(alike),
+            unlike: ratios(unlike),
+            beside,
+            count,
+            own,
+        })
+    }
+
+    /// Chance that the largest is as far off if errors are normal: with longer tails it is no smaller.
+    fn chance_if_normal(&self) -> f64 {
+        let both = [&self.alike[..], &self.unlike[..]].concat();
+        let mean_square =
+            |values: &[f64]| mean(&values.iter().map(|x| x * x).collect::<Vec<f64>>());
+        let squares = [&self.alike, &both]
+            .into_iter()
+            .filter_map(|values| mean_square(values));
+        let sd = squares.fold(f64::INFINITY, f64::min).sqrt();
+        let sd = (self.beside.own * sd).hypot(self.beside.normal_sd);
+        let one = 2.0 * normal_upper_tail(self.own.ratio.abs() / sd);
+        -(self.count as f64 * (-one).ln_1p()).exp_m1()
+    }
+
+    fn judged(&self, others: &TestedReadings<'_>, further: usize) -> (SuspectReading, f64) {
+        // Rounding alone scatters by this much: a gauge that mostly repeats itself is not finer than its step.
+        let step_m = others.screen.observations.steps.displacement_m;
+        let floor_m = step_m.unwrap_or(0.0) / 12_f64.sqrt();
+        let tails = Tails::of_group(&self.alike, &self.unlike, further);
+        let tails = tails.with_scale_at_least(floor_m / others.noise.reading_sd_m);
+        let p = tails.p_of_largest(self.own.ratio, self.beside, self.count);
+        let deviation = SuspectReading {
+            reading: self.own.reading,
+            shift_m: self.own.shift_m,
+            u_m: tails.scale(self.beside) * (self.own.shift_m / self.own.ratio).abs(),
+        };
+        (deviation, p)
+    }
+}
+
+impl Tested {
+    /// What its ratio has besides an error with tails: what the step of the force moves, as much as it does in others that scatter mostly by it,
+    /// and no less than a step does.
+    fn beside<'t>(&self, others: impl Iterator<Item = &'t Self>) -> Beside {
+        let by_force = others.filter(|one| one.own_share < 0.5);
+        let squares: Vec<f64> = by_force.map(|one| one.ratio.powi(2)).collect();
+        let as_a_step = mean(&squares).unwrap_or(1.0).max(1.0);
+        Beside {
+            normal_sd: ((1.0 - self.own_share) * as_a_step).sqrt(),
+            own: self.own_share.sqrt(),
+        }
+    }
+}
