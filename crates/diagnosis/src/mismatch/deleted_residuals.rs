@@ -167,7 +167,7 @@ impl<'a> FreeMeans<'a> {
                 }
             })
             .collect();
-        let mut columns = fixed_part(observations, cell).columns;
+        let mut columns = fixed_part(observations, cell).columns();
         let shared = runs_of_zero.iter().filter(|(_, runs)| runs.len() > 1);
         columns.extend(shared.map(|(label, _)| cell_rows.clone().map(is_zero(*label)).collect()));
         let mut common: Vec<Vec<f64>> = Vec::new();

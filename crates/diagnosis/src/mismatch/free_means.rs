@@ -1,5 +1,6 @@
 //! What readings of a cell may be without being noise: the mean of every load step.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use stiffbench_units_and_text::test_point::Branch;
@@ -9,8 +10,37 @@ use crate::search::constants::SAME_STEP;
 
 /// Fixed part of one cell: what may be anything without being noise.
 pub(super) struct FixedPart {
-    pub(super) columns: Vec<Vec<f64>>,
     pub(super) readings: Range<usize>,
+    /// For each reading the number of its step, whose mean is free; empty where no step has a mean of its own.
+    pub(super) step_of: Vec<usize>,
+    pub(super) steps: usize,
+    /// Further columns.
+    pub(super) further: Vec<Vec<f64>>,
+}
+
+impl FixedPart {
+    /// All columns: the indicators of the steps, then the further ones.
+    pub(super) fn columns(&self) -> Vec<Vec<f64>> {
+        let of_step = |step: usize| {
+            let is_of_step = |other: &usize| f64::from(u8::from(*other == step));
+            self.step_of.iter().map(is_of_step).collect()
+        };
+        let steps = (0..self.steps).map(of_step);
+        steps.chain(self.further.iter().cloned()).collect()
+    }
+
+    /// Values of the cell's readings without their means over each step: what the steps leave free makes no difference, but costs digits.
+    pub(super) fn centred(&self, mut values: Vec<f64>) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.steps];
+        for (value, step) in values.iter().zip(&self.step_of) {
+            sums[*step].0 += value;
+            sums[*step].1 += 1.0;
+        }
+        for (value, step) in values.iter_mut().zip(&self.step_of) {
+            *value -= sums[*step].0 / sums[*step].1;
+        }
+        values
+    }
 }
 
 /// Indicator of each step (and hold) of a cell with several runs, and the force, which differs from its target from run to run; in a
@@ -29,28 +59,32 @@ pub(super) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart 
         .iter()
         .map(|load| load.force_n / force_scale)
         .collect();
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    let mut keys: Vec<(u32, u32)> = Vec::new();
-    let key = |place: usize| (loads[place].step, details[place].hold_number);
-    for place in 0..loads.len() {
-        if !keys.contains(&key(place)) {
-            keys.push(key(place));
-        }
+    let mut part = FixedPart {
+        readings,
+        step_of: Vec::new(),
+        steps: 0,
+        further: Vec::new(),
+    };
+    let mut numbers: BTreeMap<(u32, u32), usize> = BTreeMap::new();
+    for (load, detail) in loads.iter().zip(details) {
+        let next = numbers.len();
+        let number = numbers
+            .entry((load.step, detail.hold_number))
+            .or_insert(next);
+        part.step_of.push(*number);
     }
-    if cell.runs.len() > 1 && within_steps(&keys, &force, key) < SAME_STEP {
-        for wanted in &keys {
-            columns.push(
-                (0..loads.len())
-                    .map(|place| f64::from(u8::from(key(place) == *wanted)))
-                    .collect(),
-            );
-        }
+    part.steps = numbers.len();
+    let within_steps = part.centred(force.clone());
+    let squares: f64 = within_steps.iter().map(|f| f * f).sum();
+    let spread = (squares / force.len().max(1) as f64).sqrt();
+    if cell.runs.len() > 1 && spread < SAME_STEP {
         // Where forces repeat exactly, the force is already in the span of the steps.
-        let spread = within_steps(&keys, &force, key);
         if spread > 1e-6 {
-            columns.push(force);
+            part.further.push(within_steps);
         }
     } else {
+        part.step_of.clear();
+        part.steps = 0;
         let unloading: Vec<f64> = details
             .iter()
             .map(|reading| f64::from(u8::from(reading.branch == Branch::Unloading)))
@@ -66,26 +100,12 @@ pub(super) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart 
             product(&unloading, &force),
         ];
         for column in all {
-            if independent(&columns, &column) {
-                columns.push(column);
+            if independent(&part.further, &column) {
+                part.further.push(column);
             }
         }
     }
-    FixedPart { columns, readings }
-}
-
-/// Root mean square of the force about its mean in each step.
-fn within_steps(keys: &[(u32, u32)], force: &[f64], key: impl Fn(usize) -> (u32, u32)) -> f64 {
-    let mut squares = 0.0;
-    for wanted in keys {
-        let members: Vec<f64> = (0..force.len())
-            .filter(|&place| key(place) == *wanted)
-            .map(|place| force[place])
-            .collect();
-        let mean = members.iter().sum::<f64>() / members.len().max(1) as f64;
-        squares += members.iter().map(|f| (f - mean).powi(2)).sum::<f64>();
-    }
-    (squares / force.len().max(1) as f64).sqrt()
+    part
 }
 
 /// Whether a column adds something to those already there.

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use super::joined_sessions::NoisePart;
 use super::observations::Observations;
-use crate::search::{Covariance, LowRankBlock, RowMemory};
+use crate::search::{Covariance, LowRankBlock, Precision, RowMemory};
 
 /// The noise of readings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -78,33 +78,29 @@ impl NoiseCovariance {
         compliance: &[f64],
     ) -> Self {
         let parts = observations.noise_parts(noise);
-        let variances: Vec<f64> = parts
-            .iter()
-            .flat_map(|part| {
-                let force_step_n = part.steps.force_n.unwrap_or(0.0);
-                let force_variance = force_step_n * force_step_n / 12.0;
-                part.readings.clone().map(move |reading| {
-                    let c = compliance[reading];
-                    let of_force = if observations.loads[reading].force_n == 0.0 {
-                        0.0
-                    } else {
-                        force_variance * c * c
-                    };
-                    part.noise.own_variance(slope_m[reading]) + of_force
-                })
-            })
-            .collect();
+        let variances = variances(&parts, observations, slope_m, compliance);
         let memory = memory(&parts, observations, &variances, slope_m);
-        let blocks = groups(observations).map(|readings| {
-            let noise = &part_of(&parts, readings.start).noise;
-            common_part(observations, noise, slope_m, readings)
-        });
+        let blocks = common_parts(&parts, observations, slope_m);
         Self {
             covariance: Covariance::with_memory(&variances, &memory, blocks),
             noise: *noise,
             slope_m: slope_m.to_vec(),
             parts,
         }
+    }
+
+    /// The inverse of the same covariance, for likelihoods.
+    pub(super) fn precision(
+        observations: &Observations,
+        noise: &ReadingNoise,
+        slope_m: &[f64],
+        compliance: &[f64],
+    ) -> Precision {
+        let parts = observations.noise_parts(noise);
+        let variances = variances(&parts, observations, slope_m, compliance);
+        let memory = memory(&parts, observations, &variances, slope_m);
+        let blocks = common_parts(&parts, observations, slope_m);
+        Precision::new(&variances, &memory, blocks)
     }
 
     /// The noise of a reading.
@@ -201,6 +197,30 @@ fn part_of(parts: &[NoisePart], reading: usize) -> &NoisePart {
     &parts[place.min(parts.len() - 1)]
 }
 
+/// What each reading has by itself, m²: its own errors and the step of the force.
+fn variances(
+    parts: &[NoisePart],
+    observations: &Observations,
+    slope_m: &[f64],
+    compliance: &[f64],
+) -> Vec<f64> {
+    let of_part = |part: &NoisePart| {
+        let force_step_n = part.steps.force_n.unwrap_or(0.0);
+        let force_variance = force_step_n * force_step_n / 12.0;
+        let noise = part.noise;
+        part.readings.clone().map(move |reading| {
+            let c = compliance[reading];
+            let of_force = if observations.loads[reading].force_n == 0.0 {
+                0.0
+            } else {
+                force_variance * c * c
+            };
+            noise.own_variance(slope_m[reading]) + of_force
+        })
+    };
+    parts.iter().flat_map(of_part).collect()
+}
+
 /// How each reading remembers the one before it, for its variance: none one of another run; empty without any. Scatter remembers, the steps
 /// of the gauges do not.
 fn memory(
@@ -228,6 +248,18 @@ fn memory(
         }
     }
     memory
+}
+
+/// What the readings of each group have in common.
+fn common_parts(
+    parts: &[NoisePart],
+    observations: &Observations,
+    slope_m: &[f64],
+) -> impl Iterator<Item = LowRankBlock> {
+    groups(observations).map(move |readings| {
+        let noise = &part_of(parts, readings.start).noise;
+        common_part(observations, noise, slope_m, readings)
+    })
 }
 
 /// What readings of a range have in common: a column σ₀ 1 for each zero and σₛ b for each run.

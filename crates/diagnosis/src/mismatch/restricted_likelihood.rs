@@ -6,14 +6,13 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use stiffbench_numeric::simd::{sums_side_by_side, widest};
-
 use super::earlier_noise::EarlierNoise;
 use super::estimated_noise::EstimatedNoise;
 use super::free_means::{FixedPart, fixed_part};
 use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use crate::search::constants::{ASKED_FOR, COARSE, PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD};
+use crate::search::{Precision, SparseRows};
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
@@ -39,6 +38,8 @@ pub(super) fn estimate_noise(
     let fixed: Vec<FixedPart> = (0..observations.cells.len())
         .map(|cell| fixed_part(observations, cell))
         .collect();
+    let of_cell = |part: &FixedPart| part.centred(residual_m[part.readings.clone()].to_vec());
+    let residual_m: Vec<f64> = fixed.iter().flat_map(of_cell).collect();
     let from_repeats = observations.cells.iter().any(|cell| cell.runs.len() > 1);
     let floor_m = observations
         .steps
@@ -142,7 +143,8 @@ type Centre = [f64; 5];
 struct VarianceProblem<'a> {
     observations: &'a Observations,
     fixed: Vec<FixedPart>,
-    residual_m: &'a [f64],
+    /// Without the mean of each step.
+    residual_m: Vec<f64>,
     slope_m: &'a [f64],
     compliance: &'a [f64],
     earlier: Option<&'a EarlierNoise>,
@@ -252,29 +254,25 @@ impl VarianceProblem<'_> {
 
     /// A first guess: scatter of differences between runs at the same step.
     fn rough_sd(&self) -> f64 {
-        let whitening = self.whitening(&ReadingNoise {
+        let precision = self.precision(&ReadingNoise {
             reading_sd_m: self.floor_m.max(1e-6),
             zero_sd_m: 1e-5,
             run_slope_sd: 5e-3,
             ..ReadingNoise::default()
         });
-        let (squares, _, dof) = self.restricted_sum(&whitening);
+        let (squares, _, dof) = self.restricted_sum(&precision);
         let scale = (squares / (dof as f64).max(1.0)).sqrt();
         (scale * self.floor_m.max(1e-6)).clamp(self.floor_m, 1.0)
     }
 
-    fn whitening(&self, noise: &ReadingNoise) -> NoiseCovariance {
-        NoiseCovariance::new(self.observations, noise, self.slope_m, self.compliance)
+    fn precision(&self, noise: &ReadingNoise) -> Precision {
+        NoiseCovariance::precision(self.observations, noise, self.slope_m, self.compliance)
     }
 
     /// Weighted squares left after the fixed part, ln det of its normal matrix, and degrees of freedom.
-    fn restricted_sum(&self, whitening: &NoiseCovariance) -> (f64, f64, usize) {
-        let mut y = self.residual_m.to_vec();
-        whitening.covariance.whiten(&mut y);
-        let parts = self.fixed.par_iter().map_init(Vec::new, |column, part| {
-            restricted_part(part, whitening, &y, column)
-        });
-        let parts: Vec<Option<RestrictedPart>> = parts.collect();
+    fn restricted_sum(&self, precision: &Precision) -> (f64, f64, usize) {
+        let part = |part| restricted_part(part, precision, &self.residual_m);
+        let parts: Vec<Option<RestrictedPart>> = self.fixed.par_iter().map(part).collect();
         // Summed in order, so that the number of threads does not show in the last digit.
         let (mut squares, mut log_determinant, mut dof) = (0.0, 0.0, 0);
         for part in parts.into_iter().flatten() {
@@ -288,8 +286,8 @@ impl VarianceProblem<'_> {
     /// Minus twice the logarithm of the restricted likelihood, with a wide prior about `centre` for what the data do not determine.
     fn objective(&self, values: &DVector<f64>, centre: &Centre, further: FurtherParts) -> f64 {
         let noise = self.noise(values, further);
-        let whitening = self.whitening(&noise);
-        let (squares, log_determinant, _) = self.restricted_sum(&whitening);
+        let precision = self.precision(&noise);
+        let (squares, log_determinant, _) = self.restricted_sum(&precision);
         let places = further.places().into_iter();
         let prior: f64 = values
             .iter()
@@ -297,7 +295,7 @@ impl VarianceProblem<'_> {
             .map(|(value, place)| ((value - centre[place]) / PRIOR_LOG_VARIANCE_SD).powi(2))
             .sum();
         let earlier = self.earlier.map_or(0.0, |earlier| earlier.misfit(&noise));
-        whitening.covariance.log_determinant() + log_determinant + squares + earlier + prior
+        precision.log_determinant() + log_determinant + squares + earlier + prior
     }
 
     /// Newton steps with differences for derivatives: few parameters, a smooth function.
@@ -388,52 +386,41 @@ struct RestrictedPart {
 
 /// Weighted squares that the fixed part of a cell leaves, and what else it adds; `None` where the fixed part cannot be determined.
 ///
+/// ```text
+///   Xᵀ V⁻¹ X and Xᵀ V⁻¹ y from the steps of each reading: X has few entries that are not zero
+/// ```
+///
 /// # Arguments
-/// - `white`: the residuals of all readings, white.
-/// - `column`: memory for one column.
+/// - `residual_m`: the residuals of all readings, m.
 fn restricted_part(
     part: &FixedPart,
-    whitening: &NoiseCovariance,
-    white: &[f64],
-    column: &mut Vec<f64>,
+    precision: &Precision,
+    residual_m: &[f64],
 ) -> Option<RestrictedPart> {
-    let (n, p) = (part.readings.len(), part.columns.len());
-    let mut x = DMatrix::zeros(n, p);
-    for (index, values) in part.columns.iter().enumerate() {
-        column.clear();
-        column.extend_from_slice(values);
-        whitening.covariance.whiten_rows(&part.readings, column);
-        x.column_mut(index).copy_from_slice(column);
-    }
-    let target = DVector::from_column_slice(&white[part.readings.clone()]);
-    let moment = x.tr_mul(&target);
-    let factor = products(&x).cholesky()?;
+    let mut further: Vec<&[f64]> = part.further.iter().map(Vec::as_slice).collect();
+    let p = part.steps + further.len();
+    further.push(&residual_m[part.readings.clone()]);
+    let rows = SparseRows {
+        ones: &part.step_of,
+        one_columns: part.steps,
+        further: &further,
+    };
+    let mut sums = vec![0.0; (p + 1) * (p + 1)];
+    precision.add_products(&part.readings, &rows, &mut sums);
+    // The last row: the residuals with the fixed part, and with themselves.
+    let moment = DVector::from_column_slice(&sums[p * (p + 1)..p * (p + 1) + p]);
+    let squares = sums[p * (p + 1) + p];
+    let normal = DMatrix::from_fn(p, p, |i, j| sums[i * (p + 1) + j]);
+    let factor = normal.cholesky()?;
     let solution = factor.solve(&moment);
     let diagonal = factor.l_dirty().diagonal();
+    let n = part.readings.len();
     Some(RestrictedPart {
         // Below zero by rounding where the fixed part takes all there is.
-        squares: (target.norm_squared() - moment.dot(&solution)).max(0.0),
+        squares: (squares - moment.dot(&solution)).max(0.0),
         log_determinant: diagonal.iter().map(|d| 2.0 * d.ln()).sum(),
         dof: n - p.min(n),
     })
-}
-
-/// Products of the columns of a matrix with each other, those below the diagonal: a Cholesky factor needs no others.
-fn products(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let count = matrix.ncols();
-    let mut out = DMatrix::zeros(count, count);
-    let columns: Vec<&[f64]> = matrix.as_slice().chunks_exact(matrix.nrows()).collect();
-    widest(
-        #[inline(always)]
-        || {
-            for (j, right) in columns.iter().enumerate() {
-                for (i, left) in columns.iter().enumerate().skip(j) {
-                    out[(i, j)] = sums_side_by_side(left, right);
-                }
-            }
-        },
-    );
-    out
 }
 
 /// Values clamped to [`RANGE`] about a centre, and the correlation to [`MOST_CORRELATED`].

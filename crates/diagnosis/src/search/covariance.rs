@@ -8,6 +8,7 @@ use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::serial_correlation::{RowMemory, SerialFilter};
 use super::symmetric_root::symmetric_root;
+use super::vectors::RowVector;
 
 /// Largest rank within a block.
 const MOST_COLUMNS: usize = 64;
@@ -123,7 +124,7 @@ impl Covariance {
     pub fn inverse_columns(&self) -> Vec<LowRankBlock> {
         let of_block = |block: &CovarianceBlock| {
             let (rows, n) = (block.rows.clone(), block.rows.len());
-            let mut columns = block.inverse_columns();
+            let (mut columns, _) = inverse_columns(block.columns.clone(), n);
             for column in columns.chunks_mut(n) {
                 self.serial.innovations_transposed(&rows, column);
                 for (value, weight) in column.iter_mut().zip(&self.weights[rows.clone()]) {
@@ -172,6 +173,28 @@ impl Covariance {
             .iter()
             .take_while(|block| block.rows.end <= rows.end);
         Self::symmetric(blocks, rows.start, values);
+    }
+
+    /// W times a vector of some rows: it has all rows of the blocks that these lie in.
+    #[must_use]
+    pub fn whiten_vector(&self, vector: &RowVector) -> RowVector {
+        let rows = vector.rows();
+        let first = self
+            .blocks
+            .partition_point(|block| block.rows.end <= rows.start);
+        let behind = self
+            .blocks
+            .partition_point(|block| block.rows.start < rows.end);
+        let blocks = self.blocks.get(first..behind).unwrap_or_default();
+        let start = blocks.first().map_or(rows.start, |block| block.rows.start);
+        let end = blocks.last().map_or(rows.end, |block| block.rows.end);
+        let rows = start.min(rows.start)..end.max(rows.end);
+        let mut values = vector.part(&rows).into_owned();
+        self.whiten_rows(&rows, &mut values);
+        RowVector {
+            first: rows.start,
+            values,
+        }
     }
 
     /// F D^(-1/2) times some rows, in place: white, but for what blocks have in common.
@@ -288,29 +311,35 @@ impl CovarianceBlock {
             }
         }
     }
+}
 
-    /// C L⁻ᵀ with C = F D^(-1/2) U and I + Cᵀ C = L Lᵀ: (I + C Cᵀ)⁻¹ = I - C L⁻ᵀ L⁻¹ Cᵀ.
-    fn inverse_columns(&self) -> Vec<f64> {
-        let n = self.rows.len();
-        let gram = gram(&self.columns, n) + DMatrix::identity(self.rank, self.rank);
-        let lower = gram.cholesky().map(nalgebra::Cholesky::unpack);
-        let mut out = self.columns.clone();
-        for i in 0..self.rank {
-            let (before, rest) = out.split_at_mut(i * n);
-            let column = &mut rest[..n];
-            // Without a factor, which only numbers that are not finite can lack, the result is not finite either.
-            let entry = |j: usize| lower.as_ref().map_or(f64::NAN, |lower| lower[(i, j)]);
-            for (j, earlier) in before.chunks(n).enumerate() {
-                for (value, other) in column.iter_mut().zip(earlier) {
-                    *value -= entry(j) * other;
-                }
-            }
-            for value in column {
-                *value /= entry(i);
+/// C L⁻ᵀ with I + Cᵀ C = L Lᵀ, so that (I + C Cᵀ)⁻¹ = I - C L⁻ᵀ L⁻¹ Cᵀ, and ln det (I + C Cᵀ).
+///
+/// # Arguments
+/// - `columns`: C, columns of `n` numbers.
+pub(super) fn inverse_columns(mut columns: Vec<f64>, n: usize) -> (Vec<f64>, f64) {
+    let mut gram = gram(&columns, n);
+    let rank = gram.nrows();
+    for i in 0..rank {
+        gram[(i, i)] += 1.0;
+    }
+    let lower = gram.cholesky().map(nalgebra::Cholesky::unpack);
+    // Without a factor, which only numbers that are not finite can lack, the result is not finite either.
+    let entry = |i: usize, j: usize| lower.as_ref().map_or(f64::NAN, |lower| lower[(i, j)]);
+    for i in 0..rank {
+        let (before, rest) = columns.split_at_mut(i * n);
+        let column = &mut rest[..n];
+        for (j, earlier) in before.chunks(n).enumerate() {
+            for (value, other) in column.iter_mut().zip(earlier) {
+                *value -= entry(i, j) * other;
             }
         }
-        out
+        for value in column {
+            *value /= entry(i, i);
+        }
     }
+    let log_determinant = (0..rank).map(|i| 2.0 * entry(i, i).ln()).sum();
+    (columns, log_determinant)
 }
 
 /// Products of columns of `n` numbers with each other.

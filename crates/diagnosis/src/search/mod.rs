@@ -22,6 +22,7 @@ mod linear;
 mod null_noise;
 #[cfg(test)]
 mod plain;
+mod precision;
 mod serial_correlation;
 mod symmetric_root;
 #[cfg(test)]
@@ -48,6 +49,7 @@ pub(crate) use null_noise::put_drawn;
 pub use null_noise::{DrawResiduals, NullNoise};
 #[cfg(test)]
 pub(crate) use plain::Plain;
+pub use precision::{Precision, SparseRows};
 pub use serial_correlation::RowMemory;
-pub use vectors::{RowVector, dot, norm, push_orthonormal, subtract};
+pub use vectors::{RowVector, dot, norm, push_orthonormal, push_orthonormal_rows, subtract};
 pub use white_space::WhiteSpace;

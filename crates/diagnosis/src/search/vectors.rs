@@ -95,6 +95,24 @@ impl RowVector {
         dot(&self.part(&both), &other.part(&both))
     }
 
+    /// Takes a multiple of another off this one, which then has the rows of both.
+    fn subtract(&mut self, multiple: f64, other: &Self) {
+        let (own, others) = (self.rows(), other.rows());
+        let both = own.start.min(others.start)..own.end.max(others.end);
+        if own != both {
+            *self = Self {
+                first: both.start,
+                values: self.part(&both).into_owned(),
+            };
+        }
+        let start = others.start - both.start;
+        subtract(
+            &mut self.values[start..start + others.len()],
+            multiple,
+            &other.values,
+        );
+    }
+
     /// All rows of it.
     ///
     /// # Arguments
@@ -102,6 +120,26 @@ impl RowVector {
     #[must_use]
     pub fn whole(&self, length: usize) -> Vec<f64> {
         self.part(&(0..length)).into_owned()
+    }
+}
+
+/// [`push_orthonormal`] of vectors of some rows: those without a common row are orthogonal as they are.
+pub fn push_orthonormal_rows(units: &mut Vec<RowVector>, mut vector: RowVector, share: f64) {
+    let before = norm(&vector.values);
+    for _ in 0..2 {
+        for unit in units.iter() {
+            let product = unit.dot_part(&vector);
+            if product != 0.0 {
+                vector.subtract(product, unit);
+            }
+        }
+    }
+    let after = norm(&vector.values);
+    if after > 0.0 && after > share * before {
+        for value in &mut vector.values {
+            *value /= after;
+        }
+        units.push(vector);
     }
 }
 
@@ -140,5 +178,8 @@ mod tests {
             values: vec![7.0],
         };
         assert_eq!(vector.dot_part(&apart), 0.0);
+        let mut less = vector;
+        less.subtract(10.0, &behind);
+        assert_eq!(less.whole(6), vec![0.0, 0.0, 1.0, 2.0, -67.0, -80.0]);
     }
 }

@@ -4,19 +4,22 @@
 //! one cell, and whitening does not mix cells: they are made orthonormal cell by cell. The factors and the clock run through all cells;
 //! they are few.
 
-use std::ops::Range;
+use rayon::prelude::*;
 
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
-use crate::search::{dot, norm, push_orthonormal, subtract};
+use crate::search::{RowVector, dot, norm, push_orthonormal, push_orthonormal_rows, subtract};
 
-/// Columns of one cell, as long as the cell.
-pub(super) type CellColumns = Vec<Vec<f64>>;
+/// Columns of one cell, each with the readings between the first and the last that it is not zero in.
+pub(super) type CellColumns = Vec<RowVector>;
+
+/// Columns that run through all cells.
+pub(super) type WholeColumns = Vec<Vec<f64>>;
 
 /// A stage of a nested basis.
 pub(super) struct Stage<'a> {
     /// Columns of a cell, m.
-    pub(super) columns: &'a dyn Fn(usize) -> CellColumns,
+    pub(super) columns: &'a (dyn Fn(usize) -> CellColumns + Sync),
     /// Columns shorter than this share of their length once the stages before are taken out count as spanned by them.
     pub(super) least: f64,
 }
@@ -29,7 +32,6 @@ pub(super) struct LocalBasis {
 
 #[derive(Debug, Clone)]
 struct StratumBasis {
-    readings: Range<usize>,
     columns: CellColumns,
     /// Number of columns up to each stage.
     ends: Vec<usize>,
@@ -42,23 +44,17 @@ impl LocalBasis {
         whitening: &NoiseCovariance,
         stages: &[Stage<'_>],
     ) -> Self {
-        let cells = observations
-            .cells
-            .iter()
-            .enumerate()
-            .map(|(index, cell)| {
+        let cells = (0..observations.cells.len())
+            .into_par_iter()
+            .map(|cell| {
                 let mut basis = StratumBasis {
-                    readings: cell.readings.clone(),
                     columns: Vec::new(),
                     ends: Vec::new(),
                 };
                 for stage in stages {
-                    for column in (stage.columns)(index) {
-                        let mut white = column;
-                        whitening
-                            .covariance
-                            .whiten_rows(&basis.readings, &mut white);
-                        push_orthonormal(&mut basis.columns, white, stage.least, 0.0);
+                    for column in (stage.columns)(cell) {
+                        let white = whitening.covariance.whiten_vector(&column);
+                        push_orthonormal_rows(&mut basis.columns, white, stage.least);
                     }
                     basis.ends.push(basis.columns.len());
                 }
@@ -71,9 +67,8 @@ impl LocalBasis {
     /// Takes out of a white vector the columns of each cell up to its stage.
     fn take_out(&self, stages: &[usize], vector: &mut [f64]) {
         for (cell, &stage) in self.cells.iter().zip(stages) {
-            let part = &mut vector[cell.readings.clone()];
             for column in &cell.columns[..cell.ends[stage]] {
-                remove(part, column);
+                remove(&mut vector[column.rows()], &column.values);
             }
         }
     }
@@ -120,7 +115,7 @@ impl Fit {
     }
 
     /// Orthonormal columns that other global columns add to this space.
-    pub(super) fn beyond(&self, basis: &LocalBasis, columns: &[GlobalColumn]) -> CellColumns {
+    pub(super) fn beyond(&self, basis: &LocalBasis, columns: &[GlobalColumn]) -> WholeColumns {
         let mut all = self.extra.clone();
         for column in columns {
             let whole = norm(&column.white);
@@ -148,7 +143,7 @@ impl Fit {
         let mut out = vec![1.0; readings];
         for (cell, &stage) in basis.cells.iter().zip(&self.stages) {
             for column in &cell.columns[..cell.ends[stage]] {
-                for (value, c) in out[cell.readings.clone()].iter_mut().zip(column) {
+                for (value, c) in out[column.rows()].iter_mut().zip(&column.values) {
                     *value -= c * c;
                 }
             }

@@ -1,11 +1,15 @@
 //! Columns of readings: of one cell each (zeros, slopes, levels of load), and through all cells (factors, clock, repeats).
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::bases::{CellColumns, GlobalColumn, LocalBasis, Stage};
-use super::levels::{indicators, levels};
+use super::levels::levels;
+use crate::search::RowVector;
 use crate::search::constants::{ABSORBS_NOTHING, COLUMN_LEFT, ROUNDING};
 
 /// What a decomposition is made for.
@@ -40,20 +44,20 @@ pub(super) fn bases(
     let none = |_: usize| CellColumns::new();
     let zeros = |cell| cells.zeros(cell);
     let runs = |cell| cells.run_slopes(cell);
-    let slope = |cell| vec![cells.of(cell, |force, _| force)];
-    let offset = |cell| vec![cells.of(cell, |_, _| 1.0)];
-    let sizes = |cell| vec![cells.of(cell, |force, _| force.abs())];
+    let slope = |cell| vec![cells.of(cell, |force| force)];
+    let offset = |cell| vec![cells.of(cell, |_| 1.0)];
+    let sizes = |cell| vec![cells.of(cell, f64::abs)];
     let curves = |cell| cells.curves(cell);
     let levels = |cell| cells.levels(cell);
     let loops = |cell| cells.loops(cell);
     let branches = |cell| cells.branches(cell);
     let holds = |cell| cells.holds(cell);
-    let [sign_within, sign_between]: [&dyn Fn(usize) -> CellColumns; 2] = if mixed {
+    let [sign_within, sign_between]: [&(dyn Fn(usize) -> CellColumns + Sync); 2] = if mixed {
         [&sizes, &none]
     } else {
         [&none, &sizes]
     };
-    fn stage(columns: &dyn Fn(usize) -> CellColumns, least: f64) -> Stage<'_> {
+    fn stage(columns: &(dyn Fn(usize) -> CellColumns + Sync), least: f64) -> Stage<'_> {
         Stage { columns, least }
     }
     let basis = |stages: &[Stage<'_>]| LocalBasis::new(observations, whitening, stages);
@@ -72,13 +76,8 @@ pub(super) fn bases(
             stage(&zeros, ROUNDING),
             stage(&slope, ROUNDING),
             stage(sign_between, COLUMN_LEFT),
-            stage(&runs, ROUNDING),
         ]),
-        basis(&[
-            stage(&runs, ROUNDING),
-            stage(&offset, ROUNDING),
-            stage(&zeros, ROUNDING),
-        ]),
+        basis(&[stage(&runs, ROUNDING), stage(&offset, ROUNDING)]),
         basis(&[
             stage(&zeros, ROUNDING),
             stage(&runs, ROUNDING),
@@ -99,84 +98,100 @@ struct CellColumnSet<'a> {
 
 impl CellColumnSet<'_> {
     /// A function of force and place, with forces as shares of the largest.
-    fn of(&self, cell: usize, value: impl Fn(f64, usize) -> f64) -> Vec<f64> {
-        let readings = self.observations.cells[cell].readings.clone();
+    fn of(&self, cell: usize, value: impl Fn(f64) -> f64) -> RowVector {
+        self.of_readings(cell, &self.observations.cells[cell].readings, value)
+    }
+
+    /// The same in some of its readings.
+    fn of_readings(
+        &self,
+        cell: usize,
+        readings: &Range<usize>,
+        value: impl Fn(f64) -> f64,
+    ) -> RowVector {
+        let all = self.observations.cells[cell].readings.clone();
         let loads = &self.observations.loads;
-        let most = readings
-            .clone()
+        let most = all
             .map(|reading| loads[reading].force_n.abs())
             .fold(f64::MIN_POSITIVE, f64::max);
-        readings
-            .map(|reading| value(loads[reading].force_n / most, reading))
-            .collect()
+        let values = readings
+            .clone()
+            .map(|reading| value(loads[reading].force_n / most));
+        RowVector {
+            first: readings.start,
+            values: values.collect(),
+        }
     }
 
     fn zeros(&self, cell: usize) -> CellColumns {
-        indicators(&self.keys(cell, |reading| {
-            Some(self.observations.readings[reading].zero)
-        }))
+        let zero = |reading: usize| Some(self.observations.readings[reading].zero);
+        self.indicators(cell, zero)
     }
 
-    fn keys<K>(&self, cell: usize, key: impl Fn(usize) -> Option<K>) -> Vec<Option<K>> {
-        let readings = self.observations.cells[cell].readings.clone();
-        readings.map(key).collect()
+    /// Columns of ones, one for each key that occurs among the readings, in the order of the keys.
+    fn indicators<K: Ord>(&self, cell: usize, key: impl Fn(usize) -> Option<K>) -> CellColumns {
+        let mut columns: BTreeMap<K, RowVector> = BTreeMap::new();
+        for reading in self.observations.cells[cell].readings.clone() {
+            let Some(key) = key(reading) else { continue };
+            let column = columns.entry(key).or_insert_with(|| RowVector {
+                first: reading,
+                values: Vec::new(),
+            });
+            column.values.resize(reading - column.first, 0.0);
+            column.values.push(1.0);
+        }
+        columns.into_values().collect()
     }
 
     fn run_slopes(&self, cell: usize) -> CellColumns {
         let runs = self.observations.cells[cell].runs.clone();
-        runs.map(|run| {
-            self.of(cell, |force, reading| {
-                if self.observations.readings[reading].run == run {
-                    force
-                } else {
-                    0.0
-                }
-            })
-        })
-        .collect()
+        let readings = |run: usize| &self.observations.runs[run].readings;
+        runs.map(|run| self.of_readings(cell, readings(run), |force| force))
+            .collect()
     }
 
     /// Curves of the force as it was: the loads of a level differ by what the jack left.
     fn curves(&self, cell: usize) -> CellColumns {
         vec![
-            self.of(cell, |force, _| force * force.abs()),
-            self.of(cell, |force, _| force.powi(3)),
+            self.of(cell, |force| force * force.abs()),
+            self.of(cell, |force| force.powi(3)),
         ]
     }
 
     fn levels(&self, cell: usize) -> CellColumns {
+        let first = self.observations.cells[cell].readings.start;
         let levels = levels(self.observations, cell);
-        indicators(&levels.into_iter().map(Some).collect::<Vec<_>>())
+        self.indicators(cell, |reading| Some(levels[reading - first]))
     }
 
     /// The unloading branch as a whole.
     fn loops(&self, cell: usize) -> CellColumns {
-        indicators(&self.keys(cell, |reading| {
+        self.indicators(cell, |reading| {
             let unloading = self.observations.readings[reading].branch == Branch::Unloading;
             unloading.then_some(())
-        }))
+        })
     }
 
     /// Each level on the unloading branch.
     fn branches(&self, cell: usize) -> CellColumns {
         let first = self.observations.cells[cell].readings.start;
         let levels = levels(self.observations, cell);
-        indicators(&self.keys(cell, |reading| {
+        self.indicators(cell, |reading| {
             let unloading = self.observations.readings[reading].branch == Branch::Unloading;
             unloading.then_some(levels[reading - first])
-        }))
+        })
     }
 
     /// Each later reading of a hold, by level, branch and its number.
     fn holds(&self, cell: usize) -> CellColumns {
         let first = self.observations.cells[cell].readings.start;
         let levels = levels(self.observations, cell);
-        indicators(&self.keys(cell, |reading| {
+        self.indicators(cell, |reading| {
             let details = &self.observations.readings[reading];
             let unloading = details.branch == Branch::Unloading;
             let number = details.hold_number;
             (number > 0).then_some((levels[reading - first], unloading, number))
-        }))
+        })
     }
 }
 

@@ -14,6 +14,7 @@ const HELD: usize = 3;
 
 /// Stages of the basis within runs. The holds stand first: what a load does under a long hold is no part of its level.
 pub(super) mod within {
+    pub(in crate::mismatch::strata) const SLOPES: usize = 1;
     pub(in crate::mismatch::strata) const HOLDS: usize = 2;
     pub(in crate::mismatch::strata) const SIGN: usize = 3;
     pub(in crate::mismatch::strata) const CURVES: usize = 4;
@@ -34,14 +35,12 @@ pub(super) mod between {
     pub(in crate::mismatch::strata) const ZEROS: usize = 0;
     pub(in crate::mismatch::strata) const CELLS: usize = 1;
     pub(in crate::mismatch::strata) const SIGN: usize = 2;
-    pub(in crate::mismatch::strata) const RUNS: usize = 3;
 }
 
 /// Stages of the basis of zeros.
 pub(super) mod offsets {
     pub(in crate::mismatch::strata) const SLOPES: usize = 0;
     pub(in crate::mismatch::strata) const CELLS: usize = 1;
-    pub(in crate::mismatch::strata) const ZEROS: usize = 2;
 }
 
 /// What a contrast is compared with.

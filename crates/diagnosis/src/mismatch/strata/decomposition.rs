@@ -3,7 +3,7 @@
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
 
-use super::bases::{CellColumns, Fit, GlobalColumn, LocalBasis};
+use super::bases::{Fit, GlobalColumn, LocalBasis, WholeColumns};
 use super::columns::{Setting, bases, sets};
 use super::contrasts::{
     BETWEEN, Common, ErrorTerm, OFFSETS, WITHIN, between, offsets, plans, within,
@@ -62,9 +62,11 @@ impl<'a> Decomposition<'a> {
         };
         let model = &sets.model[..];
         let (clock, repeat) = (&sets.clock[..], &sets.repeat[..]);
-        let run_slope =
-            [between::SIGN, between::RUNS].map(|stage| fit(BETWEEN, stage, &[model, repeat]));
-        let run_zero = [offsets::CELLS, offsets::ZEROS].map(|stage| fit(OFFSETS, stage, &[model]));
+        // Zeros and slopes of all runs hold what cells have of either; among columns of single runs they take no more memory than readings.
+        let run_slope = [(BETWEEN, between::SIGN), (WITHIN, within::SLOPES)]
+            .map(|(basis, stage)| fit(basis, stage, &[model, repeat]));
+        let run_zero = [(OFFSETS, offsets::CELLS), (WITHIN, within::SLOPES)]
+            .map(|(basis, stage)| fit(basis, stage, &[model]));
         let pure = fit(WITHIN, within::BRANCHES, &[model, clock]);
         let mut comparisons = Vec::new();
         let mut untested = Vec::new();
@@ -147,7 +149,7 @@ impl<'a> Decomposition<'a> {
             }
         };
         let left = without.left(&self.bases[basis], white);
-        let right = with.left(&self.bases[basis], white);
+        let right = with.left(&self.bases[WITHIN], white);
         let dof = with.rank - without.rank;
         (squares(&left) - squares(&right), dof as f64)
     }
@@ -237,7 +239,7 @@ impl<'a> Decomposition<'a> {
     }
 
     /// Orthonormal columns that global columns add to smooth curves over the load, and to everything that repeats itself.
-    pub(super) fn beyond_curves(&self, columns: &[GlobalColumn]) -> [CellColumns; 2] {
+    pub(super) fn beyond_curves(&self, columns: &[GlobalColumn]) -> [WholeColumns; 2] {
         [&self.curves, &self.pure].map(|fit| fit.beyond(&self.bases[WITHIN], columns))
     }
 

@@ -1,0 +1,161 @@
+//! The inverse of a covariance, for likelihoods: without the transform that makes rows white.
+
+use std::ops::Range;
+
+use super::covariance::{LowRankBlock, inverse_columns};
+use super::serial_correlation::{RowMemory, SerialFilter};
+
+/// V⁻¹ = K - E Eᵀ of a covariance V (`Covariance`): K = D^(-1/2) Fᵀ F D^(-1/2) mixes rows of one series, E is of low rank within blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Precision {
+    /// D^(-1/2).
+    weights: Vec<f64>,
+    /// F.
+    serial: SerialFilter,
+    /// E.
+    blocks: Vec<LowRankBlock>,
+    /// ln det V.
+    log_determinant: f64,
+}
+
+impl Precision {
+    /// # Arguments
+    /// - `variances`, `memory`, `blocks`: those of the covariance; the blocks hold all rows.
+    #[must_use]
+    pub fn new(
+        variances: &[f64],
+        memory: &[RowMemory],
+        blocks: impl IntoIterator<Item = LowRankBlock>,
+    ) -> Self {
+        let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
+        let serial = SerialFilter::new(memory);
+        let mut log_determinant = serial.log_determinant;
+        log_determinant += variances.iter().map(|v| v.ln()).sum::<f64>();
+        let of_block = |LowRankBlock { rows, mut columns }| {
+            let n = rows.len();
+            for column in columns.chunks_mut(n) {
+                for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
+                    *value *= weight;
+                }
+                serial.innovations(&rows, column);
+            }
+            let (mut columns, of_block) = inverse_columns(columns, n);
+            log_determinant += of_block;
+            for column in columns.chunks_mut(n) {
+                serial.innovations_transposed(&rows, column);
+                for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
+                    *value *= weight;
+                }
+            }
+            LowRankBlock { rows, columns }
+        };
+        let blocks = blocks.into_iter().map(of_block).collect();
+        Self {
+            weights,
+            serial,
+            blocks,
+            log_determinant,
+        }
+    }
+
+    /// ln det V.
+    #[must_use]
+    pub fn log_determinant(&self) -> f64 {
+        self.log_determinant
+    }
+
+    /// Adds Xᵀ V⁻¹ X over some rows to a matrix, below and on its diagonal.
+    ///
+    /// # Arguments
+    /// - `rows`: a union of blocks.
+    /// - `columns`: X.
+    /// - `sums`: row by row, as wide as X.
+    pub fn add_products(&self, rows: &Range<usize>, columns: &SparseRows<'_>, sums: &mut [f64]) {
+        let size = columns.count();
+        let first = self
+            .blocks
+            .partition_point(|block| block.rows.start < rows.start);
+        let blocks = self.blocks[first..]
+            .iter()
+            .take_while(|block| block.rows.end <= rows.end);
+        let mut product = vec![0.0; size];
+        let mut unit = Vec::new();
+        for block in blocks {
+            let of_block = block.rows.start - rows.start..block.rows.end - rows.start;
+            if self.serial.is_identity() {
+                for (row, weight) in of_block.clone().zip(&self.weights[block.rows.clone()]) {
+                    columns.for_each(row, |i, left| {
+                        let left = weight * weight * left;
+                        columns.for_each(row, |j, right| sums[i * size + j] += left * right);
+                    });
+                }
+            } else {
+                self.add_products_in_series(block, (&of_block, columns), &mut unit, sums);
+            }
+            for column in block.columns.chunks(of_block.len()) {
+                product.fill(0.0);
+                for (row, value) in of_block.clone().zip(column) {
+                    columns.for_each(row, |i, x| product[i] += value * x);
+                }
+                for (i, left) in product.iter().enumerate() {
+                    for (sum, right) in sums[i * size..=i * size + i].iter_mut().zip(&product) {
+                        *sum -= left * right;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The part of K where rows remember those before them.
+    fn add_products_in_series(
+        &self,
+        block: &LowRankBlock,
+        (of_block, columns): (&Range<usize>, &SparseRows<'_>),
+        unit: &mut Vec<f64>,
+        sums: &mut [f64],
+    ) {
+        let size = columns.count();
+        let weights = &self.weights[block.rows.clone()];
+        for place in 0..of_block.len() {
+            unit.clear();
+            unit.resize(of_block.len(), 0.0);
+            unit[place] = weights[place];
+            self.serial.innovations(&block.rows, unit);
+            self.serial.innovations_transposed(&block.rows, unit);
+            columns.for_each(of_block.start + place, |i, left| {
+                for (row, (value, weight)) in of_block.clone().zip(unit.iter().zip(weights)) {
+                    let left = left * value * weight;
+                    columns.for_each(row, |j, right| sums[i * size + j] += left * right);
+                }
+            });
+        }
+    }
+}
+
+/// Rows of a matrix: each has a one in one of the first columns, if there are such columns, and what further columns have there.
+pub struct SparseRows<'a> {
+    /// For each row the column that has a one there; empty without such columns.
+    pub ones: &'a [usize],
+    /// How many such columns there are.
+    pub one_columns: usize,
+    /// Further columns.
+    pub further: &'a [&'a [f64]],
+}
+
+impl SparseRows<'_> {
+    /// Number of columns.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.one_columns + self.further.len()
+    }
+
+    #[inline]
+    fn for_each(&self, row: usize, mut action: impl FnMut(usize, f64)) {
+        if let Some(one) = self.ones.get(row) {
+            action(*one, 1.0);
+        }
+        for (place, column) in self.further.iter().enumerate() {
+            action(self.one_columns + place, column[row]);
+        }
+    }
+}
