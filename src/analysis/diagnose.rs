@@ -14,7 +14,7 @@ use super::design::{baseline, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
-use super::together::{LaidOut, SessionShare, lay_out};
+use super::together::{LaidOut, MarkedReading, SessionShare, lay_out, marked};
 
 /// The scatter of the readings may exceed what the records state by this much before there is a warning.
 const RECORD_TOO_GOOD: f64 = 1.5;
@@ -94,6 +94,8 @@ pub struct DiagnosisReport {
     pub bad_runs: Vec<BadRun>,
     /// Readings that their repeats contradict.
     pub bad_readings: Vec<BadReading>,
+    /// The readings of both.
+    pub marked_readings: Vec<MarkedReading>,
     /// Degrees of freedom of Student's t of the others; none where a normal distribution fits as well.
     pub tails_dof: Option<f64>,
     /// Whether they were kept for the search all the same.
@@ -180,6 +182,7 @@ pub fn diagnose_together(
         poses,
         bad_runs,
         mut bad_readings,
+        marked: mut marked_readings,
         tails_dof,
         mut sessions,
     } = lay_out(sessions, model, parameters, options.keep_outliers)?;
@@ -214,6 +217,11 @@ pub fn diagnose_together(
         let keep: Vec<bool> = (0..observations.len())
             .map(|one| one != bad.reading)
             .collect();
+        if bad.is_named() {
+            let is_bad = |line| line == bad.line;
+            marked_readings
+                .extend(marked(&observations, &is_bad).filter(|one| one.pose == bad.pose));
+        }
         observations = observations.filtered(&keep);
         if bad.is_named() {
             bad_readings.push(bad);
@@ -254,6 +262,7 @@ pub fn diagnose_together(
         parameters: baseline.parameters().to_vec(),
         bad_runs,
         bad_readings,
+        marked_readings,
         tails_dof,
         outliers_kept: options.keep_outliers,
         file_lines,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::mismatch::{
-    Baseline, EarlierNoise, KnownNoise, Observations, SearchOptions, diagnose, screen_readings,
+    Baseline, EarlierNoise, KnownNoise, Observations, SearchOptions, diagnose, screen_data,
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::Law;
@@ -57,8 +57,7 @@ pub fn noise_of(
         without: without.to_vec(),
         known_effects: model.physics.effects.clone(),
     };
-    let observations =
-        screen_readings(&baseline, &observations, &KnownNoise::Nothing)?.observations;
+    let observations = screen_data(&baseline, &observations, &KnownNoise::Nothing)?.observations;
     let (diagnosis, _) = diagnose(&baseline, &observations, &search, None)?;
     let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| {
         ArgumentError::new(

@@ -65,5 +65,5 @@ pub use plausible::{
 pub use pose_plan::choose_poses;
 pub use procedure::{add_poses, joints_of, named_procedure, state_joint_values};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
-pub use together::{OpenBefore, SessionShare, open_together, resolve_together};
+pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};
 pub use vectors::{SessionTable, VectorSession};

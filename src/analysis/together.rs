@@ -1,13 +1,13 @@
 //! Several sessions of one robot, laid out for one analysis.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::mismatch::{
-    BadReading, BadRun, KnownNoise, Observations, ReadingNoise, noise_alone, screen_readings,
-    screen_runs,
+    BadReading, BadRun, KnownNoise, Observations, ReadingNoise, noise_alone, screen_data,
 };
 use crate::parameters::ParameterChoice;
-use crate::test_point::PoseId;
+use crate::test_point::{Direction, PoseId};
 
 use super::data::{LoadedSession, OpenSettings};
 use super::design::baseline;
@@ -46,6 +46,37 @@ pub struct OpenBefore {
     pub open: Vec<(String, serde_json::Value)>,
 }
 
+/// A reading that is part of a data finding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarkedReading {
+    /// Its pose.
+    pub pose: PoseId,
+    /// Its direction.
+    pub direction: Direction,
+    /// Signed force, N.
+    pub force_n: f64,
+    /// What was read, m.
+    pub displacement_m: f64,
+}
+
+/// Readings of some lines.
+pub(super) fn marked<'o>(
+    observations: &'o Observations,
+    is_of: &'o dyn Fn(u32) -> bool,
+) -> impl Iterator<Item = MarkedReading> + 'o {
+    let readings = observations.readings.iter().enumerate();
+    let found = readings.filter(|(_, detail)| is_of(detail.line));
+    found.map(|(reading, _)| {
+        let cell = &observations.cells[observations.cell_of(reading)];
+        MarkedReading {
+            pose: observations.poses[cell.pose].clone(),
+            direction: cell.direction,
+            force_n: observations.loads[reading].force_n,
+            displacement_m: observations.displacement_m[reading],
+        }
+    })
+}
+
 /// The readings of one session or several.
 pub(super) struct LaidOut {
     pub(super) observations: Observations,
@@ -55,6 +86,7 @@ pub(super) struct LaidOut {
     pub(super) poses: Vec<PoseId>,
     pub(super) bad_runs: Vec<BadRun>,
     pub(super) bad_readings: Vec<BadReading>,
+    pub(super) marked: Vec<MarkedReading>,
     pub(super) tails_dof: Option<f64>,
     /// Empty of one session.
     pub(super) sessions: Vec<SessionShare>,
@@ -71,14 +103,32 @@ pub(super) fn lay_out(
     let names = names(sessions);
     let (mut own, mut shares) = (Vec::new(), Vec::new());
     let (mut bad_runs, mut bad_readings) = (Vec::new(), Vec::new());
+    let mut marked_readings = Vec::new();
     let several = sessions.len() > 1;
     let mut tails_dof: Option<f64> = None;
     for (session, name) in sessions.iter().zip(&names) {
         let observations = Observations::new(&session.table, session.header.as_ref());
         let mut baseline = baseline(model, mechanism, &observations.poses, parameters)?;
         baseline.add_variant(&model.physics.effects)?;
-        let runs = screen_runs(&baseline, &observations, &KnownNoise::Nothing)?;
-        let screened = screen_readings(&baseline, &runs.observations, &KnownNoise::Nothing)?;
+        let screened = screen_data(&baseline, &observations, &KnownNoise::Nothing)?;
+        let named = |pose: PoseId| {
+            if several {
+                PoseId::new(&format!("{name}/{pose}"))
+            } else {
+                pose
+            }
+        };
+        let of_runs = screened.bad_runs.iter().flat_map(|bad| &bad.lines);
+        let bad_lines: BTreeSet<u32> = of_runs
+            .chain(screened.bad_readings.iter().map(|bad| &bad.line))
+            .copied()
+            .collect();
+        let is_bad = |line| bad_lines.contains(&line);
+        let marks = marked(&observations, &is_bad);
+        marked_readings.extend(marks.map(|one| MarkedReading {
+            pose: named(one.pose),
+            ..one
+        }));
         let kept = if keep_outliers {
             observations
         } else {
@@ -95,23 +145,21 @@ pub(super) fn lay_out(
                 data: session.name.clone(),
                 readings: kept.len(),
                 runs: kept.runs.len(),
-                bad_readings: screened.bad.len(),
+                bad_readings: screened.bad_readings.len(),
                 noise: noise_alone(&baseline, &kept)?,
                 open_before: open_before(session, sessions),
             });
         }
-        let named = |pose: PoseId| {
-            if several {
-                PoseId::new(&format!("{name}/{pose}"))
-            } else {
-                pose
+        bad_runs.extend(screened.bad_runs.into_iter().map(|bad| {
+            BadRun {
+                pose: named(bad.pose),
+                exchanged_with: bad
+                    .exchanged_with
+                    .map(|(pose, direction)| (named(pose), direction)),
+                ..bad
             }
-        };
-        bad_runs.extend(runs.bad.into_iter().map(|bad| BadRun {
-            pose: named(bad.pose),
-            ..bad
         }));
-        bad_readings.extend(screened.bad.into_iter().map(|bad| BadReading {
+        bad_readings.extend(screened.bad_readings.into_iter().map(|bad| BadReading {
             pose: named(bad.pose),
             ..bad
         }));
@@ -135,6 +183,7 @@ pub(super) fn lay_out(
         poses,
         bad_runs,
         bad_readings,
+        marked: marked_readings,
         tails_dof,
         sessions: shares,
     })

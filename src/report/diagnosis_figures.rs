@@ -1,6 +1,7 @@
 //! From a diagnosis to the inputs of its figures.
 
 mod law;
+mod load_displacement;
 mod map;
 
 use crate::mismatch::{Finding, Impossible, LawCriticalValues, VerdictGrade};
@@ -84,6 +85,12 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
             ));
         }
     }
+    figures.extend(load_displacement::load_displacement(report).map(|input| {
+        (
+            "load_displacement".to_owned(),
+            crate::plot::load_displacement(&input),
+        )
+    }));
     figures.push((
         "detection_limits".to_owned(),
         detection_limits(&limits(report)),

@@ -28,6 +28,7 @@ pub fn load_displacement_figure(sessions: &[(&str, &StiffnessTable)]) -> Figure 
                 curves: table.cells.iter().map(curve).collect(),
             })
             .collect(),
+        marked: None,
     })
 }
 

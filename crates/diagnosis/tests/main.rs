@@ -21,3 +21,4 @@ mod mismatch_verdicts;
 mod position_coverage;
 mod six_springs;
 mod stiffness_map;
+mod wrong_cells;

@@ -71,7 +71,7 @@ pub use held_out_error::{HeldOutError, HeldOutPose, held_out_error};
 pub use load_case_components::{ComponentPoint, LoadCaseComponents, load_case_components};
 pub use load_case_residuals::{LoadCaseResiduals, ResidualVector, load_case_residuals};
 pub use load_displacement::{
-    DisplacementPoint, FittedLine, LoadCurvePoints, LoadDisplacement, SessionCurves,
+    DisplacementPoint, FittedLine, LoadCurvePoints, LoadDisplacement, MarkedPoints, SessionCurves,
     load_displacement,
 };
 pub use misfit_shares::{MisfitWaterfall, WaterfallStep, misfit_waterfall};

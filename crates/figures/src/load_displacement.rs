@@ -13,6 +13,17 @@ pub struct LoadDisplacement {
     pub bar: Bar,
     /// Sessions, each with its own shape and colour.
     pub sessions: Vec<SessionCurves>,
+    /// Readings that stand out: drawn by themselves, part of no mean and joined with nothing.
+    pub marked: Option<MarkedPoints>,
+}
+
+/// Readings that stand out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarkedPoints {
+    /// What they are, for the legend.
+    pub name: String,
+    /// Pose, direction, force in N and displacement in m of each.
+    pub points: Vec<(PoseId, Direction, [f64; 2])>,
 }
 
 /// The curves of one session.
@@ -133,16 +144,20 @@ fn all_points(input: &LoadDisplacement) -> impl Iterator<Item = &DisplacementPoi
 
 /// Poses in the order in which they come, and the directions that occur.
 fn rows_and_columns(input: &LoadDisplacement) -> (Vec<PoseId>, Vec<Direction>) {
-    let curves = || input.sessions.iter().flat_map(|session| &session.curves);
+    let curves = input.sessions.iter().flat_map(|session| &session.curves);
+    let of_curves = curves.map(|curve| (&curve.pose, curve.direction));
+    let marked = input.marked.iter().flat_map(|marked| &marked.points);
+    let marked = marked.map(|(pose, direction, _)| (pose, *direction));
+    let cells: Vec<(&PoseId, Direction)> = of_curves.chain(marked).collect();
     let mut poses: Vec<PoseId> = Vec::new();
-    for curve in curves() {
-        if !poses.contains(&curve.pose) {
-            poses.push(curve.pose.clone());
+    for (pose, _) in &cells {
+        if !poses.contains(pose) {
+            poses.push((*pose).clone());
         }
     }
     let directions = Direction::ALL
         .into_iter()
-        .filter(|direction| curves().any(|curve| curve.direction == *direction))
+        .filter(|direction| cells.iter().any(|(_, of_cell)| of_cell == direction))
         .collect();
     (poses, directions)
 }
@@ -204,6 +219,22 @@ fn panel(
             }
         }
     }
+    if let Some(marked) = &input.marked {
+        let here = marked.points.iter();
+        let here = here.filter(|(of_pose, of, _)| (of_pose, *of) == (pose, direction));
+        let points: Vec<FigurePoint> = here
+            .map(|(.., [force_n, displacement_m])| {
+                FigurePoint::new(*force_n, displacement_m / METRES_PER_MICROMETRE)
+            })
+            .collect();
+        if !points.is_empty() {
+            panel.series.push(Series::labelled(
+                marked.name.clone(),
+                Style::nth(2 * input.sessions.len()).marker_size(4.0),
+                Marks::Points(points),
+            ));
+        }
+    }
     panel
 }
 
@@ -257,6 +288,7 @@ mod tests {
         };
         LoadDisplacement {
             bar: Bar::StandardDeviation,
+            marked: None,
             sessions: vec![SessionCurves {
                 name: "first".to_owned(),
                 curves: vec![
@@ -331,10 +363,33 @@ mod tests {
     }
 
     #[test]
+    fn marked_readings_stand_by_themselves_in_their_panel() {
+        let mut input = input();
+        let point = ("P2".into(), Direction::Z, [-20.0, 5e-6]);
+        input.marked = Some(MarkedPoints {
+            name: "bad readings".to_owned(),
+            points: vec![point],
+        });
+        let figure = load_displacement(&input);
+        // Pose P2 has no curve along z.
+        let series = &figure.panels[3].series;
+        assert_eq!(series.len(), 1);
+        assert_eq!(series[0].label.as_deref(), Some("bad readings"));
+        let Marks::Points(points) = &series[0].marks else {
+            panic!("a marked reading is a point");
+        };
+        assert!((points[0].y - 5.0).abs() < 1e-9);
+        let looks = |panel: &Panel| panel.series.iter().map(|one| one.style.marker).collect();
+        let others: Vec<_> = looks(&figure.panels[0]);
+        assert!(!others.contains(&series[0].style.marker));
+    }
+
+    #[test]
     fn the_svg_parses_with_and_without_data() {
         parse(&load_displacement(&input()).to_svg()).unwrap();
         let empty = LoadDisplacement {
             bar: Bar::Interval95,
+            marked: None,
             sessions: Vec::new(),
         };
         parse(&load_displacement(&empty).to_svg()).unwrap();

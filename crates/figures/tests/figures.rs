@@ -94,11 +94,13 @@ fn session(name: &str, seed: u64, softer: f64, unloading: bool) -> SessionCurves
 fn load_against_displacement() {
     let one = LoadDisplacement {
         bar: Bar::StandardDeviation,
+        marked: None,
         sessions: vec![session("mean of the repeats", 1, 1.0, false)],
     };
     check("load-displacement", &load_displacement(&one));
     let two = LoadDisplacement {
         bar: Bar::Interval95,
+        marked: None,
         sessions: vec![
             session("2026-11-03 hp-robot", 1, 1.0, true),
             session("2026-11-17 hp-robot", 2, 1.15, true),
@@ -435,6 +437,7 @@ fn crowded_figures_stay_readable() {
     one.curves.truncate(1);
     let single = LoadDisplacement {
         bar: Bar::StandardUncertainty,
+        marked: None,
         sessions: vec![one],
     };
     check("load-displacement-single", &load_displacement(&single));

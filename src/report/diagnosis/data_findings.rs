@@ -22,13 +22,15 @@ pub enum DataFindingKind {
     BadReading,
     /// The displacement per force of a run.
     BadRun,
+    /// The names of two cells.
+    Exchanged,
     /// A sign.
     Sign,
     /// A decimal point.
     DecimalPoint,
 }
 
-/// A reading or run that its repeats contradict, or a cell that yields against its load.
+/// A reading or run that its repeats contradict, or a cell that yields against its load or has the name of another.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct DataFindingReport {
     /// What is wrong.
@@ -39,9 +41,12 @@ pub struct DataFindingReport {
     pub lines: Vec<u32>,
     /// Where it stands in the session.
     pub place: DataPlace,
+    /// The cell whose readings it has, and that has its own; only of the kind `exchanged`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exchanged_with: Option<DataPlace>,
     /// What was read, in `unit`: of a run or cell its displacement per force.
     pub value: f64,
-    /// What the repeats of the same load let expect, in `unit`.
+    /// What the repeats of the same load, or of a cell all other cells, let expect, in `unit`.
     pub expected: f64,
     /// Standard error of that difference, in `unit`.
     pub standard_error: f64,
@@ -103,6 +108,7 @@ impl DataFindingReport {
         let um = |metres: f64| metres / METRES_PER_MICROMETRE;
         Self {
             kind: match bad.kind {
+                _ if bad.exchanged_with.is_some() => DataFindingKind::Exchanged,
                 BadReadingKind::Any => DataFindingKind::BadRun,
                 BadReadingKind::Sign => DataFindingKind::Sign,
                 BadReadingKind::DecimalPoint(_) => DataFindingKind::DecimalPoint,
@@ -117,6 +123,10 @@ impl DataFindingReport {
                 },
                 None => DataPlace::Cell { pose, direction },
             },
+            exchanged_with: bad
+                .exchanged_with
+                .clone()
+                .map(|(pose, direction)| DataPlace::Cell { pose, direction }),
             value: um(bad.compliance),
             expected: um(bad.expected),
             standard_error: um(bad.u),
@@ -143,6 +153,7 @@ impl DataFindingReport {
                 step: bad.step,
                 branch: bad.branch,
             },
+            exchanged_with: None,
             value: um(bad.value_m),
             expected: um(bad.expected_m),
             standard_error: um(bad.u_m),
@@ -165,12 +176,37 @@ fn file_of(report: &DiagnosisReport, pose: &PoseId) -> String {
 
 /// The lines above everything else; empty where nothing is bad.
 pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
-    let runs: Vec<String> = report.bad_runs.iter().map(run_name).collect();
+    let runs = report.bad_runs.iter();
+    let (exchanged, runs): (Vec<&BadRun>, Vec<&BadRun>) =
+        runs.partition(|one| one.exchanged_with.is_some());
+    let exchanged = match pairs(&exchanged)[..] {
+        [] => String::new(),
+        [(one, other)] => {
+            let (one, other) = (cell_name(one), cell_name(other));
+            first_line(
+                report,
+                &format!("Data: {one} and {other} look exchanged"),
+                2,
+            )
+        }
+        [(one, other), ..] => {
+            let what = if one.direction == other.direction {
+                format!("the poses {} and {}", one.pose, other.pose)
+            } else {
+                format!("the directions {} and {}", one.direction, other.direction)
+            };
+            first_line(report, &format!("Data: {what} look exchanged"), 2)
+        }
+    };
     let runs = match &runs[..] {
         [] => String::new(),
-        [one] => first_line(report, &format!("Data: {one} cannot be right"), 1),
+        [one] => first_line(
+            report,
+            &format!("Data: {} cannot be right", run_name(one)),
+            1,
+        ),
         [one, ..] => {
-            let more = runs.len() - 1;
+            let (one, more) = (run_name(one), runs.len() - 1);
             first_line(
                 report,
                 &format!("Data: {one} and {more} more cannot be right"),
@@ -194,7 +230,7 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
             first_line(report, &what, bad.len())
         }
     };
-    runs + &readings
+    exchanged + &runs + &readings
 }
 
 fn first_line(report: &DiagnosisReport, what: &str, count: usize) -> String {
@@ -204,6 +240,26 @@ fn first_line(report: &DiagnosisReport, what: &str, count: usize) -> String {
         (false, _) => "all left out",
     };
     paragraph(&format!("{what}; {done}."), "", "")
+}
+
+/// Exchanged cells, each pair once.
+fn pairs<'r>(exchanged: &[&'r BadRun]) -> Vec<(&'r BadRun, &'r BadRun)> {
+    let with = |one: &BadRun| exchanged.iter().position(|other| is_with(one, other));
+    let pairs = exchanged.iter().enumerate().filter_map(|(place, one)| {
+        let other = with(one).filter(|other| *other > place)?;
+        Some((*one, exchanged[other]))
+    });
+    pairs.collect()
+}
+
+fn is_with(one: &BadRun, other: &BadRun) -> bool {
+    one.exchanged_with
+        .as_ref()
+        .is_some_and(|(pose, direction)| (pose, direction) == (&other.pose, &other.direction))
+}
+
+fn cell_name(bad: &BadRun) -> String {
+    format!("{} {}", bad.pose, bad.direction)
 }
 
 fn run_name(bad: &BadRun) -> String {
@@ -230,7 +286,20 @@ fn kind_of_slip(kind: BadReadingKind) -> &'static str {
 
 fn bad_run(bad: &BadRun) -> String {
     let um_per_n = |compliance: f64| significant(compliance / METRES_PER_MICROMETRE, 4);
+    let of_cells = || {
+        format!(
+            "where all other cells let expect {} ± {} um/N",
+            um_per_n(bad.expected),
+            significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
+        )
+    };
     let expected = match bad.repeat {
+        None if let Some((pose, direction)) = &bad.exchanged_with => {
+            format!("{}: with the readings of {pose} {direction} it agrees", of_cells())
+        }
+        None if bad.kind != BadReadingKind::Sign => {
+            format!("{}{}", of_cells(), kind_of_slip(bad.kind))
+        }
         Some(_) => format!(
             "where the other repeats let expect {} ± {} um/N{}",
             um_per_n(bad.expected),

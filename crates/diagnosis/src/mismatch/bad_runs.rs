@@ -15,6 +15,7 @@ use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use super::reading_screen::ReadingScreen;
 use super::tails::{Beside, Tails};
+use super::wrong_cells::wrong_cells;
 use crate::search::constants::{
     AFTER_A_JUMP, BAD_READING_LEVEL, ENOUGH_REPEATS, MOST_BAD_READINGS,
 };
@@ -30,9 +31,12 @@ pub struct BadRun {
     pub direction: Direction,
     /// Its repeat; none if the cell is meant.
     pub repeat: Option<u32>,
+    /// The cell under whose name it was recorded, and the other way round.
+    pub exchanged_with: Option<(PoseId, Direction)>,
     /// Displacement per force, m/N.
     pub compliance: f64,
-    /// What the other repeats let expect, m/N; of a cell the same with the sign that it must have.
+    /// What the other repeats let expect, m/N; of a cell that yields against its load the same with the sign that it must have, of one
+    /// that is exchanged or has a wrong decimal point what the other cells let expect.
     pub expected: f64,
     /// Standard error of the difference, m/N.
     pub u: f64,
@@ -78,12 +82,15 @@ pub fn screen_runs(
         let keep: Vec<bool> = (0..rest.len()).map(|one| !run.contains(&one)).collect();
         rest = rest.filtered(&keep);
     }
-    let cells = cells_against_their_load(baseline, &rest, noise)?;
-    if !cells.is_empty() {
-        let of_cell = |reading: usize| cells.iter().any(|(cell, _)| *cell == rest.cell_of(reading));
-        let keep: Vec<bool> = (0..rest.len()).map(|one| !of_cell(one)).collect();
-        rest = rest.filtered(&keep);
-        bad.extend(cells.into_iter().map(|(_, bad)| bad));
+    for of_cells in [cells_against_their_load, wrong_cells] {
+        let cells = of_cells(baseline, &rest, noise)?;
+        if !cells.is_empty() {
+            let of_cell =
+                |reading: usize| cells.iter().any(|(cell, _)| *cell == rest.cell_of(reading));
+            let keep: Vec<bool> = (0..rest.len()).map(|one| !of_cell(one)).collect();
+            rest = rest.filtered(&keep);
+            bad.extend(cells.into_iter().map(|(_, bad)| bad));
+        }
     }
     bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
     Ok(ScreenedRuns {
@@ -147,6 +154,7 @@ fn worst_run(
         pose: observations.poses[cell.pose].clone(),
         direction: cell.direction,
         repeat: Some(run.repeat),
+        exchanged_with: None,
         compliance,
         expected,
         u,
@@ -356,6 +364,7 @@ fn cells_against_their_load(
                 pose: observations.poses[cell.pose].clone(),
                 direction: cell.direction,
                 repeat: None,
+                exchanged_with: None,
                 compliance,
                 expected: -compliance,
                 u: u_relative * compliance.abs(),

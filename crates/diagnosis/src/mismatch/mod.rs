@@ -9,8 +9,10 @@ mod bad_runs;
 mod baseline;
 mod candidate;
 mod candidate_scores;
+mod cell_compliance;
 mod changes;
 mod critical_values;
+mod data_screen;
 mod deleted_residuals;
 mod design;
 mod detection;
@@ -58,6 +60,7 @@ mod trace;
 mod trial;
 mod verdict;
 mod white_laws;
+mod wrong_cells;
 
 pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
 pub use bad_runs::{BadRun, ScreenedRuns, screen_runs};
@@ -65,6 +68,7 @@ pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, StructureColumn,
 };
 pub use critical_values::{Family, LawCriticalValues};
+pub use data_screen::{ScreenedData, screen_data};
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawDesign, NearRival, ProposedMeasurement,
     Suspect, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,

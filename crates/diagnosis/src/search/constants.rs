@@ -171,6 +171,14 @@ pub const MOST_BAD_READINGS: f64 = 0.02;
 
 /// Multiple of [`BAD_READING_LEVEL`] from which on a reading is good without an estimate of the noise that leaves it out (1). Numerics.
 pub const CLEARLY_GOOD: f64 = 30.0;
+/// Chance that cells which are off by anything look exchanged, or as if their decimal point were wrong (1). Stated.
+pub const BY_COINCIDENCE: f64 = 0.01;
+
+/// Relative standard error of the compliance of a cell up to which it is compared with the model (1): far below a factor of two. By judgement.
+pub const LEAST_KNOWN_CELL: f64 = 0.1;
+
+/// Mistakes in the names of cells that are fitted in full (1): those that explain most if the model is linear. Numerics.
+pub const MISTAKES_FITTED: usize = 12;
 
 /// Standard errors by which a jump and its return may differ (1). Stated.
 pub const SAME_JUMP: f64 = 3.0;

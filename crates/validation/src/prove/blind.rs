@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use stiffbench_diagnosis::mismatch::{
-    Diagnosis, LawCriticalValues, MismatchError, SearchOptions, diagnose, screen_readings,
+    Diagnosis, LawCriticalValues, MismatchError, SearchOptions, diagnose, screen_data,
 };
 
 use super::error::ProveError;
@@ -75,7 +75,7 @@ fn blind(
     known: Option<&LawCriticalValues>,
 ) -> (BlindVerdict, Option<LawCriticalValues>) {
     let result = session.baseline().and_then(|baseline| {
-        screen_readings(&baseline, &session.observations, &options.noise)
+        screen_data(&baseline, &session.observations, &options.noise)
             .and_then(|screened| diagnose(&baseline, &screened.observations, options, known))
             .map_err(|error: MismatchError| error.into())
     });

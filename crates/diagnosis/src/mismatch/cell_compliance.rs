@@ -1,0 +1,287 @@
+//! Compliances of cells: those that the readings show, beside those of the baseline with one more spring, or of another structure.
+
+use stiffbench_numeric::least_squares::{
+    EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet,
+    ResidualFunction, minimise,
+};
+use stiffbench_units_and_text::test_point::Direction;
+
+use super::baseline::{Baseline, PoseSolver};
+use super::error::MismatchError;
+
+/// Displacement per force of a cell.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CellCompliance {
+    /// Index of its pose among those of the baseline.
+    pub(super) pose: usize,
+    pub(super) direction: Direction,
+    /// Logarithm of the compliance in m/N, and its standard error.
+    pub(super) log: f64,
+    pub(super) u: f64,
+}
+
+/// What a single mistake of the model may be.
+enum Suspect {
+    Spring(Spring),
+    /// Another structure, by its number.
+    Structure(usize),
+}
+
+/// A spring somewhere: in a joint, under the base, in the stand of the gauge.
+struct Spring {
+    /// For each cell what a unit of it adds, and the stiffness against its turning.
+    adds: Vec<[f64; 2]>,
+    /// Logarithm of the compliance at which it adds as much as the structure has, in the middle of the cells.
+    log_unit: f64,
+}
+
+/// Standard deviation of the logarithm of the compliance of a spring beforehand (1): a factor of ten. Any wide one does: it keeps a fit from
+/// wandering where nothing depends on it.
+const LOG_SPRING_SD: f64 = std::f64::consts::LN_10;
+
+/// Starts of a spring, in its unit.
+const SPRING_STARTS: [f64; 2] = [0.1, 2.0];
+
+/// Widest range of a spring, as a factor of its unit.
+const WIDEST: f64 = 1e4;
+
+/// The baseline as a model of the compliances of cells.
+pub(super) struct CellModel<'a> {
+    baseline: &'a dyn Baseline,
+    solver: Box<dyn PoseSolver + 'a>,
+    suspects: Vec<Suspect>,
+}
+
+/// A fit to compliances.
+#[derive(Debug, Clone)]
+pub(super) struct CellFit {
+    /// Weighted squares.
+    pub(super) squares: f64,
+    /// Logarithms of the compliances, one for each cell.
+    pub(super) logs: Vec<f64>,
+    /// Derivatives of the weighted residuals to the parameters, one column each.
+    pub(super) columns: Vec<Vec<f64>>,
+    parameters: Vec<f64>,
+}
+
+impl<'a> CellModel<'a> {
+    /// # Errors
+    /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
+    pub(super) fn new(
+        baseline: &'a dyn Baseline,
+        cells: &[CellCompliance],
+    ) -> Result<Self, MismatchError> {
+        let start: Vec<f64> = baseline.parameters().iter().map(|one| one.start).collect();
+        let mut solver = baseline.solver(0)?;
+        solver.solve(&start)?;
+        let pose = |cell: &CellCompliance| solver.pose(cell.pose);
+        let mut springs: Vec<Vec<[f64; 2]>> = Vec::new();
+        for joint in 0..baseline.joints().len() {
+            let of_cell = |cell: &CellCompliance| {
+                let influence = &pose(cell).influence;
+                let lever_m = influence.levers_m[joint][cell.direction.index()];
+                [lever_m * lever_m, influence.stiffness(joint, joint)]
+            };
+            springs.push(cells.iter().map(of_cell).collect());
+        }
+        for axis in 0..3 {
+            let of_cell = |cell: &CellCompliance| {
+                let lever_m = pose(cell).base_levers_m[axis][cell.direction.index()];
+                [lever_m * lever_m, 0.0]
+            };
+            springs.push(cells.iter().map(of_cell).collect());
+        }
+        for direction in Direction::ALL {
+            let is_here =
+                |cell: &CellCompliance| [f64::from(u8::from(cell.direction == direction)), 0.0];
+            springs.push(cells.iter().map(is_here).collect());
+        }
+        let own = |cell: &CellCompliance| {
+            let axis = cell.direction.index();
+            pose(cell).influence.compliance_m_per_n[axis][axis]
+        };
+        let own: Vec<f64> = cells.iter().map(own).collect();
+        let springs = springs.into_iter().filter_map(|adds| {
+            let felt = adds.iter().zip(&own).filter(|([lever, _], _)| *lever > 0.0);
+            let mut units: Vec<f64> = felt.map(|([lever, _], own)| (own / lever).ln()).collect();
+            let log_unit = stiffbench_numeric::statistics::median(&mut units)?;
+            Some(Suspect::Spring(Spring { adds, log_unit }))
+        });
+        let mut suspects: Vec<Suspect> = springs.collect();
+        let others = baseline.other_structures();
+        let variants = others
+            .iter()
+            .filter_map(|effect| baseline.variant(std::slice::from_ref(effect)));
+        suspects.extend(variants.map(Suspect::Structure));
+        Ok(Self {
+            baseline,
+            solver,
+            suspects,
+        })
+    }
+
+    /// How many single mistakes of the model there may be, and none.
+    pub(super) fn alternatives(&self) -> impl Iterator<Item = Option<usize>> + use<> {
+        std::iter::once(None).chain((0..self.suspects.len()).map(Some))
+    }
+
+    /// Fits the baseline, with one mistake of it or none, to some of the cells.
+    ///
+    /// # Arguments
+    /// - `start`: a fit from which to start.
+    pub(super) fn fit(
+        &mut self,
+        cells: &[CellCompliance],
+        keep: &dyn Fn(usize) -> bool,
+        suspect: Option<usize>,
+        start: Option<&CellFit>,
+    ) -> Option<CellFit> {
+        let mut other;
+        let mut spring = None;
+        let solver: &mut dyn PoseSolver = match suspect.map(|one| &self.suspects[one]) {
+            Some(Suspect::Structure(variant)) => {
+                other = self.baseline.solver(*variant).ok()?;
+                &mut *other
+            }
+            Some(Suspect::Spring(one)) => {
+                spring = Some(one);
+                &mut *self.solver
+            }
+            None => &mut *self.solver,
+        };
+        let own = self.baseline.parameters();
+        let weights: Vec<f64> = cells
+            .iter()
+            .enumerate()
+            .map(|(place, cell)| if keep(place) { cell.u.recip() } else { 0.0 })
+            .collect();
+        let begin = own.iter().enumerate().map(|(place, parameter)| {
+            let value = start.map_or(parameter.start, |start| start.parameters[place]);
+            let (lower, upper) = (parameter.lower, parameter.upper);
+            Parameter::free(&parameter.name, value.clamp(lower, upper), lower, upper)
+        });
+        let begin: Vec<Parameter> = begin.collect();
+        let starts = if spring.is_some() {
+            &SPRING_STARTS[..]
+        } else {
+            &[1.0]
+        };
+        let settings = LeastSquaresSettings {
+            max_evaluations: 60,
+            ..LeastSquaresSettings::for_refits()
+        };
+        let mut best: Option<CellFit> = None;
+        for times in starts {
+            let mut parameters = begin.clone();
+            parameters.extend(spring.map(|_| {
+                let widest = WIDEST.ln();
+                Parameter::free("spring", times.ln(), -widest, widest)
+            }));
+            let Ok(set) = ParameterSet::new(parameters) else {
+                continue;
+            };
+            let mut problem = CompliancesOfCells {
+                baseline: self.baseline,
+                solver: &mut *solver,
+                cells,
+                weights: &weights,
+                spring,
+                logs: vec![0.0; cells.len()],
+            };
+            let Ok(fit) = minimise(&mut problem, &set, &settings) else {
+                continue;
+            };
+            let squares = fit.sum_of_squares();
+            if best.as_ref().is_some_and(|best| best.squares <= squares) {
+                continue;
+            }
+            // The logarithms of the end: the last evaluation may have been a step that was not taken.
+            let mut residuals = vec![0.0; problem.residual_count()];
+            if problem.evaluate(&fit.values, &mut residuals, None).is_err() {
+                continue;
+            }
+            let columns = (0..set.free_indices().len()).filter_map(|one| fit.jacobian_column(one));
+            best = Some(CellFit {
+                squares,
+                columns: columns.map(<[f64]>::to_vec).collect(),
+                logs: problem.logs,
+                parameters: fit.values,
+            });
+        }
+        best
+    }
+}
+
+struct CompliancesOfCells<'a> {
+    baseline: &'a dyn Baseline,
+    solver: &'a mut dyn PoseSolver,
+    cells: &'a [CellCompliance],
+    weights: &'a [f64],
+    spring: Option<&'a Spring>,
+    /// Those of the last evaluation.
+    logs: Vec<f64>,
+}
+
+/// A structure yields against its load.
+#[derive(Debug, thiserror::Error)]
+#[error("a compliance is not positive")]
+struct NotPositive;
+
+impl ResidualFunction for CompliancesOfCells<'_> {
+    fn residual_count(&self) -> usize {
+        self.cells.len() + self.baseline.parameters().len() + usize::from(self.spring.is_some())
+    }
+
+    fn evaluate(
+        &mut self,
+        parameters: &[f64],
+        residuals: &mut [f64],
+        mut jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        let known = self.baseline.parameters();
+        let (own, of_spring) = parameters.split_at(known.len());
+        self.solver
+            .solve_for(own, &[])
+            .map_err(EvaluationFailure::of_model)?;
+        for (place, cell) in self.cells.iter().enumerate() {
+            let axis = cell.direction.index();
+            let pose = self.solver.pose(cell.pose);
+            let mut compliance = pose.influence.compliance_m_per_n[axis][axis];
+            let mut by_spring = 0.0;
+            if let (Some(spring), [log]) = (self.spring, of_spring) {
+                // A twist c τ, with τ = m F - k c τ: what a spring adds in a closed loop is bounded.
+                let [square, stiffness] = spring.adds[place];
+                let c = (spring.log_unit + log).exp();
+                let eased = 1.0 + stiffness * c;
+                compliance += square * c / eased;
+                by_spring = square * c / (eased * eased);
+            }
+            if compliance.is_nan() || compliance <= 0.0 {
+                return Err(EvaluationFailure::of_model(NotPositive));
+            }
+            let weight = self.weights[place];
+            self.logs[place] = compliance.ln();
+            residuals[place] = weight * (self.logs[place] - cell.log);
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                for (parameter, gradient) in pose.compliance_gradient.iter().enumerate() {
+                    jacobian.set(place, parameter, weight * gradient[axis] / compliance);
+                }
+                jacobian.set(place, known.len(), weight * by_spring / compliance);
+            }
+        }
+        let n = self.cells.len();
+        for (place, (parameter, value)) in known.iter().zip(own).enumerate() {
+            residuals[n + place] = (value - parameter.start) / parameter.prior_sd;
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                jacobian.set(n + place, place, parameter.prior_sd.recip());
+            }
+        }
+        if let [log] = of_spring {
+            residuals[n + known.len()] = log / LOG_SPRING_SD;
+            if let Some(jacobian) = jacobian {
+                jacobian.set(n + known.len(), known.len(), LOG_SPRING_SD.recip());
+            }
+        }
+        Ok(())
+    }
+}
