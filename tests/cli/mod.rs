@@ -1,6 +1,7 @@
 //! The program as a user runs it: every subcommand in text and JSON, what it refuses and with which exit code, and which files it writes.
 
 mod contract;
+mod data_findings;
 mod diagnose;
 mod drawn;
 #[cfg(unix)]

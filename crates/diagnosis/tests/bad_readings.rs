@@ -5,6 +5,7 @@ use stiffbench_diagnosis::mismatch::{
     BadReadingKind, KnownNoise, Observations, ReadingNoise, ScreenedReadings, TrialNoise, Truth,
     scale_to, screen_readings, simulate,
 };
+use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use crate::mismatch_verdicts::{Arm, NOISE, truth};
 
@@ -145,17 +146,81 @@ fn two_slips_of_the_pen_in_one_run_are_both_found() {
     );
 }
 
-#[test]
-fn loads_with_two_applications_cannot_be_tested() {
-    let arm = Arm::new("load-hold-unload");
-    let readings = simulate(&arm.baseline, &arm.plan, &with_noise(Vec::new(), NOISE), 8).unwrap();
-    let keep: Vec<bool> = readings
-        .readings
-        .iter()
-        .map(|reading| readings.runs[reading.run].repeat <= 2)
+/// The first repeats of readings alone.
+fn repeats(readings: &Observations, count: u32) -> Observations {
+    let kept = readings.readings.iter();
+    let keep: Vec<bool> = kept
+        .map(|reading| readings.runs[reading.run].repeat <= count)
         .collect();
-    let mut two = readings.filtered(&keep);
-    two.displacement_m[5] += 300e-6;
-    let found = screened(&arm, &two);
-    assert_eq!((found.untested, found.bad.len()), (two.len(), 0));
+    readings.filtered(&keep)
+}
+
+/// What bends curves, with a kink, with a loop, or smoothly.
+fn bends(arm: &Arm, more: f64) -> Vec<Truth> {
+    let joint = || Place::Joint("S2".to_owned());
+    let effects = [
+        (laws::JOINT_BACKLASH, vec![1e-5, 3.0]),
+        (laws::JOINT_FRICTION, vec![1e-7, 8.0]),
+        (laws::JOINT_NONLINEARITY, vec![1e-7, 2e-9]),
+    ];
+    let effects = effects.map(|(law, values)| Effect::new(law, joint(), values).unwrap());
+    let scaled = effects.into_iter().map(|effect| {
+        let truth = with_noise(vec![effect], NOISE);
+        let truth = scale_to(&arm.baseline, &arm.plan, &truth, more);
+        truth.unwrap().unwrap()
+    });
+    scaled.chain([with_noise(Vec::new(), NOISE)]).collect()
+}
+
+#[test]
+fn with_fewer_than_three_repeats_the_neighbours_are_asked() {
+    let arm = Arm::new("load-hold-unload");
+    for truth in bends(&arm, 12.0) {
+        for count in [1, 2] {
+            let good = simulate(&arm.baseline, &arm.plan, &truth, 8).unwrap();
+            let good = repeats(&good, count);
+            let cell = good
+                .cells
+                .iter()
+                .find(|cell| cell.direction == Direction::Z);
+            let cell = cell.unwrap();
+            let loading = good.runs[cell.runs.start].readings.clone();
+            let loading: Vec<usize> = loading
+                .filter(|one| {
+                    let detail = &good.readings[*one];
+                    detail.branch == Branch::Loading && detail.hold_number == 0
+                })
+                .collect();
+            let middle = loading[loading.len() / 2];
+            let mut wrong = good.clone();
+            wrong.displacement_m[middle] += 60e-6;
+            let found = screened(&arm, &wrong);
+            let [bad] = &found.bad[..] else {
+                panic!("{count} repeats, {:?}: {:?}", truth.effects, found.bad);
+            };
+            assert_eq!(bad.reading, middle);
+            assert!((bad.expected_m - good.displacement_m[middle]).abs() < 10e-6);
+            // What the last step shows may be physics.
+            let mut last = good.clone();
+            last.displacement_m[*loading.last().unwrap()] += 60e-6;
+            let found = screened(&arm, &last);
+            assert_eq!(found.bad, []);
+            assert!(found.untested > 0);
+        }
+    }
+}
+
+#[test]
+fn good_readings_without_repeats_are_left_alone_beside_bent_curves() {
+    let arm = Arm::new("load-hold-unload");
+    for truth in bends(&arm, 25.0) {
+        for seed in 0..6 {
+            let readings = simulate(&arm.baseline, &arm.plan, &truth, 800 + seed).unwrap();
+            for count in [1, 2] {
+                let found = screened(&arm, &repeats(&readings, count));
+                let which = &truth.effects;
+                assert_eq!(found.bad, [], "{count} repeats, seed {seed}, {which:?}");
+            }
+        }
+    }
 }

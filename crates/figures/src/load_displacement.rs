@@ -5,6 +5,7 @@ use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::caption::{Bar, flagged_entry, hollow_sentence, joined};
 use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
+use super::palette::{Marker, qualitative};
 
 /// What the figure shows: curves of one or more sessions.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +75,9 @@ pub struct FittedLine {
     pub intercept_m: f64,
 }
 
+/// Colour of readings that stand out: no other series of one session or two has it.
+const MARKED_COLOUR: usize = 4;
+
 /// The figure: loads across, displacements upward, both signed; rows are poses, columns directions.
 ///
 /// The displacement axis is shared by the poses of a direction only: lateral displacements are thirty times the radial ones.
@@ -131,6 +135,9 @@ fn caption(input: &LoadDisplacement, flagged: usize) -> String {
             "Force and displacement are components along the positive axis; every direction has its own displacement scale."
                 .to_owned(),
         ),
+        input.marked.as_ref().map(|_| {
+            "Readings of data findings are part of no mean, and no line joins them.".to_owned()
+        }),
     ])
 }
 
@@ -230,7 +237,11 @@ fn panel(
         if !points.is_empty() {
             panel.series.push(Series::labelled(
                 marked.name.clone(),
-                Style::nth(2 * input.sessions.len()).marker_size(4.0),
+                Style::new(
+                    qualitative(MARKED_COLOUR),
+                    Marker::nth(2 * input.sessions.len()),
+                )
+                .marker_size(4.0),
                 Marks::Points(points),
             ));
         }

@@ -328,8 +328,18 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
     for one in bad.iter().take(NAMED) {
         let um = |metres: f64| significant(metres / METRES_PER_MICROMETRE, 4);
         let slip = kind_of_slip(one.kind);
+        let others = if one.has_repeats {
+            "the other repeats"
+        } else {
+            "its neighbours"
+        };
+        let last = if one.is_last {
+            " It is the last of its run: a jump just before it would look the same."
+        } else {
+            ""
+        };
         let said = format!(
-            "line {}: {} {}, repeat {}, step {}, {}: {} um, where the other repeats let expect {} ± {} um{slip}.",
+            "line {}: {} {}, repeat {}, step {}, {}: {} um, where {others} let expect {} ± {} um{slip}.{last}",
             one.line,
             one.pose,
             one.direction,

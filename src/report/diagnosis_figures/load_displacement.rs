@@ -33,7 +33,7 @@ pub(super) fn load_displacement(report: &DiagnosisReport) -> Option<LoadDisplace
                 .collect(),
         }],
         marked: Some(MarkedPoints {
-            name: format!("data finding, {}", if done { "kept" } else { "left out" }),
+            name: format!("data findings, {}", if done { "kept" } else { "left out" }),
             points: marked,
         }),
     })

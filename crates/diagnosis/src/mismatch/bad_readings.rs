@@ -12,12 +12,12 @@
 //! of them: such readings are held against each other, and those between against each other. Several bad readings are found one after the
 //! other, the noise estimated anew without each, up to the largest number that may be bad, and believed up to the last that is significant:
 //! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
-//! Of these each must contradict the good readings alone.
+//! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
 
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::baseline::Baseline;
-use super::deleted_residuals::testable;
+use super::deleted_residuals::{has_repeats, testable};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::observations::Observations;
@@ -52,6 +52,10 @@ pub struct BadReading {
     pub step: u32,
     /// Its branch.
     pub branch: Branch,
+    /// Whether it is the last of its run: a jump that stays, just before it, would look the same.
+    pub is_last: bool,
+    /// Whether its load was set three times or more; else it is held against its neighbours.
+    pub has_repeats: bool,
     /// What was read, m.
     pub value_m: f64,
     /// What the other readings let expect, m.
@@ -73,7 +77,7 @@ pub struct ScreenedReadings {
     pub bad: Vec<BadReading>,
     /// Degrees of freedom of Student's t that the others have; none where a normal distribution fits as well, or nothing could be tested.
     pub tails_dof: Option<f64>,
-    /// Readings that could not be tested: those of loads with fewer than three repeats.
+    /// Readings that could not be tested: without three repeats and without neighbours on both sides.
     pub untested: usize,
 }
 
@@ -214,6 +218,8 @@ impl BadReading {
             repeat: run.repeat,
             step: observations.loads[reading].step,
             branch: detail.branch,
+            is_last: reading + 1 == run.readings.end,
+            has_repeats: has_repeats(observations, reading),
             value_m,
             expected_m,
             u_m,

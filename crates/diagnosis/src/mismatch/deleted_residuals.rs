@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::curve_residuals::{curve_residuals, with_neighbours};
 use super::free_means::fixed_part;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
@@ -19,6 +20,8 @@ pub(super) struct Tested {
     pub(super) shift_m: f64,
     /// Whether its force is larger, or smaller, than that of all its repeats.
     pub(super) is_outermost: bool,
+    /// Whether it was held against its neighbours, for want of repeats.
+    pub(super) is_by_curve: bool,
     /// Share of its own error in its variance; the rest is the step of the force.
     pub(super) own_share: f64,
 }
@@ -34,13 +37,30 @@ fn repeats(observations: &Observations, cell: usize) -> BTreeMap<(u32, u32), Vec
     repeats
 }
 
-/// Readings of a cell whose load was set at least three times.
+/// Readings of a cell that can be tested.
 pub(super) fn testable(observations: &Observations, cell: usize) -> Vec<usize> {
+    let repeated = repeated(observations, cell);
+    if repeated.is_empty() {
+        with_neighbours(observations, cell)
+    } else {
+        repeated
+    }
+}
+
+/// Readings of a cell whose load was set at least three times.
+fn repeated(observations: &Observations, cell: usize) -> Vec<usize> {
     let repeats = repeats(observations, cell).into_values();
     let enough = repeats.filter(|repeats| repeats.len() >= ENOUGH_REPEATS);
     let mut readings: Vec<usize> = enough.flatten().collect();
     readings.sort_unstable();
     readings
+}
+
+/// Whether the load of a reading was set three times or more.
+pub(super) fn has_repeats(observations: &Observations, reading: usize) -> bool {
+    repeated(observations, observations.cell_of(reading))
+        .binary_search(&reading)
+        .is_ok()
 }
 
 /// Readings of a cell whose force is larger, or smaller, than that of all their repeats.
@@ -73,9 +93,9 @@ pub(super) fn deleted_residuals(
     cell: usize,
     whitening: &NoiseCovariance,
 ) -> Vec<Tested> {
-    let testable = testable(observations, cell);
+    let testable = repeated(observations, cell);
     if testable.is_empty() {
-        return Vec::new();
+        return curve_residuals(observations, cell, whitening);
     }
     let outermost = outermost(observations, cell);
     let covariance = &whitening.covariance;
@@ -98,6 +118,7 @@ pub(super) fn deleted_residuals(
                 ratio: own.product / own.square.sqrt(),
                 shift_m: own.product / own.square,
                 is_outermost: outermost.binary_search(&reading).is_ok(),
+                is_by_curve: false,
                 own_share: whitening.own_share(reading),
             }));
         }

@@ -12,6 +12,7 @@ mod candidate_scores;
 mod cell_compliance;
 mod changes;
 mod critical_values;
+mod curve_residuals;
 mod data_screen;
 mod deleted_residuals;
 mod design;

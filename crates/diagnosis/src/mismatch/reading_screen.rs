@@ -253,7 +253,9 @@ impl SuspectBeside {
         let step_m = others.screen.observations.steps.displacement_m;
         let floor_m = step_m.unwrap_or(0.0) / 12_f64.sqrt();
         let tails = Tails::of_group(&self.alike, &self.unlike, further);
-        let tails = tails.with_scale_at_least(floor_m / others.noise.reading_sd_m);
+        // What a curve may do is at the cost of good readings too, so that they scatter less than a bad one is seen.
+        let least = if self.own.is_by_curve { 1.0 } else { 0.0 };
+        let tails = tails.with_scale_at_least((floor_m / others.noise.reading_sd_m).max(least));
         let p = tails.p_of_largest(self.own.ratio, self.beside, self.count);
         let deviation = SuspectReading {
             reading: self.own.reading,

@@ -171,6 +171,10 @@ pub const MOST_BAD_READINGS: f64 = 0.02;
 
 /// Multiple of [`BAD_READING_LEVEL`] from which on a reading is good without an estimate of the noise that leaves it out (1). Numerics.
 pub const CLEARLY_GOOD: f64 = 30.0;
+
+/// Readings on either side that show the curve of a run near one of them (1): a parabola, a kink and a jump need so many. By judgement.
+pub const NEIGHBOURS: usize = 4;
+
 /// Chance that cells which are off by anything look exchanged, or as if their decimal point were wrong (1). Stated.
 pub const BY_COINCIDENCE: f64 = 0.01;
 
