@@ -19,6 +19,7 @@
 //! ```
 
 mod data;
+mod data_check;
 mod design;
 mod diagnose;
 mod earlier;
@@ -39,6 +40,7 @@ mod together;
 mod vectors;
 
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
+pub use data_check::check_data;
 pub use design::{design, usual_plan};
 pub use diagnose::{
     DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose, diagnose_together,

@@ -16,7 +16,7 @@ use super::operator::{Answer, Prompt};
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
 /// Every question a session can ask, with what an answer looks like.
-pub const PROMPTS: [(&str, &str); 21] = [
+pub const PROMPTS: [(&str, &str); 22] = [
     ("ready", "true: the bench is ready"),
     ("temperature", "a number, degC"),
     (
@@ -77,6 +77,10 @@ pub const PROMPTS: [(&str, &str); 21] = [
         "\"wait\", or \"take\" a reading that has not settled",
     ),
     ("drift", "\"keep\" or \"redo\" readings whose zero moved"),
+    (
+        "bad-reading",
+        "\"redo\" the run of a reading that its repeats contradict, or \"keep\" it",
+    ),
     ("skip-reason", "a text"),
     ("note", "a text"),
     ("redo-cell", "true: measure a complete cell once more"),

@@ -2,6 +2,7 @@
 
 mod answers_file;
 mod awake;
+mod contradiction;
 mod digits;
 mod event;
 mod folder;
@@ -19,6 +20,7 @@ mod view;
 
 pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
 pub use awake::KeptAwake;
+pub use contradiction::{Contradiction, RepeatCheck};
 pub use event::{
     AxisReading, AxisZero, ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, JointSet,
     LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Skipped, Started,

@@ -10,6 +10,7 @@ use stiffbench_gauges::Gauges;
 use stiffbench_units_and_text::clock::Clock;
 
 use super::answers_file::Answers;
+use super::contradiction::RepeatCheck;
 use super::event::{ClockJump, Event, Gap, SessionEnd, ZeroOccasion};
 use super::folder::TableFile;
 use super::journal::{Journal, JournalError, Store};
@@ -67,6 +68,8 @@ pub struct SessionInputs<'a, S: Store> {
     pub table: Option<&'a TableFile>,
     /// What is known beforehand.
     pub answers: &'a Answers,
+    /// What holds the readings of a cell against their repeats, where [`Settings::checks_repeats`](super::Settings) asks for it.
+    pub repeats: Option<&'a dyn RepeatCheck>,
 }
 
 /// Runs a session to its end.
@@ -147,22 +150,25 @@ impl<S: Store> RunningSession<'_, '_, S> {
             // Another task is shown at once, not at the next turn.
             let another = std::mem::replace(&mut self.tasks, tasks) != tasks;
             self.show(another);
-            next = match answer {
-                Some(answer) => Some(Input::Operator(answer)),
-                None => acted.then_some(Input::Tick),
-            };
+            next = answer.or_else(|| acted.then_some(Input::Tick));
         }
         Ok(())
     }
 
-    /// Performs the actions of the machine, in order; the answer to a question that is known beforehand comes back.
-    fn act(&mut self, actions: Vec<Action>) -> Result<Option<OperatorEvent>, RunError> {
+    /// Performs the actions of the machine, in order; the answer to a question that is known beforehand, or to a check, comes back.
+    fn act(&mut self, actions: Vec<Action>) -> Result<Option<Input>, RunError> {
         let mut answer = None;
         for action in actions {
             match action {
                 Action::Record(event) => self.record(*event)?,
                 Action::Ask(channel, ask) => self.bench.gauges.ask(channel, ask),
-                Action::Prompt(prompt) => answer = self.prompt(&prompt)?,
+                Action::Prompt(prompt) => answer = self.prompt(&prompt)?.map(Input::Operator),
+                Action::CheckRepeats(cell) => {
+                    let state = self.machine.state();
+                    let check = self.bench.repeats;
+                    let found = check.map(|check| check.contradictions(state, cell));
+                    answer = Some(Input::RepeatsChecked(found.unwrap_or_default()));
+                }
                 Action::Bell(bell) => self.bench.operator.bell(bell),
                 Action::Say(line) => self.bench.operator.notify(&line),
                 Action::Finish(_) => {}

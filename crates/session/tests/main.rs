@@ -7,6 +7,7 @@
 
 mod session_faults;
 mod session_journal;
+mod session_repeats;
 mod session_run;
 mod session_simulated;
 mod session_vectors;

@@ -171,6 +171,7 @@ fn session(
             journal: &mut journal,
             table: Some(&table),
             answers,
+            repeats: None,
         },
     );
     *bench = shared.borrow().bench.clone();

@@ -6,8 +6,8 @@ use jiff::{SignedDuration, Timestamp};
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Sample};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
-    Action, Answer, Event, Input, Journal, Machine, OperatorEvent, Prompt, Purpose, Record,
-    SessionEnd, SessionPlan, SessionState, SessionView, Settings, Started, Store, Task,
+    Action, Answer, Contradiction, Event, Input, Journal, Machine, OperatorEvent, Prompt, Purpose,
+    Record, SessionEnd, SessionPlan, SessionState, SessionView, Settings, Started, Store, Task,
     read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
@@ -275,6 +275,32 @@ pub(crate) struct Rig {
     channels: Vec<Channel>,
     /// The answer to which way the push by hand went.
     way: &'static str,
+    /// Number of a reading, and by how much it is taken wrongly, m.
+    pub(crate) spike: Option<(u32, f64)>,
+}
+
+/// Readings that lie farther from the mean of their repeats than this, m.
+const FAR_M: f64 = 20e-6;
+
+/// Readings of a cell that are far from the others of their step.
+fn far_from_others(state: &SessionState, cell: usize) -> Vec<Contradiction> {
+    let all = || {
+        let all = state.readings.iter().map(|kept| (kept, &kept.taken));
+        all.filter(|(kept, taken)| kept.superseded.is_none() && taken.cell == cell)
+    };
+    let far = all().filter(|(_, one)| {
+        let others = all().filter(|(_, other)| {
+            (other.step, other.branch) == (one.step, one.branch) && other.number != one.number
+        });
+        let others: Vec<f64> = others.map(|(_, other)| other.displacement_m).collect();
+        let mean_m = others.iter().sum::<f64>() / others.len() as f64;
+        others.len() > 1 && (one.displacement_m - mean_m).abs() > FAR_M
+    });
+    far.map(|(_, taken)| Contradiction {
+        numbers: vec![taken.number],
+        text: format!("reading {} is far off", taken.number),
+    })
+    .collect()
 }
 
 /// Displacement of the end along the base axes per force along a load, m/N: a symmetric compliance matrix.
@@ -348,12 +374,20 @@ impl Rig {
         let plan = plan(procedure);
         Self {
             channels: plan.channels(),
+            spike: None,
             way: if plan.procedure.load_sense() < 0.0 {
                 "minus"
             } else {
                 "plus"
             },
-            machine: Machine::new(plan, Settings::default(), state),
+            machine: Machine::new(
+                plan,
+                Settings {
+                    checks_repeats: true,
+                    ..Settings::default()
+                },
+                state,
+            ),
             bench,
             journal,
             answers: Vec::new(),
@@ -410,7 +444,7 @@ impl Rig {
             "sign-check" => Answer::Text(self.way.to_owned()),
             "skip-reason" | "note" => Answer::Text("a reason".to_owned()),
             "force-offset" => Answer::Text("zero".to_owned()),
-            "drift" => Answer::Text("keep".to_owned()),
+            "drift" | "bad-reading" => Answer::Text("keep".to_owned()),
             "not-settled" => Answer::Text("wait".to_owned()),
             "frozen" | "implausible" | "displacement-sign" | "zero-not-shown" | "changed"
             | "force-steps" | "displacement-steps" => Answer::Text("again".to_owned()),
@@ -426,7 +460,13 @@ impl Rig {
             let acted = !actions.is_empty();
             for action in actions {
                 match action {
-                    Action::Record(event) => {
+                    Action::Record(mut event) => {
+                        if let (Event::Reading(taken), Some((number, by_m))) =
+                            (&mut *event, self.spike)
+                            && taken.number == number
+                        {
+                            taken.displacement_m += by_m;
+                        }
                         if !self.record(*event) {
                             return;
                         }
@@ -438,6 +478,11 @@ impl Rig {
                         let (id, answer) = (prompt.id.clone(), self.usual(&prompt));
                         self.asked.push(prompt);
                         answers.push(Input::Operator(OperatorEvent::Answer { id, answer }));
+                    }
+                    Action::CheckRepeats(cell) => {
+                        let found = far_from_others(self.machine.state(), cell);
+                        let wanted = self.spike.map(|_| found).unwrap_or_default();
+                        answers.push(Input::RepeatsChecked(wanted));
                     }
                     Action::Say(line) => self.said.push(line),
                     Action::Bell(_) | Action::Finish(_) => {}

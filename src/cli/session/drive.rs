@@ -5,7 +5,9 @@ use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{AnalysisError, ArgumentError, add_poses, sha256, state_joint_values};
+use crate::analysis::{
+    AnalysisError, ArgumentError, ResolvedModel, add_poses, sha256, state_joint_values,
+};
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::{Outcome as Printed, print_error};
@@ -17,9 +19,9 @@ use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
-    Answers, Event, Journal, JournalFile, KeptAwake, Machine, Operator, Resumed, SessionEnd,
-    SessionFolder, SessionInputs, SessionPlan, SessionState, Settings, Started, Warning, host,
-    lag_s, read_folder, run as run_session,
+    Answers, Event, Journal, JournalFile, KeptAwake, Machine, Operator, RepeatCheck, Resumed,
+    SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState, Settings, Started,
+    Warning, host, lag_s, read_folder, run as run_session,
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
@@ -29,7 +31,10 @@ use super::emulation::{
 use super::gauges::{Connected, ResolvedGauge, check_present, connect, resolve_gauges};
 use super::line::LineOperator;
 use super::operator::AtBench;
-use super::prepare::{answers, calibration_warnings, gauge_terms, instrument_records, plan_of};
+use super::prepare::{
+    answers, calibration_warnings, gauge_terms, instrument_records, plan_of, robot_of,
+};
+use super::repeats::BenchRepeats;
 
 /// Program and version.
 const SOFTWARE: &str = concat!("stiffbench ", env!("CARGO_PKG_VERSION"));
@@ -50,6 +55,8 @@ struct Ready {
     warnings: Vec<String>,
     clock: Clock,
     hand: Option<BenchOperator>,
+    /// Robot and header, for a look at the readings of each cell; a robot that is not there any more looks at nothing.
+    robot: Option<(ResolvedModel, SessionHeader)>,
 }
 
 /// Makes a session and runs it; with another operator than the arguments say, if one is given.
@@ -127,6 +134,7 @@ pub(super) fn run(
         warnings,
         clock,
         hand,
+        robot: Some((robot, header)),
     };
     let operator = other.unwrap_or_else(|| operator(&args.bench, global));
     drive(ready, &args.bench, operator)
@@ -161,6 +169,9 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let clock = Clock::starting_at(state.last_s, speed(&args.bench));
     let mut bench = args.bench.clone();
     let hand = emulate_again(&mut bench, &header, &args.folder, &plan, clock)?;
+    // Readings can be taken without it.
+    let robot = robot_of(&header, &args.folder, &plan).ok();
+    let robot = robot.map(|robot| (robot, header.clone()));
     let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &header.instruments, &state)?;
     warnings.extend(notes);
     warnings.extend(overdue(&header.instruments, global)?);
@@ -187,6 +198,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         warnings,
         clock,
         hand,
+        robot,
     };
     let operator = operator(&args.bench, global);
     drive(ready, &args.bench, operator)
@@ -206,6 +218,7 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
         mut warnings,
         clock,
         hand,
+        robot,
     } = ready;
     let Connected {
         mut gauges,
@@ -223,10 +236,19 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
         Some(_) => answers.or(of_a_hand(&plan)?),
         None => answers,
     };
+    let lag_s = lag_s(clock.speed());
+    // Faster than gauges are compared with each other, no time is taken for the readings either.
+    let repeats = robot.filter(|_| lag_s.is_finite());
+    let repeats = repeats.map(|(model, header)| BenchRepeats {
+        model,
+        header,
+        plan: plan.clone(),
+    });
     let settings = Settings {
         auto_capture: args.capture == CaptureWord::Settled,
         compression_sign,
-        lag_s: lag_s(clock.speed()),
+        checks_repeats: repeats.is_some(),
+        lag_s,
         units_by_eye,
         gauges: gauge_terms(&instruments)?,
         warnings: warnings.clone(),
@@ -254,6 +276,7 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
             journal: &mut journal,
             table: Some(&table),
             answers: &answers,
+            repeats: repeats.as_ref().map(|check| check as &dyn RepeatCheck),
         };
         run_session(&mut machine, bench)
     });

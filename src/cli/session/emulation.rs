@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use crate::analysis::{ArgumentError, ResolvedModel, add_poses};
-use crate::cli::args::ModelArgs;
+use crate::analysis::{ArgumentError, ResolvedModel};
 use crate::cli::failure::Failure;
 use crate::cli::model::effects_text;
 use crate::clock::Clock;
@@ -15,6 +14,7 @@ use crate::session::{Answers, Operator, SessionPlan};
 
 use super::args::BenchArgs;
 use super::gauges::record_of;
+use super::prepare::robot_of;
 
 #[cfg(unix)]
 pub(super) use crate::cli::emulated::BenchOperator;
@@ -131,13 +131,6 @@ pub(super) fn emulate_again(
     if !is_emulated(args) {
         return Ok(None);
     }
-    let robot = header.robot.as_ref().map(|robot| folder.join(robot));
-    let model = ModelArgs {
-        robot: robot.map(|robot| robot.display().to_string()),
-        mechanism: header.mechanism.clone(),
-        factors: header.factors.clone(),
-        ..ModelArgs::default()
-    };
     for channel in plan.channels() {
         let [named, ..] = args.of(channel);
         let model = record_of(&header.instruments, channel).and_then(|record| record.model.clone());
@@ -150,8 +143,7 @@ pub(super) fn emulate_again(
             _ => args.displacement_instrument.push(model),
         }
     }
-    let mut model = model.resolve()?;
-    add_poses(&mut model.robot, &plan.procedure)?;
+    let model = robot_of(header, folder, plan)?;
     emulate(args, &model, &plan.procedure, clock)
 }
 

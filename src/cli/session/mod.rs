@@ -10,6 +10,7 @@ mod operator;
 mod plan;
 mod prepare;
 mod repair;
+mod repeats;
 
 pub(super) use args::SessionArgs;
 

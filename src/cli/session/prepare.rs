@@ -4,7 +4,8 @@ use std::path::Path;
 
 use jiff::civil::Date;
 
-use crate::analysis::{read_text, sha256};
+use crate::analysis::{ResolvedModel, add_poses, read_text, sha256};
+use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
@@ -20,6 +21,24 @@ pub(super) fn plan_of(read: &ReadFolder) -> Result<(SessionPlan, SessionHeader, 
     let procedure = Procedure::from_record(&record)?;
     let hash = sha256(procedure.to_toml());
     Ok((SessionPlan::new(&procedure, &[]), header, hash))
+}
+
+/// The robot of a session that goes on, with the poses of its procedure.
+pub(super) fn robot_of(
+    header: &SessionHeader,
+    folder: &Path,
+    plan: &SessionPlan,
+) -> Result<ResolvedModel, Failure> {
+    let robot = header.robot.as_ref().map(|robot| folder.join(robot));
+    let model = ModelArgs {
+        robot: robot.map(|robot| robot.display().to_string()),
+        mechanism: header.mechanism.clone(),
+        factors: header.factors.clone(),
+        ..ModelArgs::default()
+    };
+    let mut model = model.resolve()?;
+    add_poses(&mut model.robot, &plan.procedure)?;
+    Ok(model)
 }
 
 /// Instrument records from a file, and what a user should know of it.

@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 use stiffbench_numeric::statistics::f_upper_tail;
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::bad_readings::{BadReadingKind, ReadingScreen};
+use super::bad_readings::BadReadingKind;
 use super::bad_runs::BadRun;
 use super::baseline::Baseline;
 use super::cell_compliance::{CellCompliance, CellFit, CellModel};
@@ -24,6 +24,7 @@ use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
+use super::reading_screen::ReadingScreen;
 use crate::search::constants::{
     BAD_READING_LEVEL, BY_COINCIDENCE, COLUMN_LEFT, LEAST_KNOWN_CELL, MISTAKES_FITTED,
     STRONG_EVIDENCE,

@@ -32,6 +32,8 @@ pub(super) enum Why {
     SkipReason(SkipScope),
     NoteText,
     RedoCell(usize),
+    /// Readings of a run that their repeats contradict.
+    Contradicted(Vec<u32>),
 }
 
 impl Why {
@@ -54,7 +56,8 @@ impl Why {
             | Self::Drift
             | Self::SkipReason(_)
             | Self::NoteText
-            | Self::RedoCell(_) => false,
+            | Self::RedoCell(_)
+            | Self::Contradicted(_) => false,
         }
     }
 }
@@ -208,6 +211,7 @@ impl Machine {
             Why::NoteText => self.note(word, out),
             Why::RedoCell(cell) if yes => self.redo_cell(cell, out),
             Why::RedoCell(_) => {}
+            Why::Contradicted(numbers) => self.contradiction_answered(numbers, word, out),
         }
     }
 

@@ -28,6 +28,8 @@ pub(super) enum Job {
     UnitShown(Channel),
     /// Compare what the gauges show without load with their zero.
     LookAtZero,
+    /// Hold the readings of a cell that is complete against their repeats.
+    CheckRepeats(usize),
     /// Take a reading.
     Read { cell: usize, index: usize },
     /// End: everything is done.

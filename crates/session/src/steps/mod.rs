@@ -6,12 +6,14 @@
 
 mod answers;
 mod capture;
+mod input;
 mod instruments;
 mod job;
 mod jumps;
 mod load;
 mod operator_events;
 mod plausibility;
+mod repeat_check;
 mod route;
 mod set_up;
 mod settings;
@@ -22,13 +24,13 @@ mod zeroing;
 
 use std::collections::VecDeque;
 
-use stiffbench_gauges::{Ask, Channel, GaugeEvent};
+use stiffbench_gauges::Channel;
 
 use super::event::{Ended, Event, SessionEnd};
 use super::gauge_stream::GaugeStream;
 use super::journal::Record;
 use super::live::cell_view;
-use super::operator::{Bell, OperatorEvent, Prompt};
+use super::operator::{Bell, Prompt};
 use super::plan::SessionPlan;
 use super::state::SessionState;
 use super::view::{CellView, Message, Purpose};
@@ -38,6 +40,7 @@ use job::{Applied, Job, ZeroDraft};
 use load::LoadApproach;
 use signs::SignWatch;
 
+pub use input::{Action, Input};
 pub use settings::{Settings, lag_s};
 
 /// Time without a reading after which a session without an operator gives up, s, and so many dwells more.
@@ -46,36 +49,6 @@ const STUCK_DWELLS: f64 = 20.0;
 
 /// Lines that a view keeps.
 const MESSAGES: usize = 100;
-
-/// Something that happened.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Input {
-    /// A gauge.
-    Gauge(GaugeEvent),
-    /// The operator.
-    Operator(OperatorEvent),
-    /// Time has passed without us: what came before does not count towards settling.
-    Gap,
-    /// Nothing but time.
-    Tick,
-}
-
-/// Something to do, in this order; if one cannot be done, those behind it are not to be done.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Action {
-    /// To be kept.
-    Record(Box<Event>),
-    /// To ask a gauge.
-    Ask(Channel, Ask),
-    /// To ask the operator.
-    Prompt(Prompt),
-    /// A sound.
-    Bell(Bell),
-    /// A line for the operator.
-    Say(String),
-    /// The session is over.
-    Finish(SessionEnd),
-}
 
 /// An open question.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,6 +111,8 @@ pub struct Machine {
     /// How often readings were taken once more for a zero that moved.
     redone: u32,
     signs_checked: bool,
+    /// The cell that was last held against its repeats, with how many readings there were.
+    repeats_checked: Option<(usize, usize)>,
     /// Cell of the push by hand and how far the end gave way, m/N.
     pushed: Option<(usize, f64)>,
     /// How long each gauge was not at its zero after it confirmed it, the longest of all times, s.
@@ -182,6 +157,7 @@ impl Machine {
                 .iter()
                 .all(|channel| state.signs[channel.index()].is_some()),
             channels,
+            repeats_checked: None,
             pushed: None,
             zero_takes_s: [0.0; Channel::COUNT],
             plan,
@@ -247,6 +223,7 @@ impl Machine {
             Input::Gauge(event) => self.gauge(event, &mut out),
             Input::Operator(event) => self.operator(event, &mut out),
             Input::Gap => self.forget_windows(),
+            Input::RepeatsChecked(found) => self.repeats_checked(found, &mut out),
             Input::Tick => self.ask_state_of_refused(&mut out),
         }
         self.advance(&mut out);
@@ -425,6 +402,7 @@ impl Machine {
             Job::Ready => self.ask_ready(out),
             Job::Temperature => self.ask_temperature(out),
             Job::SetUp(cell) => self.ask_set_up(cell, out),
+            Job::CheckRepeats(cell) => out.push(Action::CheckRepeats(cell)),
             Job::SignCheck(cell) => self.begin_sign_check(cell, out),
             Job::Load { target_n, purpose } => self.begin_load(target_n, purpose, out),
             Job::Zero { channel, .. } => self.begin_zero(channel, out),
@@ -440,7 +418,12 @@ impl Machine {
         match job {
             Job::CheckInstruments => self.check_instruments(out),
             // These wait for an answer, which finishes them.
-            Job::UnitShown(_) | Job::Ready | Job::Temperature | Job::SetUp(_) | Job::Finish => {}
+            Job::UnitShown(_)
+            | Job::Ready
+            | Job::Temperature
+            | Job::SetUp(_)
+            | Job::CheckRepeats(_)
+            | Job::Finish => {}
             Job::LookAtZero => self.work_zero_check(out),
             Job::SignCheck(cell) => self.work_sign_check(cell, out),
             Job::Load { purpose, .. } => self.work_load(purpose, out),

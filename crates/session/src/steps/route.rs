@@ -33,6 +33,9 @@ impl Machine {
         {
             return vec![Job::SetUp(zero.set.cell)];
         }
+        if let Some(cell) = self.unchecked_cell() {
+            return vec![Job::CheckRepeats(cell)];
+        }
         let Some((cell, index)) = open else {
             return vec![Job::Finish];
         };

@@ -27,6 +27,8 @@ pub struct Settings {
     pub auto_capture: bool,
     /// What the force gauge sends under compression, if its description states it: 1 for a value above zero, -1 below.
     pub compression_sign: Option<f64>,
+    /// Whether the readings of each cell are held against their repeats once it is complete.
+    pub checks_repeats: bool,
     /// Drift of the zero beyond which is asked, m.
     pub drift_limit_m: f64,
     /// Shortest time without a value after which a gauge counts as stale, s; longer for gauges that send seldom.
@@ -51,6 +53,7 @@ impl Default for Settings {
         Self {
             auto_capture: true,
             compression_sign: None,
+            checks_repeats: false,
             drift_limit_m: 10e-6,
             least_stale_s: 0.5,
             lag_s: lag_s(1.0),

@@ -75,6 +75,7 @@ impl Machine {
                 | Job::Temperature
                 | Job::Zero { .. }
                 | Job::LookAtZero
+                | Job::CheckRepeats(_)
                 | Job::Finish,
             )
             | None => Task::Wait,

@@ -124,6 +124,7 @@ fn one_go(
             journal: &mut journal,
             table: None,
             answers: &answers(resumed),
+            repeats: None,
         },
     );
     let outcome = match ended {

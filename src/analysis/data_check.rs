@@ -1,0 +1,26 @@
+//! Readings that cannot be right, without a search for physics.
+
+use crate::mismatch::{KnownNoise, Observations, ScreenedData, screen_data};
+use crate::parameters::ParameterChoice;
+use crate::readings::{ReadingTable, SessionHeader};
+
+use super::design::baseline;
+use super::error::AnalysisError;
+use super::model::ResolvedModel;
+
+/// Looks for cells, runs and readings that cannot be right, as a diagnosis does before its search.
+///
+/// # Errors
+/// For poses that the robot does not have, and a structure that cannot be solved.
+pub fn check_data(
+    table: &ReadingTable,
+    header: Option<&SessionHeader>,
+    model: &ResolvedModel,
+) -> Result<ScreenedData, AnalysisError> {
+    let observations = Observations::new(table, header);
+    let parameters = ParameterChoice::default();
+    let mut baseline = baseline(model, model.mechanism()?, &observations.poses, &parameters)?;
+    baseline.add_variant(&model.physics.effects)?;
+    let screened = screen_data(&baseline, &observations, &KnownNoise::Nothing)?;
+    Ok(screened)
+}

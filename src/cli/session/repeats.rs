@@ -1,0 +1,91 @@
+//! The readings of a session against their repeats, as a diagnosis would hold them.
+
+use crate::analysis::{ResolvedModel, check_data};
+use crate::mismatch::{BadReading, BadRun};
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::readings::{ReadOptions, ReadingTable, SessionHeader, read_readings};
+use crate::report::significant;
+use crate::session::{Contradiction, RepeatCheck, SessionPlan, SessionState, table};
+use crate::test_point::{Direction, PoseId};
+
+/// The test that a diagnosis makes before its search.
+pub(super) struct BenchRepeats {
+    /// The robot of the session.
+    pub(super) model: ResolvedModel,
+    /// Its header: the steps of the gauges.
+    pub(super) header: SessionHeader,
+    /// Its plan.
+    pub(super) plan: SessionPlan,
+}
+
+impl RepeatCheck for BenchRepeats {
+    fn contradictions(&self, state: &SessionState, cell: usize) -> Vec<Contradiction> {
+        // What cannot be tested is no reason to stop at the bench.
+        self.found(state, cell).unwrap_or_default()
+    }
+}
+
+impl BenchRepeats {
+    fn found(&self, state: &SessionState, cell: usize) -> Option<Vec<Contradiction>> {
+        let cell = self.plan.cells.get(cell)?;
+        let place = (&cell.pose, cell.direction.axis()?);
+        if state.is_of_vectors() {
+            return None;
+        }
+        let mut text = Vec::new();
+        table(state, &mut text).ok()?;
+        let readings = read_readings("readings.csv", &text[..], &ReadOptions::default()).ok()?;
+        let screened = check_data(&readings, Some(&self.header), &self.model).ok()?;
+        let is_here = |pose: &PoseId, direction: Direction| (pose, direction) == place;
+        let runs = screened.bad_runs.iter();
+        let runs = runs.filter(|bad| is_here(&bad.pose, bad.direction));
+        let runs = runs.filter_map(|bad| of_run(&readings, bad));
+        let single = screened.bad_readings.iter();
+        let single = single.filter(|bad| is_here(&bad.pose, bad.direction));
+        let single = single.map(|bad| of_reading(&readings, bad));
+        Some(runs.chain(single).collect())
+    }
+}
+
+/// Numbers of the readings on some lines.
+fn numbers(table: &ReadingTable, lines: &[u32]) -> Vec<u32> {
+    let readings = table.readings.iter();
+    let those = readings.filter(|reading| lines.contains(&reading.line));
+    those.map(|reading| reading.seq).collect()
+}
+
+/// A whole run; `None` for a cell, which no run puts right.
+fn of_run(table: &ReadingTable, bad: &BadRun) -> Option<Contradiction> {
+    let um_per_n = |compliance: f64| significant(compliance / METRES_PER_MICROMETRE, 4);
+    let text = format!(
+        "Repeat {} of {} {} yields by {} um/N, where the other repeats let expect {} ± {} um/N.",
+        bad.repeat?,
+        bad.pose,
+        bad.direction,
+        um_per_n(bad.compliance),
+        um_per_n(bad.expected),
+        significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
+    );
+    Some(Contradiction {
+        numbers: numbers(table, &bad.lines),
+        text,
+    })
+}
+
+fn of_reading(table: &ReadingTable, bad: &BadReading) -> Contradiction {
+    let um = |metres: f64| significant(metres / METRES_PER_MICROMETRE, 4);
+    let numbers = numbers(table, &[bad.line]);
+    let number = numbers.first().copied().unwrap_or_default();
+    let text = format!(
+        "Reading {number} ({} {}, repeat {}, step {}, {}) is {} um, where the other repeats let expect {} ± {} um.",
+        bad.pose,
+        bad.direction,
+        bad.repeat,
+        bad.step,
+        bad.branch,
+        um(bad.value_m),
+        um(bad.expected_m),
+        significant(2.0 * bad.u_m / METRES_PER_MICROMETRE, 2),
+    );
+    Contradiction { numbers, text }
+}
