@@ -7,6 +7,7 @@ FLAT = ("is", "mostly")
 NAMING = ("explained", "ambiguous")
 APART = 4.0  # standard errors
 CERTAIN = 1e-6  # a printed test below it contradicts a headline that nothing is left
+OMNIBUS = 0.01  # level of the test that something is left
 LEFT_PAGE, LEFT_TRUTH = 6.0, 10.0  # standard errors left: printed, true
 DATA_OF_ONE = ("bad-reading", "decimal-point", "sign")
 
@@ -125,6 +126,7 @@ class Judged:
     unsaid_page: bool = False
     unsaid_truth: bool = False
     observer_right: bool | None = None
+    observer_misled: bool | None = None
     seconds: float = 0.0
     error: str | None = None
 
@@ -137,7 +139,7 @@ def judge(name: str, answer: dict, data: dict | None, error: str | None, seconds
     truths = answer["truth"]
     whole = max((truth["standard_errors"] for truth in truths), default=0.0)
     out = Judged(name, answer["row"], answer["kind"], answer.get("size"), whole, seconds=round(seconds, 2), error=error)
-    if answer.get("observer") is not None:
+    if answer.get("observer") is not None and answer["expected"] != "mishap":
         out.observer_right = naming(answer["observer"], truths).right
     if data is None:
         return out
@@ -169,6 +171,16 @@ def _count_names(out: Judged, answer: dict, data: dict) -> None:
             left = [_left_after(name, truths[0]) for name in all_names]
             out.inseparable = bool(all_names) and not accepted and min(left) < APART
             out.misled = bool(all_names) and not accepted and not out.inseparable
+            if "observer_left_p" in answer:
+                out.observer_misled = _misled_observer(answer)
+
+
+def _misled_observer(answer: dict) -> bool:
+    """Whether the observer names something else, and its omnibus test passes at the program's level."""
+    names = [name for group in answer["observer"] for name in group]
+    accepted = any(matches(name, pattern) for name in names for pattern in answer["also_right"])
+    apart = bool(names) and min(_left_after(name, answer["truth"][0]) for name in names) >= APART
+    return apart and not accepted and answer["observer_left_p"] > OMNIBUS
 
 
 def _left_after(name: str, truth: dict) -> float:

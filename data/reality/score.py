@@ -95,6 +95,7 @@ def quantities(row: str, answers: dict, judged: dict[str, Judged]) -> list[Quant
     if row == "mishap":
         apart = lambda one: not one.inseparable
         return [("misled", apart, lambda one: one.misled, "<= 8 %"),
+                ("misled, the observer", apart, lambda one: bool(one.observer_misled), ""),
                 ("named, and would not mislead", everyone, lambda one: bool(one.named) and one.right, ""),
                 ("unknown", everyone, lambda one: one.verdict == "unknown", ""),
                 ("nothing missing said", everyone, lambda one: one.verdict == "nothing-missing", ""),

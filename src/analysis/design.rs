@@ -2,7 +2,7 @@
 
 use crate::mismatch::{
     DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations,
-    ProposedMeasurement, RobotBaseline, USUAL_NOISE, Verdict, design_of_plan, next_measurements,
+    ProposedMeasurement, RobotBaseline, USUAL_NOISE, design_of_plan, next_measurements,
     poses_at_hand,
 };
 use crate::parameters::ParameterChoice;
@@ -107,11 +107,6 @@ pub(super) fn proposals(
     (diagnosis, found): (&Diagnosis, &FittingFactors),
     parameters: &ParameterChoice,
 ) -> Result<Proposals, AnalysisError> {
-    // Where nothing was found, and where nothing can be decided yet, there is nothing to tell apart.
-    let is_named = !diagnosis.findings.is_empty() && diagnosis.verdict != Verdict::InsufficientData;
-    if !is_named && diagnosis.verdict != Verdict::Unknown {
-        return Ok((Vec::new(), Vec::new()));
-    }
     let mechanism = model.mechanism()?;
     let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &done.poses);
     let baseline = baseline(model, mechanism, &poses, parameters)?;

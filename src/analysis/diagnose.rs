@@ -214,16 +214,9 @@ pub fn diagnose_together(
     while !options.keep_outliers
         && let Some(bad) = reading_between_slips(&baseline, &observations, &found.0)?
     {
-        let keep: Vec<bool> = (0..observations.len())
-            .map(|one| one != bad.reading)
-            .collect();
+        let mark = leave_out(&mut observations, &bad);
         if bad.is_named() {
-            let is_bad = |line| line == bad.line;
-            marked_readings
-                .extend(marked(&observations, &is_bad).filter(|one| one.pose == bad.pose));
-        }
-        observations = observations.filtered(&keep);
-        if bad.is_named() {
+            marked_readings.extend(mark);
             bad_readings.push(bad);
         } else {
             warnings.push(far_but_not_rare(&bad));
@@ -285,6 +278,18 @@ fn joined_name(session: &LoadedSession, shares: &[SessionShare]) -> String {
     }
     let names: Vec<&str> = shares.iter().map(|one| &one.name[..]).collect();
     names.join(" + ")
+}
+
+/// Leaves a reading out, and hands it back as one that stands out.
+fn leave_out(observations: &mut Observations, bad: &BadReading) -> Vec<MarkedReading> {
+    let is_bad = |line| line == bad.line;
+    let of_line = marked(observations, &is_bad);
+    let mark = of_line.filter(|one| one.pose == bad.pose).collect();
+    let keep: Vec<bool> = (0..observations.len())
+        .map(|one| one != bad.reading)
+        .collect();
+    *observations = observations.filtered(&keep);
+    mark
 }
 
 /// A reading that the search leaves out, though it is not bad, in words.

@@ -187,7 +187,15 @@ fn nothing_missing_lists_the_detection_limits() {
     assert_follows_schema(&data);
     let data = &data["data"];
     assert_eq!(data["verdict"], "nothing-missing");
-    assert!(found(data).is_empty() && data["next_measurement"].as_array().unwrap().is_empty());
+    assert!(found(data).is_empty());
+    let next = data["next_measurement"].as_array().unwrap();
+    assert_eq!(next[0]["separates"][0], "that nothing is missing");
+    let words: Vec<&str> = page.split_whitespace().collect();
+    assert!(
+        words
+            .join(" ")
+            .contains("this should confirm or refute that nothing is missing.")
+    );
     // Every law of the library is told of: with a limit, or with the reason why there is none.
     let limits = data["detection_limits"].as_array().unwrap();
     for law in stiffbench::physics::Law::ALL {

@@ -280,7 +280,7 @@ pub(crate) struct Rig {
 }
 
 /// Readings that lie farther from the mean of their repeats than this, m.
-const FAR_M: f64 = 20e-6;
+const FAR_M: f64 = 40e-6;
 
 /// Readings of a cell that are far from the others of their step.
 fn far_from_others(state: &SessionState, cell: usize) -> Vec<Contradiction> {

@@ -6,6 +6,7 @@ onset) are on the grids of `candidates.py`, to which the true shape is added, an
 """
 
 import numpy as np
+from scipy.stats import chi2
 
 import shared  # noqa: F401
 from candidates import WideLibrary, title
@@ -41,7 +42,14 @@ class Observer:
                 break
             kept.append(int(np.argmax(self._favoured(scores[:, 0], ranks))))
             kept = self._replaced(vectors[:, :1], kept)[0]
-        return [self._set(alike) for alike in self._replaced(vectors[:, :1], kept)[1]]
+        self.kept, alike = self._replaced(vectors[:, :1], kept)
+        return [self._set(one) for one in alike]
+
+    def left_p(self, readings: np.ndarray) -> float:
+        """Chance of as large a sum of all squares after what was decided last: the observer's own omnibus test."""
+        beside = self._beside(self.kept)
+        rest = readings - beside @ (beside.T @ readings)
+        return float(chi2.sf(rest @ rest, readings.size - beside.shape[1]))
 
     def _replaced(self, readings: np.ndarray, kept: list[int]) -> tuple[list[int], list[list[int]]]:
         """Each kept candidate chosen again beside the others, and what is alike to it there."""

@@ -108,7 +108,9 @@ def whitened_rest(readings_um: np.ndarray, information: Information, force: np.n
 
 
 def observed(made: Made, information: Information, library: WideLibrary, rng) -> None:
-    made.answer["observer"] = Observer(library, rng).decide(whitened_rest(made.readings, information))
+    observer, rest = Observer(library, rng), whitened_rest(made.readings, information)
+    made.answer["observer"] = observer.decide(rest)
+    made.answer["observer_left_p"] = observer.left_p(rest)
 
 
 # Nothing missing, and bad readings
@@ -313,7 +315,9 @@ def mishap(index: int, rng) -> list[Made]:
     }]
     answer = {"kind": kind, "expected": "mishap", "truth": truths, "also_right": mishaps.also_right(kind, event),
               "cells": setups.cells_of(one.bench, target)}
-    return [one.made(one.bench.displacement([]) + change, rng, answer)]
+    made = one.made(one.bench.displacement([]) + change, rng, answer)
+    observed(made, information, library, rng)
+    return [made]
 
 
 ROWS = {

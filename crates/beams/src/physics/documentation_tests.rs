@@ -87,7 +87,7 @@ fn the_table_of_plausible_ranges_is_the_programs() {
 
 #[test]
 fn the_table_of_mistakes_is_the_programs() {
-    let head = "| law | parameter | standard deviation |\n| --- | --- | --- |\n";
+    let head = "| law | parameter | scale |\n| --- | --- | --- |\n";
     compare(head, &mistakes());
 }
 

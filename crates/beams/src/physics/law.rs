@@ -53,12 +53,15 @@ pub enum LawKind {
     Setup(MistakePrior),
 }
 
-/// Prior of the size of a mistake, normal about none: mistakes that are made and overlooked.
+/// Prior of the size of a mistake about none: mistakes that are made and overlooked.
+///
+/// A Cauchy density, which is a normal one whose standard deviation is itself known by its order of magnitude only: a scale by judgement
+/// must not exclude what the readings do not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MistakePrior {
-    /// With this standard deviation, in the unit of the size.
+    /// With this scale, in the unit of the size.
     Size(f64),
-    /// Of ln(1 + size), with this standard deviation: a factor.
+    /// Of ln(1 + size), with this scale: a factor.
     Factor(f64),
     /// It has no size.
     Sizeless,
@@ -69,11 +72,11 @@ impl MistakePrior {
     #[must_use]
     pub fn log_density(self, size: f64) -> f64 {
         let ratio = match self {
-            Self::Size(sd) => size / sd,
-            Self::Factor(sd) => size.max(-1.0 + f64::EPSILON).ln_1p() / sd,
+            Self::Size(scale) => size / scale,
+            Self::Factor(scale) => size.max(-1.0 + f64::EPSILON).ln_1p() / scale,
             Self::Sizeless => 0.0,
         };
-        -0.5 * ratio * ratio
+        -(ratio * ratio).ln_1p()
     }
 }
 

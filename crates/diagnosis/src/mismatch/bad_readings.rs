@@ -20,6 +20,7 @@ use super::baseline::Baseline;
 use super::deleted_residuals::{has_repeats, testable};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
+use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::reading_screen::{ReadingScreen, SuspectReading, TestedReadings};
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
@@ -90,6 +91,15 @@ pub fn screen_readings(
     observations: &Observations,
     noise: &KnownNoise,
 ) -> Result<ScreenedReadings, MismatchError> {
+    screened_readings(baseline, (observations, None), noise)
+}
+
+/// [`screen_readings`] of readings and their noise, if it has been estimated.
+pub(super) fn screened_readings(
+    baseline: &dyn Baseline,
+    (observations, estimated): (&Observations, Option<ReadingNoise>),
+    noise: &KnownNoise,
+) -> Result<ScreenedReadings, MismatchError> {
     let untested = (0..observations.cells.len())
         .map(|cell| observations.cells[cell].readings.len() - testable(observations, cell).len())
         .sum();
@@ -105,19 +115,19 @@ pub fn screen_readings(
     let screen = ReadingScreen::new(baseline, observations, noise)?;
     let most = (MOST_BAD_READINGS * observations.len() as f64).ceil() as usize;
     let all = vec![true; observations.len()];
-    let noise_of_all = screen.noise_of(&all, None);
+    let noise_of_all = estimated.unwrap_or_else(|| screen.noise_of(&all, None));
     let of_all = TestedReadings::new(&screen, all, noise_of_all);
     let tails_of_all = of_all.tails_dof();
     let mut tested = of_all;
     let mut suspects: Vec<usize> = Vec::new();
     let mut p: Vec<f64> = Vec::new();
     while suspects.len() < most {
-        let Some(suspect) = tested.worst() else {
+        let Some(suspect) = tested.take_worst() else {
             break;
         };
-        tested.remove(suspect);
+        let (suspect, is_clearly_good) = (suspect.own.reading, suspect.is_clearly_good());
         let mut family_p = 1.0;
-        if !tested.is_clearly_good(suspect) {
+        if !is_clearly_good {
             // What it does to the noise must not speak for it; a reading that passed for good hardly changed it.
             let similar = p.last().filter(|p| **p > BAD_READING_LEVEL);
             let similar = similar.map(|_| tested.noise);

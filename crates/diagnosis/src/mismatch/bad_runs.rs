@@ -7,17 +7,17 @@
 use stiffbench_numeric::statistics::{mean, normal_upper_tail};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::bad_readings::{BadReadingKind, slip};
+use super::bad_readings::{BadReadingKind, ScreenedReadings, screened_readings, slip};
 use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
-use super::reading_screen::ReadingScreen;
-use super::tails::{Beside, Tails};
+use super::reading_screen::{ReadingScreen, root_mean_square};
+use super::tails::{Beside, Tails, chance_if_normal};
 use super::wrong_cells::wrong_cells;
 use crate::search::constants::{
-    AFTER_A_JUMP, BAD_READING_LEVEL, ENOUGH_REPEATS, MOST_BAD_READINGS,
+    AFTER_A_JUMP, BAD_READING_LEVEL, CLEARLY_GOOD, ENOUGH_REPEATS, MOST_BAD_READINGS,
 };
 
 /// A run, or all runs of a cell, with a displacement per force that cannot be.
@@ -53,6 +53,22 @@ pub struct ScreenedRuns {
     pub observations: Observations,
     /// The bad ones, the worst first.
     pub bad: Vec<BadRun>,
+    /// The noise of the others, where it was estimated.
+    noise: Option<ReadingNoise>,
+}
+
+impl ScreenedRuns {
+    /// Looks for bad readings in the good runs: [`super::screen_readings`].
+    ///
+    /// # Errors
+    /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
+    pub fn screen_readings(
+        &self,
+        baseline: &dyn Baseline,
+        noise: &KnownNoise,
+    ) -> Result<ScreenedReadings, MismatchError> {
+        screened_readings(baseline, (&self.observations, self.noise), noise)
+    }
 }
 
 /// Looks for bad runs, and lays out the others.
@@ -70,11 +86,16 @@ pub fn screen_runs(
         return Ok(ScreenedRuns {
             observations: rest,
             bad,
+            noise: None,
         });
     }
+    let mut found = None;
     let most = (MOST_BAD_READINGS * rest.runs.len() as f64).ceil() as usize;
     for _ in 0..most {
-        let Some(worst) = worst_run(baseline, &rest, noise)? else {
+        let screen = ReadingScreen::new(baseline, &rest, noise)?;
+        let noise_of_all = screen.noise_of(&vec![true; rest.len()], None);
+        let Some(worst) = worst_run(&rest, &screen, &noise_of_all) else {
+            found = Some(noise_of_all);
             break;
         };
         let run = rest.runs[worst.run].readings.clone();
@@ -82,20 +103,28 @@ pub fn screen_runs(
         let keep: Vec<bool> = (0..rest.len()).map(|one| !run.contains(&one)).collect();
         rest = rest.filtered(&keep);
     }
-    for of_cells in [cells_against_their_load, wrong_cells] {
-        let cells = of_cells(baseline, &rest, noise)?;
+    let screen = ReadingScreen::new(baseline, &rest, noise)?;
+    let of_rest = found.unwrap_or_else(|| screen.noise_of(&vec![true; rest.len()], None));
+    let against = cells_against_their_load(&rest, &screen, &of_rest);
+    let mut known = Some(of_rest);
+    let mut take = |rest: &mut Observations, cells: Vec<(usize, BadRun)>| {
         if !cells.is_empty() {
             let of_cell =
                 |reading: usize| cells.iter().any(|(cell, _)| *cell == rest.cell_of(reading));
             let keep: Vec<bool> = (0..rest.len()).map(|one| !of_cell(one)).collect();
-            rest = rest.filtered(&keep);
+            *rest = rest.filtered(&keep);
             bad.extend(cells.into_iter().map(|(_, bad)| bad));
+            known = None;
         }
-    }
+    };
+    take(&mut rest, against);
+    let wrong = wrong_cells(baseline, &rest, noise)?;
+    take(&mut rest, wrong);
     bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
     Ok(ScreenedRuns {
         observations: rest,
         bad,
+        noise: known,
     })
 }
 
@@ -105,42 +134,44 @@ struct WorstRun {
 }
 
 /// The run that deviates most, if it is bad.
+///
+/// # Arguments
+/// - `noise_of_all`: the noise of all runs.
 fn worst_run(
-    baseline: &dyn Baseline,
     observations: &Observations,
-    noise: &KnownNoise,
-) -> Result<Option<WorstRun>, MismatchError> {
-    let all = vec![true; observations.len()];
-    let screen = ReadingScreen::new(baseline, observations, noise)?;
-    let slopes = run_slopes(observations, &screen, &screen.noise_of(&all, None), None);
+    screen: &ReadingScreen<'_>,
+    noise_of_all: &ReadingNoise,
+) -> Option<WorstRun> {
+    let slopes = run_slopes(observations, screen, noise_of_all, None);
     let ratio = |one: &RunSlope| one.ratio.abs();
-    let Some(suspect) = slopes.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else {
-        return Ok(None);
-    };
+    let suspect = slopes.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
+    let others = slopes.iter().filter(|one| one.run != suspect.run);
+    let others: Vec<f64> = others.map(|one| one.ratio).collect();
+    let others = root_mean_square(&others)?;
+    let as_far = chance_if_normal(suspect.ratio, others, Beside::NOTHING, slopes.len());
+    if as_far > CLEARLY_GOOD * BAD_READING_LEVEL {
+        return None;
+    }
     // What it does to the noise, and to its neighbours, must not speak for it.
     let readings = observations.runs[suspect.run].readings.clone();
-    let others: Vec<bool> = all
-        .iter()
-        .enumerate()
-        .map(|(one, _)| !readings.contains(&one))
+    let others: Vec<bool> = (0..observations.len())
+        .map(|one| !readings.contains(&one))
         .collect();
     let found = screen.noise_of(&others, None);
-    let slopes = run_slopes(observations, &screen, &found, Some(suspect.run));
-    let Some(own) = slopes.iter().find(|one| one.run == suspect.run) else {
-        return Ok(None);
-    };
+    let slopes = run_slopes(observations, screen, &found, Some(suspect.run));
+    let own = slopes.iter().find(|one| one.run == suspect.run)?;
     let ratios: Vec<f64> = slopes
         .iter()
         .filter(|one| one.run != own.run)
         .map(|one| one.ratio)
         .collect();
     if ratios.is_empty() || own.is_explained_otherwise {
-        return Ok(None);
+        return None;
     }
     let tails = Tails::of(&ratios, 1);
     let p_family = tails.p_of_largest(own.ratio, Beside::NOTHING, slopes.len());
     if p_family > BAD_READING_LEVEL {
-        return Ok(None);
+        return None;
     }
     let expected = own.compliance;
     let u = tails.scale(Beside::NOTHING) * own.u * expected.abs();
@@ -161,7 +192,7 @@ fn worst_run(
         p_family,
         kind: slip(compliance, expected, u),
     };
-    Ok(Some(WorstRun { run: own.run, bad }))
+    Some(WorstRun { run: own.run, bad })
 }
 
 /// The slope of a run against its repeats.
@@ -331,13 +362,11 @@ fn projection(rows: &[Row], column: impl Fn(usize) -> f64) -> (f64, f64) {
 
 /// Cells that yield against their load, where most yield along it: a passive structure yields along every load.
 fn cells_against_their_load(
-    baseline: &dyn Baseline,
     observations: &Observations,
-    noise: &KnownNoise,
-) -> Result<Vec<(usize, BadRun)>, MismatchError> {
-    let screen = ReadingScreen::new(baseline, observations, noise)?;
-    let found = screen.noise_of(&vec![true; observations.len()], None);
-    let whitening = NoiseCovariance::new(observations, &found, &screen.slope_m, &screen.compliance);
+    screen: &ReadingScreen<'_>,
+    found: &ReadingNoise,
+) -> Vec<(usize, BadRun)> {
+    let whitening = NoiseCovariance::new(observations, found, &screen.slope_m, &screen.compliance);
     let weights = whitening.covariance.weights();
     let mut out = Vec::new();
     for (number, cell) in observations.cells.iter().enumerate() {
@@ -376,5 +405,5 @@ fn cells_against_their_load(
     }
     // Where most do, the sign of force or displacement is a convention of the session.
     let is_convention = 2 * out.len() >= observations.cells.len();
-    Ok(if is_convention { Vec::new() } else { out })
+    if is_convention { Vec::new() } else { out }
 }

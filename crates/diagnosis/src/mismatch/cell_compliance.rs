@@ -21,7 +21,7 @@ pub(super) struct CellCompliance {
 }
 
 /// What a single mistake of the model may be.
-enum Suspect {
+enum SuspectOfCells {
     Spring(Spring),
     /// Another structure, by its number.
     Structure(usize),
@@ -45,11 +45,14 @@ const SPRING_STARTS: [f64; 2] = [0.1, 2.0];
 /// Widest range of a spring, as a factor of its unit.
 const WIDEST: f64 = 1e4;
 
+/// How far beyond its bounds a factor may go, in its logarithm: a hundred times.
+const BEYOND_BOUNDS: f64 = 4.6;
+
 /// The baseline as a model of the compliances of cells.
-pub(super) struct CellModel<'a> {
+pub(super) struct CellComplianceModel<'a> {
     baseline: &'a dyn Baseline,
     solver: Box<dyn PoseSolver + 'a>,
-    suspects: Vec<Suspect>,
+    suspects: Vec<SuspectOfCells>,
 }
 
 /// A fit to compliances.
@@ -64,7 +67,7 @@ pub(super) struct CellFit {
     parameters: Vec<f64>,
 }
 
-impl<'a> CellModel<'a> {
+impl<'a> CellComplianceModel<'a> {
     /// # Errors
     /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
     pub(super) fn new(
@@ -105,14 +108,14 @@ impl<'a> CellModel<'a> {
             let felt = adds.iter().zip(&own).filter(|([lever, _], _)| *lever > 0.0);
             let mut units: Vec<f64> = felt.map(|([lever, _], own)| (own / lever).ln()).collect();
             let log_unit = stiffbench_numeric::statistics::median(&mut units)?;
-            Some(Suspect::Spring(Spring { adds, log_unit }))
+            Some(SuspectOfCells::Spring(Spring { adds, log_unit }))
         });
-        let mut suspects: Vec<Suspect> = springs.collect();
+        let mut suspects: Vec<SuspectOfCells> = springs.collect();
         let others = baseline.other_structures();
         let variants = others
             .iter()
             .filter_map(|effect| baseline.variant(std::slice::from_ref(effect)));
-        suspects.extend(variants.map(Suspect::Structure));
+        suspects.extend(variants.map(SuspectOfCells::Structure));
         Ok(Self {
             baseline,
             solver,
@@ -139,11 +142,11 @@ impl<'a> CellModel<'a> {
         let mut other;
         let mut spring = None;
         let solver: &mut dyn PoseSolver = match suspect.map(|one| &self.suspects[one]) {
-            Some(Suspect::Structure(variant)) => {
+            Some(SuspectOfCells::Structure(variant)) => {
                 other = self.baseline.solver(*variant).ok()?;
                 &mut *other
             }
-            Some(Suspect::Spring(one)) => {
+            Some(SuspectOfCells::Spring(one)) => {
                 spring = Some(one);
                 &mut *self.solver
             }
@@ -157,7 +160,13 @@ impl<'a> CellModel<'a> {
             .collect();
         let begin = own.iter().enumerate().map(|(place, parameter)| {
             let value = start.map_or(parameter.start, |start| start.parameters[place]);
-            let (lower, upper) = (parameter.lower, parameter.upper);
+            // The factor that a fit starts from, and its bounds with it, may be what is wrong.
+            let beyond = if parameter.spring_rad_per_nm.is_some() {
+                0.0
+            } else {
+                BEYOND_BOUNDS
+            };
+            let (lower, upper) = (parameter.lower - beyond, parameter.upper + beyond);
             Parameter::free(&parameter.name, value.clamp(lower, upper), lower, upper)
         });
         let begin: Vec<Parameter> = begin.collect();

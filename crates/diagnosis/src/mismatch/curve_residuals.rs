@@ -24,7 +24,10 @@ struct Neighbour {
 pub(super) fn with_neighbours(observations: &Observations, cell: usize) -> Vec<usize> {
     let runs = observations.cells[cell].runs.clone();
     let stretches = runs.flat_map(|run| stretches(observations, run));
-    let inner = stretches.flat_map(|stretch| stretch[inner(stretch.len())].to_vec());
+    let inner = stretches.flat_map(|stretch| {
+        let places = inner(stretch.len());
+        places.map(move |place| stretch[place])
+    });
     inner.collect()
 }
 
@@ -64,9 +67,14 @@ pub(super) fn curve_residuals(
                     let at = pairs.iter().position(|(_, repeat)| *repeat == there);
                     let less: Vec<Neighbour> = pairs
                         .iter()
-                        .map(|(one, repeat)| own(*one).less(&own(*repeat)))
+                        .map(|(one, repeat)| {
+                            let by_force_m = whitening.slope_m[*one] - whitening.slope_m[*repeat];
+                            own(*one).less(&own(*repeat), by_force_m)
+                        })
                         .collect();
                     let both = at.and_then(|at| shift_at(&less, at)).unwrap_or_default();
+                    // What repeats is not in it.
+                    shift.scatter = both.scatter;
                     if both.ratio * shift.ratio < 0.0 {
                         shift.ratio = 0.0;
                     } else if both.ratio.abs() < shift.ratio.abs() {
@@ -76,6 +84,7 @@ pub(super) fn curve_residuals(
                 out.push(Tested {
                     reading: stretch[place],
                     ratio: shift.ratio,
+                    scatter: shift.scatter,
                     shift_m: shift.shift_m,
                     is_outermost: false,
                     is_by_curve: true,
@@ -116,11 +125,11 @@ fn same_load(observations: &Observations, run: usize, reading: usize) -> Option<
 }
 
 impl Neighbour {
-    /// What it has beyond a repeat.
-    fn less(self, repeat: &Self) -> Self {
+    /// What it has beyond a repeat, and beyond what the difference of their forces moves.
+    fn less(self, repeat: &Self, by_force_m: f64) -> Self {
         let sd = self.weight.recip().hypot(repeat.weight.recip());
         Self {
-            displacement_m: self.displacement_m - repeat.displacement_m,
+            displacement_m: self.displacement_m - repeat.displacement_m - by_force_m,
             weight: sd.recip(),
             ..self
         }
@@ -133,6 +142,8 @@ struct CurveShift {
     shift_m: f64,
     /// Over its standard error, by noise and by what the curve leaves of the neighbours.
     ratio: f64,
+    /// The same beside a parabola alone.
+    scatter: f64,
 }
 
 /// The shift of a reading from the curve of the others, beside the kink or jump that leaves least of it; `None` with too few others.
@@ -186,9 +197,11 @@ fn shift_at(window: &[Neighbour], at: usize) -> Option<CurveShift> {
             return None;
         }
         let others = (dot(&left, &left) - product * product / square) / rest as f64;
+        let ratio = product / (square * others.max(1.0)).sqrt();
         let shift = CurveShift {
             shift_m: product / square,
-            ratio: product / (square * others.max(1.0)).sqrt(),
+            ratio,
+            scatter: least.map_or(ratio, |first| first.scatter),
         };
         if least.is_none_or(|least| shift.ratio.abs() < least.ratio.abs()) {
             least = Some(shift);

@@ -1,6 +1,6 @@
 //! What of the data cannot be right, and the data without it: the one way in which all who search look at readings first.
 
-use super::bad_readings::{BadReading, screen_readings};
+use super::bad_readings::BadReading;
 use super::bad_runs::{BadRun, screen_runs};
 use super::baseline::Baseline;
 use super::error::MismatchError;
@@ -30,7 +30,7 @@ pub fn screen_data(
     noise: &KnownNoise,
 ) -> Result<ScreenedData, MismatchError> {
     let runs = screen_runs(baseline, observations, noise)?;
-    let readings = screen_readings(baseline, &runs.observations, noise)?;
+    let readings = runs.screen_readings(baseline, noise)?;
     Ok(ScreenedData {
         observations: readings.observations,
         bad_runs: runs.bad,

@@ -13,10 +13,13 @@ use crate::search::constants::{AFTER_A_JUMP, ENOUGH_REPEATS, ROUNDING, UNSEEN_RE
 use crate::search::{Covariance, dot, push_orthonormal, subtract};
 
 /// A reading against its repeats.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Tested {
     pub(super) reading: usize,
     /// Its shift over its standard error.
     pub(super) ratio: f64,
+    /// What it shows of the scatter of good readings: the same, but for those that are held against their neighbours.
+    pub(super) scatter: f64,
     pub(super) shift_m: f64,
     /// Whether its force is larger, or smaller, than that of all its repeats.
     pub(super) is_outermost: bool,
@@ -116,6 +119,7 @@ pub(super) fn deleted_residuals(
             out.extend(own.map(|own| Tested {
                 reading,
                 ratio: own.product / own.square.sqrt(),
+                scatter: own.product / own.square.sqrt(),
                 shift_m: own.product / own.square,
                 is_outermost: outermost.binary_search(&reading).is_ok(),
                 is_by_curve: false,

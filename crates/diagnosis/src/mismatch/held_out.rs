@@ -2,12 +2,15 @@
 
 use rayon::prelude::*;
 
+use stiffbench_beams::physics::Place;
+
 use super::diagnosis::{HeldOut, Quality};
 use super::error::MismatchError;
 use super::observations::ObservedCell;
 use super::problem::DiagnosisProblem;
 use super::refit::{Model, WeightedFit};
 use super::state::State;
+use crate::search::constants::ONE_POSE;
 
 impl DiagnosisProblem<'_> {
     /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.
@@ -62,8 +65,35 @@ impl DiagnosisProblem<'_> {
         Ok(self.held_squares(state, simple, folds)? - with)
     }
 
+    /// Readings to be left out together to ask whether an effect helps where it was not fitted: poses, or, of what is in one pose by its name,
+    /// the cells of that pose. `None` where one of them carries most: leaving it out asks nothing.
+    pub(super) fn folds_that_ask(&self, place: &Place, white: &[f64]) -> Option<Vec<Vec<bool>>> {
+        let squares = |cell: &ObservedCell| -> f64 {
+            white[cell.readings.clone()].iter().map(|x| x * x).sum()
+        };
+        let cells = &self.observations.cells;
+        let whole: f64 = cells.iter().map(squares).sum();
+        let carries_most = |part: f64| part > ONE_POSE * whole || whole == 0.0;
+        if cells.iter().any(|cell| carries_most(squares(cell))) {
+            return None;
+        }
+        let of_pose = |pose: usize| cells.iter().filter(move |cell| cell.pose == pose);
+        let mut poses = 0..self.observations.poses.len();
+        let most = poses.find(|&pose| carries_most(of_pose(pose).map(squares).sum()));
+        let is_of_a_pose = matches!(place, Place::JointAngle { pose: Some(_), .. });
+        match most {
+            Some(pose) if is_of_a_pose => Some(
+                of_pose(pose)
+                    .map(|own| self.fold(|cell| cell.readings == own.readings))
+                    .collect(),
+            ),
+            Some(_) => None,
+            None => Some(self.folds_of_poses()),
+        }
+    }
+
     /// Readings of each pose.
-    pub(super) fn folds_of_poses(&self) -> Vec<Vec<bool>> {
+    fn folds_of_poses(&self) -> Vec<Vec<bool>> {
         let poses = 0..self.observations.poses.len();
         poses
             .map(|pose| self.fold(|cell| cell.pose == pose))
@@ -71,7 +101,7 @@ impl DiagnosisProblem<'_> {
     }
 
     /// Readings of the cells that pass.
-    pub(super) fn fold(&self, passes: impl Fn(&ObservedCell) -> bool) -> Vec<bool> {
+    fn fold(&self, passes: impl Fn(&ObservedCell) -> bool) -> Vec<bool> {
         let mut fold = vec![false; self.observations.len()];
         for cell in self.observations.cells.iter().filter(|cell| passes(cell)) {
             fold[cell.readings.clone()].fill(true);

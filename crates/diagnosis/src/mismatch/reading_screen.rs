@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_numeric::statistics::{mean, median, normal_upper_tail};
+use stiffbench_numeric::statistics::{mean, median};
 
 use super::baseline::Baseline;
 use super::deleted_residuals::{Tested, deleted_residuals};
@@ -12,7 +12,7 @@ use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
 use super::restricted_likelihood::estimate_noise;
-use super::tails::{Beside, Tails};
+use super::tails::{Beside, Tails, chance_if_normal};
 use crate::search::constants::{BAD_READING_LEVEL, CLEARLY_GOOD};
 
 /// How far a reading is from what the others let expect.
@@ -151,23 +151,21 @@ impl<'a> TestedReadings<'a> {
         &self.keep
     }
 
-    /// The reading that deviates most.
-    pub(super) fn worst(&self) -> Option<usize> {
+    /// Leaves the reading out that deviates most: what the others of its cell let expect changes, and nothing else.
+    pub(super) fn take_worst(&mut self) -> Option<SuspectBeside> {
         let all = self.cells.iter().flatten();
         let worst = all.max_by(|a, b| a.ratio.abs().total_cmp(&b.ratio.abs()));
-        worst.map(|worst| worst.reading)
-    }
-
-    /// Leaves a reading out: what the others of its cell let expect changes, and nothing else.
-    pub(super) fn remove(&mut self, reading: usize) {
-        self.keep[reading] = false;
-        let cell = self.screen.observations.cell_of(reading);
+        let worst = *worst?;
+        let count = self.cells.iter().map(Vec::len).sum();
+        self.keep[worst.reading] = false;
+        let cell = self.screen.observations.cell_of(worst.reading);
         self.cells[cell] = self.screen.tested(cell, &self.keep, &self.noise);
+        Some(SuspectBeside::new(self, worst, count))
     }
 
     /// Degrees of freedom of the tails of these readings, where they are longer than normal.
     pub(super) fn tails_dof(&self) -> Option<f64> {
-        let ratios: Vec<f64> = self.showing_tails().iter().map(|one| one.ratio).collect();
+        let ratios: Vec<f64> = self.showing_tails().iter().map(|one| one.scatter).collect();
         Tails::of(&ratios, 0).dof_if_longer_than_normal(&ratios)
     }
 
@@ -183,23 +181,23 @@ impl<'a> TestedReadings<'a> {
     /// # Arguments
     /// - `further`: how many readings, with it, lie farther out than all of these.
     pub(super) fn judged(&self, suspect: usize, further: usize) -> (Option<SuspectReading>, f64) {
-        let Some(beside) = SuspectBeside::new(self, suspect) else {
+        let cell = self.screen.observations.cell_of(suspect);
+        let mut with_it = self.keep.clone();
+        with_it[suspect] = true;
+        let with_it = self.screen.tested(cell, &with_it, &self.noise);
+        let of_others: usize = self.cells.iter().map(Vec::len).sum();
+        let count = of_others - self.cells[cell].len() + with_it.len();
+        let Some(own) = with_it.into_iter().find(|one| one.reading == suspect) else {
             return (None, 1.0);
         };
-        let (deviation, p) = beside.judged(self, further);
+        let (deviation, p) = SuspectBeside::new(self, own, count).judged(self, further);
         (Some(deviation), p)
-    }
-
-    /// Whether normal noise of this size makes a reading as far off beside these so often that no noise can call it bad.
-    pub(super) fn is_clearly_good(&self, suspect: usize) -> bool {
-        SuspectBeside::new(self, suspect)
-            .is_some_and(|beside| beside.chance_if_normal() > CLEARLY_GOOD * BAD_READING_LEVEL)
     }
 }
 
 /// A reading beside others, under their noise.
-struct SuspectBeside {
-    own: Tested,
+pub(super) struct SuspectBeside {
+    pub(super) own: Tested,
     /// It and the others.
     count: usize,
     /// Shifts of the others over their standard errors, where they show tails: those whose forces are outermost, or are not, as its own; and the rest.
@@ -209,43 +207,35 @@ struct SuspectBeside {
 }
 
 impl SuspectBeside {
-    /// `None` if the reading cannot be tested beside them.
-    fn new(others: &TestedReadings<'_>, suspect: usize) -> Option<Self> {
-        let screen = others.screen;
-        let cell = screen.observations.cell_of(suspect);
-        let mut with_it = others.keep.clone();
-        with_it[suspect] = true;
-        let with_it = screen.tested(cell, &with_it, &others.noise);
-        let of_others: usize = others.cells.iter().map(Vec::len).sum();
-        let count = of_others - others.cells[cell].len() + with_it.len();
-        let own = with_it.into_iter().find(|one| one.reading == suspect)?;
+    fn new(others: &TestedReadings<'_>, own: Tested, count: usize) -> Self {
         // Tails are those of the errors that readings have by themselves, seen where the step of the force is the smaller part.
         let show_tails = others.showing_tails().into_iter();
         let (alike, unlike): (Vec<&Tested>, Vec<&Tested>) =
             show_tails.partition(|one| one.is_outermost == own.is_outermost);
-        let ratios = |tested: Vec<&Tested>| tested.iter().map(|one| one.ratio).collect();
+        let ratios = |tested: Vec<&Tested>| tested.iter().map(|one| one.scatter).collect();
         let beside = own.beside(others.cells.iter().flatten());
-        Some(Self {
+        Self {
             alike: ratios(alike),
             unlike: ratios(unlike),
             beside,
             count,
             own,
-        })
+        }
     }
 
-    /// Chance that the largest is as far off if errors are normal: with longer tails it is no smaller.
+    /// Whether normal noise of this size makes a reading as far off so often that no noise can call it bad.
+    pub(super) fn is_clearly_good(&self) -> bool {
+        self.chance_if_normal() > CLEARLY_GOOD * BAD_READING_LEVEL
+    }
+
+    /// Chance that the largest is as far off if errors are normal.
     fn chance_if_normal(&self) -> f64 {
         let both = [&self.alike[..], &self.unlike[..]].concat();
-        let mean_square =
-            |values: &[f64]| mean(&values.iter().map(|x| x * x).collect::<Vec<f64>>());
-        let squares = [&self.alike, &both]
+        let sizes = [&self.alike, &both]
             .into_iter()
-            .filter_map(|values| mean_square(values));
-        let sd = squares.fold(f64::INFINITY, f64::min).sqrt();
-        let sd = (self.beside.own * sd).hypot(self.beside.normal_sd);
-        let one = 2.0 * normal_upper_tail(self.own.ratio.abs() / sd);
-        -(self.count as f64 * (-one).ln_1p()).exp_m1()
+            .filter_map(|values| root_mean_square(values));
+        let others = sizes.fold(f64::INFINITY, f64::min);
+        chance_if_normal(self.own.ratio, others, self.beside, self.count)
     }
 
     fn judged(&self, others: &TestedReadings<'_>, further: usize) -> (SuspectReading, f64) {
@@ -253,7 +243,7 @@ impl SuspectBeside {
         let step_m = others.screen.observations.steps.displacement_m;
         let floor_m = step_m.unwrap_or(0.0) / 12_f64.sqrt();
         let tails = Tails::of_group(&self.alike, &self.unlike, further);
-        // What a curve may do is at the cost of good readings too, so that they scatter less than a bad one is seen.
+        // Against a curve that follows them good readings scatter less than the noise.
         let least = if self.own.is_by_curve { 1.0 } else { 0.0 };
         let tails = tails.with_scale_at_least((floor_m / others.noise.reading_sd_m).max(least));
         let p = tails.p_of_largest(self.own.ratio, self.beside, self.count);
@@ -266,12 +256,18 @@ impl SuspectBeside {
     }
 }
 
+/// `None` of no values.
+pub(super) fn root_mean_square(values: &[f64]) -> Option<f64> {
+    let squares: Vec<f64> = values.iter().map(|x| x * x).collect();
+    mean(&squares).map(f64::sqrt)
+}
+
 impl Tested {
     /// What its ratio has besides an error with tails: what the step of the force moves, as much as it does in others that scatter mostly by it,
     /// and no less than a step does.
     fn beside<'t>(&self, others: impl Iterator<Item = &'t Self>) -> Beside {
         let by_force = others.filter(|one| one.own_share < 0.5);
-        let squares: Vec<f64> = by_force.map(|one| one.ratio.powi(2)).collect();
+        let squares: Vec<f64> = by_force.map(|one| one.scatter.powi(2)).collect();
         let as_a_step = mean(&squares).unwrap_or(1.0).max(1.0);
         Beside {
             normal_sd: ((1.0 - self.own_share) * as_a_step).sqrt(),

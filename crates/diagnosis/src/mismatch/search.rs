@@ -7,7 +7,6 @@ use super::error::MismatchError;
 use super::grade::GradeBasis;
 use super::known_noise::KnownNoise;
 use super::memo::key_of;
-use super::observations::ObservedCell;
 use super::omnibus::Omnibus;
 use super::outlier::is_outlier;
 use super::patterns::{Patterns, ResidualPattern, autocorrelation_p};
@@ -20,7 +19,7 @@ use super::shares::AllShares;
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{
-    BEYOND_PATTERNS, HELD_OUT_FALL, NULL_SAMPLES, OMNIBUS_LEVEL, ONE_POSE, STRONG_EVIDENCE,
+    BEYOND_PATTERNS, HELD_OUT_FALL, NULL_SAMPLES, OMNIBUS_LEVEL, STRONG_EVIDENCE,
 };
 use crate::search::{
     DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
@@ -242,30 +241,6 @@ impl DiagnosisProblem<'_> {
         Ok((found, critical))
     }
 
-    /// Readings to be left out together to ask whether an effect helps where it was not fitted: poses, or, where one pose carries most of it, the
-    /// cells of that pose. `None` where one cell carries most: leaving it out asks nothing.
-    fn folds_that_ask(&self, white: &[f64]) -> Option<Vec<Vec<bool>>> {
-        let squares = |cell: &ObservedCell| -> f64 {
-            white[cell.readings.clone()].iter().map(|x| x * x).sum()
-        };
-        let cells = &self.observations.cells;
-        let whole: f64 = cells.iter().map(squares).sum();
-        let carries_most = |part: f64| part > ONE_POSE * whole || whole == 0.0;
-        if cells.iter().any(|cell| carries_most(squares(cell))) {
-            return None;
-        }
-        let of_pose = |pose: usize| cells.iter().filter(move |cell| cell.pose == pose);
-        let mut poses = 0..self.observations.poses.len();
-        match poses.find(|&pose| carries_most(of_pose(pose).map(squares).sum())) {
-            Some(pose) => Some(
-                of_pose(pose)
-                    .map(|own| self.fold(|cell| cell.readings == own.readings))
-                    .collect(),
-            ),
-            None => Some(self.folds_of_poses()),
-        }
-    }
-
     /// The largest pattern that a state leaves.
     fn unexplained(
         &self,
@@ -395,14 +370,17 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the
-    /// other poses determine helps there too. Where one pose carries the effect, its cells are left out instead.
+    /// other poses determine helps there too. Of what is in one pose by its name the cells of that pose are left out instead.
     fn is_confirmed(
         &self,
         state: &State,
         next: &State,
         ranked: &Ranked,
     ) -> Result<bool, MismatchError> {
-        let Some(folds) = self.bench.folds_that_ask(&ranked.white) else {
+        let Some(folds) = self
+            .bench
+            .folds_that_ask(&ranked.effect.place, &ranked.white)
+        else {
             return Ok(true);
         };
         let simple = &state.fitted.model;

@@ -19,7 +19,7 @@ use stiffbench_units_and_text::test_point::Direction;
 use super::bad_readings::BadReadingKind;
 use super::bad_runs::BadRun;
 use super::baseline::Baseline;
-use super::cell_compliance::{CellCompliance, CellFit, CellModel};
+use super::cell_compliance::{CellCompliance, CellComplianceModel, CellFit};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::noise::NoiseCovariance;
@@ -33,14 +33,14 @@ use crate::search::{dot, push_orthonormal, subtract};
 
 /// What may have been done to the names or values of cells.
 #[derive(Debug, Clone, PartialEq)]
-enum Mistake {
+enum CellMistake {
     /// Each pair has the names of the other.
     Exchanged(Vec<(usize, usize)>),
     /// The displacements of these have the decimal point so many places too far to the left.
     DecimalPoint(Vec<usize>, i32),
 }
 
-impl Mistake {
+impl CellMistake {
     /// The cells that it changes.
     fn cells(&self) -> BTreeSet<usize> {
         match self {
@@ -136,8 +136,8 @@ fn pairs<T: Copy>(all: &[T]) -> Vec<(T, T)> {
 }
 
 /// A mistake, fitted.
-struct Fitted<'m> {
-    mistake: &'m Mistake,
+struct FittedMistake<'m> {
+    mistake: &'m CellMistake,
     corrected: Vec<CellCompliance>,
     suspect: Option<usize>,
     fit: CellFit,
@@ -159,11 +159,11 @@ pub(super) fn wrong_cells(
         return Ok(Vec::new());
     };
     let dof = dof as f64;
-    let mut model = CellModel::new(baseline, &cells)?;
+    let mut model = CellComplianceModel::new(baseline, &cells)?;
     let Some(as_recorded) = model.fit(&cells, &|_| true, None, None) else {
         return Ok(Vec::new());
     };
-    let mistakes = Mistake::all(&cells);
+    let mistakes = CellMistake::all(&cells);
     let tried = (mistakes.len() * model.alternatives().count()) as f64;
     // Less than the scatter of the slopes no fit leaves but by luck.
     let chance = |before: f64, after: f64| {
@@ -175,11 +175,11 @@ pub(super) fn wrong_cells(
     if chance(as_recorded.squares, 0.0) > BAD_READING_LEVEL {
         return Ok(Vec::new());
     }
-    let mut fitted: Vec<Fitted<'_>> = Vec::new();
+    let mut fitted: Vec<FittedMistake<'_>> = Vec::new();
     for mistake in nearest(&mistakes, &cells, &as_recorded) {
         let corrected = mistake.corrected(&cells);
         let fit = model.fit(&corrected, &|_| true, None, None);
-        fitted.extend(fit.map(|fit| Fitted {
+        fitted.extend(fit.map(|fit| FittedMistake {
             mistake,
             corrected,
             suspect: None,
@@ -226,7 +226,7 @@ pub(super) fn wrong_cells(
         p_family: p.max(by_coincidence),
     };
     Ok(match chosen.mistake {
-        Mistake::Exchanged(pairs) => pairs
+        CellMistake::Exchanged(pairs) => pairs
             .iter()
             .flat_map(|(a, b)| [(*a, *b), (*b, *a)])
             .map(|(cell, with)| {
@@ -234,7 +234,7 @@ pub(super) fn wrong_cells(
                 (places[cell], bad)
             })
             .collect(),
-        Mistake::DecimalPoint(cells, moved) => cells
+        CellMistake::DecimalPoint(cells, moved) => cells
             .iter()
             .map(|cell| {
                 let kind = BadReadingKind::DecimalPoint(*moved);
@@ -246,7 +246,7 @@ pub(super) fn wrong_cells(
 
 /// The fit that leaves least, with one mistake of the model or none.
 fn best_fit(
-    model: &mut CellModel<'_>,
+    model: &mut CellComplianceModel<'_>,
     cells: &[CellCompliance],
     start: &CellFit,
 ) -> Option<(Option<usize>, CellFit)> {
@@ -346,10 +346,10 @@ fn measured(
 
 /// The mistakes that leave least if the model is linear about its fit to what was recorded.
 fn nearest<'m>(
-    mistakes: &'m [Mistake],
+    mistakes: &'m [CellMistake],
     cells: &[CellCompliance],
     as_recorded: &CellFit,
-) -> Vec<&'m Mistake> {
+) -> Vec<&'m CellMistake> {
     let mut basis = Vec::new();
     for column in &as_recorded.columns {
         push_orthonormal(&mut basis, column.clone(), COLUMN_LEFT * COLUMN_LEFT, 0.0);
@@ -358,7 +358,7 @@ fn nearest<'m>(
         .columns
         .first()
         .map_or(cells.len(), std::vec::Vec::len);
-    let left = |mistake: &Mistake| {
+    let left = |mistake: &CellMistake| {
         let corrected = mistake.corrected(cells);
         let mut residual = vec![0.0; rows];
         for (place, cell) in corrected.iter().enumerate() {
@@ -370,14 +370,14 @@ fn nearest<'m>(
         }
         dot(&residual, &residual)
     };
-    let mut all: Vec<(f64, &Mistake)> = mistakes.iter().map(|one| (left(one), one)).collect();
+    let mut all: Vec<(f64, &CellMistake)> = mistakes.iter().map(|one| (left(one), one)).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     all.truncate(MISTAKES_FITTED);
     all.into_iter().map(|(_, mistake)| mistake).collect()
 }
 
 /// Of the mistakes that explain about as much as the best the one with the fewest cells, if the others have all of its cells too.
-fn unambiguous<'f, 'm>(fitted: &'f [Fitted<'m>], dof: f64) -> Option<&'f Fitted<'m>> {
+fn unambiguous<'f, 'm>(fitted: &'f [FittedMistake<'m>], dof: f64) -> Option<&'f FittedMistake<'m>> {
     let best = fitted.first()?;
     let scale = (best.fit.squares / dof).max(1.0);
     let within = best.fit.squares + 2.0 * STRONG_EVIDENCE * scale;

@@ -169,7 +169,7 @@ pub const ENOUGH_REPEATS: usize = 3;
 /// Share of the readings that may be bad (1): more are no exceptions. Stated.
 pub const MOST_BAD_READINGS: f64 = 0.02;
 
-/// Multiple of [`BAD_READING_LEVEL`] from which on a reading is good without an estimate of the noise that leaves it out (1). Numerics.
+/// Multiple of [`BAD_READING_LEVEL`] from which on a reading or run is good without an estimate of the noise that leaves it out (1). Numerics.
 pub const CLEARLY_GOOD: f64 = 30.0;
 
 /// Readings on either side that show the curve of a run near one of them (1): a parabola, a kink and a jump need so many. By judgement.
@@ -298,6 +298,9 @@ pub const SAMPLES_TOGETHER: usize = 80;
 /// How far, in lengths of a vector as the fit leaves it, a low-rank basis may leave it out: Δχ² of 16 changes by 0.08 at random, a critical
 /// value not. Numerics.
 pub const LEFT_OUT: f64 = 0.01;
+
+/// Directions from which on others are taken apart (1): noise along them stays in a fast memory. Numerics.
+pub const DIRECTIONS_TOGETHER: usize = 8192;
 
 /// Vectors from which a low-rank basis is chosen (1); those of more are chosen apart, for neighbours in the list are most alike. Numerics.
 pub const VECTORS_TOGETHER: usize = 160;

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use stiffbench_numeric::simd::{sums_side_by_side, widest};
+
 use super::covariance::{LowRankBlock, inverse_columns};
 use super::serial_correlation::{RowMemory, SerialFilter};
 
@@ -78,8 +80,8 @@ impl Precision {
         let blocks = self.blocks[first..]
             .iter()
             .take_while(|block| block.rows.end <= rows.end);
-        let mut product = vec![0.0; size];
-        let mut unit = Vec::new();
+        // Xᵀ E, a row for each column of X.
+        let mut common = vec![Vec::new(); size];
         for block in blocks {
             let of_block = block.rows.start - rows.start..block.rows.end - rows.start;
             if self.serial.is_identity() {
@@ -90,20 +92,28 @@ impl Precision {
                     });
                 }
             } else {
-                self.add_products_in_series(block, (&of_block, columns), &mut unit, sums);
+                self.add_products_in_series(block, (&of_block, columns), sums);
             }
             for column in block.columns.chunks(of_block.len()) {
-                product.fill(0.0);
-                for (row, value) in of_block.clone().zip(column) {
-                    columns.for_each(row, |i, x| product[i] += value * x);
+                for products in &mut common {
+                    products.push(0.0);
                 }
-                for (i, left) in product.iter().enumerate() {
-                    for (sum, right) in sums[i * size..=i * size + i].iter_mut().zip(&product) {
-                        *sum -= left * right;
-                    }
+                let place = common.first().map_or(0, |products| products.len() - 1);
+                for (row, value) in of_block.clone().zip(column) {
+                    columns.for_each(row, |i, x| common[i][place] += value * x);
                 }
             }
         }
+        widest(
+            #[inline(always)]
+            || {
+                for (i, left) in common.iter().enumerate() {
+                    for (sum, right) in sums[i * size..=i * size + i].iter_mut().zip(&common) {
+                        *sum -= sums_side_by_side(left, right);
+                    }
+                }
+            },
+        );
     }
 
     /// The part of K where rows remember those before them.
@@ -111,24 +121,40 @@ impl Precision {
         &self,
         block: &LowRankBlock,
         (of_block, columns): (&Range<usize>, &SparseRows<'_>),
-        unit: &mut Vec<f64>,
         sums: &mut [f64],
     ) {
         let size = columns.count();
         let weights = &self.weights[block.rows.clone()];
-        for place in 0..of_block.len() {
-            unit.clear();
-            unit.resize(of_block.len(), 0.0);
-            unit[place] = weights[place];
-            self.serial.innovations(&block.rows, unit);
-            self.serial.innovations_transposed(&block.rows, unit);
-            columns.for_each(of_block.start + place, |i, left| {
-                for (row, (value, weight)) in of_block.clone().zip(unit.iter().zip(weights)) {
-                    let left = left * value * weight;
-                    columns.for_each(row, |j, right| sums[i * size + j] += left * right);
+        let white = |column: &&[f64]| {
+            let weighted = column[of_block.clone()].iter().zip(weights);
+            let mut white: Vec<f64> = weighted.map(|(value, weight)| value * weight).collect();
+            self.serial.innovations(&block.rows, &mut white);
+            white
+        };
+        let further: Vec<Vec<f64>> = columns.further.iter().map(white).collect();
+        for (i, left) in (columns.one_columns..).zip(&further) {
+            for (j, right) in (columns.one_columns..=i).zip(&further) {
+                sums[i * size + j] += left.iter().zip(right).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+        let Some(ones) = columns.ones.get(of_block.clone()) else {
+            return;
+        };
+        self.serial
+            .for_each_row(&block.rows, |row, first, entries| {
+                for (place, entry) in (first..).zip(entries) {
+                    let (one, left) = (ones[place], entry * weights[place]);
+                    for (i, white) in (columns.one_columns..).zip(&further) {
+                        sums[i * size + one] += white[row] * left;
+                    }
+                    for (before, entry) in (first..place).zip(entries) {
+                        let (i, j) = (one.max(ones[before]), one.min(ones[before]));
+                        let both = left * entry * weights[before];
+                        sums[i * size + j] += if i == j { 2.0 * both } else { both };
+                    }
+                    sums[one * size + one] += left * left;
                 }
             });
-        }
     }
 }
 

@@ -15,6 +15,9 @@ pub struct RowMemory {
     pub share: f64,
 }
 
+/// Share of a row that no later row is the richer for (1): far below rounding. Numerics.
+const FORGOTTEN: f64 = 1e-20;
+
 /// A lower triangular F with Fᵀ F = R⁻¹, for rows of standard deviation one with the correlations R; the identity without rows.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct SerialFilter {
@@ -72,6 +75,34 @@ impl SerialFilter {
             expected *= step.correlation;
             *value = step.direct * *value - step.expected * expected;
             expected += step.gain * *value;
+        }
+    }
+
+    /// F itself, row by row: calls `action` with each row of a range, the first column that it is not zero in, and its entries from there up to the
+    /// diagonal.
+    pub(super) fn for_each_row(
+        &self,
+        range: &Range<usize>,
+        mut action: impl FnMut(usize, usize, &[f64]),
+    ) {
+        // What each column lets expect, and the entries of the row.
+        let (mut expected, mut entries) = (Vec::new(), Vec::new());
+        let mut first = 0;
+        for (row, step) in self.steps_of(range).enumerate() {
+            expected.push(0.0);
+            entries.clear();
+            for (column, expected) in (first..).zip(&mut expected) {
+                *expected *= step.correlation;
+                let seen = if column == row { step.direct } else { 0.0 };
+                let entry = seen - step.expected * *expected;
+                *expected += step.gain * entry;
+                entries.push(entry);
+            }
+            action(row, first, &entries);
+            let is_forgotten = |expected: &&f64| expected.abs() < FORGOTTEN;
+            let forgotten = expected.iter().take_while(is_forgotten).count();
+            expected.drain(..forgotten);
+            first += forgotten;
         }
     }
 

@@ -19,8 +19,14 @@ fn wave(seed: u64, number: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A covariance as the search has it, and dense; of even seeds rows remember the row before them.
+/// A covariance as the search has it, and dense.
 fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
+    let (variances, memory, blocks, dense) = parts_of_covariance(seed);
+    (Covariance::with_memory(&variances, &memory, blocks), dense)
+}
+
+/// Variances, memory and blocks of a covariance, and the whole of it, dense; of even seeds rows remember the row before them.
+fn parts_of_covariance(seed: u64) -> (Vec<f64>, Vec<RowMemory>, Vec<LowRankBlock>, DMatrix<f64>) {
     let variances: Vec<f64> = wave(seed, 40).iter().map(|x| 0.3 + x * x).collect();
     let memory: Vec<RowMemory> = if seed.is_multiple_of(2) {
         let memory = wave(seed, 43).into_iter().zip(wave(seed, 45)).enumerate();
@@ -68,7 +74,7 @@ fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
             }
         }
     }
-    (Covariance::with_memory(&variances, &memory, blocks), dense)
+    (variances, memory, blocks, dense)
 }
 
 /// The same problem for both engines: two columns, one of them with a prior.
@@ -212,6 +218,49 @@ fn a_covariance_with_memory_is_what_it_says() {
             assert!((product[row] - before[row]).abs() < 1e-9);
             assert!((there_and_back[row] - before[row]).abs() < 1e-9);
             assert!((own[row] - rest[row]).abs() < 1e-9, "{row}");
+        }
+    }
+}
+
+#[test]
+fn products_under_the_inverse_of_a_covariance_are_those_of_the_dense_one() {
+    // Steps whose rows come twice in a block, and further columns; the further columns alone.
+    let ones: Vec<usize> = (0..ROWS).map(|row| (row * 3) % 5).collect();
+    let further = [wave(4, 60), wave(4, 61)];
+    for (seed, steps) in [(2, 5), (3, 5), (4, 5), (2, 0), (3, 0)] {
+        let (variances, memory, blocks, dense) = parts_of_covariance(seed);
+        let precision = Precision::new(&variances, &memory, blocks);
+        let cholesky = dense.cholesky().unwrap();
+        let error = precision.log_determinant() - cholesky.ln_determinant();
+        assert!(error.abs() < 1e-9);
+        let rows = BLOCK..ROWS;
+        let of_rows = |column: &[f64]| column[rows.clone()].to_vec();
+        let ones = if steps == 0 { &[] } else { &ones[rows.clone()] };
+        let further: Vec<Vec<f64>> = further.iter().map(|column| of_rows(column)).collect();
+        let size = steps + further.len();
+        let x = DMatrix::from_fn(ROWS, size, |row, column| {
+            let Some(row) = row.checked_sub(rows.start) else {
+                return 0.0;
+            };
+            match column.checked_sub(steps) {
+                Some(place) => further[place][row],
+                None => f64::from(u8::from(ones[row] == column)),
+            }
+        });
+        let expected = x.tr_mul(&cholesky.solve(&x));
+        let further: Vec<&[f64]> = further.iter().map(Vec::as_slice).collect();
+        let columns = SparseRows {
+            ones,
+            one_columns: steps,
+            further: &further,
+        };
+        let mut sums = vec![0.0; size * size];
+        precision.add_products(&rows, &columns, &mut sums);
+        for i in 0..size {
+            for j in 0..=i {
+                let error = sums[i * size + j] - expected[(i, j)];
+                assert!(error.abs() < 1e-9, "seed {seed}, {steps} steps: {i}, {j}");
+            }
         }
     }
 }

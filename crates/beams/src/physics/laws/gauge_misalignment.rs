@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     figure: OVER_FORCE,
     words: LawWording {
-        phrase: |at, _| format!("a displacement gauge that leans {at}"),
+        phrase: |at, _| format!("a displacement gauge {at}"),
         heading: |place| format!("a leaning gauge, {place}"),
         explanation: "The stem of the displacement gauge leans, so that it reads a part of the displacement across its direction.",
     },

@@ -93,10 +93,10 @@ fn every_shape_and_every_typical_value_is_plausible() {
 }
 
 #[test]
-fn mistakes_have_normal_priors_and_physics_none() {
+fn mistakes_have_priors_and_physics_none() {
     use crate::physics::MistakePrior;
     let two_degrees = JOINT_OFFSET.log_prior(&[2.0 * 0.0175]);
-    assert!((two_degrees + 2.0).abs() < 1e-12, "{two_degrees}");
+    assert!((two_degrees + 5_f64.ln()).abs() < 1e-12, "{two_degrees}");
     // Twice the section is as likely as half of it.
     let factor = |share: f64| SECTION_ERROR.log_prior(&[share]);
     assert!((factor(1.0) - factor(-0.5)).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! The measurement that confirms or refutes what one finding says alone.
+//! The measurement that confirms or refutes what a diagnosis says: one finding alone, that nothing is missing, or nothing yet.
 
 use crate::mismatch::diagnosis::Finding;
 use crate::mismatch::error::MismatchError;
@@ -7,10 +7,11 @@ use crate::search::constants::CAN_TELL;
 use stiffbench_beams::physics::{Effect, title};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::Branch;
 
 use super::bench::DesignBench;
-use super::next::coverages;
-use super::plans::{ProposedMeasurement, loadings};
+use super::next::{Coverage, coverages};
+use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
 
 /// What a finding is held against where nothing else explains the readings as well.
@@ -72,4 +73,60 @@ pub(super) fn confirmations(
         }
     }
     Ok(best.into_iter().flatten().collect())
+}
+
+/// What would show most of what a session could not: the way of loading that it lacks, else the poses that it did not measure.
+///
+/// # Arguments
+/// - `done`: the readings already made, in the order of the poses at hand.
+/// - `decided`: whether they were enough to decide; if not, the same poses with enough repeats come first.
+///
+/// # Errors
+/// [`MismatchError::UnknownPose`] if a measured pose is not among those at hand.
+pub(super) fn further(
+    bench: &DesignBench<'_>,
+    done: &Observations,
+    base: &Procedure,
+    decided: bool,
+) -> Result<Option<ProposedMeasurement>, MismatchError> {
+    let done = bench.in_order(done)?;
+    let all = loadings(base);
+    let named = |name: &str| all.iter().find(|loading| loading.procedure.name == name);
+    let coverages = coverages(bench, &done);
+    let [measured, others @ ..] = &coverages[..] else {
+        return Ok(None);
+    };
+    let unloaded = done
+        .readings
+        .iter()
+        .any(|one| one.branch == Branch::Unloading);
+    let new = others.iter().find(|other| {
+        other
+            .poses
+            .iter()
+            .all(|pose| !measured.poses.contains(pose))
+    });
+    let (coverage, loading): (&Coverage, Option<&LoadingPlan>) = match new {
+        _ if !decided => (measured, named("sweeps")),
+        _ if !unloaded => (measured, named("load-unload")),
+        Some(new) => (new, named("again")),
+        None => (measured, named("both-signs")),
+    };
+    let separates = if decided {
+        ["that nothing is missing", NOTHING]
+    } else {
+        ["missing physics", "the scatter of readings"]
+    };
+    Ok(loading.map(|loading| {
+        let (plan, procedure) = coverage.of(bench, loading);
+        ProposedMeasurement {
+            plan,
+            separates: separates.map(str::to_owned),
+            expected_log_lr: None,
+            log_lr_now: 0.0,
+            minutes: procedure.minutes(&bench.pace, coverage.poses.len()),
+            procedure: Some(procedure),
+            weight: 1.0,
+        }
+    }))
 }

@@ -11,7 +11,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::advice::advice;
 use super::bench::{DesignBench, Suspect};
-use super::confirm::confirmations;
+use super::confirm::{confirmations, further};
 use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
 use super::unexplained::refine_scores;
@@ -28,8 +28,9 @@ pub(super) struct OpenPair {
 /// Plans the next measurement after a diagnosis: one entry a pair, the most probable pair first.
 ///
 /// Where no load plan reaches an expected log-likelihood ratio of 3, the entry is the check without loads that does; where one reaches 3
-/// but not 5, both are given. Where nothing is open, it is the measurement that confirms or refutes each finding. One plan stands for several pairs if it is quicker than one for each. Before them, where structure is left
-/// that no law explains, stands the plan that shows more of it.
+/// but not 5, both are given. Where nothing is open, it is the measurement that confirms or refutes each finding; where nothing is missing
+/// or decided, what would show most of what these readings could not. One plan stands for several pairs if it is quicker than one for each.
+/// Before them, where structure is left that no law explains, stands the plan that shows more of it.
 ///
 /// # Arguments
 /// - `done`: the readings already made.
@@ -43,6 +44,15 @@ pub fn next_measurements(
     diagnosis: &Diagnosis,
     base: &Procedure,
 ) -> Result<Vec<ProposedMeasurement>, MismatchError> {
+    match diagnosis.verdict {
+        Verdict::NothingMissing => {
+            return Ok(further(bench, done, base, true)?.into_iter().collect());
+        }
+        Verdict::InsufficientData => {
+            return Ok(further(bench, done, base, false)?.into_iter().collect());
+        }
+        _ => {}
+    }
     let (fitted, pairs) = open_pairs(&diagnosis.findings);
     if pairs.is_empty() && diagnosis.verdict == Verdict::Explained {
         return confirmations(bench, done, &diagnosis.findings, base);

@@ -1,7 +1,7 @@
 //! Directions in which vectors lie within a block of rows, and noise along them.
 //!
 //! Before projection vectors of one group differ little within a block: there they span a few directions, whatever their number. Products
-//! of a block's noise with the directions of all groups are taken together, while that noise is in the fastest memory.
+//! of a block's noise with the directions of several groups are taken together, while that noise is in the fastest memory.
 
 use std::ops::Range;
 
@@ -19,14 +19,14 @@ pub(super) struct BlockBasis {
     columns: Option<Vec<Vec<f64>>>,
 }
 
-/// Directions of all groups.
+/// Directions of some groups.
 #[derive(Debug)]
 pub(super) struct Directions {
     blocks: Vec<BasisBlock>,
     count: usize,
 }
 
-/// Directions of all groups in one block.
+/// Directions of these groups in one block.
 #[derive(Debug)]
 struct BasisBlock {
     rows: Range<usize>,
@@ -124,6 +124,11 @@ impl Directions {
             blocks: blocks.iter().map(block).collect(),
             count: 0,
         }
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.count
     }
 
     /// Takes in the bases of vectors that live in some blocks.

@@ -17,7 +17,7 @@ use stiffbench_numeric::simd::sums_of_blocks;
 
 use super::block_basis::{BlockBasis, Directions, Source, left_out};
 use super::low_rank::LowRank;
-use crate::search::constants::{LONG, SAMPLES_TOGETHER, VECTORS_TOGETHER};
+use crate::search::constants::{DIRECTIONS_TOGETHER, LONG, SAMPLES_TOGETHER, VECTORS_TOGETHER};
 use crate::search::engine::{NullShape, NullShapes};
 use crate::search::vectors::{RowVector, dot};
 use crate::search::white_space::WhiteSpace;
@@ -29,6 +29,12 @@ pub(super) struct NullTable {
     families: usize,
     /// The basis of the baseline, column by column.
     absorbed: Vec<f32>,
+    groups: Vec<GroupsTogether>,
+}
+
+/// Groups whose directions are taken together.
+#[derive(Debug)]
+struct GroupsTogether {
     directions: Directions,
     parts: Vec<(Source, Vec<SamplePart>)>,
 }
@@ -96,19 +102,26 @@ impl NullTable {
             .with_max_len(1)
             .map(|shapes| VectorGroup::of(space, blocks, shapes()))
             .collect();
-        let mut directions = Directions::new(blocks);
-        let parts = groups
-            .into_iter()
-            .flatten()
-            .map(|group| (directions.take_in(&group.bases), group.parts))
-            .collect();
+        let mut together: Vec<GroupsTogether> = Vec::new();
+        for group in groups.into_iter().flatten() {
+            let is_full = |one: &GroupsTogether| one.directions.count() >= DIRECTIONS_TOGETHER;
+            if together.last().is_none_or(is_full) {
+                together.push(GroupsTogether {
+                    directions: Directions::new(blocks),
+                    parts: Vec::new(),
+                });
+            }
+            if let Some(last) = together.last_mut() {
+                let source = last.directions.take_in(&group.bases);
+                last.parts.push((source, group.parts));
+            }
+        }
         let absorbed = space.basis().iter().flatten().map(|x| *x as f32).collect();
         Self {
             length: space.length,
             families,
             absorbed,
-            directions,
-            parts,
+            groups: together,
         }
     }
 
@@ -126,10 +139,12 @@ impl NullTable {
             }
         }
         let mut families = vec![[0.0_f32; SAMPLES_TOGETHER]; self.families];
-        self.directions.products(noise, &mut scratch.directions);
-        for (source, parts) in &self.parts {
-            for part in parts {
-                part.add_to(source, noise, scratch, &mut families);
+        for together in &self.groups {
+            together.directions.products(noise, &mut scratch.directions);
+            for (source, parts) in &together.parts {
+                for part in parts {
+                    part.add_to(source, noise, scratch, &mut families);
+                }
             }
         }
         BlockMaxima { families, squares }
