@@ -120,18 +120,7 @@ fn scored(recording: &Recording, texts: &[String], seed: u64) -> Result<Recordin
         };
         return Ok(score_pose_errors(recording, columns, poses, seed)?);
     };
-    let mut joined = String::new();
-    for text in texts {
-        let rows = if joined.is_empty() {
-            text.as_str()
-        } else {
-            text.split_once('\n').map_or("", |(_, rows)| rows)
-        };
-        joined.push_str(rows);
-        if !rows.ends_with('\n') {
-            joined.push('\n');
-        }
-    }
+    let joined = recording.table(texts)?;
     let table = read_specimen(&recording.name, joined.as_bytes(), options)?;
     Ok(score_recording(recording, &table, seed)?)
 }

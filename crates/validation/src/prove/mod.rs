@@ -15,6 +15,7 @@ mod idealised;
 mod linear_model;
 mod pose_errors;
 mod power;
+mod recording_table;
 mod recordings;
 mod score;
 mod sealed;
@@ -39,6 +40,7 @@ pub use error::ProveError;
 pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
 pub use pose_errors::score_pose_errors;
 pub use power::{IdealPoint, PowerCase, PowerOptions, PowerPoint, power};
+pub use recording_table::{ChosenRows, ComputedColumn};
 pub use recordings::{
     ComparedFigure, Recording, RecordingFile, RecordingScore, Recordings, assess, score_recording,
 };

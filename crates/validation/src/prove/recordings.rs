@@ -15,6 +15,7 @@ use stiffbench_units_and_text::toml_text::read_types;
 
 use super::answer_text::diagnosis_words;
 use super::error::ProveError;
+use super::recording_table::{ChosenRows, ComputedColumn};
 
 const SCHEMA: &str = "stiffbench/recordings/1";
 
@@ -35,6 +36,12 @@ pub struct Recording {
     pub name: String,
     /// Its files, below the folder that holds recordings; tables with the same columns, read as one.
     pub files: Vec<RecordingFile>,
+    /// Name of a column that numbers the files from 1, if one is to be added.
+    pub file_column: Option<String>,
+    /// The rows that belong to it; `None` for all.
+    pub rows: Option<ChosenRows>,
+    /// A column to be computed.
+    pub computed: Option<ComputedColumn>,
     /// Where the measurements come from, and what was changed.
     pub source: String,
     /// Its licence.
@@ -45,10 +52,13 @@ pub struct Recording {
     pub runs: Option<usize>,
     /// The right verdict.
     pub verdict: String,
-    /// Verdicts that are right too.
+    /// Verdicts that are right too, and laws that may stand beside those of `physics`.
     pub also_right: Vec<String>,
-    /// Laws that may be named.
+    /// Laws one of which must lead the headline.
     pub physics: Vec<String>,
+    /// Laws that are right as members of a set that holds one of `physics`, and false alone.
+    #[serde(default)]
+    pub only_in_sets: Vec<String>,
     /// Laws that would be false names.
     pub not: Vec<String>,
     /// Why.
