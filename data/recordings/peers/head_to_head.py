@@ -299,7 +299,7 @@ def repeat_scatter(files):
         row = []
         for names in ([100, 101, 102], SMALL):
             place = np.linspace(0.0, 1.0, 400)
-            runs = [np.interp(place, np.linspace(0.0, 1.0, len(p)), p - p.mean()) for _, p in runs_of(data, names)]
+            runs = [np.interp(place, np.linspace(0.0, 1.0, len(p)), p) for _, p in runs_of(data, names)]
             row.append(np.sqrt(np.var(runs, axis=0, ddof=1).mean()))
         scatter.append(row)
     return np.median(scatter, axis=0)

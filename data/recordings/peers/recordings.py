@@ -91,36 +91,3 @@ def leading(said):
     if first["group"] is None:
         return [first["physics"]]
     return sorted({f["physics"] for f in findings if f["group"] == first["group"]})
-
-
-def judge(recording, said):
-    """How an answer counts; the rules stand in ../README.md."""
-    findings, verdict = said["findings"], said["verdict"]
-    names = {finding["physics"] for finding in findings}
-    physics, never = set(recording["physics"]), set(recording["not"])
-    beside = set(recording["also-right"]) - VERDICTS
-    only = set(recording.get("only-in-sets", []))
-    sets = {f["group"] for f in findings if f["group"] is not None and f["physics"] in physics}
-
-    def is_foreign(finding):
-        name = finding["physics"]
-        if name in never:
-            return True
-        if verdict == "unknown" or name in physics or name in beside:
-            return False
-        return not (name in only and finding["group"] in sets)
-
-    foreign = sorted({finding["physics"] for finding in findings if is_foreign(finding)})
-    expected = {recording["verdict"]} | (set(recording["also-right"]) & VERDICTS)
-    headline = verdict in ("explained", "ambiguous")
-    right = verdict in expected and not (names & never if not headline else False)
-    if headline:
-        right = right and said["grade"] in ("is", "mostly") and bool(names & physics)
-    lead = set(leading(said))
-    return {
-        "headline_right": right,
-        "leads": lead <= physics | only and bool(lead & physics) if headline else None,
-        "false_dominant": headline and bool(lead) and lead <= set(foreign),
-        "foreign": foreign,
-        "mute": verdict not in expected and (verdict != "unknown" or not findings) and not headline,
-    }
