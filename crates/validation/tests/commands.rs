@@ -76,6 +76,8 @@ fn recordings_are_read_from_the_folder_that_is_named() {
     let mut object = desk.run("recordings --from mine --json").succeeds().json();
     let data = object["data"].take();
     assert_eq!(data["recordings"][0]["is_right"], true, "{data}");
+    assert_eq!(data["recordings"][0]["outcome"], "right", "{data}");
+    assert_eq!(data["totals"]["headline_right"], 1, "{data}");
     assert_eq!(data["recordings"].as_array().unwrap().len(), 1);
     assert_eq!(data["absent"].as_array().unwrap().len(), 58);
     let warning = object["warnings"][0].as_str().unwrap();

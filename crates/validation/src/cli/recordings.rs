@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
 
@@ -13,7 +14,7 @@ use stiffbench::cli::progress::progress;
 use stiffbench::specimen::read_specimen;
 
 use crate::prove::{Recording, RecordingScore, Recordings, score_pose_errors, score_recording};
-use crate::report::{RecordingsReport, recordings_text};
+use crate::report::{RecordingTotals, RecordingsReport, recordings_text};
 
 use super::error::ValidationError;
 
@@ -49,7 +50,11 @@ pub(crate) fn run(args: &RecordingsArgs, global: &Global) -> Result<Outcome, Fai
     let (mut scores, mut absent, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
     for recording in asked {
         match texts(recording, &args.from, &mut warnings)? {
-            Some(texts) => scores.push(scored(recording, &texts, args.seed)?),
+            Some(texts) => {
+                let began = Instant::now();
+                let score = scored(recording, &texts, args.seed)?;
+                scores.push((score, began.elapsed().as_secs_f64()));
+            }
             None => absent.push(recording),
         }
         bar.inc(1);
@@ -67,10 +72,11 @@ pub(crate) fn run(args: &RecordingsArgs, global: &Global) -> Result<Outcome, Fai
             recording.name, recording.source
         );
     }
-    let wrong = scores.iter().any(|score| !score.is_right());
+    let wrong = scores.iter().any(|(score, _)| !score.is_right());
     let data = RecordingsReport {
         folder: args.from.clone(),
         seed: args.seed,
+        totals: RecordingTotals::new(&scores),
         recordings: scores.into_iter().map(Into::into).collect(),
         absent: absent
             .into_iter()

@@ -15,6 +15,7 @@ mod idealised;
 mod linear_model;
 mod pose_errors;
 mod power;
+mod recording_score;
 mod recording_table;
 mod recordings;
 mod score;
@@ -40,10 +41,11 @@ pub use error::ProveError;
 pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
 pub use pose_errors::score_pose_errors;
 pub use power::{IdealPoint, PowerCase, PowerOptions, PowerPoint, power};
-pub use recording_table::{ChosenRows, ComputedColumn};
-pub use recordings::{
-    ComparedFigure, Recording, RecordingFile, RecordingScore, Recordings, assess, score_recording,
+pub use recording_score::{
+    ComparedFigure, RecordingOutcome, RecordingScore, assess, score_recording,
 };
+pub use recording_table::{ChosenRows, ComputedColumn};
+pub use recordings::{Recording, RecordingFile, Recordings};
 pub use score::{
     APART, APART_SHARE, INSEPARABLE, NamedCause, Score, TruthScore, UNKNOWN_FROM, VerdictOutcome,
     score,

@@ -3,6 +3,7 @@
 //! The recording of the UR5 has no load, so that it is no session; the search is the same: rigid geometry is the baseline, each error of a
 //! joint a candidate.
 
+use stiffbench_diagnosis::mismatch::MisfitShares;
 use stiffbench_diagnosis::search::constants::NULL_SAMPLES;
 use stiffbench_diagnosis::search::{
     Covariance, CovarianceModel, CriticalValues, ForwardProblem, LeastSquares, LinearCandidate,
@@ -10,7 +11,8 @@ use stiffbench_diagnosis::search::{
 };
 
 use super::error::ProveError;
-use super::recordings::{ComparedFigure, Recording, RecordingScore};
+use super::recording_score::{ComparedFigure, RecordingOutcome, RecordingScore};
+use super::recordings::Recording;
 
 /// Level of the search.
 const LEVEL: f64 = 0.04;
@@ -189,6 +191,23 @@ fn independent_share(residuals: &[f64]) -> f64 {
     (1.0 - mean) / (1.0 + mean)
 }
 
+/// How the answer of a search counts.
+fn outcome(
+    verdict: &str,
+    is_expected: bool,
+    first: Option<&String>,
+    foreign: &[String],
+) -> RecordingOutcome {
+    match verdict {
+        "explained" if first.is_some_and(|name| foreign.contains(name)) => {
+            RecordingOutcome::FalseDominant
+        }
+        _ if is_expected && foreign.is_empty() => RecordingOutcome::Right,
+        "nothing-missing" => RecordingOutcome::Mute,
+        _ => RecordingOutcome::NotRight,
+    }
+}
+
 /// Tries joint compliance and errors periodic in the joint angles on the recorded pose errors.
 ///
 /// # Arguments
@@ -268,26 +287,28 @@ pub fn score_pose_errors(
         (false, true) => "nothing-missing",
         (false, false) => "explained",
     };
-    let mut expected = vec![recording.verdict.clone()];
-    expected.extend(recording.also_right.iter().cloned());
+    let expected = recording.right_verdicts();
+    let is_expected = expected.iter().any(|right| right == verdict);
+    let chosen = || search.chosen.iter().map(|(name, _)| name);
+    let is_false = |name: &&String| {
+        recording
+            .not
+            .iter()
+            .any(|not| name.starts_with(not.as_str()))
+    };
+    let foreign: Vec<String> = chosen().filter(is_false).cloned().collect();
     Ok(RecordingScore {
         name: recording.name.clone(),
         readings: poses.error_mm.len(),
-        verdict_is_right: expected.iter().any(|right| right == verdict),
         expected,
+        physics: recording.physics.clone(),
         verdict: verdict.to_owned(),
+        grade: None,
+        leading: chosen().take(1).cloned().collect(),
+        shares: MisfitShares::default(),
         words: words(verdict, &search, left),
-        false_names: search
-            .chosen
-            .iter()
-            .filter(|(name, _)| {
-                recording
-                    .not
-                    .iter()
-                    .any(|not| name.starts_with(not.as_str()))
-            })
-            .map(|(name, _)| name.clone())
-            .collect(),
+        outcome: outcome(verdict, is_expected, chosen().next(), &foreign),
+        foreign,
         why: recording.why.clone(),
         figures: ours
             .into_iter()

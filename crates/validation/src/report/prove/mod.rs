@@ -12,7 +12,9 @@ pub use calibration::{CalibrationReport, calibration_text};
 pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport, concealed_text};
 pub use idealised::{ErrorsOfPlan, IdealisedErrors, idealised_text};
 pub use power::{PowerReport, power_figure, power_text};
-pub use recordings::{RecordingVerdict, RecordingsReport, recordings_text};
+pub use recordings::{
+    RecordingTotals, RecordingVerdict, RecordingsReport, TimedScore, recordings_text,
+};
 pub use twelve_values::twelve_values_text;
 pub use verdicts::BlindVerdicts;
 

@@ -6,34 +6,71 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::prove::{ComparedFigure, RecordingScore};
+use crate::prove::{ComparedFigure, RecordingOutcome, RecordingScore};
 use stiffbench::report::{AlignedTable, significant};
+use stiffbench_diagnosis::mismatch::{MisfitShares, VerdictGrade};
+
+/// A recording's score and the seconds that it took.
+pub type TimedScore = (RecordingScore, f64);
 
 /// Verdicts beside known answers, and known figures beside ours.
 #[must_use]
-pub fn recordings_text(scores: &[RecordingScore]) -> String {
-    let right = scores.iter().filter(|score| score.is_right()).count();
+pub fn recordings_text(scores: &[TimedScore]) -> String {
+    let counted = RecordingTotals::new(scores);
     let mut text = format!(
-        "Recordings by others: {right} of {} verdicts as known\n\n",
-        scores.len()
+        "Recordings by others: of {}\n  headline right {}, led by the dominant physics {}\n  false name as dominant {}, any foreign name {}, nothing said {}\n\n",
+        counted.recordings,
+        counted.headline_right,
+        counted.led,
+        counted.false_dominant,
+        counted.with_foreign_names,
+        counted.mute,
     );
-    let mut table =
-        AlignedTable::new(&["recording", "readings", "right", "said", "false names", ""]);
-    for score in scores {
+    let mut table = AlignedTable::new(&[
+        "recording",
+        "readings",
+        "right",
+        "said",
+        "grade",
+        "leading",
+        "share",
+        "unseen",
+        "foreign names",
+        "s",
+        "",
+    ]);
+    let share = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+    for (score, seconds) in scores {
+        let mut right = score.expected.join(" or ");
+        if !score.physics.is_empty() {
+            let _ = write!(right, ": {}", score.physics.join(", "));
+        }
         table.row([
             score.name.clone(),
             score.readings.to_string(),
-            score.expected.join(" or "),
+            right,
             score.verdict.clone(),
-            score.false_names.join(", "),
-            if score.is_right() { "yes" } else { "NO" }.to_owned(),
+            grade_word(score.grade),
+            score.leading.join(" or "),
+            share(score.shares.share_of_misfit),
+            share(score.shares.share_unseen),
+            score.foreign.join(", "),
+            format!("{seconds:.1}"),
+            match score.outcome {
+                RecordingOutcome::Right => "yes",
+                RecordingOutcome::RightBehind => "behind",
+                RecordingOutcome::FalseDominant => "FALSE",
+                RecordingOutcome::Mute => "mute",
+                RecordingOutcome::NotRight => "NO",
+            }
+            .to_owned(),
         ]);
     }
     text.push_str(&table.text());
     text.push('\n');
     let mut figures = AlignedTable::new(&["recording", "figure", "known", "ours"]);
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| significant(v, 4));
-    for score in scores {
+    for (score, _) in scores {
         for figure in &score.figures {
             figures.row([
                 score.name.clone(),
@@ -45,7 +82,7 @@ pub fn recordings_text(scores: &[RecordingScore]) -> String {
     }
     text.push_str(&figures.text());
     text.push('\n');
-    for score in scores {
+    for (score, _) in scores {
         let _ = writeln!(
             text,
             "- {}: {}\n    known: {}",
@@ -56,6 +93,13 @@ pub fn recordings_text(scores: &[RecordingScore]) -> String {
     text
 }
 
+/// A grade as files name it.
+fn grade_word(grade: Option<VerdictGrade>) -> String {
+    let word = serde_json::to_value(grade).ok();
+    let word = word.as_ref().and_then(serde_json::Value::as_str);
+    word.unwrap_or("-").to_owned()
+}
+
 /// Recordings and what was said of them, for programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RecordingsReport {
@@ -63,10 +107,47 @@ pub struct RecordingsReport {
     pub folder: PathBuf,
     /// Seed of everything random.
     pub seed: u64,
+    /// Counts over those that are there.
+    pub totals: RecordingTotals,
     /// Those that are there.
     pub recordings: Vec<RecordingVerdict>,
     /// Names of those that are not.
     pub absent: Vec<String>,
+}
+
+/// How many recordings count as what; the rules stand in `data/recordings/README.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct RecordingTotals {
+    /// Recordings.
+    pub recordings: usize,
+    /// The verdict is right, and a headline holds the dominant physics.
+    pub headline_right: usize,
+    /// Of these, those that the dominant physics leads, or that have no headline.
+    pub led: usize,
+    /// A foreign name leads.
+    pub false_dominant: usize,
+    /// A foreign name stands anywhere.
+    pub with_foreign_names: usize,
+    /// Nothing was said where something is right.
+    pub mute: usize,
+}
+
+impl RecordingTotals {
+    /// Counts scores.
+    #[must_use]
+    pub fn new(scores: &[TimedScore]) -> Self {
+        let count = |test: &dyn Fn(&RecordingScore) -> bool| {
+            scores.iter().filter(|(score, _)| test(score)).count()
+        };
+        Self {
+            recordings: scores.len(),
+            headline_right: count(&|s| s.outcome.is_headline_right()),
+            led: count(&|s| s.outcome == RecordingOutcome::Right),
+            false_dominant: count(&|s| s.outcome == RecordingOutcome::FalseDominant),
+            with_foreign_names: count(&|s| !s.foreign.is_empty()),
+            mute: count(&|s| s.outcome == RecordingOutcome::Mute),
+        }
+    }
 }
 
 /// A recording and what was said of it.
@@ -82,26 +163,45 @@ pub struct RecordingVerdict {
     /// The verdict.
     #[serde(rename = "said")]
     pub verdict: String,
+    /// Laws one of which must lead.
+    pub physics: Vec<String>,
+    /// How far the verdict may be relied on; `null` without a graded diagnosis.
+    pub grade: Option<VerdictGrade>,
+    /// The leading finding, or the members of its set.
+    pub leading: Vec<String>,
+    /// Shares of the misfit that all findings explain together.
+    #[serde(flatten)]
+    pub shares: MisfitShares,
     /// The same in words.
     pub words: String,
-    /// Laws that were named and would be false names.
+    /// Laws that were named and are foreign.
     pub false_names: Vec<String>,
+    /// How it counts.
+    pub outcome: RecordingOutcome,
+    /// Seconds that the diagnosis took.
+    pub seconds: f64,
     /// Whether all is right.
     pub is_right: bool,
     /// Known figures beside ours.
     pub figures: Vec<ComparedFigure>,
 }
 
-impl From<RecordingScore> for RecordingVerdict {
-    fn from(score: RecordingScore) -> Self {
+impl From<TimedScore> for RecordingVerdict {
+    fn from((score, seconds): TimedScore) -> Self {
         Self {
             is_right: score.is_right(),
             recording: score.name,
             readings: score.readings,
             expected: score.expected,
             verdict: score.verdict,
+            physics: score.physics,
+            grade: score.grade,
+            leading: score.leading,
+            shares: score.shares,
             words: score.words,
-            false_names: score.false_names,
+            outcome: score.outcome,
+            false_names: score.foreign,
+            seconds,
             figures: score.figures,
         }
     }
