@@ -412,13 +412,12 @@ def figure(result, path):
         for value, colour in zip(result["repeat_scatter"], ("#1f4e79", "#c55a11")):
             axis.axvline(value, color=colour, linestyle=":", linewidth=1)
         axis.set_xscale("log")
-        axis.set_xlabel("root mean square of the error, mrad (median of the files)")
         axis.set_title({"A": "trained at 40 N m", "B": "trained at 40 and 4 N m"}[split])
         axis.grid(axis="x", which="both", alpha=0.3)
     axes[0].set_yticks(range(len(rows)), [row["program"] for row in reversed(rows)])
     axes[0].legend(loc="lower right", frameon=False)
-    chart.text(0.01, 0.01, "dotted: scatter from repeat to repeat", fontsize=8)
-    chart.tight_layout(rect=(0, 0.02, 1, 1))
+    chart.supxlabel("root mean square of the error in mrad, median of the files; dotted: scatter from repeat to repeat", fontsize=9)
+    chart.tight_layout()
     chart.savefig(path, metadata={"Date": None})
 
 

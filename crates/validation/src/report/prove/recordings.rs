@@ -41,14 +41,10 @@ pub fn recordings_text(scores: &[TimedScore]) -> String {
     ]);
     let share = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
     for (score, seconds) in scores {
-        let mut right = score.expected.join(" or ");
-        if !score.physics.is_empty() {
-            let _ = write!(right, ": {}", score.physics.join(", "));
-        }
         table.row([
             score.name.clone(),
             score.readings.to_string(),
-            right,
+            score.expected.join(" or "),
             score.verdict.clone(),
             grade_word(score.grade),
             score.leading.join(" or "),
@@ -83,10 +79,15 @@ pub fn recordings_text(scores: &[TimedScore]) -> String {
     text.push_str(&figures.text());
     text.push('\n');
     for (score, _) in scores {
+        let physics = if score.physics.is_empty() {
+            String::new()
+        } else {
+            format!("{}. ", score.physics.join(" or "))
+        };
         let _ = writeln!(
             text,
-            "- {}: {}\n    known: {}",
-            score.name, score.words, score.why
+            "- {}: {}\n    known: {}{}",
+            score.name, score.words, physics, score.why
         );
     }
     text.push('\n');
