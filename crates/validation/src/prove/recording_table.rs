@@ -100,13 +100,14 @@ impl Recording {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prove::recordings::Recordings;
 
     fn recording(keys: &str) -> Recording {
         let known = format!(
             "schema = \"stiffbench/recordings/1\"\n[[recording]]\nname = \"r\"\nfiles = []\nsource = \"\"\nlicence = \"\"\n\
              verdict = \"unknown\"\nalso-right = []\nphysics = []\nnot = []\nwhy = \"\"\n{keys}\n[recording.figures]\n"
         );
-        let mut list = super::super::recordings::Recordings::parse("r.toml", &known).unwrap();
+        let mut list = Recordings::parse("r.toml", &known).unwrap();
         list.recording.remove(0)
     }
 
