@@ -66,6 +66,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
         direction: None,
         period_s: None,
         p_family: 0.5,
+        p_at_floor: false,
         size_m: 0.0,
     };
     BlindVerdict {

@@ -197,12 +197,14 @@ fn strata(report: &DiagnosisReport) -> String {
         } else {
             "known".to_owned()
         };
+        // The draws for a coarse gauge can show no less.
+        let less = if test.p_at_floor { "<" } else { "" };
         rows.row([
             test.contrast.to_string(),
             test.stratum.to_string(),
             significant(test.statistic, 3),
             format!("{above:.0}, {below}"),
-            significant(test.p_family, 2),
+            format!("{less}{}", significant(test.p_family, 2)),
             format!("{:.0} %", 100.0 * test.share),
             um(test.size_m),
             test.spots.first().map_or_else(|| "-".to_owned(), spot),

@@ -386,10 +386,11 @@ fn where_(report: &DiagnosisReport) -> String {
         _ => "Where the model without it fails",
     });
     let line = |one: &Location| {
+        let least = if one.p_at_floor { one.p_family } else { 0.0 };
         format!(
             "{}; noise alone would do as much somewhere {}.",
             capital(&location(one)),
-            one_in(one.p_family, 0.0)
+            one_in(one.p_family, least)
         )
     };
     for one in locations.iter().take(PATTERNS) {

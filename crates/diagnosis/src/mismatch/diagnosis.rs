@@ -111,6 +111,9 @@ pub struct Location {
     /// Chance that noise alone shows as much anywhere.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
+    /// Whether that is the smallest chance that the draws for a coarse gauge can show.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub p_at_floor: bool,
     /// Period of a swing of the clock, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_s: Option<f64>,

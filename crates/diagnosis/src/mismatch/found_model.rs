@@ -125,6 +125,7 @@ mod tests {
                 direction: None,
                 period_s: None,
                 p_family: 0.5,
+                p_at_floor: false,
                 size_m: 0.0,
             },
             unexplained_standard_errors: 0.0,

@@ -5,7 +5,6 @@ use serde::Serialize;
 
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
-use super::rounded::RoundedNoise;
 use super::search::UnexplainedStructure;
 use super::state::State;
 use super::strata::{Contrast, holm};
@@ -46,9 +45,6 @@ pub enum OmnibusTest {
 
 impl DiagnosisProblem<'_> {
     /// Tests what a state leaves. The largest pattern and the sums share the level by halves, the sums theirs by Holm's step-down.
-    ///
-    /// Readings of a coarse gauge repeat their rounding, which the scatter between repeats does not show: there the pattern alone, whose
-    /// critical value is drawn with the rounding.
     pub(super) fn omnibus(
         &self,
         state: &State,
@@ -62,19 +58,17 @@ impl DiagnosisProblem<'_> {
             p: left.p,
             contrast: OmnibusTest::Pattern(stratum),
         };
-        if RoundedNoise::new(self.observations, &state.whitening, Vec::new()).is_none() {
-            let mut tests = self.stratum_tests(state)?;
-            tests.retain(|test| CONTRASTS.contains(&test.contrast));
-            let family = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
-            let both = tests.iter().zip(family);
-            if let Some((test, p)) = both.min_by(|a, b| a.1.total_cmp(&b.1))
-                && p < omnibus.p
-            {
-                omnibus = Omnibus {
-                    p,
-                    contrast: OmnibusTest::Sum(test.contrast),
-                };
-            }
+        let mut tests = self.stratum_tests(state)?;
+        tests.retain(|test| CONTRASTS.contains(&test.contrast));
+        let family = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
+        let both = tests.iter().zip(family);
+        if let Some((test, p)) = both.min_by(|a, b| a.1.total_cmp(&b.1))
+            && p < omnibus.p
+        {
+            omnibus = Omnibus {
+                p,
+                contrast: OmnibusTest::Sum(test.contrast),
+            };
         }
         omnibus.p = (2.0 * omnibus.p).min(1.0);
         Ok(omnibus)

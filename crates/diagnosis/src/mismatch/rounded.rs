@@ -1,13 +1,21 @@
 //! Noise as a coarse gauge shows it: where its step is what scatters, errors are not drawn anew with every reading but follow where the
 //! gauge stands, and come back in every repeat.
 
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
+use super::error::MismatchError;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
+use super::problem::DiagnosisProblem;
+use super::state::State;
 use crate::search::DrawResiduals;
-use crate::search::constants::{COARSE, FINEST};
+use crate::search::constants::{COARSE, COUNTED, FINEST, NULL_SAMPLES, SAMPLES_TOGETHER};
+
+/// The smallest chance that [`RoundedNoise::chances`] can show (1).
+pub(super) const LEAST_COUNTED: f64 = 1.0 / (NULL_SAMPLES as f64 + 1.0);
 
 /// Noise of a coarse gauge at the places where it stood.
 #[derive(Debug)]
@@ -41,6 +49,18 @@ impl<'a> RoundedNoise<'a> {
     }
 }
 
+impl DiagnosisProblem<'_> {
+    /// The noise of a state about its model; `None` if the step of the gauge is not what scatters.
+    pub(super) fn rounded<'s>(
+        &'s self,
+        state: &'s State,
+    ) -> Result<Option<RoundedNoise<'s>>, MismatchError> {
+        let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
+        let whitening = &state.whitening;
+        Ok(RoundedNoise::new(self.observations, whitening, predicted))
+    }
+}
+
 impl RoundedNoise<'_> {
     /// Errors of all readings, m.
     pub(super) fn errors_m(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
@@ -70,6 +90,57 @@ impl RoundedNoise<'_> {
     }
 }
 
+impl RoundedNoise<'_> {
+    /// For each of several tests how often drawn and rounded readings show at most the chance that it states: [`NULL_SAMPLES`] draws, fewer
+    /// where each test was reached [`COUNTED`] times before (Besag & Clifford, Biometrika 78 (1991) 301).
+    ///
+    /// # Arguments
+    /// - `stated`: chance that each test states of the readings.
+    /// - `tests`: the same of white errors.
+    pub(super) fn chances(
+        &self,
+        stated: &[f64],
+        tests: impl Fn(&[f64]) -> Vec<f64> + Sync,
+    ) -> Vec<f64> {
+        let mut as_rare = vec![0_usize; stated.len()];
+        let mut count = 0;
+        while count < NULL_SAMPLES && as_rare.iter().any(|rare| *rare < COUNTED) {
+            for drawn in self.samples(count, &tests) {
+                let each = as_rare.iter_mut().zip(stated).zip(drawn);
+                for ((rare, stated), drawn) in each {
+                    *rare += usize::from(drawn <= *stated);
+                }
+            }
+            count += SAMPLES_TOGETHER;
+        }
+        let chance = |rare: usize| (rare + 1) as f64 / (count + 1) as f64;
+        as_rare.into_iter().map(chance).collect()
+    }
+
+    /// How large drawn and rounded readings make something on average that white noise makes 1: root mean square, not below 1.
+    ///
+    /// # Arguments
+    /// - `square`: of white errors.
+    pub(super) fn standard_error(&self, square: impl Fn(&[f64]) -> f64 + Sync) -> f64 {
+        let firsts = (0..COUNTED).map(|block| block * SAMPLES_TOGETHER);
+        let sum: f64 = firsts.flat_map(|first| self.samples(first, &square)).sum();
+        let count = (COUNTED * SAMPLES_TOGETHER) as f64;
+        (sum / count).max(1.0).sqrt()
+    }
+
+    /// Some statistic of [`SAMPLES_TOGETHER`] draws, each from a stream of its own.
+    fn samples<T: Send>(&self, first: usize, of: impl Fn(&[f64]) -> T + Sync) -> Vec<T> {
+        let draws = (first..first + SAMPLES_TOGETHER).into_par_iter();
+        draws
+            .map(|number| {
+                let mut rng = ChaCha8Rng::seed_from_u64(0);
+                rng.set_stream(number as u64);
+                of(&self.draw(&mut rng))
+            })
+            .collect()
+    }
+}
+
 impl DrawResiduals for RoundedNoise<'_> {
     fn draw(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let mut white = self.errors_m(rng);
@@ -84,8 +155,10 @@ mod tests {
 
     use super::*;
     use crate::mismatch::changes::tests::observations;
-    use crate::mismatch::{GaugeSteps, ReadingNoise};
-    use crate::search::constants::SAMPLES_TOGETHER;
+    use crate::mismatch::strata::tests::{UP_AND_DOWN, baseline, cells, robot};
+    use crate::mismatch::{
+        Contrast, GaugeSteps, Located, ReadingNoise, SearchOptions, StratumTest, locate,
+    };
     use crate::search::put_drawn;
     use stiffbench_numeric::statistics::normal_upper_tail;
 
@@ -198,5 +271,92 @@ mod tests {
                     .all(|white| (f64::from(*white) - error).abs() < 1e-3)
             );
         }
+    }
+
+    #[test]
+    fn chances_are_counted_among_draws() {
+        let observations = with_step(STEP_M);
+        let whitening = whitening(&observations);
+        // 3 um everywhere: the gauge reads zero, but once in a hundred times with errors of 1 um (2 sd), where it reads 10 um.
+        let stood = vec![3e-6; observations.len()];
+        let rounded = RoundedNoise::new(&observations, &whitening, stood).unwrap();
+        // What every draw shows, what no draw shows, and what the first reading alone shows.
+        let seen = |white: &[f64]| vec![0.5, 0.2, if white[0] > 0.0 { 0.1 } else { 0.9 }];
+        let found = rounded.chances(&[0.5, 0.1, 0.1], seen);
+        assert_eq!(found[..2], [1.0, LEAST_COUNTED]);
+        let step_up = normal_upper_tail(2.0);
+        assert!((found[2] - step_up).abs() < 5.0 * (step_up / NULL_SAMPLES as f64).sqrt());
+        // Errors of -3 um, and of 7 um where it reads 10 um, in units of the noise as it is taken.
+        let squares = 9e-12 * (1.0 - step_up) + 49e-12 * step_up;
+        let expected = (squares / (1e-12 + STEP_M * STEP_M / 12.0)).sqrt();
+        let found = rounded.standard_error(|white| 2.0 * white[0] * white[0]);
+        assert!(
+            (found / (expected * 2_f64.sqrt()) - 1.0).abs() < 0.05,
+            "{found} {expected}"
+        );
+        assert_eq!(rounded.standard_error(|_| 0.01), 1.0);
+    }
+
+    /// A session with nothing missing, as a gauge reads it that is quiet beside its step; its factors are drawn.
+    fn located(seed: u64) -> Located {
+        const COARSE_M: f64 = 5e-5;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let robot = robot();
+        let baseline = baseline(&robot, "F");
+        let steps = GaugeSteps {
+            force_n: Some(0.1),
+            displacement_m: Some(COARSE_M),
+        };
+        let planned = cells(&["P1", "P2"], &UP_AND_DOWN, false);
+        let observations = Observations::planned(&planned, steps, None);
+        let problem = DiagnosisProblem::new(&baseline, &observations);
+        let mut model = problem.start();
+        for factor in &mut model.parameters {
+            *factor += 0.2 * normal();
+        }
+        let predicted = problem.predicted(&mut problem.predictor(), &model).unwrap();
+        let zeros: Vec<f64> = (0..observations.len()).map(|_| 2e-6 * normal()).collect();
+        let readings = observations.readings.iter().zip(&predicted);
+        let read = readings.map(|(reading, predicted)| {
+            let stood = predicted + zeros[reading.zero as usize] + 3e-6 * normal();
+            (stood / COARSE_M).round() * COARSE_M
+        });
+        let read = observations.with_displacements(read.collect());
+        locate(&baseline, &read, &SearchOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn on_a_coarse_gauge_chances_of_strata_are_nearly_uniform() {
+        const SESSIONS: u64 = 100;
+        let sessions: Vec<Located> = (0..SESSIONS).into_par_iter().map(located).collect();
+        let tests = || sessions.iter().flat_map(|session| &session.tests);
+        let counted = |test: &&StratumTest| test.contrast != Contrast::Outlier;
+        let mut contrasts: Vec<Contrast> = tests().filter(counted).map(|t| t.contrast).collect();
+        contrasts.sort_unstable();
+        contrasts.dedup();
+        assert_eq!(contrasts.len(), 9, "{contrasts:?}");
+        for contrast in contrasts {
+            let of = tests().filter(|test| test.contrast == contrast);
+            let mut p: Vec<f64> = of.map(|test| test.p).collect();
+            p.sort_by(f64::total_cmp);
+            let share = |place: usize| (place + 1) as f64 / SESSIONS as f64;
+            let early = p.iter().enumerate().map(|(place, p)| share(place) - p);
+            // Farther once in twenty thousand (Smirnov: exp(-2 n d²)), on one side: where a place decides the rounding, every draw repeats it.
+            let early = early.fold(0.0, f64::max);
+            assert!(early < 0.22, "{contrast}: {early}, {p:?}");
+            assert!(p[10] < 0.7, "{contrast}: {p:?}");
+        }
+        let small = tests().filter(|test| test.p <= 0.05).count();
+        let families = sessions.iter().filter(|session| {
+            let passes = |test: &StratumTest| test.p_family <= 0.05;
+            session.tests.iter().any(passes)
+        });
+        // Three standard deviations above 5 % of 900 and of 100, were all independent.
+        let families = families.count();
+        assert!(
+            (10..=65).contains(&small) && families <= 12,
+            "{small}, {families}"
+        );
     }
 }

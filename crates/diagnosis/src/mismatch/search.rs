@@ -14,7 +14,6 @@ use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
 use super::ranking::CandidateScores;
 use super::refit::Model;
-use super::rounded::RoundedNoise;
 use super::shares::AllShares;
 use super::state::State;
 use crate::search::WhiteSpace;
@@ -153,8 +152,7 @@ impl DiagnosisProblem<'_> {
     ) -> Result<LawCriticalValues, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
         let patterns = Patterns::new(self.observations, &compliance);
-        let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
-        let rounded = RoundedNoise::new(self.observations, &state.whitening, predicted);
+        let rounded = self.rounded(state)?;
         let null_vectors = rounded
             .as_ref()
             .map(|rounded| rounded as &dyn DrawResiduals);

@@ -86,7 +86,7 @@ impl DiagnosisProblem<'_> {
             locations: self.locations(found, critical),
             findings,
             unexplained: self.location_of(&found.left),
-            unexplained_standard_errors: found.left.delta_chi2.max(0.0).sqrt(),
+            unexplained_standard_errors: self.standard_errors_left(found)?,
             omnibus: found.omnibus,
             shares: found.shares.together,
             misfit_steps: found.shares.steps.clone(),
@@ -103,6 +103,23 @@ impl DiagnosisProblem<'_> {
             parameters: found.after.fitted.model.parameters.clone(),
             effects: found.after.fitted.model.effects.clone(),
         })
+    }
+
+    /// Length of the largest pattern that is left, in standard errors: those of drawn and rounded readings where the gauge is coarse.
+    fn standard_errors_left(&self, found: &SearchResult) -> Result<f64, MismatchError> {
+        let state = &found.after;
+        let length = found.left.delta_chi2.max(0.0).sqrt();
+        let (Some(rounded), Some(pattern)) = (self.rounded(state)?, &found.left.pattern) else {
+            return Ok(length);
+        };
+        let (space, _) = self.space(state)?;
+        let of_noise = rounded.standard_error(|white| {
+            let mut left = white.to_vec();
+            left.resize(space.length, 0.0);
+            space.project(&mut left);
+            pattern.delta_chi2(&left) / pattern.units.len() as f64
+        });
+        Ok(length / of_noise)
     }
 
     /// What must be there before anything can be decided.
@@ -368,6 +385,7 @@ impl DiagnosisProblem<'_> {
             direction: pattern.and_then(|p| p.group.direction),
             period_s: pattern.and_then(|p| p.period_s),
             p_family: left.p,
+            p_at_floor: false,
             size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
         }
     }

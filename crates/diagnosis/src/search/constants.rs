@@ -193,9 +193,6 @@ pub const SAME_JUMP: f64 = 3.0;
 /// null samples, 13 without (seed 701); 14 of 182 with them at seed 20261130.
 pub const COARSE: f64 = 0.5;
 
-/// Drawn and rounded readings with which the strata of a coarse gauge are compared (1): the smallest chance is then 0.25 %. Numerics.
-pub const ROUNDED_SAMPLES: usize = 400;
-
 /// A gauge that is finer in itself than this share of its step rounds every reading of a place alike (1). By hand (aed7720).
 pub const FINEST: f64 = 0.05;
 

@@ -73,6 +73,22 @@ impl LocalBasis {
         }
     }
 
+    /// For each cell the squares of a white vector along its columns up to each stage.
+    pub(super) fn squares_along(&self, white: &[f64]) -> Vec<Vec<f64>> {
+        let of_cell = |cell: &StratumBasis| {
+            let mut sum = 0.0;
+            let mut first = 0;
+            let up_to = cell.ends.iter().map(|&end| {
+                let columns = cell.columns[first..end].iter();
+                sum += columns.map(|unit| unit.dot(white).powi(2)).sum::<f64>();
+                first = end;
+                sum
+            });
+            up_to.collect()
+        };
+        self.cells.iter().map(of_cell).collect()
+    }
+
     fn rank(&self, stages: &[usize]) -> usize {
         let ranks = self.cells.iter().zip(stages);
         ranks.map(|(cell, &stage)| cell.ends[stage]).sum()
@@ -136,6 +152,16 @@ impl Fit {
             remove(&mut left, column);
         }
         left
+    }
+
+    /// Squares of a white vector within this space.
+    ///
+    /// # Arguments
+    /// - `local`: its squares along the local columns.
+    pub(super) fn squares_within(&self, local: &[Vec<f64>], white: &[f64]) -> f64 {
+        let local = local.iter().zip(&self.stages);
+        let extra = self.extra.iter().map(|unit| dot(unit, white).powi(2));
+        local.map(|(cell, &stage)| cell[stage]).chain(extra).sum()
     }
 
     /// For each reading, the share of its own error that this space leaves: the diagonal of I - P.

@@ -154,6 +154,37 @@ impl<'a> Decomposition<'a> {
         (squares(&left) - squares(&right), dof as f64)
     }
 
+    /// What each comparison explains of a white vector over what it is compared with, with both degrees of freedom, and [`ErrorTerm::Pure`]:
+    /// by products alone, for many vectors.
+    pub(super) fn ratios(&self, white: &[f64]) -> (Vec<[f64; 3]>, (f64, f64)) {
+        let local = self.bases.each_ref().map(|b| b.squares_along(white));
+        let within = |basis: usize, fit: &Fit| fit.squares_within(&local[basis], white);
+        let whole = squares(white);
+        // Below this they are nothing but rounding.
+        let least = (f64::EPSILON * white.len() as f64 * whole).max(f64::MIN_POSITIVE);
+        let runs = |basis: usize, [without, with]: &[Fit; 2]| {
+            let squares = within(WITHIN, with) - within(basis, without);
+            (squares.max(least), (with.rank - without.rank) as f64)
+        };
+        let pure = (
+            (whole - within(WITHIN, &self.pure)).max(least),
+            (white.len() - self.pure.rank) as f64,
+        );
+        let run_slope = runs(BETWEEN, &self.run_slope);
+        let run_zero = runs(OFFSETS, &self.run_zero);
+        let ratio = |one: &FitContrast| {
+            let explained = within(one.basis, &one.with) - within(one.basis, &one.without);
+            let d1 = (one.with.rank - one.without.rank) as f64;
+            let (error, d2) = match one.error {
+                ErrorTerm::RunSlope => run_slope,
+                ErrorTerm::RunZero => run_zero,
+                ErrorTerm::Pure => pure,
+            };
+            [(explained / d1) / (error / d2), d1, d2]
+        };
+        (self.comparisons.iter().map(ratio).collect(), pure)
+    }
+
     /// What a contrast explains of a white vector, and its degrees of freedom.
     pub(super) fn pattern(&self, comparison: &FitContrast, white: &[f64]) -> (Vec<f64>, f64) {
         self.between_fits(

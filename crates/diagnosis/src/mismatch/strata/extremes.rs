@@ -39,6 +39,7 @@ impl Decomposition<'_> {
             dof: [dof, d2],
             p: (2.0 * more.min(1.0 - more)).min(1.0),
             p_family: 1.0,
+            p_at_floor: false,
             size_m: known.noise.reading_sd_m * (statistic.sqrt() - 1.0).abs(),
             share: 0.0,
             spots: Vec::new(),
@@ -82,6 +83,7 @@ impl Decomposition<'_> {
             dof: [1.0, dof - 1.0],
             p,
             p_family: 1.0,
+            p_at_floor: false,
             size_m,
             share: 0.0,
             spots: vec![Spot {
@@ -128,8 +130,14 @@ impl Decomposition<'_> {
     }
 
     /// The largest period, at most as likely as the number of periods times its tail.
-    pub(super) fn period(&self, white: &[f64], periods: &[Period]) -> Option<StratumTest> {
-        let (error, dof) = self.error(ErrorTerm::Pure, white);
+    ///
+    /// # Arguments
+    /// - `error`, `dof`: weighted squares and degrees of freedom of [`ErrorTerm::Pure`].
+    pub(super) fn period(
+        white: &[f64],
+        (error, dof): (f64, f64),
+        periods: &[Period],
+    ) -> Option<StratumTest> {
         let along = |columns: &[Vec<f64>]| -> f64 {
             columns.iter().map(|unit| dot(unit, white).powi(2)).sum()
         };
@@ -162,6 +170,7 @@ impl Decomposition<'_> {
             dof,
             p: (count * p).min(1.0),
             p_family: 1.0,
+            p_at_floor: false,
             size_m,
             share: 0.0,
             spots: Vec::new(),

@@ -16,9 +16,9 @@
 //!
 //! Everything is computed on white readings with the derivatives to the model's parameters taken out. The contrasts are orthogonal to
 //! what they are tested against, so with normal noise each ratio is exactly F, whatever the size of the noise; within runs also whatever
-//! the scatter of zeros and slopes, which are taken out whole. Errors of a coarse gauge come back in every repeat: its ratios are compared with
-//! those of drawn and rounded readings. The family is all tests together, by Holm's step-down (Scand. J. Statist. 6
-//! (1979) 65), which needs no independence.
+//! the scatter of zeros and slopes, which are taken out whole. Errors of a coarse gauge come back in every repeat: there the chances of the
+//! ratios and of the periods are counted among drawn and rounded readings. The family is all tests together, by Holm's step-down (Scand. J.
+//! Statist. 6 (1979) 65), which needs no independence.
 
 mod bases;
 mod columns;
@@ -32,14 +32,13 @@ mod results;
 mod tails;
 mod testing;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::baseline::{Baseline, prior_sd};
 use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
-use super::rounded::RoundedNoise;
 use super::search::SearchOptions;
 use super::state::State;
 
@@ -87,10 +86,7 @@ impl DiagnosisProblem<'_> {
     pub(super) fn stratum_tests(&self, state: &State) -> Result<Vec<StratumTest>, MismatchError> {
         let decomposition = self.decomposition(state)?;
         let white = decomposition.white(&self.raw_residuals(&state.fitted.model)?);
-        let comparisons = decomposition.comparisons.iter();
-        Ok(comparisons
-            .map(|comparison| decomposition.test(comparison, &white))
-            .collect())
+        Ok(decomposition.ratio_tests(&white, &[], self.rounded(state)?.as_ref()))
     }
 
     fn decomposition<'s>(&'s self, state: &'s State) -> Result<Decomposition<'s>, MismatchError> {
@@ -130,7 +126,7 @@ impl DiagnosisProblem<'_> {
             .zip(&predicted)
             .map(|(load, predicted)| load.position_m.unwrap_or(*predicted))
             .collect();
-        let rounded = RoundedNoise::new(self.observations, &state.whitening, predicted);
+        let rounded = self.rounded(state)?;
         let periods = decomposition.periods(&positions_m);
         let (tests, untested) = decomposition.tests(&white, &periods, known, rounded.as_ref());
         let slopes = passes(&tests, &[Contrast::CellSlope]);

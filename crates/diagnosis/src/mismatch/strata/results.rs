@@ -105,6 +105,9 @@ pub struct StratumTest {
     /// The same for the family of all tests, by Holm.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
+    /// Whether both are the smallest that the draws for a coarse gauge can show.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub p_at_floor: bool,
     /// Largest departure of a reading, m, once the fit has absorbed what it can; in files µm.
     #[serde(rename = "size_um", serialize_with = "in_micrometres")]
     pub size_m: f64,
@@ -184,7 +187,10 @@ impl Located {
         for test in tests {
             let known = out.iter_mut().find(|known| known.stratum == test.stratum);
             if let Some(known) = known {
-                known.p_family = known.p_family.min(test.p_family);
+                if test.p_family < known.p_family {
+                    known.p_family = test.p_family;
+                    known.p_at_floor = test.p_at_floor;
+                }
                 continue;
             }
             // The smallest part that holds it: a cell before a pose or direction.
@@ -199,6 +205,7 @@ impl Located {
                 direction: held.and_then(|spot| spot.direction),
                 period_s: None,
                 p_family: test.p_family,
+                p_at_floor: test.p_at_floor,
                 size_m: held.map_or(test.size_m, |spot| spot.size_m),
             });
         }

@@ -1,18 +1,16 @@
 //! The tests: each contrast against its error term, the family by Holm, and where in a contrast it sits.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::rounded::RoundedNoise;
+use crate::mismatch::rounded::{LEAST_COUNTED, RoundedNoise};
 use stiffbench_units_and_text::test_point::Direction;
 
+use super::contrasts::ErrorTerm;
 use super::decomposition::{Decomposition, FitContrast, squares};
 use super::extremes::Period;
 use super::results::{Contrast, Spot, StratumTest, Untested};
 use super::tails::{holm, tail};
-use crate::search::constants::{ROUNDED_SAMPLES, STRATUM_LEVEL};
+use crate::search::constants::STRATUM_LEVEL;
 
 impl Decomposition<'_> {
     /// All tests of a white residual.
@@ -28,29 +26,16 @@ impl Decomposition<'_> {
         known: Option<&EstimatedNoise>,
         rounded: Option<&RoundedNoise<'_>>,
     ) -> (Vec<StratumTest>, Vec<Untested>) {
-        let mut tests: Vec<StratumTest> = self
-            .comparisons
-            .iter()
-            .map(|comparison| self.test(comparison, white))
-            .collect();
-        if let Some(rounded) = rounded {
-            self.compare_with_rounded(&mut tests, rounded);
-        }
+        let mut tests = self.ratio_tests(white, periods, rounded);
+        let single = [self.noise_size(white, known), self.outlier(white)];
+        tests.extend(single.into_iter().flatten());
         let mut untested = self.untested.clone();
-        let rest = [
-            (Contrast::NoiseSize, self.noise_size(white, known)),
-            (Contrast::Outlier, self.outlier(white)),
-            (Contrast::Period, self.period(white, periods)),
-        ];
-        for (contrast, test) in rest {
-            match test {
-                Some(test) => tests.push(test),
-                None => untested.push(Untested {
-                    contrast,
-                    why: contrast.when_absent(self.observations).to_owned(),
-                }),
-            }
-        }
+        let rest = [Contrast::NoiseSize, Contrast::Outlier, Contrast::Period];
+        let is_absent = |one: &Contrast| tests.iter().all(|test| test.contrast != *one);
+        untested.extend(rest.into_iter().filter(is_absent).map(|contrast| Untested {
+            contrast,
+            why: contrast.when_absent(self.observations).to_owned(),
+        }));
         let family = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
         let beyond = |test: &StratumTest| {
             if test.p > STRATUM_LEVEL {
@@ -75,37 +60,35 @@ impl Decomposition<'_> {
                 tests[place].spots = self.spots(comparison, &tests[place], white);
             }
         }
-        tests.sort_by_key(|test| test.stratum);
+        tests.sort_by_key(|test| (test.stratum, test.contrast));
         (tests, untested)
     }
 
-    /// Gives tests of the comparisons no smaller chance than drawn and rounded readings do.
-    fn compare_with_rounded(&self, tests: &mut [StratumTest], rounded: &RoundedNoise<'_>) {
-        if tests.iter().all(|test| test.p > STRATUM_LEVEL) {
-            return;
-        }
-        let mut rng = ChaCha8Rng::seed_from_u64(0);
-        let mut as_large = vec![0_usize; tests.len()];
-        for _ in 0..ROUNDED_SAMPLES {
-            let white = self.white(&rounded.errors_m(&mut rng));
-            let drawn = self
-                .comparisons
-                .iter()
-                .map(|one| self.statistic(one, &white));
-            for ((count, test), drawn) in as_large.iter_mut().zip(&*tests).zip(drawn) {
-                *count += usize::from(drawn >= test.statistic);
+    /// Tests of the comparisons and of periods; where the gauge is coarse, their chances are counted among drawn and rounded readings.
+    pub(super) fn ratio_tests(
+        &self,
+        white: &[f64],
+        periods: &[Period],
+        rounded: Option<&RoundedNoise<'_>>,
+    ) -> Vec<StratumTest> {
+        let comparisons = self.comparisons.iter();
+        let mut tests: Vec<StratumTest> = comparisons.map(|one| self.test(one, white)).collect();
+        let error = self.error(ErrorTerm::Pure, white);
+        tests.extend(Self::period(white, error, periods));
+        if let Some(rounded) = rounded {
+            let chances = |white: &[f64]| -> Vec<f64> {
+                let (ratios, error) = self.ratios(white);
+                let ratios = ratios.into_iter().map(|[f, d1, d2]| tail(f, d1, d2));
+                let period = Self::period(white, error, periods);
+                ratios.chain(period.map(|test| test.p)).collect()
+            };
+            let drawn = rounded.chances(&chances(white), chances);
+            for (test, p) in tests.iter_mut().zip(drawn) {
+                test.p = p;
+                test.p_at_floor = p <= LEAST_COUNTED;
             }
         }
-        for (test, count) in tests.iter_mut().zip(as_large) {
-            let drawn = (count + 1) as f64 / (ROUNDED_SAMPLES + 1) as f64;
-            test.p = test.p.max(drawn);
-        }
-    }
-
-    fn statistic(&self, comparison: &FitContrast, white: &[f64]) -> f64 {
-        let (pattern, d1) = self.pattern(comparison, white);
-        let (error, d2) = self.error(comparison.error, white);
-        (squares(&pattern) / d1) / (error / d2).max(f64::MIN_POSITIVE)
+        tests
     }
 
     pub(super) fn test(&self, comparison: &FitContrast, white: &[f64]) -> StratumTest {
@@ -119,6 +102,7 @@ impl Decomposition<'_> {
             dof: [d1, d2],
             p: tail(statistic, d1, d2),
             p_family: 1.0,
+            p_at_floor: false,
             size_m: self.size_m(pattern),
             share: 0.0,
             spots: Vec::new(),

@@ -30,7 +30,7 @@ const NOISE: ReadingNoise = ReadingNoise {
 };
 
 /// Loading and unloading with one hold of a minute at the top, five repeats; forces off their targets by up to half a newton.
-fn cells(poses: &[&str], loads_n: &[f64], hold: bool) -> Vec<PlannedCell> {
+pub(in crate::mismatch) fn cells(poses: &[&str], loads_n: &[f64], hold: bool) -> Vec<PlannedCell> {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let mut time_s = 0.0;
     let mut out = Vec::new();
@@ -84,7 +84,7 @@ fn cells(poses: &[&str], loads_n: &[f64], hold: bool) -> Vec<PlannedCell> {
     out
 }
 
-const UP_AND_DOWN: [f64; 15] = [
+pub(in crate::mismatch) const UP_AND_DOWN: [f64; 15] = [
     0.0, -10.0, -20.0, -30.0, -40.0, -50.0, -60.0, -70.0, -60.0, -50.0, -40.0, -30.0, -20.0, -10.0,
     0.0,
 ];
@@ -110,11 +110,11 @@ fn known(noise: ReadingNoise) -> EstimatedNoise {
     }
 }
 
-fn robot() -> Robot {
+pub(in crate::mismatch) fn robot() -> Robot {
     Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
 }
 
-fn baseline<'a>(robot: &'a Robot, mechanism: &str) -> RobotBaseline<'a> {
+pub(in crate::mismatch) fn baseline<'a>(robot: &'a Robot, mechanism: &str) -> RobotBaseline<'a> {
     let poses = ["P1", "P2", "P3", "P4"]
         .map(|pose| robot.pose(&pose.into()).unwrap().clone())
         .to_vec();
