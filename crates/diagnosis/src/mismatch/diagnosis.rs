@@ -89,7 +89,7 @@ pub struct Finding {
     pub end_effect_m: f64,
     /// Share of the effect that the factors absorb.
     pub absorbed_share: f64,
-    /// Logarithm of the Bayes factor against the model without it.
+    /// Logarithm of the Bayes factor against the model without it; of a jump, against a gradual change in its stead if that is likelier.
     pub log_bayes: f64,
     /// Length of the effect in standard errors.
     pub standard_errors: f64,

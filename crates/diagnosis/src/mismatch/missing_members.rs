@@ -183,6 +183,7 @@ impl DiagnosisProblem<'_> {
             },
             white,
             whole,
+            against_gradual: f64::INFINITY,
             fitted,
         }))
     }

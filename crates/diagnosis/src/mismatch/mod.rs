@@ -52,6 +52,7 @@ mod robot_solver;
 mod rounded;
 mod search;
 mod shares;
+mod sharpness;
 mod specimen;
 mod state;
 mod strata;

@@ -18,9 +18,16 @@ pub(super) struct Ranked {
     pub(super) white: Vec<f64>,
     /// Squared length of the effect before projection.
     pub(super) whole: f64,
+    /// Log-likelihood relative to a change of the same run that comes gradually; infinite for laws that are no jump.
+    pub(super) against_gradual: f64,
 }
 
 impl Ranked {
+    /// Logarithm of the Bayes factor against the model without it, or with a gradual change in its stead if that is likelier.
+    pub(super) fn log_bayes(&self) -> f64 {
+        self.evidence.log_bayes().min(self.against_gradual)
+    }
+
     /// The family whose critical value it must exceed: its law, and whether the search is the wide one.
     pub(super) fn family(&self) -> (Law, bool) {
         (self.effect.law, self.wide)

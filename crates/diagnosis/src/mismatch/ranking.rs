@@ -16,6 +16,7 @@ use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::Ranked;
 use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
+use super::sharpness::against_gradual;
 use super::state::State;
 use crate::search::constants::{
     FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
@@ -27,6 +28,7 @@ struct FitContext<'a> {
     state: &'a State,
     key: &'a StateKey,
     space: &'a WhiteSpace,
+    residuals: &'a [f64],
     changes: &'a Changes<'a>,
     engine: &'a Batched<'a>,
 }
@@ -151,6 +153,7 @@ impl DiagnosisProblem<'_> {
                 state,
                 key: &key_of(state),
                 space: &scores.space,
+                residuals: &scores.residuals,
                 changes,
                 engine: &Batched::new(&scores.space, &scores.residuals),
             };
@@ -209,6 +212,7 @@ impl DiagnosisProblem<'_> {
             state: rest,
             key: &key_of(rest),
             space: &scores.space,
+            residuals: &scores.residuals,
             changes,
             engine: &Batched::new(&scores.space, &scores.residuals),
         };
@@ -310,6 +314,11 @@ impl DiagnosisProblem<'_> {
                 dof: state.noise.degrees_of_freedom(shares),
                 critical_value: f64::INFINITY,
                 log_prior: effect.law.log_prior(&effect.values),
+            },
+            against_gradual: if effect.law.is_of_one_run() {
+                against_gradual(self.observations, field.space, field.residuals, &vector)
+            } else {
+                f64::INFINITY
             },
             white: vector,
             whole,

@@ -77,13 +77,13 @@ impl SearchResult {
     /// What the verdict rests on.
     pub(super) fn grade_basis(&self) -> GradeBasis {
         let best = self.resolved.iter().min_by(|a, b| {
-            let log_bayes = |one: &ResolvedEffect| one.ranked[0].evidence.log_bayes();
+            let log_bayes = |one: &ResolvedEffect| one.ranked[0].log_bayes();
             let by_evidence = || log_bayes(b).total_cmp(&log_bayes(a));
             a.family_p.total_cmp(&b.family_p).then_with(by_evidence)
         });
         GradeBasis {
             p_family: best.map_or(1.0, |best| best.family_p),
-            log_bayes: best.map_or(0.0, |best| best.ranked[0].evidence.log_bayes()),
+            log_bayes: best.map_or(0.0, |best| best.ranked[0].log_bayes()),
             is_a_set: false,
             is_left: self.is_left(),
             share_of_misfit: self.shares.together.share_of_misfit,
@@ -364,7 +364,8 @@ impl ForwardProblem for LawSearch<'_, '_> {
     fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {
         let observations = self.bench.observations;
         !(ranked.effect.law.is_of_one_run()
-            && is_outlier(observations, &ranked.white, &scores.residuals))
+            && (ranked.against_gradual < -STRONG_EVIDENCE
+                || is_outlier(observations, &ranked.white, &scores.residuals)))
     }
 
     /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the

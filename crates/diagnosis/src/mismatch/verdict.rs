@@ -214,7 +214,7 @@ impl DiagnosisProblem<'_> {
             alternative_group,
             end_effect_m: end_effect,
             absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
-            log_bayes: ranked.evidence.log_bayes(),
+            log_bayes: ranked.log_bayes(),
             standard_errors: square.sqrt(),
             p_family: resolved.family_p,
             rivals,

@@ -131,6 +131,12 @@ pub const WORTH_A_SHAPE_SEARCH: f64 = 30.0;
 /// errors 12 of 182 with the rule, 18 without (seed 708).
 pub const ONE_READING: f64 = 0.5;
 
+/// Readings over which a gradual change in a run comes at least: a jump that is read while it happens takes two. Definition.
+pub const GRADUAL_READINGS: usize = 3;
+
+/// The same as a share of the readings of the run (1). Definition.
+pub const GRADUAL_SHARE: f64 = 0.25;
+
 /// Standard errors of skewness and kurtosis from which on residuals are not normal. By hand (fc4705d).
 pub const NOT_NORMAL: f64 = 5.0;
 
