@@ -284,12 +284,10 @@ pub fn laws(names: &[String]) -> Result<Vec<Law>, MismatchError> {
 }
 
 fn unknown_law(name: &str) -> MismatchError {
-    let mut known: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
-    known.dedup();
-    let list = known.join(", ");
+    let list = Law::names().join(", ");
     MismatchError::UnknownLaw {
         name: name.to_owned(),
-        known: match nearest(name, known) {
+        known: match nearest(name, Law::names()) {
             Some(near) => format!("{list}; did you mean {near}?"),
             None => list,
         },

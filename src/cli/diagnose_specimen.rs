@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use crate::analysis::{Inputs, read_bytes, sha256};
-use crate::mismatch::{SearchOptions, diagnose, laws_that_need_a_robot, specimen_bench};
+use crate::mismatch::{SearchOptions, diagnose, specimen_bench};
 use crate::physics::Law;
 use crate::report::{DiagnosisResult, SpecimenSummary};
 use crate::specimen::{SpecimenOptions, read_specimen};
@@ -27,10 +27,7 @@ pub(super) fn run(
     let table = read_specimen(&name, bytes.as_slice(), options)?;
     let (observations, baseline, scale) = specimen_bench(&table)?;
     let search = SearchOptions {
-        without: without
-            .into_iter()
-            .chain(laws_that_need_a_robot())
-            .collect(),
+        without,
         seed: args.seed,
         ..SearchOptions::default()
     };

@@ -165,6 +165,7 @@ impl TableUnits<'_> {
                     (1, 0, 0) => answer.to_owned(),
                     (0, 1, 0) => load.to_owned(),
                     (0, -1, 0) => format!("1/{load}"),
+                    (0, _, 0) => format!("1/({load})^{}", -of_load),
                     (1, -1, 0) => format!("{answer}/{load}"),
                     (1, _, 0) => format!("{answer}/({load})^{}", -of_load),
                     _ if self.scale.order_is_clock => format!("{answer}/reading"),

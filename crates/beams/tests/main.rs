@@ -10,6 +10,7 @@ mod joint_springs;
 mod model_parameters;
 mod multi_pose;
 mod own_weight;
+mod part_laws;
 mod physics_opensees;
 mod pose_sweep;
 mod rigid_loops;

@@ -52,6 +52,8 @@ pub enum LawAction {
     Added(OfLoad),
     /// The gauge errs where it stands.
     Gauge(&'static dyn GaugeError),
+    /// A part answers to all that it went through.
+    History(&'static dyn HistoryLaw),
 }
 
 /// What drives the twist φ of a joint in a structure.
@@ -101,6 +103,21 @@ pub struct SimulatedRotation {
     pub friction_nm: f64,
     /// What of the law this does not hold.
     pub left_out: Option<&'static str>,
+}
+
+/// What a part without a robot file went through, reading after reading; it begins virgin.
+#[derive(Debug, Clone, Copy)]
+pub struct DrivenPath<'a> {
+    /// The quantity that was set at each reading.
+    pub driver: &'a [f64],
+    /// The clock at each reading, s; the number of the reading where none was recorded.
+    pub time_s: &'a [f64],
+}
+
+/// The law of a part in a testing machine.
+pub trait HistoryLaw: fmt::Debug + Sync {
+    /// What it adds to the answers along a path, one each, overwritten.
+    fn answers(&self, values: &Values, path: DrivenPath<'_>, out: &mut [f64]);
 }
 
 /// An error of the displacement gauge that depends on where it stands.

@@ -41,6 +41,18 @@ pub enum Dimension {
     Share,
     /// A number of repeats.
     Repeats,
+    /// What a part answers with, in the unit of its table.
+    Answer,
+    /// What is set at a part, in the unit of its table.
+    Driver,
+    /// Answer for each unit of what is set.
+    AnswerPerDriver,
+    /// The same for each cube.
+    AnswerPerDriverCubed,
+    /// Share for each unit of what is set.
+    PerDriver,
+    /// Share for each square of what is set.
+    PerDriverSquared,
 }
 
 impl Dimension {
@@ -83,6 +95,12 @@ impl Dimension {
             Self::Time => &[("s", 1.0), ("ms", 1e3), ("min", 1.0 / 60.0)],
             Self::Share => &[("1", 1.0), ("", 1.0), ("%", 1e2)],
             Self::Repeats => &[("repeats", 1.0), ("repeat", 1.0), ("", 1.0)],
+            Self::Answer => &[("answer", 1.0)],
+            Self::Driver => &[("driver", 1.0)],
+            Self::AnswerPerDriver => &[("answer/driver", 1.0)],
+            Self::AnswerPerDriverCubed => &[("answer/driver^3", 1.0)],
+            Self::PerDriver => &[("1/driver", 1.0)],
+            Self::PerDriverSquared => &[("1/driver^2", 1.0)],
         }
     }
 
@@ -125,6 +143,12 @@ impl Dimension {
             Self::Moment => (1.0, "N m"),
             Self::Force => (1.0, "N"),
             Self::Time => (1.0, "s"),
+            Self::Answer
+            | Self::Driver
+            | Self::AnswerPerDriver
+            | Self::AnswerPerDriverCubed
+            | Self::PerDriver
+            | Self::PerDriverSquared => (1.0, self.unit()),
             Self::Repeats => (1.0, "repeats"),
         }
     }
@@ -137,11 +161,15 @@ impl Dimension {
     #[must_use]
     pub fn powers(self) -> Option<[i8; 3]> {
         match self {
-            Self::JointRotation | Self::Length => Some([1, 0, 0]),
-            Self::Moment | Self::Force => Some([0, 1, 0]),
-            Self::RotationalCompliance | Self::Compliance => Some([1, -1, 0]),
+            Self::JointRotation | Self::Length | Self::Answer => Some([1, 0, 0]),
+            Self::Moment | Self::Force | Self::Driver => Some([0, 1, 0]),
+            Self::RotationalCompliance | Self::Compliance | Self::AnswerPerDriver => {
+                Some([1, -1, 0])
+            }
             Self::QuadraticCompliance => Some([1, -2, 0]),
-            Self::PerForce => Some([0, -1, 0]),
+            Self::AnswerPerDriverCubed => Some([1, -3, 0]),
+            Self::PerForce | Self::PerDriver => Some([0, -1, 0]),
+            Self::PerDriverSquared => Some([0, -2, 0]),
             Self::LengthPerTime => Some([1, 0, -1]),
             Self::LengthPerTemperature => Some([1, 0, 0]),
             Self::Angle | Self::PerDecade | Self::Time | Self::Share | Self::Repeats => None,

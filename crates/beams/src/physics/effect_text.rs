@@ -106,9 +106,9 @@ impl EffectProblem {
     #[must_use]
     pub fn help(&self) -> Option<String> {
         match self {
-            Self::Law { name } => nearest(name, names())
+            Self::Law { name } => nearest(name, Law::names())
                 .map(|near| format!("did you mean {near}?"))
-                .or_else(|| Some(format!("the laws are {}", names().join(", ")))),
+                .or_else(|| Some(format!("the laws are {}", Law::names().join(", ")))),
             Self::NoPlace { law, .. } | Self::Place { law, .. } => {
                 let example = law.place_kind.example();
                 Some(format!("for example {law}{example}"))
@@ -149,13 +149,6 @@ pub struct NotAnEffect {
     pub help: Option<String>,
 }
 
-/// Names of the laws, each once.
-fn names() -> Vec<&'static str> {
-    let mut names: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
-    names.dedup();
-    names
-}
-
 impl FromStr for Effect {
     type Err = NotAnEffect;
 
@@ -182,7 +175,7 @@ fn read(text: &str) -> Result<Effect, EffectProblem> {
         None => (None, rest.strip_prefix(':').unwrap_or(rest)),
     };
     let place = read_place(&laws, place.map(str::trim))?;
-    let law = law_at(&laws, &place);
+    let here = laws_at(&laws, &place);
     let mut given = Vec::new();
     for part in parameters.split(',').map(str::trim) {
         if part.is_empty() && parameters.trim().is_empty() {
@@ -193,7 +186,7 @@ fn read(text: &str) -> Result<Effect, EffectProblem> {
             .ok_or_else(|| EffectProblem::NotAParameter {
                 text: part.to_owned(),
             })?;
-        let spec = parameter_named(law, name.trim())?;
+        let spec = parameter_named(&here, name.trim())?;
         let (number, unit) = number_and_unit(spec.name, value.trim())?;
         given.push((spec.name, number, unit));
     }
@@ -210,22 +203,24 @@ pub(super) fn laws_named(name: &str) -> Result<Vec<Law>, EffectProblem> {
     Ok(laws)
 }
 
-/// A parameter of a law by name.
+/// A parameter by name of any of some laws.
 pub(super) fn parameter_named(
-    law: Law,
+    laws: &[Law],
     name: &str,
 ) -> Result<&'static ParameterSpec, EffectProblem> {
-    let spec = law.parameters.iter().find(|spec| spec.name == name);
+    let mut specs = laws.iter().flat_map(|law| law.parameters);
+    let spec = specs.find(|spec| spec.name == name);
     spec.ok_or_else(|| EffectProblem::UnknownParameter {
-        law,
+        law: laws[0],
         name: name.to_owned(),
     })
 }
 
-/// The first of the laws of a name that acts at a kind of place.
-pub(super) fn law_at(laws: &[Law], place: &Place) -> Law {
-    let mut here = laws.iter().filter(|law| law.place_kind == place.kind());
-    *here.next().unwrap_or(&laws[0])
+/// Those of the laws of a name that act at a kind of place; all if none does.
+pub(super) fn laws_at(laws: &[Law], place: &Place) -> Vec<Law> {
+    let here = laws.iter().filter(|law| law.place_kind == place.kind());
+    let here: Vec<Law> = here.copied().collect();
+    if here.is_empty() { laws.to_vec() } else { here }
 }
 
 /// The place of the laws of a name, where there is but one.
@@ -266,19 +261,14 @@ fn number_and_unit<'a>(name: &'static str, text: &'a str) -> Result<(f64, &'a st
 /// An effect from a law's place and its parameters as they were given: name, number, unit.
 ///
 /// # Arguments
-/// - `laws`: all laws of one name; the first whose units fit is meant.
+/// - `laws`: all laws of one name; the first whose parameters and units fit is meant.
 pub(super) fn with_parameters(
     laws: &[Law],
     place: Place,
     given: &[(&str, f64, &str)],
 ) -> Result<Effect, EffectProblem> {
     let mut first_problem = None;
-    let here: Vec<Law> = laws
-        .iter()
-        .copied()
-        .filter(|law| law.place_kind == place.kind())
-        .collect();
-    let laws = if here.is_empty() { laws } else { &here };
+    let laws = &laws_at(laws, &place);
     for &law in laws {
         match values(law, given) {
             Ok(values) => return Ok(Effect::new(law, place, values)?),
@@ -317,7 +307,14 @@ fn values(law: Law, given: &[(&str, f64, &str)]) -> Result<Vec<f64>, EffectProbl
             })?;
         values.push(value);
     }
-    Ok(values)
+    let is_known = |name: &str| law.parameters.iter().any(|spec| spec.name == name);
+    match given.iter().find(|(name, ..)| !is_known(name)) {
+        Some((name, ..)) => Err(EffectProblem::UnknownParameter {
+            law,
+            name: (*name).to_owned(),
+        }),
+        None => Ok(values),
+    }
 }
 
 /// Adds the units of the other laws of the name to those that are possible.

@@ -9,16 +9,16 @@ use std::ops::Deref;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
-use super::action::{LawAction, SimulatedRotation, values_of};
+use super::action::{HistoryLaw, LawAction, SimulatedRotation, values_of};
 use super::laws::LAWS;
 use super::parameter::ParameterSpec;
 use super::place::{Place, PlaceKind};
-use super::search::SearchSpec;
+use super::search::{SearchSpec, TestObject};
 
 /// All properties of a law; each has a file of its own in `laws`.
 #[derive(Debug)]
 pub struct LawDefinition {
-    /// Name in files. Two laws may share one, if the unit of a parameter distinguishes them.
+    /// Name in files. Two laws may share one, if the place, or the names or units of their parameters distinguish them.
     pub name: &'static str,
     /// Name in tables, of this law alone.
     pub row: &'static str,
@@ -159,7 +159,25 @@ impl Law {
     /// Every law, in the order of the library.
     pub const ALL: &'static [Self] = LAWS;
 
-    /// The laws of a name: one, or those distinguished by the unit of a parameter.
+    /// The laws that are searched for in readings of an object.
+    pub fn searched_on(object: TestObject) -> impl Iterator<Item = Self> {
+        let laws = Self::ALL.iter().copied();
+        laws.filter(move |law| law.search.on.contains(object))
+    }
+
+    /// Names of all laws, each once, in the order of the library.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        let mut names: Vec<&str> = Vec::new();
+        for law in Self::ALL {
+            if !names.contains(&law.name) {
+                names.push(law.name);
+            }
+        }
+        names
+    }
+
+    /// The laws of a name: one, or those distinguished by place, names or units of parameters.
     pub fn named(name: &str) -> impl Iterator<Item = Self> {
         Self::ALL
             .iter()
@@ -226,6 +244,15 @@ impl Law {
     #[must_use]
     pub fn is_gauge_error(self) -> bool {
         matches!(self.action, LawAction::Gauge(_))
+    }
+
+    /// What a part answers to its path under it; `None` of a law without such a memory.
+    #[must_use]
+    pub fn history(self) -> Option<&'static dyn HistoryLaw> {
+        match self.action {
+            LawAction::History(law) => Some(law),
+            _ => None,
+        }
     }
 
     /// Whether it happens in one run and not again.
@@ -301,9 +328,7 @@ impl JsonSchema for Law {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let mut names: Vec<&str> = Self::ALL.iter().map(|law| law.name).collect();
-        names.dedup();
-        json_schema!({ "description": "Name of a law.", "type": "string", "enum": names })
+        json_schema!({ "description": "Name of a law.", "type": "string", "enum": Self::names() })
     }
 }
 

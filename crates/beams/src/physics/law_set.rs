@@ -238,6 +238,8 @@ impl LawSet {
             (LawAction::Base | LawAction::Turn | LawAction::Lean, _) => {}
             // A change of the structure, not of its loads.
             (LawAction::Missing | LawAction::Mechanism | LawAction::Structure, _) => {}
+            // Of a part without poses: its answers are added to those of its line.
+            (LawAction::History(_), _) => {}
             (LawAction::Force(function), _) => self.forces.push(Acting::new(function, effect)),
             (LawAction::Growth(function), _) => self.growths.push(Acting::new(function, effect)),
             (LawAction::Added(function), _) => self.added.push(Acting::new(function, effect)),

@@ -17,6 +17,7 @@ pub mod laws;
 mod mechanics;
 mod model_file;
 mod parameter;
+mod part;
 mod place;
 mod place_object;
 mod search;
@@ -25,8 +26,8 @@ mod turning;
 
 pub use acting::ActingPhysics;
 pub use action::{
-    Driven, GaugeError, LawAction, MOST_PARAMETERS, OfLoad, OfRepeat, RotationLaw,
-    SimulatedRotation, Values, values_of,
+    Driven, DrivenPath, GaugeError, HistoryLaw, LawAction, MOST_PARAMETERS, OfLoad, OfRepeat,
+    RotationLaw, SimulatedRotation, Values, values_of,
 };
 pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};
@@ -42,6 +43,6 @@ pub use model_file::{
 };
 pub use parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 pub use place::{Place, PlaceKind};
-pub use search::{Needs, PlaceScale, SearchSpec, Shape, VISIBLE_SHARE};
+pub use search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape, TestObject, VISIBLE_SHARE};
 pub use structure_edit::{FileLine, FileSuspects, StructureEdit};
 pub use turning::{JointPath, JointRotations};

@@ -11,6 +11,8 @@ pub struct PlaceScale {
     pub time_s: f64,
     /// Largest change of temperature since a gauge zero, K; zero where none was recorded.
     pub warming_k: f64,
+    /// Whether a clock was recorded: the order of readings is none.
+    pub has_clock: bool,
     /// Whether times under load were recorded.
     pub has_holds: bool,
     /// Whether there is more than one repeat.
@@ -126,6 +128,46 @@ impl Shape {
     }
 }
 
+/// What readings were taken of, and which quantity was set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TestObject {
+    /// A robot, loaded by forces.
+    Robot,
+    /// A part without a robot file: the force was set, the displacement answered.
+    ForceDriven,
+    /// A part without a robot file: the displacement was set, the force answered.
+    DisplacementDriven,
+}
+
+/// The benches on which a law is searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SearchedOn(&'static [TestObject]);
+
+impl SearchedOn {
+    /// Robots alone: elsewhere a straight line contains the law, or its place is not there.
+    pub const ROBOTS: Self = Self(&[TestObject::Robot]);
+    /// Wherever a force is set.
+    pub const FORCE_DRIVEN: Self = Self(&[TestObject::Robot, TestObject::ForceDriven]);
+    /// Parts whose force was set.
+    pub const FORCE_DRIVEN_PARTS: Self = Self(&[TestObject::ForceDriven]);
+    /// Parts whose displacement was set.
+    pub const DISPLACEMENT_DRIVEN_PARTS: Self = Self(&[TestObject::DisplacementDriven]);
+    /// Parts, whatever was set.
+    pub const PARTS: Self = Self(&[TestObject::ForceDriven, TestObject::DisplacementDriven]);
+    /// Everywhere.
+    pub const ALL: Self = Self(&[
+        TestObject::Robot,
+        TestObject::ForceDriven,
+        TestObject::DisplacementDriven,
+    ]);
+
+    /// Whether one of them is a given one.
+    #[must_use]
+    pub fn contains(self, bench: TestObject) -> bool {
+        self.0.contains(&bench)
+    }
+}
+
 /// What a search of a law needs to know besides its parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchSpec {
@@ -137,8 +179,8 @@ pub struct SearchSpec {
     pub phase: Option<usize>,
     /// Whether a joint turns at least as far under this law as under any other: where it cannot be seen, none can.
     pub is_freest: bool,
-    /// Whether it can be searched for in a table of force and displacement without a robot.
-    pub without_robot: bool,
+    /// On which benches it is searched for.
+    pub on: SearchedOn,
     /// What the law needs to be recorded.
     pub needs: Needs,
     /// Why the law cannot be seen at one of its places, and what would make it visible, as clauses.

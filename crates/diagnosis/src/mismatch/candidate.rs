@@ -1,10 +1,10 @@
 //! Every law at every place it can have, with the shapes under which it is searched for.
 
-use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape};
+use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape, TestObject};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::changes::LinearisedModel;
-use super::observations::Observations;
+use super::observations::{Observations, ObservedRun};
 use crate::search::constants::{AFTER_A_JUMP, OPEN_LOOP};
 
 /// A law at a place.
@@ -203,8 +203,8 @@ pub(super) fn candidates(
         .into_iter()
         .filter(|kind| is_loaded || !needs_force(*kind))
     {
-        let here = |law: &&Law| law.place_kind == kind && !without.contains(law);
-        let laws: Vec<Law> = Law::ALL.iter().filter(here).copied().collect();
+        let here = |law: &Law| law.place_kind == kind && !without.contains(law);
+        let laws: Vec<Law> = Law::searched_on(observations.bench).filter(here).collect();
         for (place, scale) in scales.of_kind(kind, observations, poses) {
             for &law in &laws {
                 // An angle that is wrong in one pose alone is one of many: a wide search of a wrong angle.
@@ -248,6 +248,7 @@ fn session_scale(observations: &Observations) -> PlaceScale {
             recorded.temperature,
             largest(&mut loads().map(|load| load.warming_k)),
         ),
+        has_clock: recorded.time && !observations.order_is_clock,
         has_holds: recorded.hold,
         has_repeats: repeats().max() != repeats().min(),
         ..PlaceScale::default()
@@ -328,9 +329,14 @@ fn direction_scale(
     })
 }
 
-/// Runs, from each step on at which something may have happened.
+/// Runs, from each step on at which something may have happened: of a part only where runs are repeated, for in one recording a jump cannot be told
+/// from the answer of the part.
 fn runs(observations: &Observations) -> impl Iterator<Item = Place> + '_ {
-    observations.runs.iter().flat_map(move |run| {
+    let is_repeated = |run: &&ObservedRun| {
+        observations.bench == TestObject::Robot || observations.cells[run.cell].runs.len() > 1
+    };
+    let runs = observations.runs.iter().filter(is_repeated);
+    runs.flat_map(move |run| {
         let cell = &observations.cells[run.cell];
         let loads = &observations.loads[run.readings.clone()];
         let steps = 1..loads.len().saturating_sub(AFTER_A_JUMP);

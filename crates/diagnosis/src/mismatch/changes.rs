@@ -38,6 +38,7 @@ impl LinearisedModel {
                 &mut out[run.readings.clone()],
             );
         }
+        observations.add_answers(effects.iter().copied(), out);
         Some(())
     }
 
@@ -255,6 +256,10 @@ impl<'a> Changes<'a> {
                 for (out, stood_m) in out.iter_mut().zip(&self.stood_m) {
                     *out = error.error_m(&values, *stood_m);
                 }
+                Some(0..out.len())
+            }
+            LawAction::History(law) => {
+                self.observations.answers(law, &values, out);
                 Some(0..out.len())
             }
             LawAction::Added(added_m) => {

@@ -63,22 +63,14 @@ impl Observations {
     pub fn joined(sessions: &[(&str, &Self, ReadingNoise)]) -> Self {
         let all = |of: &dyn Fn(&Recorded) -> bool| sessions.iter().all(|one| of(&one.1.recorded));
         let steps = common_steps(sessions.iter().map(|one| one.1.steps));
+        let recorded = Recorded {
+            time: all(&|recorded| recorded.time),
+            hold: all(&|recorded| recorded.hold),
+            temperature: all(&|recorded| recorded.temperature),
+        };
         let mut out = Self {
-            poses: Vec::new(),
-            cells: Vec::new(),
-            runs: Vec::new(),
-            readings: Vec::new(),
-            loads: Vec::new(),
-            displacement_m: Vec::new(),
-            steps,
-            release_n: None,
-            recorded: Recorded {
-                time: all(&|recorded| recorded.time),
-                hold: all(&|recorded| recorded.hold),
-                temperature: all(&|recorded| recorded.temperature),
-            },
             free_zeros: sessions.iter().any(|one| one.1.free_zeros),
-            sessions: Vec::new(),
+            ..Self::without_readings(steps, recorded)
         };
         let (mut zeros, mut clock_s) = (0, 0.0);
         for (name, one, noise) in sessions {

@@ -45,6 +45,7 @@ mod profiles;
 mod ranked_candidate;
 mod ranking;
 mod reading_screen;
+mod recorded_history;
 mod refit;
 mod restricted_likelihood;
 mod robot_baseline;
@@ -98,9 +99,7 @@ pub use plan::{PlannedCell, PlannedLoad};
 pub use robot_baseline::RobotBaseline;
 pub use search::SearchOptions;
 pub use shares::{MisfitShares, MisfitSteps};
-pub use specimen::{
-    SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, laws_that_need_a_robot, specimen_bench,
-};
+pub use specimen::{SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench};
 pub use strata::{
     Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,
     SuspectComponent, Untested, locate,

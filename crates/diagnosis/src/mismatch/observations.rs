@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use stiffbench_beams::physics::{LoadPoint, RunLoads};
+use stiffbench_beams::physics::{LoadPoint, RunLoads, TestObject};
 use stiffbench_measurement::readings::{Reading, ReadingTable, SessionHeader, SinceZero};
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::joined_sessions::ObservedSession;
+use super::recorded_history::RecordedHistory;
 
 /// A pose and direction with its readings.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,12 +88,18 @@ pub struct Observations {
     pub free_zeros: bool,
     /// The sessions, where they are several.
     pub sessions: Vec<ObservedSession>,
+    /// What they were taken of.
+    pub bench: TestObject,
+    /// Whether the order of readings stands in for a clock.
+    pub order_is_clock: bool,
+    /// What parts without a robot file went through, each from its virgin state on.
+    pub histories: Vec<RecordedHistory>,
 }
 
 /// Columns that some laws need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Recorded {
-    /// Clock.
+    /// Clock, or an order in its stead.
     pub time: bool,
     /// Time under load.
     pub hold: bool,
@@ -134,6 +141,10 @@ impl Observations {
         let step = |record: Option<&stiffbench_measurement::readings::InstrumentRecord>| {
             record.and_then(|record| record.resolution)
         };
+        let steps = GaugeSteps {
+            force_n: step(instruments.and_then(|i| i.force.as_ref())),
+            displacement_m: step(instruments.and_then(|i| i.displacement.as_ref())),
+        };
         Self {
             poses,
             cells: layout.cells,
@@ -141,14 +152,28 @@ impl Observations {
             readings: layout.readings,
             loads: layout.loads,
             displacement_m: layout.displacement_m,
-            steps: GaugeSteps {
-                force_n: step(instruments.and_then(|i| i.force.as_ref())),
-                displacement_m: step(instruments.and_then(|i| i.displacement.as_ref())),
-            },
             release_n: header.and_then(SessionHeader::release_n),
+            ..Self::without_readings(steps, recorded)
+        }
+    }
+
+    /// No reading yet, of a robot whose gauges are zeroed.
+    pub(super) fn without_readings(steps: GaugeSteps, recorded: Recorded) -> Self {
+        Self {
+            poses: Vec::new(),
+            cells: Vec::new(),
+            runs: Vec::new(),
+            readings: Vec::new(),
+            loads: Vec::new(),
+            displacement_m: Vec::new(),
+            steps,
+            release_n: None,
             recorded,
             free_zeros: false,
             sessions: Vec::new(),
+            bench: TestObject::Robot,
+            order_is_clock: false,
+            histories: Vec::new(),
         }
     }
 
@@ -230,14 +255,14 @@ impl Observations {
         let all = cells.first().map_or(0, |cell| cell.readings.start)
             ..cells.last().map_or(0, |cell| cell.readings.end);
         let mut out = Self {
-            cells: Vec::new(),
-            runs: Vec::new(),
-            readings: Vec::new(),
-            loads: Vec::new(),
-            displacement_m: Vec::new(),
             poses: self.poses.clone(),
+            release_n: self.release_n,
+            free_zeros: self.free_zeros,
             sessions: self.sessions.clone(),
-            ..*self
+            bench: self.bench,
+            order_is_clock: self.order_is_clock,
+            histories: RecordedHistory::filtered(&self.histories, &all, keep),
+            ..Self::without_readings(self.steps, self.recorded)
         };
         for session in &mut out.sessions {
             let kept = |readings: Range<usize>| {

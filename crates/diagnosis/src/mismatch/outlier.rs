@@ -4,30 +4,57 @@
 //! decides.
 
 use super::observations::Observations;
-use crate::search::constants::{NOT_NORMAL, ONE_READING};
+use super::sharpness::delta_chi2;
+use crate::search::constants::{CANCELLED, NOT_NORMAL, ONE_READING};
+use crate::search::{WhiteSpace, dot, subtract};
 
-/// Whether one reading decides about an effect, and the errors of the other runs are not normal.
+/// Whether one reading decides about a jump, and the errors of the other runs are not normal.
+///
+/// One reading decides if the jump explains less than half as much once that reading may be anything: a first reading that is off looks like a
+/// jump of all later ones.
 ///
 /// # Arguments
-/// - `white`: the effect, white and projected.
+/// - `jump`: white and projected.
 /// - `residuals`: the residuals that it explains, white.
-pub(super) fn is_outlier(observations: &Observations, white: &[f64], residuals: &[f64]) -> bool {
-    let product = |reading: usize| white[reading] * residuals[reading];
+pub(super) fn is_outlier(
+    observations: &Observations,
+    space: &WhiteSpace,
+    jump: &[f64],
+    residuals: &[f64],
+) -> bool {
     let all = 0..observations.len();
-    let whole: f64 = all.clone().map(product).sum();
-    let Some(most) = all
-        .clone()
-        .max_by(|a, b| product(*a).total_cmp(&product(*b)))
-    else {
+    let largest =
+        |size: &dyn Fn(usize) -> f64| all.clone().max_by(|a, b| size(*a).total_cmp(&size(*b)));
+    let (Some(widest), Some(loudest)) = (
+        largest(&|reading| jump[reading].abs()),
+        largest(&|reading| jump[reading] * residuals[reading]),
+    ) else {
         return false;
     };
-    if product(most) <= ONE_READING * whole {
-        return false;
-    }
-    let run = observations.readings[most].run;
+    let needed = (1.0 - ONE_READING) * delta_chi2(jump, residuals);
+    let mut one = vec![0.0; observations.len()];
+    let decides = [widest, loudest].into_iter().any(|reading| {
+        one[reading] = 1.0;
+        let mut own = space.projected(&one);
+        one[reading] = 0.0;
+        let length = dot(&own, &own).sqrt();
+        if length > 0.0 {
+            for value in &mut own {
+                *value /= length;
+            }
+        }
+        let [jump, residuals] = [jump, residuals].map(|whole| {
+            let mut rest = whole.to_vec();
+            subtract(&mut rest, dot(whole, &own), &own);
+            rest
+        });
+        // Nothing of it is left.
+        dot(&jump, &jump) <= CANCELLED * length || delta_chi2(&jump, &residuals) < needed
+    });
+    let run = observations.readings[widest].run;
     let others = all.filter(|&reading| observations.readings[reading].run != run);
     let others: Vec<f64> = others.map(|reading| residuals[reading]).collect();
-    !is_normal(&others)
+    decides && !is_normal(&others)
 }
 
 /// Whether skewness and excess kurtosis are what normal numbers may have; a kurtosis below theirs makes no outliers.
@@ -53,6 +80,7 @@ mod tests {
 
     use super::*;
     use crate::mismatch::changes::tests::observations;
+    use crate::search::Covariance;
 
     #[test]
     fn gamma_errors_are_distinguished_from_normal_and_uniform_ones() {
@@ -88,12 +116,29 @@ mod tests {
                 .map(|i| if i == 0 { 6.0 } else { error(i) })
                 .collect()
         };
-        assert!(!is_outlier(&observations, &white, &with_outlier(1.0)));
-        assert!(is_outlier(&observations, &white, &with_outlier(50.0)));
+        let space = WhiteSpace::new(Covariance::equal(n, 1.0), &[], &[]);
+        let outlier =
+            |white: &[f64], residuals: &[f64]| is_outlier(&observations, &space, white, residuals);
+        assert!(!outlier(&white, &with_outlier(1.0)));
+        assert!(outlier(&white, &with_outlier(50.0)));
         // Two readings that say the same.
         white[1] = 1.0;
         let mut two = with_outlier(50.0);
         two[1] = 6.0;
-        assert!(!is_outlier(&observations, &white, &two));
+        assert!(!outlier(&white, &two));
+        // All but the first reading of a run whose zero is free: the first reading decides.
+        let readings = observations.runs[own].readings.clone();
+        let mut zero = vec![0.0; n];
+        zero[readings.clone()].fill(1.0);
+        let space = WhiteSpace::new(Covariance::equal(n, 1.0), &[], std::slice::from_ref(&zero));
+        zero[readings.start] = 0.0;
+        let mut off = with_outlier(50.0);
+        space.project(&mut off);
+        assert!(is_outlier(
+            &observations,
+            &space,
+            &space.projected(&zero),
+            &off
+        ));
     }
 }

@@ -62,23 +62,15 @@ impl Observations {
         let mut order: Vec<&PlannedCell> = cells.iter().collect();
         order.sort_by_key(|cell| place(cell));
         let all = || cells.iter().flat_map(|cell| &cell.loads);
+        let recorded = Recorded {
+            time: true,
+            hold: true,
+            temperature: all().all(|load| load.temperature_deg_c.is_some())
+                && all().next().is_some(),
+        };
         let mut out = Self {
-            cells: Vec::new(),
-            runs: Vec::new(),
-            readings: Vec::new(),
-            loads: Vec::new(),
-            displacement_m: Vec::new(),
-            steps,
             release_n,
-            recorded: Recorded {
-                time: true,
-                hold: true,
-                temperature: all().all(|load| load.temperature_deg_c.is_some())
-                    && all().next().is_some(),
-            },
-            free_zeros: false,
-            sessions: Vec::new(),
-            poses: Vec::new(),
+            ..Self::without_readings(steps, recorded)
         };
         let mut zeros = 0;
         for cell in order {

@@ -168,6 +168,7 @@ impl<'a> ReadingPredictor<'a> {
                 &mut out[run.readings.clone()],
             );
         }
+        self.observations.add_answers(effects, out);
         Ok(true)
     }
 

@@ -19,7 +19,7 @@ use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
 use super::sharpness::against_gradual;
 use super::state::State;
 use crate::search::constants::{
-    FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
+    FAR_FROM_ITS_BEST, FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
 };
 use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace, dot};
 
@@ -469,10 +469,17 @@ fn select(
         slips += usize::from(slip);
         !slip || slips <= MOST_SLIPS_FITTED
     });
-    all.into_iter()
-        .take_while(|(_, screened)| screened.best.delta_chi2 > best - FITTED_WITHIN)
-        .take(MOST_FITTED)
-        .collect()
+    all.retain(|(place, screened)| {
+        let of_a_part = seen[*place].candidate.law.history().is_some();
+        let within = if of_a_part {
+            FAR_FROM_ITS_BEST * best
+        } else {
+            0.0
+        };
+        screened.best.delta_chi2 > best - within.max(FITTED_WITHIN)
+    });
+    all.truncate(MOST_FITTED);
+    all
 }
 
 fn impossible_ones(seen: &[ScoredCandidate], screened: &[Option<BestShape>]) -> Vec<Impossible> {

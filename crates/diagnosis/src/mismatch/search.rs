@@ -1,6 +1,6 @@
 //! The search for laws in a session: forward selection, its rivals, and names taken back where structure is left.
 
-use stiffbench_beams::physics::{Effect, Law};
+use stiffbench_beams::physics::{Effect, Law, TestObject};
 
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
@@ -232,7 +232,7 @@ impl DiagnosisProblem<'_> {
             shares: AllShares::default(),
         };
         found.shares = self.shares(&found)?;
-        if found.is_left() && !found.grade_basis().is_most() && search.drop_stand_ins(&mut found)? {
+        if found.is_left() && search.drop_stand_ins(&mut found)? {
             found.omnibus = self.omnibus(&found.after, &found.left)?;
             found.shares = self.shares(&found)?;
         }
@@ -364,8 +364,13 @@ impl ForwardProblem for LawSearch<'_, '_> {
     fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {
         let observations = self.bench.observations;
         !(ranked.effect.law.is_of_one_run()
-            && (ranked.against_gradual < -STRONG_EVIDENCE
-                || is_outlier(observations, &ranked.white, &scores.residuals)))
+            && (ranked.against_gradual < self.least_against_gradual()
+                || is_outlier(
+                    observations,
+                    &scores.space,
+                    &ranked.white,
+                    &scores.residuals,
+                )))
     }
 
     /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the
@@ -389,6 +394,15 @@ impl ForwardProblem for LawSearch<'_, '_> {
 }
 
 impl LawSearch<'_, '_> {
+    /// Log-likelihood of a jump relative to a gradual change from which on it may be one: where nothing is repeated it must be clearly likelier,
+    /// elsewhere not clearly less likely.
+    fn least_against_gradual(&self) -> f64 {
+        match self.bench.observations.bench {
+            TestObject::Robot => -STRONG_EVIDENCE,
+            TestObject::ForceDriven | TestObject::DisplacementDriven => STRONG_EVIDENCE,
+        }
+    }
+
     /// For each effect of a state the candidates that could stand in its place.
     ///
     /// # Arguments

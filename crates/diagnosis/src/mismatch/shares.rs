@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_beams::physics::TestObject;
+
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::problem::DiagnosisProblem;
@@ -145,7 +147,7 @@ impl DiagnosisProblem<'_> {
         })
     }
 
-    /// Poses where all others determine what was found, else repeats; `None` if neither serves.
+    /// Poses where all others determine what was found, else repeats, else of a recording cycles or halves; `None` if nothing serves.
     fn folds(&self, found: &SearchResult) -> Option<Vec<Fold>> {
         let cells = &self.observations.cells;
         let runs = &self.observations.runs;
@@ -167,7 +169,14 @@ impl DiagnosisProblem<'_> {
             });
             (folds.len() > 1 && determined).then_some(folds)
         };
-        folds(&of_pose).or_else(|| folds(&of_repeat))
+        let by_pose_or_repeat = folds(&of_pose).or_else(|| folds(&of_repeat));
+        if self.observations.bench == TestObject::Robot {
+            return by_pose_or_repeat;
+        }
+        let (cycles, halves) = self.observations.parts_of_runs();
+        by_pose_or_repeat
+            .or_else(|| folds(&|reading| cycles[reading]))
+            .or_else(|| folds(&|reading| halves[reading]))
     }
 }
 

@@ -1,12 +1,15 @@
 //! Whether a jump in a run is one: a change that takes several readings is none.
 
+use stiffbench_beams::physics::TestObject;
+use stiffbench_units_and_text::test_point::Branch;
+
 use super::observations::Observations;
 use crate::search::WhiteSpace;
-use crate::search::constants::{GRADUAL_READINGS, GRADUAL_SHARE};
+use crate::search::constants::{FLAT, GRADUAL_READINGS, GRADUAL_SHARE};
 
 /// Log-likelihood of a jump at one reading of a run relative to that of the likeliest change that comes gradually.
 ///
-/// The gradual change is a ramp over a fixed number of readings: like a jump it has a size and a place, and no value more.
+/// Where the run is not flat on both sides of the jump, it is no jump. The gradual change is a ramp over a fixed number of readings: like a jump it has a size and a place, and no value more.
 ///
 /// # Arguments
 /// - `jump`: the jump, white and projected.
@@ -29,13 +32,30 @@ pub(super) fn against_gradual(
         for (place, value) in ramp[readings.clone()].iter_mut().enumerate() {
             *value = (place.saturating_sub(from) as f64 / width as f64).min(1.0);
         }
-        gain(&space.projected(&ramp), residuals)
+        delta_chi2(&space.projected(&ramp), residuals)
     });
-    0.5 * (gain(jump, residuals) - ramps.fold(0.0, f64::max))
+    let of_the_jump = delta_chi2(jump, residuals);
+    let squares: f64 = residuals[readings.clone()].iter().map(|r| r * r).sum();
+    if of_the_jump < FLAT * (squares - readings.len() as f64) {
+        return f64::NEG_INFINITY;
+    }
+    let gradual = ramps.fold(0.0, f64::max);
+    // In a recording without repeats a loop between loading and unloading is one too.
+    let of_the_loop = if observations.bench == TestObject::Robot {
+        0.0
+    } else {
+        let mut branches = vec![0.0; observations.len()];
+        for reading in readings {
+            let unloads = observations.readings[reading].branch == Branch::Unloading;
+            branches[reading] = f64::from(u8::from(unloads));
+        }
+        delta_chi2(&space.projected(&branches), residuals)
+    };
+    0.5 * (of_the_jump - gradual.max(of_the_loop))
 }
 
 /// Δχ² of a change of the readings, both white and projected.
-fn gain(white: &[f64], residuals: &[f64]) -> f64 {
+pub(super) fn delta_chi2(white: &[f64], residuals: &[f64]) -> f64 {
     let products = white.iter().zip(residuals);
     let (product, square) = products.fold((0.0, 0.0), |(product, square), (w, r)| {
         (product + w * r, square + w * w)

@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use stiffbench_beams::physics::{Law, LoadPoint, PoseMechanics};
+use stiffbench_beams::physics::{LoadPoint, PoseMechanics, TestObject};
 use stiffbench_beams::structure::RotationInfluence;
-use stiffbench_measurement::specimen::SpecimenTable;
+use stiffbench_measurement::specimen::{ResponseVariable, SpecimenReading, SpecimenTable};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::baseline::{Baseline, BaselineParameter, PoseSolver};
@@ -16,17 +16,11 @@ use super::error::MismatchError;
 use super::observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };
+use super::recorded_history::RecordedHistory;
 use crate::search::constants::{LARGEST_DISPLACEMENT, LARGEST_LOAD};
 
 /// Name of the joint that stands for the specimen.
 pub const SPECIMEN_JOINT: &str = "specimen";
-
-/// Laws that need a robot, or that a straight line with a free slope contains.
-#[must_use]
-pub fn laws_that_need_a_robot() -> Vec<Law> {
-    let laws = Law::ALL.iter().filter(|law| !law.search.without_robot);
-    laws.copied().collect()
-}
 
 /// What one unit of the scaled numbers is in the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,32 +113,25 @@ fn line(pairs: &[(f64, f64)]) -> (f64, f64) {
 }
 
 fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
+    let any = |known: fn(&SpecimenReading) -> bool| table.readings.iter().any(known);
+    let recorded = Recorded {
+        time: true,
+        hold: any(|reading| reading.hold_s.is_some()),
+        temperature: any(|reading| reading.temperature_deg_c.is_some()),
+    };
     let mut out = Observations {
         poses: table
             .configurations
             .iter()
             .map(|name| PoseId::new(name))
             .collect(),
-        cells: Vec::new(),
-        runs: Vec::new(),
-        readings: Vec::new(),
-        loads: Vec::new(),
-        displacement_m: Vec::new(),
-        steps: GaugeSteps::default(),
-        release_n: None,
-        recorded: Recorded {
-            time: true,
-            hold: table
-                .readings
-                .iter()
-                .any(|reading| reading.hold_s.is_some()),
-            temperature: table
-                .readings
-                .iter()
-                .any(|reading| reading.temperature_deg_c.is_some()),
-        },
         free_zeros: true,
-        sessions: Vec::new(),
+        order_is_clock: scale.order_is_clock,
+        bench: match table.response {
+            ResponseVariable::Displacement => TestObject::ForceDriven,
+            ResponseVariable::Force => TestObject::DisplacementDriven,
+        },
+        ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
     let empty: Range<usize> = 0..0;
     for configuration in 0..table.configurations.len() {
@@ -173,6 +160,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
             readings: start..out.readings.len(),
         });
     }
+    out.histories = RecordedHistory::of_runs(&out);
     out
 }
 
@@ -183,7 +171,7 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
             .iter()
             .filter(|reading| reading.run as usize == run)
     };
-    let clock = |reading: &stiffbench_measurement::specimen::SpecimenReading| {
+    let clock = |reading: &SpecimenReading| {
         if scale.order_is_clock {
             Some(f64::from(reading.order))
         } else {

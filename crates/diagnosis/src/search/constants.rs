@@ -99,6 +99,10 @@ pub const MOST_FITTED: usize = 24;
 /// Δχ² behind the best linear one, to which candidates are fitted in full: a Bayes factor of e^13. By hand (750d6b5).
 pub const FITTED_WITHIN: f64 = 26.0;
 
+/// Share of the best Δχ² by which a law of parts may be behind before its shape is fitted (1): a shape halfway between two that are searched shows half
+/// of the whole. Numerics.
+pub const FAR_FROM_ITS_BEST: f64 = 0.5;
+
 /// Slips that are fitted in full at a time (1): one of a few micrometres may as well have come a step or two earlier or later. By hand: of
 /// 100 slips 0.9 beyond their critical value 81 were rightly named with six, 75 with two.
 pub const MOST_SLIPS_FITTED: usize = 6;
@@ -127,9 +131,13 @@ pub const ALTERNATIONS: usize = 3;
 /// Δχ² of an effect from which the shape of its kinked parameters is searched with full fits. By hand (750d6b5).
 pub const WORTH_A_SHAPE_SEARCH: f64 = 30.0;
 
-/// Share of a slip's product with the residuals above which one reading decides about it (1). By hand (fc4705d): alarms on benches with skewed
+/// Share of a slip's Δχ² that goes where one reading may be anything, if that reading decides about it (1). By hand (fc4705d): alarms on benches with skewed
 /// errors 12 of 182 with the rule, 18 without (seed 708).
 pub const ONE_READING: f64 = 0.5;
+
+/// Share of what a run leaves beyond noise that a jump in it explains at least (1): more than half, so that both sides are flatter than the jump is
+/// high. Definition.
+pub const FLAT: f64 = 0.5;
 
 /// Readings over which a gradual change in a run comes at least: a jump that is read while it happens takes two. Definition.
 pub const GRADUAL_READINGS: usize = 3;
@@ -163,6 +171,12 @@ pub const SAME_STEP: f64 = 0.05;
 pub const LARGEST_LOAD: f64 = 70.0;
 /// See [`LARGEST_LOAD`].
 pub const LARGEST_DISPLACEMENT: f64 = 1e-3;
+
+/// Share of the largest load within which a run of a part begins where the one before ended, so that its history goes on. Definition.
+pub const CONTINUES: f64 = 0.05;
+
+/// Path of a run, in its range, beyond which it is no way up with small errors but loads in shuffled order, if none of it is unloading. Definition.
+pub const SHUFFLED: f64 = 2.0;
 
 // Bad readings.
 
@@ -199,7 +213,7 @@ pub const SAME_JUMP: f64 = 3.0;
 /// null samples, 13 without (seed 701); 14 of 182 with them at seed 20261130.
 pub const COARSE: f64 = 0.5;
 
-/// A gauge that is finer in itself than this share of its step rounds every reading of a place alike (1). By hand (aed7720).
+/// Standard deviation of a reading before it is rounded by a coarse gauge, as a share of its step, where no repeats show it (1). By hand (aed7720).
 pub const FINEST: f64 = 0.05;
 
 // Rivals.

@@ -18,7 +18,7 @@ use crate::report::{
     twelve_values_text,
 };
 use stiffbench::mismatch::SearchOptions;
-use stiffbench::physics::{Law, laws};
+use stiffbench::physics::{Law, TestObject, laws};
 use stiffbench::readings::SessionHeader;
 use stiffbench::robot::Robot;
 use stiffbench::source_text::SourceText;
@@ -209,7 +209,7 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
     let options = PowerOptions {
         laws: match (args.laws.as_slice(), args.quick) {
             ([], true) => QUICK_LAWS.to_vec(),
-            ([], false) => Law::ALL.to_vec(),
+            ([], false) => Law::searched_on(TestObject::Robot).collect(),
             (names, _) => laws(names)?,
         },
         sizes: match (args.sizes.as_slice(), args.quick) {

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use stiffbench_diagnosis::mismatch::{
     Diagnosis, MisfitShares, MismatchError, SearchOptions, Verdict, VerdictGrade, diagnose,
-    laws_that_need_a_robot, specimen_bench,
+    specimen_bench,
 };
 use stiffbench_measurement::specimen::SpecimenTable;
 
@@ -201,7 +201,6 @@ pub fn score_recording(
 ) -> Result<RecordingScore, ProveError> {
     let (observations, baseline, scale) = specimen_bench(table)?;
     let options = SearchOptions {
-        without: laws_that_need_a_robot(),
         seed,
         ..SearchOptions::default()
     };

@@ -6,7 +6,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, SearchSpec, Shape, VISIBLE_SHARE};
+use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape, VISIBLE_SHARE};
 
 /// Share of the largest force that goes unseen beside it, 1.
 const UNSEEN: f64 = 0.3;
@@ -40,7 +40,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         // A line with a free zero contains it.
-        without_robot: false,
+        on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (
             "without an unloaded reading the zero of the gauge takes it",

@@ -8,7 +8,7 @@ use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, Shape};
+use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "creep",
@@ -55,7 +55,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: true,
+        on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Hold,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: TOO_LITTLE,

@@ -6,7 +6,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, SearchSpec, Shape};
+use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
 
 use super::force_gauge_scale::ANOTHER_UNIT;
 
@@ -38,7 +38,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: false,
+        on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: TOO_LITTLE,

@@ -6,7 +6,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, SearchSpec, Shape, VISIBLE_SHARE};
+use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape, VISIBLE_SHARE};
 
 /// Share of its reading by which a gauge may err, 1.
 const BROKEN: f64 = 0.1;
@@ -39,7 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: true,
+        on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: TOO_LITTLE,

@@ -12,7 +12,7 @@ use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-periodic",
@@ -80,7 +80,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: Some(any_period),
         phase: Some(2),
         is_freest: false,
-        without_robot: true,
+        on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (

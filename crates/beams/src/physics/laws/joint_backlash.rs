@@ -1,12 +1,15 @@
 //! A joint that turns freely through its play once its seat is overcome.
 
 use super::joint_compliance::{ACROSS_THE_JOINT, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT};
-use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
+use crate::physics::action::{
+    Driven, DrivenPath, HistoryLaw, LawAction, RotationLaw, SimulatedRotation, Values,
+};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::part::{LEVEL, SEARCH, SLOPE, at_levels, mean_slope};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -60,7 +63,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: true,
+        on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,
@@ -73,6 +76,42 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     check: Some(ACROSS_THE_JOINT),
 };
+
+/// The same part with its displacement set: it carries nothing within its play.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "joint-backlash (force read)",
+    equation: "force -= k (displacement within -play/2 to play/2)",
+    parameters: &[
+        ParameterSpec {
+            name: "k",
+            word: "stiffness outside the play",
+            ..SLOPE
+        },
+        ParameterSpec {
+            name: "play",
+            word: "play",
+            ..LEVEL
+        },
+    ],
+    action: LawAction::History(&DeadZone),
+    search: SearchSpec {
+        shapes: |scale| at_levels(scale, 1e-3 * mean_slope(scale)),
+        on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
+        ..SEARCH
+    },
+    ..LAW
+};
+
+#[derive(Debug)]
+struct DeadZone;
+
+impl HistoryLaw for DeadZone {
+    fn answers(&self, &[k, play, ..]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+        for (answer, driver) in out.iter_mut().zip(path.driver) {
+            *answer = -k * driver.clamp(-0.5 * play, 0.5 * play);
+        }
+    }
+}
 
 /// Seat moments of a play as shares of the largest moment: where a reading lies beyond the seat or before it the play is all there or not at
 /// all, so that a fortieth changes it.

@@ -5,7 +5,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, PlaceScale, SearchSpec};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -23,7 +23,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: true,
         // A line with a free slope contains it.
-        without_robot: false,
+        on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,

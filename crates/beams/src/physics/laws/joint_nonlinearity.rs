@@ -8,7 +8,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, Shape};
+use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -45,7 +45,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: true,
+        on: SearchedOn::ALL,
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,

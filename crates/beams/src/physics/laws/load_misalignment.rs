@@ -6,7 +6,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, Shape};
+use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
 
 /// About three degrees, rad.
 pub(super) const SEEN_BY_EYE: f64 = 0.05;
@@ -39,7 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: false,
+        on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (
             "a force turned that way moves this robot along the direction of reading only to second order",

@@ -5,25 +5,30 @@
 
 use super::law::Law;
 
-/// Declares the files, the list of laws in their order, and a name for each.
+/// Declares the files, the list of laws in their order, and a name for each; a second name where a part without a robot file shows another face
+/// of the law.
 macro_rules! library {
-    ($($file:ident $law:ident,)*) => {
+    ($($file:ident $law:ident $($other:ident)?,)*) => {
         $(mod $file;)*
 
         /// Every law, in the order of the library.
-        pub(super) const LAWS: &[Law] = &[$($law),*];
+        pub(super) const LAWS: &[Law] = &[$($law $(, $other)?),*];
 
         $(
             #[doc = concat!("The law of `laws/", stringify!($file), ".rs`.")]
             pub const $law: Law = Law(&$file::LAW);
+            $(
+                #[doc = concat!("The face of the law of `laws/", stringify!($file), ".rs` that a part without a robot file shows.")]
+                pub const $other: Law = Law(&$file::DUAL);
+            )?
         )*
     };
 }
 
 library! {
     joint_compliance JOINT_COMPLIANCE,
-    joint_backlash JOINT_BACKLASH,
-    joint_friction JOINT_FRICTION,
+    joint_backlash JOINT_BACKLASH BACKLASH_DUAL,
+    joint_friction JOINT_FRICTION FRICTION_DUAL,
     joint_nonlinearity JOINT_NONLINEARITY,
     base_compliance BASE_COMPLIANCE,
     gauge_stand_compliance GAUGE_STAND_COMPLIANCE,
@@ -33,7 +38,7 @@ library! {
     creep CREEP,
     drift_per_second DRIFT_PER_SECOND,
     drift_per_kelvin DRIFT_PER_KELVIN,
-    setting_in SETTING_IN,
+    setting_in SETTING_IN PART_SETTING_IN,
     slip SLIP,
     gauge_periodic GAUGE_PERIODIC,
     constant_force CONSTANT_FORCE,
@@ -45,6 +50,16 @@ library! {
     section_error SECTION_ERROR,
     factor_group FACTOR_GROUP,
     wrong_mechanism WRONG_MECHANISM,
+    maxwell_slip MAXWELL_SLIP MAXWELL_SLIP_DUAL,
+    load_dependent_friction LOAD_DEPENDENT_FRICTION LOAD_DEPENDENT_FRICTION_DUAL,
+    preloaded_backlash PRELOADED_BACKLASH PRELOADED_BACKLASH_DUAL,
+    odd_polynomial ODD_POLYNOMIAL,
+    end_stop END_STOP END_STOP_DUAL,
+    contact CONTACT CONTACT_DUAL,
+    relaxation RELAXATION RELAXATION_DUAL,
+    logarithmic_creep PART_CREEP PART_CREEP_DUAL,
+    softening SOFTENING SOFTENING_DUAL,
+    warm_up WARM_UP,
 }
 
 pub use gauge_periodic::{NOMINAL_PERIODS_M, SHORTEST_PERIOD_M};

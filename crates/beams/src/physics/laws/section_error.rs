@@ -6,7 +6,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec, Shape};
+use crate::physics::search::{Needs, SearchSpec, SearchedOn, Shape};
 
 /// Smallest and largest error that is overlooked: three times either way is another profile.
 const OVERLOOKED: [f64; 2] = [-2.0 / 3.0, 2.0];
@@ -39,7 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: false,
+        on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: TOO_LITTLE,

@@ -1,14 +1,15 @@
 //! First repeats that give more, or less, than the later ones.
 
 use super::base_compliance::TOO_LITTLE_AT_PLACE;
-use crate::physics::action::LawAction;
+use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
+use crate::physics::part::{ANSWER, LEVEL};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, Shape};
+use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "setting-in",
@@ -57,7 +58,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: true,
+        on: SearchedOn::ALL,
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (
@@ -96,3 +97,64 @@ fn shapes(scale: &PlaceScale) -> Vec<Shape> {
     let decays = DECAYS.into_iter().filter(|_| scale.has_repeats);
     decays.map(shape).collect()
 }
+
+/// The same of a part whose runs are not told apart: it sets over the path of what is set, whatever its sign.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "setting-in (part)",
+    equation: "answer += size (1 - exp(-path/decay)), path = sum |change of the driver| less the way from its start",
+    parameters: &[
+        ParameterSpec {
+            sign: SignConstraint::Either,
+            plausible: PlausibleRange {
+                bounds: |scale, _| [-scale.displacement_m, scale.displacement_m],
+                reason: "up to the largest answer",
+            },
+            ..ANSWER
+        },
+        ParameterSpec {
+            name: "decay",
+            word: "path over which it sets",
+            plausible: PlausibleRange {
+                bounds: |scale, _| [PATHS[0], PATHS[PATHS.len() - 1]].map(|path| path * scale.force_n),
+                reason: "from a quarter of the largest load to sixteen times as much, which is eight cycles",
+            },
+            typical: Typical {
+                value: |scale| 2.0 * scale.force_n,
+                spread: 3.0,
+            },
+            ..LEVEL
+        },
+    ],
+    action: LawAction::History(&SetOverPath),
+    search: SearchSpec {
+        shapes: |scale| {
+            let of_path = |path: f64| Shape::of_either_sign(vec![1e-6, path * scale.force_n]);
+            PATHS.into_iter().map(of_path).collect()
+        },
+        on: SearchedOn::PARTS,
+        needs: Needs::Nothing,
+        ..LAW.search
+    },
+    ..LAW
+};
+
+/// Paths over which a part sets, in largest loads.
+const PATHS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
+#[derive(Debug)]
+struct SetOverPath;
+
+impl HistoryLaw for SetOverPath {
+    fn answers(&self, &[size, decay, ..]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+        let mut length = 0.0;
+        let first = path.driver.first().copied().unwrap_or_default();
+        let mut before = first;
+        for (answer, &driver) in out.iter_mut().zip(path.driver) {
+            length += (driver - before).abs();
+            before = driver;
+            let back_and_forth = length - (driver - first).abs();
+            *answer = -size * (-back_and_forth / decay).exp_m1();
+        }
+    }
+}
+

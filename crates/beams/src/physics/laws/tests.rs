@@ -28,7 +28,7 @@ fn laws_of_one_name_differ_in_place_or_unit_and_rows_are_unique() {
             let units = |law: &Law| {
                 law.parameters
                     .iter()
-                    .map(crate::physics::ParameterSpec::unit)
+                    .map(|parameter| (parameter.name, parameter.unit()))
                     .collect::<Vec<_>>()
             };
             assert!(
@@ -56,6 +56,7 @@ fn every_shape_and_every_typical_value_is_plausible() {
         displacement_m: 1e-3,
         time_s: 200.0,
         warming_k: 2.0,
+        has_clock: true,
         has_holds: true,
         has_repeats: true,
         compliance: 1e-5,
@@ -125,7 +126,7 @@ proptest! {
     /// The slope of every law is that of its twist, away from its kinks.
     #[test]
     fn slopes_are_derivatives(driving in 1.0..50.0_f64, k in 1.0..1e4_f64) {
-        for law in LAWS.iter().filter(|law| law.is_of_a_joint()) {
+        for law in LAWS.iter().filter(|law| matches!(law.action, LawAction::Joint(_))) {
             let values = [2e-4, 0.3, 0.0, 0.0];
             let twist_law = twist_law(*law);
             let rotation = |moment| twist_law.rotation_rad(&values, at(moment, k, 0.0));

@@ -4,7 +4,7 @@ use super::base_compliance::OVER_FORCE;
 use crate::physics::action::LawAction;
 use crate::physics::law::{Check, LawDefinition, LawKind, LawWording, MistakePrior};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, SearchSpec};
+use crate::physics::search::{Needs, SearchSpec, SearchedOn};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "wrong-mechanism",
@@ -21,7 +21,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        without_robot: false,
+        on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (
             "the readings would hardly change, or the factors take what changes",

@@ -7,7 +7,7 @@ use toml::de::DeValue;
 use crate::physics::EffectError;
 use crate::physics::dimension::Dimension;
 use crate::physics::effect_text::{
-    EffectProblem, law_at, laws_named, only_place, parameter_named, with_parameters,
+    EffectProblem, laws_at, laws_named, only_place, parameter_named, with_parameters,
 };
 use crate::physics::law::Law;
 use crate::physics::place::{Place, PlaceKind};
@@ -176,7 +176,7 @@ fn effect(table: &Table<'_>) -> ModelRead<FoundEffect> {
             first.or_else(|error| places.find_map(Result::ok).ok_or(error))?
         }
     };
-    let written = parameters(table, law_at(&laws, &place))?;
+    let written = parameters(table, &laws_at(&laws, &place))?;
     let given: Vec<(&str, f64, &str)> = written
         .iter()
         .map(|value| (value.name, value.number, value.unit))
@@ -213,13 +213,13 @@ fn effect(table: &Table<'_>) -> ModelRead<FoundEffect> {
 }
 
 /// The values of an effect, each `{ value, unit }` and what is known of it.
-fn parameters<'a>(table: &Table<'a>, law: Law) -> ModelRead<Vec<Written<'a>>> {
+fn parameters<'a>(table: &Table<'a>, laws: &[Law]) -> ModelRead<Vec<Written<'a>>> {
     let Some(parameters) = table.read("parameters", TomlValue::table)? else {
         return Ok(Vec::new());
     };
     let mut written = Vec::new();
     for (key, span, value) in parameters.entries() {
-        let spec = parameter_named(law, key).map_err(|wrong| error(table, span, wrong))?;
+        let spec = parameter_named(laws, key).map_err(|wrong| error(table, span, wrong))?;
         let entry = value.table()?;
         entry.only(&["value", "unit", "u", "dof", "ci95"])?;
         let unit = entry.require("unit")?.text()?;

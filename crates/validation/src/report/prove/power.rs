@@ -93,7 +93,10 @@ fn law_table(cases: &[PowerCase]) -> AlignedTable {
         "%",
         "95 % interval",
     ]);
-    for name in law_names().filter(|name| Law::named(name).all(|law| !law.is_of_one_run())) {
+    for name in Law::names()
+        .into_iter()
+        .filter(|name| Law::named(name).all(|law| !law.is_of_one_run()))
+    {
         let benches = cases.iter().filter(|case| is_of_law(case, name)).count();
         if benches == 0 {
             continue;
@@ -111,13 +114,6 @@ fn law_table(cases: &[PowerCase]) -> AlignedTable {
         table.row(row);
     }
     table
-}
-
-/// Names of laws, each once.
-fn law_names() -> impl Iterator<Item = &'static str> {
-    let mut names: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
-    names.dedup();
-    names.into_iter()
 }
 
 fn is_of_law(case: &PowerCase, name: &str) -> bool {
@@ -168,7 +164,10 @@ fn ideal_table(cases: &[PowerCase]) -> AlignedTable {
         ]);
     };
     let sizes = [("4.5", AT_80), ("6 and more", FROM_95)];
-    for name in law_names().filter(|name| Law::named(name).all(|law| !law.is_of_one_run())) {
+    for name in Law::names()
+        .into_iter()
+        .filter(|name| Law::named(name).all(|law| !law.is_of_one_run()))
+    {
         for (size, range) in sizes {
             row(name, size, of_law(cases, name, range));
         }

@@ -1,0 +1,149 @@
+//! Free travel, then contact that stiffens.
+//!
+//! A sphere on a half-space carries by the power 3/2 of its approach: Johnson, Contact Mechanics, 1985, section 4.2, equation 4.23.
+
+use super::preloaded_backlash::STEP;
+use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{FitBy, OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::part::{ANSWER, FIGURE, SEARCH};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "contact",
+    row: "contact",
+    kind: LawKind::Physics,
+    equation: "displacement += size (force/full)^(1/power) for force/full > 0",
+    place_kind: PlaceKind::Structure,
+    parameters: &[ANSWER, FULL, POWER],
+    contains: &[],
+    action: LawAction::History(&ByForce),
+    search: SearchSpec {
+        shapes: |scale| {
+            let shape = |power: f64, side: f64| Shape {
+                held: Some((1, 0.0)),
+                ..Shape::of_any_size(vec![1e-6, side * scale.force_n, power])
+            };
+            let powers = [1.5, 2.0].into_iter();
+            powers.flat_map(|power| [1.0, -1.0].map(|side| shape(power, side))).collect()
+        },
+        on: SearchedOn::FORCE_DRIVEN_PARTS,
+        ..SEARCH
+    },
+    figure: FIGURE,
+    words: LawWording {
+        phrase: |_, _| "contact after free travel".to_owned(),
+        heading: |_| "contact after free travel".to_owned(),
+        explanation: "Up to the onset the faces do not touch; from then on they carry by a power of their approach.",
+    },
+    check: None,
+};
+
+/// Where the size is reached, on the side on which the part touches.
+const FULL: ParameterSpec = ParameterSpec {
+    name: "full",
+    word: "where the size is reached",
+    dimension: Dimension::Driver,
+    sign: SignConstraint::Either,
+    plausible: PlausibleRange {
+        bounds: |scale, _| [-scale.force_n, scale.force_n],
+        reason: "the largest that was set, with the sign of the side on which the part touches; the size goes with it",
+    },
+    typical: Typical {
+        value: |scale| scale.force_n,
+        spread: 1.0,
+    },
+    fit: FitBy::Search,
+};
+
+const POWER: ParameterSpec = ParameterSpec {
+    name: "power",
+    word: "power",
+    dimension: Dimension::Share,
+    sign: SignConstraint::AboveZero,
+    plausible: PlausibleRange {
+        bounds: |_, _| [1.0, 2.5],
+        reason: "from flat faces, 1, over a sphere, 3/2, to a cone or a soft film, 2 and a little more",
+    },
+    typical: Typical {
+        value: |_| 1.5,
+        spread: 1.3,
+    },
+    fit: OF_A_SIZE,
+};
+
+/// The same part with its displacement set.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "contact (force read)",
+    equation: "force += size ((displacement - onset)/full)^power beyond the onset, toward full",
+    parameters: &[
+        ParameterSpec {
+            sign: SignConstraint::Either,
+            plausible: PlausibleRange {
+                bounds: |scale, _| [-200.0 * scale.displacement_m, 200.0 * scale.displacement_m],
+                reason: "up to two hundred times the largest force: contact may be shorter than all that was set",
+            },
+            ..ANSWER
+        },
+        FULL,
+        POWER,
+        ParameterSpec {
+            name: "onset",
+            word: "onset",
+            plausible: PlausibleRange {
+                bounds: |scale, _| [-scale.force_n, scale.force_n],
+                reason: "within what was set: beyond it nothing touches, or all the time",
+            },
+            typical: Typical {
+                value: |scale| 0.3 * scale.force_n,
+                spread: 2.0,
+            },
+            fit: FitBy::FixedStep { step: STEP },
+            ..FULL
+        },
+    ],
+    action: LawAction::History(&ByDisplacement),
+    search: SearchSpec {
+        shapes,
+        on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
+        ..SEARCH
+    },
+    ..LAW
+};
+
+fn shapes(scale: &PlaceScale) -> Vec<Shape> {
+    let onsets = (-9..=9).map(|tenths| 0.1 * f64::from(tenths));
+    let shape = |onset: f64, power: f64, side: f64| Shape {
+        held: Some((1, 0.0)),
+        ..Shape::of_either_sign(vec![1e-6, side * scale.force_n, power, onset * scale.force_n])
+    };
+    let of_onset = |onset: f64| {
+        let powers = [1.0, 1.5, 2.0].into_iter();
+        powers.flat_map(move |power| [shape(onset, power, 1.0), shape(onset, power, -1.0)])
+    };
+    onsets.flat_map(of_onset).collect()
+}
+
+#[derive(Debug)]
+struct ByForce;
+
+impl HistoryLaw for ByForce {
+    fn answers(&self, &[size, full, power, _]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+        for (answer, force) in out.iter_mut().zip(path.driver) {
+            *answer = size * full.signum() * (force / full).max(0.0).powf(power.recip());
+        }
+    }
+}
+
+#[derive(Debug)]
+struct ByDisplacement;
+
+impl HistoryLaw for ByDisplacement {
+    fn answers(&self, &[size, full, power, onset]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+        for (answer, displacement) in out.iter_mut().zip(path.driver) {
+            *answer = size * ((displacement - onset) / full).max(0.0).powf(power);
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! A stop: beyond a load or a travel the part is stiffer.
+
+use super::joint_compliance::ACROSS_THE_JOINT;
+use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{ParameterSpec, PlausibleRange, Typical};
+use crate::physics::part::{FIGURE, LEVEL, SEARCH, SLOPE, mean_slope};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "end-stop",
+    row: "end-stop",
+    kind: LawKind::Physics,
+    equation: "displacement -= c (|force| - stop) sign(force) beyond the stop",
+    place_kind: PlaceKind::Joint,
+    parameters: &[
+        ParameterSpec {
+            name: "c",
+            word: "compliance lost at the stop",
+            plausible: PlausibleRange {
+                bounds: |scale, _| [0.3, 20.0].map(|factor| factor * mean_slope(scale)),
+                reason: "at least a third of the mean slope, below which it is no stop but a curve",
+            },
+            typical: Typical {
+                value: mean_slope,
+                spread: 3.0,
+            },
+            ..SLOPE
+        },
+        ParameterSpec {
+            name: "stop",
+            word: "load at the stop",
+            ..FAR_OUT
+        },
+    ],
+    contains: &[],
+    action: LawAction::History(&Stop { side: -1.0 }),
+    search: SearchSpec {
+        shapes,
+        on: SearchedOn::FORCE_DRIVEN_PARTS,
+        ..SEARCH
+    },
+    figure: FIGURE,
+    words: LawWording {
+        phrase: |at, _| format!("a stop that {at} runs into"),
+        heading: |place| format!("a stop of {place}"),
+        explanation: "Up to the stop the part yields by its line, beyond it less.",
+    },
+    check: Some(ACROSS_THE_JOINT),
+};
+
+/// The same part with its displacement set.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "end-stop (force read)",
+    equation: "force += k (|displacement| - stop) sign(displacement) beyond the stop",
+    parameters: &[
+        ParameterSpec {
+            name: "k",
+            word: "stiffness of the stop",
+            plausible: PlausibleRange {
+                bounds: |scale, _| [0.3, 20.0].map(|factor| factor * mean_slope(scale)),
+                reason: "at least a third of the mean slope, below which it is no stop but a curve",
+            },
+            typical: Typical {
+                value: mean_slope,
+                spread: 3.0,
+            },
+            ..SLOPE
+        },
+        ParameterSpec {
+            name: "stop",
+            word: "travel to the stop",
+            ..FAR_OUT
+        },
+    ],
+    action: LawAction::History(&Stop { side: 1.0 }),
+    search: SearchSpec {
+        shapes,
+        on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
+        ..SEARCH
+    },
+    ..LAW
+};
+
+/// A stop lies in the outer part of what was set: a part that is softer in the middle alone has play.
+const FAR_OUT: ParameterSpec = ParameterSpec {
+    plausible: PlausibleRange {
+        bounds: |scale, _| [STOPS[0], STOPS[STOPS.len() - 1]].map(|stop| stop * scale.force_n),
+        reason: "in the outer part of what was set: a part that is softer in the middle alone has play",
+    },
+    typical: Typical {
+        value: |scale| 0.7 * scale.force_n,
+        spread: 1.3,
+    },
+    ..LEVEL
+};
+
+/// Stops that are searched, as shares of the largest that was set.
+const STOPS: [f64; 7] = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+
+fn shapes(scale: &PlaceScale) -> Vec<Shape> {
+    let at = |stop: f64| Shape {
+        scale: [0.3, 20.0],
+        ..Shape::of_any_size(vec![mean_slope(scale), stop * scale.force_n])
+    };
+    STOPS.into_iter().map(at).collect()
+}
+
+#[derive(Debug)]
+struct Stop {
+    side: f64,
+}
+
+impl HistoryLaw for Stop {
+    fn answers(&self, &[slope, stop, ..]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+        for (answer, driver) in out.iter_mut().zip(path.driver) {
+            *answer = self.side * slope * (driver - driver.clamp(-stop, stop));
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! A part that yields to a load, or lets go of a displacement, evenly over decades of time.
+//!
+//! Retardation times that lie evenly on a logarithmic scale: Findley, Lai & Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials,
+//! 1976, sections 5.7 and 5.8.
+
+use super::relaxation::delayed;
+use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
+use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::parameter::ParameterSpec;
+use crate::physics::part::{FIGURE, SEARCH, SLOPE, TIME_CONSTANT, at_times, mean_slope};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, SearchSpec, SearchedOn};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "creep",
+    row: "creep (part)",
+    kind: LawKind::Physics,
+    equation: "displacement += c sum(z_i)/2, dz_i/dt = (force - z_i)/(tau 10^(i/2)), i = 0 to 9",
+    place_kind: PlaceKind::Structure,
+    parameters: &[
+        ParameterSpec {
+            name: "c",
+            word: "compliance a decade of time",
+            ..SLOPE
+        },
+        TIME_CONSTANT,
+    ],
+    contains: &[],
+    action: LawAction::History(&Decades { side: 1.0 }),
+    search: SearchSpec {
+        shapes: |scale| at_times(scale, 1e-3 * mean_slope(scale)),
+        on: SearchedOn::FORCE_DRIVEN_PARTS,
+        needs: Needs::Clock,
+        ..SEARCH
+    },
+    figure: LawFigure {
+        driving: Driving::Clock,
+        curve: Curve::Lines,
+        ..FIGURE
+    },
+    words: LawWording {
+        phrase: |_, _| "creep of the part".to_owned(),
+        heading: |_| "creep".to_owned(),
+        explanation: "The answer to each change of the load grows with the logarithm of the time since.",
+    },
+    check: None,
+};
+
+/// The same part with its displacement set.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "creep (force read)",
+    equation: "force -= k sum(z_i)/2, dz_i/dt = (displacement - z_i)/(tau 10^(i/2)), i = 0 to 9",
+    parameters: &[
+        ParameterSpec {
+            name: "k",
+            word: "stiffness lost a decade of time",
+            ..SLOPE
+        },
+        TIME_CONSTANT,
+    ],
+    action: LawAction::History(&Decades { side: -1.0 }),
+    search: SearchSpec {
+        on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
+        ..LAW.search
+    },
+    words: LawWording {
+        explanation: "The force that answers each change of the displacement falls with the logarithm of the time since.",
+        ..LAW.words
+    },
+    ..LAW
+};
+
+/// Retardation times: two a decade.
+const TIMES: usize = 10;
+
+#[derive(Debug)]
+struct Decades {
+    side: f64,
+}
+
+impl HistoryLaw for Decades {
+    fn answers(&self, &[slope, tau, ..]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+        let first = path.driver.first().copied().unwrap_or_default();
+        let mut at = (path.time_s.first().copied().unwrap_or_default(), first);
+        let mut z = [first; TIMES];
+        let taus: [f64; TIMES] = std::array::from_fn(|i| tau * 10_f64.powf(0.5 * i as f64));
+        for (answer, (&time_s, &driver)) in out.iter_mut().zip(path.time_s.iter().zip(path.driver)) {
+            let step_s = time_s - at.0;
+            for (z, tau) in z.iter_mut().zip(taus) {
+                *z = delayed(*z, [at.1, driver], step_s / tau);
+            }
+            at = (time_s, driver);
+            *answer = self.side * 0.5 * slope * z.iter().sum::<f64>();
+        }
+    }
+}

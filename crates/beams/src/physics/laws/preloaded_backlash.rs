@@ -1,0 +1,120 @@
+//! Play whose middle does not lie at zero load: one-sided, or held off by a preload.
+
+use super::joint_compliance::ACROSS_THE_JOINT;
+use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::part::{ANSWER, FIGURE, LEVEL, SEARCH, SLOPE, mean_slope};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "preloaded-backlash",
+    row: "preloaded-backlash",
+    kind: LawKind::Physics,
+    equation: "displacement += play ((force - preload)/width within -1/2 to 1/2)",
+    place_kind: PlaceKind::Joint,
+    parameters: &[
+        ParameterSpec {
+            name: "play",
+            word: "play",
+            ..ANSWER
+        },
+        MIDDLE,
+        ParameterSpec {
+            name: "width",
+            word: "change of force over which the play is taken up",
+            ..LEVEL
+        },
+    ],
+    contains: &[],
+    action: LawAction::History(&Play::ByForce),
+    search: SearchSpec {
+        shapes: |scale| shapes(scale, 1e-6),
+        on: SearchedOn::FORCE_DRIVEN_PARTS,
+        ..SEARCH
+    },
+    figure: FIGURE,
+    words: LawWording {
+        phrase: |at, _| format!("play in {at} away from zero load"),
+        heading: |place| format!("play of {place} away from zero load"),
+        explanation: "At its preload the part passes through its play; before and after it carries.",
+    },
+    check: Some(ACROSS_THE_JOINT),
+};
+
+/// The same part with its displacement set.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "preloaded-backlash (force read)",
+    equation: "force -= k (displacement - middle within -play/2 to play/2)",
+    parameters: &[
+        ParameterSpec {
+            name: "k",
+            word: "stiffness outside the play",
+            ..SLOPE
+        },
+        ParameterSpec {
+            name: "middle",
+            word: "middle of the play",
+            ..MIDDLE
+        },
+        ParameterSpec {
+            name: "play",
+            word: "play",
+            ..LEVEL
+        },
+    ],
+    contains: &["joint-backlash"],
+    action: LawAction::History(&Play::ByDisplacement),
+    search: SearchSpec {
+        shapes: |scale| shapes(scale, 1e-3 * mean_slope(scale)),
+        on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
+        ..SEARCH
+    },
+    ..LAW
+};
+
+/// Step of the difference: a thousandth of the largest load of a scaled table.
+pub(super) const STEP: f64 = 0.07;
+
+/// Where the play lies.
+const MIDDLE: ParameterSpec = ParameterSpec {
+    name: "preload",
+    word: "preload",
+    dimension: Dimension::Driver,
+    sign: SignConstraint::Either,
+    plausible: PlausibleRange {
+        bounds: |scale, _| [-scale.force_n, scale.force_n],
+        reason: "within what was set: elsewhere the play is never passed",
+    },
+    typical: Typical {
+        value: |scale| 0.3 * scale.force_n,
+        spread: 2.0,
+    },
+    fit: FitBy::FixedStep { step: STEP },
+};
+
+fn shapes(scale: &PlaceScale, size: f64) -> Vec<Shape> {
+    let middles = (-8..=8).map(|eighths| 0.1 * f64::from(eighths));
+    let shape = |middle: f64, width: f64| Shape::of_any_size(vec![size, middle * scale.force_n, width * scale.force_n]);
+    middles.flat_map(|middle| [0.02, 0.1, 0.3].map(|width| shape(middle, width))).collect()
+}
+
+#[derive(Debug)]
+enum Play {
+    ByForce,
+    ByDisplacement,
+}
+
+impl HistoryLaw for Play {
+    fn answers(&self, &[size, middle, width, _]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+        for (answer, driver) in out.iter_mut().zip(path.driver) {
+            let within = (driver - middle).clamp(-0.5 * width, 0.5 * width);
+            *answer = match self {
+                Self::ByForce => size * within / width,
+                Self::ByDisplacement => -size * within,
+            };
+        }
+    }
+}
