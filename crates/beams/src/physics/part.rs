@@ -132,3 +132,9 @@ pub(super) const FIGURE: LawFigure = LawFigure {
     large_loads_only: false,
     curve: Curve::Lines,
 };
+
+/// A law of a part that acts with time is drawn over the clock.
+pub(super) const OVER_TIME: LawFigure = LawFigure {
+    driving: Driving::Clock,
+    ..FIGURE
+};

@@ -18,15 +18,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         ParameterSpec {
             name: "c",
             word: "compliance lost at the stop",
-            plausible: PlausibleRange {
-                bounds: |scale, _| [0.3, 20.0].map(|factor| factor * mean_slope(scale)),
-                reason: "at least a third of the mean slope, below which it is no stop but a curve",
-            },
-            typical: Typical {
-                value: mean_slope,
-                spread: 3.0,
-            },
-            ..SLOPE
+            ..CHANGE
         },
         ParameterSpec {
             name: "stop",
@@ -58,15 +50,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         ParameterSpec {
             name: "k",
             word: "stiffness of the stop",
-            plausible: PlausibleRange {
-                bounds: |scale, _| [0.3, 20.0].map(|factor| factor * mean_slope(scale)),
-                reason: "at least a third of the mean slope, below which it is no stop but a curve",
-            },
-            typical: Typical {
-                value: mean_slope,
-                spread: 3.0,
-            },
-            ..SLOPE
+            ..CHANGE
         },
         ParameterSpec {
             name: "stop",
@@ -76,11 +60,23 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     ],
     action: LawAction::History(&Stop { side: 1.0 }),
     search: SearchSpec {
-        shapes,
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
-        ..SEARCH
+        ..LAW.search
     },
     ..LAW
+};
+
+/// How much the slope changes at a stop.
+const CHANGE: ParameterSpec = ParameterSpec {
+    plausible: PlausibleRange {
+        bounds: |scale, _| [0.3, 20.0].map(|factor| factor * mean_slope(scale)),
+        reason: "at least a third of the mean slope, below which it is no stop but a curve",
+    },
+    typical: Typical {
+        value: mean_slope,
+        spread: 3.0,
+    },
+    ..SLOPE
 };
 
 /// A stop lies in the outer part of what was set: a part that is softer in the middle alone has play.

@@ -3,13 +3,13 @@
 //! Retardation times that lie evenly on a logarithmic scale: Findley, Lai & Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials,
 //! 1976, sections 5.7 and 5.8.
 
-use super::relaxation::delayed;
+use super::relaxation::{self, delayed};
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::ParameterSpec;
-use crate::physics::part::{FIGURE, SEARCH, SLOPE, TIME_CONSTANT, at_times, mean_slope};
+use crate::physics::part::{OVER_TIME, SLOPE, TIME_CONSTANT};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, SearchSpec, SearchedOn};
+use crate::physics::search::{SearchSpec, SearchedOn};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "creep",
@@ -27,17 +27,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     ],
     contains: &[],
     action: LawAction::History(&Decades { side: 1.0 }),
-    search: SearchSpec {
-        shapes: |scale| at_times(scale, 1e-3 * mean_slope(scale)),
-        on: SearchedOn::FORCE_DRIVEN_PARTS,
-        needs: Needs::Clock,
-        ..SEARCH
-    },
-    figure: LawFigure {
-        driving: Driving::Clock,
-        curve: Curve::Lines,
-        ..FIGURE
-    },
+    search: relaxation::LAW.search,
+    figure: OVER_TIME,
     words: LawWording {
         phrase: |_, _| "creep of the part".to_owned(),
         heading: |_| "creep".to_owned(),

@@ -3,9 +3,9 @@
 //! Findley, Lai & Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976, section 5.6.
 
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::ParameterSpec;
-use crate::physics::part::{FIGURE, SEARCH, SLOPE, TIME_CONSTANT, at_times, mean_slope};
+use crate::physics::part::{OVER_TIME, SEARCH, SLOPE, TIME_CONSTANT, at_times, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, SearchSpec, SearchedOn};
 
@@ -31,11 +31,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         needs: Needs::Clock,
         ..SEARCH
     },
-    figure: LawFigure {
-        driving: Driving::Clock,
-        curve: Curve::Lines,
-        ..FIGURE
-    },
+    figure: OVER_TIME,
     words: LawWording {
         phrase: |_, _| "a part that yields with time".to_owned(),
         heading: |_| "a part that yields with time".to_owned(),

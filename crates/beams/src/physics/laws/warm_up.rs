@@ -1,9 +1,9 @@
 //! A reading that moves while the machine warms up.
 
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{ParameterSpec, PlausibleRange, SignConstraint};
-use crate::physics::part::{ANSWER, FIGURE, SEARCH, TIME_CONSTANT, at_times};
+use crate::physics::part::{ANSWER, OVER_TIME, SEARCH, TIME_CONSTANT, at_times};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, SearchSpec, Shape};
 
@@ -39,11 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         needs: Needs::Clock,
         ..SEARCH
     },
-    figure: LawFigure {
-        driving: Driving::Clock,
-        curve: Curve::Lines,
-        ..FIGURE
-    },
+    figure: OVER_TIME,
     words: LawWording {
         phrase: |_, _| "a machine that warms up".to_owned(),
         heading: |_| "a machine that warms up".to_owned(),
