@@ -4,8 +4,9 @@
 
 use stiffbench_beams::physics::laws::{
     BACKLASH_DUAL, CONTACT, CONTACT_DUAL, END_STOP, END_STOP_DUAL, FRICTION_DUAL,
-    LOAD_DEPENDENT_FRICTION, MAXWELL_SLIP, MAXWELL_SLIP_DUAL, ODD_POLYNOMIAL, PART_CREEP,
-    PART_CREEP_DUAL, PART_SETTING_IN, RELAXATION, RELAXATION_DUAL, SOFTENING_DUAL, WARM_UP,
+    HARDENING_BEHIND_FRICTION, LOAD_DEPENDENT_FRICTION, MAXWELL_SLIP, MAXWELL_SLIP_DUAL,
+    ODD_POLYNOMIAL, PART_CREEP, PART_CREEP_DUAL, PART_FRICTION, PART_SETTING_IN, RELAXATION,
+    RELAXATION_DUAL, SOFTENING_DUAL, WARM_UP,
 };
 use stiffbench_beams::physics::{DrivenPath, Law, values_of};
 
@@ -84,10 +85,31 @@ fn a_slider_beside_a_spring_is_the_same_part_both_ways() {
             "{place}: {again} instead of {force}"
         );
     }
-    // Without growth load-dependent friction is that slider.
-    let yields = answers(LOAD_DEPENDENT_FRICTION, &[c, r, 0.0], &force);
-    for (place, yielded) in yields.iter().enumerate() {
-        assert!((force[place] / SPRING + yielded - displacement[place]).abs() < ROUNDING);
+    // The slider driven by force; load-dependent friction without growth is the same.
+    for (law, values) in [
+        (PART_FRICTION, &[c, r][..]),
+        (LOAD_DEPENDENT_FRICTION, &[c, r, 0.0]),
+    ] {
+        let yields = answers(law, values, &force);
+        for (place, yielded) in yields.iter().enumerate() {
+            assert!((force[place] / SPRING + yielded - displacement[place]).abs() < ROUNDING);
+        }
+    }
+}
+
+#[test]
+fn a_spring_behind_friction_answers_to_what_friction_leaves() {
+    let (friction, growth, cubic) = (4.0, 0.1, 2e-6);
+    let force = path();
+    let carried = answers(LOAD_DEPENDENT_FRICTION, &[1.0, friction, growth], &force);
+    let yields = answers(
+        HARDENING_BEHIND_FRICTION,
+        &[cubic, friction, growth],
+        &force,
+    );
+    let cube = answers(ODD_POLYNOMIAL, &[cubic, 0.0], &carried);
+    for (yielded, cube) in yields.iter().zip(cube) {
+        assert!((yielded - cube).abs() < ROUNDING, "{yielded} {cube}");
     }
 }
 

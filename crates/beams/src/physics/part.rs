@@ -113,6 +113,7 @@ pub(super) const SEARCH: SearchSpec = SearchSpec {
     wide_shapes: None,
     phase: None,
     is_freest: false,
+    is_sharp: false,
     on: SearchedOn::PARTS,
     needs: Needs::Nothing,
     unseen_at_place: (

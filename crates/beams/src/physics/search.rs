@@ -179,6 +179,9 @@ pub struct SearchSpec {
     pub phase: Option<usize>,
     /// Whether a joint turns at least as far under this law as under any other: where it cannot be seen, none can.
     pub is_freest: bool,
+    /// Whether it claims a bend or a rhythm, which no smooth curve over what was set has: of a part it is named only where such a curve of as
+    /// many values is clearly worse.
+    pub is_sharp: bool,
     /// On which benches it is searched for.
     pub on: SearchedOn,
     /// What the law needs to be recorded.

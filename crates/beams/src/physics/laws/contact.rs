@@ -29,6 +29,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             let powers = [1.5, 2.0].into_iter();
             powers.flat_map(|power| [1.0, -1.0].map(|side| shape(power, side))).collect()
         },
+        is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
@@ -107,6 +108,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     action: LawAction::History(&ByDisplacement),
     search: SearchSpec {
         shapes,
+        is_sharp: true,
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
         ..SEARCH
     },

@@ -55,6 +55,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
+        is_sharp: false,
         on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Hold,
         unseen_at_place: TOO_LITTLE_AT_PLACE,

@@ -40,6 +40,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
+        is_sharp: false,
         on: SearchedOn::ALL,
         needs: Needs::Temperature,
         unseen_at_place: TOO_LITTLE_AT_PLACE,

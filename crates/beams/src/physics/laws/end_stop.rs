@@ -30,6 +30,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::History(&Stop { side: -1.0 }),
     search: SearchSpec {
         shapes,
+        is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
@@ -60,6 +61,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     ],
     action: LawAction::History(&Stop { side: 1.0 }),
     search: SearchSpec {
+        is_sharp: true,
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
         ..LAW.search
     },

@@ -37,6 +37,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
+        is_sharp: false,
         on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: (

@@ -80,6 +80,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: Some(any_period),
         phase: Some(2),
         is_freest: false,
+        is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,

@@ -63,6 +63,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
+        is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN,
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
@@ -96,6 +97,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     action: LawAction::History(&DeadZone),
     search: SearchSpec {
         shapes: |scale| at_levels(scale, 1e-3 * mean_slope(scale)),
+        is_sharp: true,
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
         ..SEARCH
     },

@@ -22,6 +22,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: true,
+        is_sharp: false,
         // A line with a free slope contains it.
         on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,

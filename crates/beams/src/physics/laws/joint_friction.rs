@@ -4,13 +4,13 @@ use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
 use crate::physics::action::{
-    Driven, DrivenPath, HistoryLaw, LawAction, RotationLaw, SimulatedRotation, Values,
+    Driven, LawAction, RotationLaw, SimulatedRotation, Values,
 };
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
-use crate::physics::parameter::{FitBy, OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -44,7 +44,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
-        on: SearchedOn::FORCE_DRIVEN,
+        is_sharp: false,
+        on: SearchedOn::ROBOTS,
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,
@@ -58,80 +59,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     check: Some(ACROSS_THE_JOINT),
 };
-
-/// The same part with its displacement set: the spring and the slider beside each other, in series with the line, are a line beside a spring
-/// that a slider limits (Jenkins element: Iwan, Journal of Applied Mechanics 33, 1966, p. 893).
-pub(super) static DUAL: LawDefinition = LawDefinition {
-    row: "joint-friction (force read)",
-    equation: "force += friction_force * s, s following displacement/lead within -1 to 1",
-    parameters: &[
-        ParameterSpec {
-            name: "friction_force",
-            word: "friction",
-            dimension: Dimension::Answer,
-            sign: SignConstraint::Positive,
-            plausible: PlausibleRange {
-                bounds: |scale, _| [0.0, scale.displacement_m],
-                reason: "up to the largest force read",
-            },
-            typical: Typical {
-                value: |_| 1e-9,
-                spread: 1.0,
-            },
-            fit: OF_A_SIZE,
-        },
-        LEAD,
-    ],
-    contains: &[],
-    action: LawAction::History(&Slider),
-    search: SearchSpec {
-        shapes: |scale| {
-            let of_lead = |lead: f64| Shape::of_any_size(vec![1e-6, lead * scale.force_n]);
-            LEADS.into_iter().map(of_lead).collect()
-        },
-        on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
-        ..LAW.search
-    },
-    words: LawWording {
-        explanation: "The force follows the displacement stiffly over a short lead, then friction holds its size; on reversal it comes back the \
-                      same way, so that the two directions differ.",
-        ..LAW.words
-    },
-    ..LAW
-};
-
-/// The displacement over which friction builds up.
-pub(super) const LEAD: ParameterSpec = ParameterSpec {
-    name: "lead",
-    word: "lead",
-    dimension: Dimension::Driver,
-    sign: SignConstraint::AboveZero,
-    plausible: PlausibleRange {
-        bounds: |scale, _| [LEADS[0] / SHAPE_ROOM, LEADS[LEADS.len() - 1] * SHAPE_ROOM].map(|lead| lead * scale.force_n),
-        reason: "from a thousandth of the travel, below which it is a step, to half of it, beyond which the slider never slides",
-    },
-    typical: Typical {
-        value: |scale| 0.03 * scale.force_n,
-        spread: 5.0,
-    },
-    fit: OF_A_SIZE,
-};
-
-/// Displacements over which friction builds up, as shares of the largest.
-pub(super) const LEADS: [f64; 7] = [0.001, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5];
-
-#[derive(Debug)]
-struct Slider;
-
-impl HistoryLaw for Slider {
-    fn answers(&self, &[friction, lead, ..]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
-        let mut slider = path.driver.first().copied().unwrap_or_default();
-        for (answer, &driver) in out.iter_mut().zip(path.driver) {
-            slider = slider.clamp(driver - lead, driver + lead);
-            *answer = friction * (driver - slider) / lead;
-        }
-    }
-}
 
 /// Friction moments as shares of the largest moment: what sticks gives way little by little.
 const MOMENTS: [f64; 7] = [0.02, 0.1, 0.2, 0.33, 0.48, 0.65, 0.83];

@@ -45,6 +45,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         wide_shapes: None,
         phase: None,
         is_freest: false,
+        is_sharp: false,
         on: SearchedOn::ALL,
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,

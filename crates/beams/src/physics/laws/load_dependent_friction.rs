@@ -4,7 +4,7 @@
 //! section 2.
 
 use super::joint_compliance::ACROSS_THE_JOINT;
-use super::joint_friction::LEAD;
+use super::part_friction::LEAD;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
@@ -12,6 +12,23 @@ use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignCo
 use crate::physics::part::{ANSWER, FIGURE, LEVEL, SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
+
+/// How friction grows with the load.
+pub(super) const GROWTH: ParameterSpec = ParameterSpec {
+    name: "mu",
+    word: "growth with the load",
+    dimension: Dimension::Share,
+    sign: SignConstraint::Positive,
+    plausible: PlausibleRange {
+        bounds: |_, _| [0.0, 0.8],
+        reason: "below one, at which nothing would ever slide",
+    },
+    typical: Typical {
+        value: |_| 0.1,
+        spread: 3.0,
+    },
+    fit: OF_A_SIZE,
+};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "load-dependent-friction",
@@ -30,21 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             word: "friction without load",
             ..LEVEL
         },
-        ParameterSpec {
-            name: "mu",
-            word: "growth with the load",
-            dimension: Dimension::Share,
-            sign: SignConstraint::Positive,
-            plausible: PlausibleRange {
-                bounds: |_, _| [0.0, 0.8],
-                reason: "below one, at which nothing would ever slide",
-            },
-            typical: Typical {
-                value: |_| 0.1,
-                spread: 3.0,
-            },
-            fit: OF_A_SIZE,
-        },
+        GROWTH,
     ],
     contains: &["joint-friction"],
     action: LawAction::History(&GrowingFriction::ByForce),

@@ -9,6 +9,23 @@ use crate::physics::part::{FIGURE, SEARCH, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, Shape};
 
+/// The cube of what is set.
+pub(super) const CUBIC: ParameterSpec = ParameterSpec {
+    name: "c3",
+    word: "cubic part",
+    dimension: Dimension::AnswerPerDriverCubed,
+    sign: SignConstraint::Either,
+    plausible: PlausibleRange {
+        bounds: |scale, _| [-20.0, 20.0].map(|side| side * cubic(scale)),
+        reason: "up to twenty times the largest answer at the largest load",
+    },
+    typical: Typical {
+        value: |scale| 1e-6 * cubic(scale),
+        spread: 1.0,
+    },
+    fit: OF_A_SIZE,
+};
+
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "odd-polynomial",
     row: "odd-polynomial",
@@ -16,21 +33,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     equation: "answer += c3 driver^3 (1 + r driver^2)",
     place_kind: PlaceKind::Joint,
     parameters: &[
-        ParameterSpec {
-            name: "c3",
-            word: "cubic part",
-            dimension: Dimension::AnswerPerDriverCubed,
-            sign: SignConstraint::Either,
-            plausible: PlausibleRange {
-                bounds: |scale, _| [-20.0, 20.0].map(|side| side * cubic(scale)),
-                reason: "up to twenty times the largest answer at the largest load",
-            },
-            typical: Typical {
-                value: |scale| 1e-6 * cubic(scale),
-                spread: 1.0,
-            },
-            fit: OF_A_SIZE,
-        },
+        CUBIC,
         ParameterSpec {
             name: "r",
             word: "fifth power relative to the cube",
@@ -70,7 +73,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
 const RATIOS: [f64; 8] = [-2.0, -1.2, -0.8, -0.5, -0.2, 0.0, 1.5, 10.0];
 
 /// Cubic part that alone gives the largest answer at the largest load.
-fn cubic(scale: &PlaceScale) -> f64 {
+pub(super) fn cubic(scale: &PlaceScale) -> f64 {
     mean_slope(scale) / (scale.force_n * scale.force_n)
 }
 

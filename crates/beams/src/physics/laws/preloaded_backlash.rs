@@ -32,6 +32,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::History(&Play::ByForce),
     search: SearchSpec {
         shapes: |scale| shapes(scale, 1e-6),
+        is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
@@ -69,6 +70,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     action: LawAction::History(&Play::ByDisplacement),
     search: SearchSpec {
         shapes: |scale| shapes(scale, 1e-3 * mean_slope(scale)),
+        is_sharp: true,
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
         ..SEARCH
     },

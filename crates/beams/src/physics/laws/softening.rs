@@ -24,6 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::History(&Softer { side: 1.0 }),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![1e-3 * mean_slope(scale)])],
+        is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
     },
@@ -47,6 +48,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     }],
     action: LawAction::History(&Softer { side: -1.0 }),
     search: SearchSpec {
+        is_sharp: true,
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
         ..LAW.search
     },
