@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::mismatch::{
-    Diagnosis, EstimatedValue, Finding, MisfitShares, NextMeasurement, Omnibus, Quality,
-    SpecimenScale, Stratum, Verdict, VerdictGrade,
+    ConfigurationSizes, Diagnosis, EstimatedValue, Finding, MisfitShares, NextMeasurement, Omnibus,
+    Quality, SpecimenScale, Stratum, Verdict, VerdictGrade,
 };
 use crate::physics::{Dimension, ParameterSpec};
 use crate::reported::Reported;
@@ -34,6 +34,8 @@ pub struct SpecimenSummary {
     pub lacking: Vec<String>,
     /// What is missing; with the verdict `unknown` what explains part of it.
     pub findings: Vec<SpecimenFinding>,
+    /// What the sizes of the findings follow from configuration to configuration.
+    pub sizes_follow: ConfigurationSizes,
     /// Shares of the misfit that all findings explain together.
     #[serde(flatten)]
     pub shares: MisfitShares,
@@ -237,6 +239,7 @@ impl SpecimenSummary {
             verdict: diagnosis.verdict,
             grade: diagnosis.grade,
             headline: headline(diagnosis, &findings),
+            sizes_follow: diagnosis.sizes,
             shares: diagnosis.shares,
             omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),
@@ -270,6 +273,13 @@ impl SpecimenSummary {
         if !self.findings.is_empty() {
             text.push('\n');
             text.push_str(&self.findings_table());
+            if self.sizes_follow != ConfigurationSizes::Common {
+                let follow = self.sizes_follow.in_words();
+                let _ = writeln!(
+                    text,
+                    "Sizes, of the mean over the configurations, change {follow}."
+                );
+            }
         }
         let _ = writeln!(
             text,

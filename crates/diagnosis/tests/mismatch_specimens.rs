@@ -7,7 +7,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use stiffbench_beams::physics::{DrivenPath, Law, laws, values_of};
-use stiffbench_diagnosis::mismatch::{Diagnosis, SearchOptions, Verdict, diagnose, specimen_bench};
+use stiffbench_diagnosis::mismatch::{
+    ConfigurationSizes, Diagnosis, SearchOptions, Verdict, diagnose, specimen_bench,
+};
 use stiffbench_measurement::specimen::{ResponseVariable, SpecimenOptions, read_specimen};
 
 /// Slope of the lines, um/N, and largest load, N.
@@ -153,7 +155,8 @@ fn said_of_part(table: &str, response: ResponseVariable) -> Diagnosis {
 #[test]
 fn laws_of_parts_are_named_whichever_quantity_is_set() {
     use ResponseVariable::{Displacement, Force};
-    let parts: [(Law, &[f64], ResponseVariable); 14] = [
+    let parts: [(Law, &[f64], ResponseVariable); 15] = [
+        (laws::PART_FRICTION, &[0.5, 0.1], Displacement),
         (laws::FRICTION_DUAL, &[0.1, 0.05], Force),
         (laws::BACKLASH_DUAL, &[0.8, 0.3], Force),
         (laws::MAXWELL_SLIP, &[0.5, 0.4], Displacement),
@@ -198,6 +201,49 @@ fn laws_of_parts_are_named_whichever_quantity_is_set() {
             diagnosis.verdict
         );
     }
+}
+
+#[test]
+fn sizes_follow_the_number_of_a_configuration_where_they_do() {
+    // Play of a column that grows with its height, as the slope does with the square of it.
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut table = "height,load,tilt\n".to_owned();
+    let told = |exponent: i32, table: &mut String, rng: &mut ChaCha8Rng| {
+        for height in [1.0_f64, 1.5, 2.0, 2.5] {
+            for load in cycles() {
+                let play = 0.3 * height.powi(exponent) * (load / 0.1).clamp(-0.5, 0.5);
+                let error: f64 = StandardNormal.sample(rng);
+                let tilt = height * height * load + play + 0.01 * error;
+                writeln!(table, "{height},{load:.6},{tilt:.6}").unwrap();
+            }
+        }
+        let options = SpecimenOptions {
+            force_column: Some("load".to_owned()),
+            displacement_column: "tilt".to_owned(),
+            configuration_column: vec!["height".to_owned()],
+            force_unit: Some("1".to_owned()),
+            displacement_unit: Some("1".to_owned()),
+            ..SpecimenOptions::default()
+        };
+        let read = read_specimen("part.csv", table.as_bytes(), &options).unwrap();
+        let (observations, baseline, _) = specimen_bench(&read).unwrap();
+        let search = SearchOptions::default();
+        diagnose(&baseline, &observations, &search, None).unwrap().0
+    };
+    let growing = told(1, &mut table, &mut rng);
+    assert_eq!(growing.sizes, ConfigurationSizes::Number);
+    let names = |diagnosis: &Diagnosis| -> Vec<&str> {
+        let laws = diagnosis.findings.iter();
+        laws.map(|finding| finding.effect.law.name).collect()
+    };
+    assert!(
+        names(&growing).contains(&"preloaded-backlash"),
+        "{:?}",
+        names(&growing)
+    );
+    "height,load,tilt\n".clone_into(&mut table);
+    let common = told(0, &mut table, &mut rng);
+    assert_eq!(common.sizes, ConfigurationSizes::Common);
 }
 
 #[test]

@@ -6,8 +6,8 @@ use std::process::{Command, Output};
 
 use serde_json::{Value as Json, json};
 use stiffbench::mismatch::{
-    Diagnosis, EstimatedValue, Finding, Location, MisfitShares, Omnibus, OmnibusTest, Quality,
-    ReadingNoise, Stratum, Verdict, VerdictGrade,
+    ConfigurationSizes, Diagnosis, EstimatedValue, Finding, Location, MisfitShares, Omnibus,
+    OmnibusTest, Quality, ReadingNoise, Stratum, Verdict, VerdictGrade,
 };
 use stiffbench::physics::{Effect, Law, Place, laws};
 use stiffbench_validation::prove::{
@@ -77,6 +77,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
             grade: VerdictGrade::Is,
             lacking: Vec::new(),
             locations: Vec::new(),
+            sizes: ConfigurationSizes::Common,
             findings,
             unexplained,
             unexplained_standard_errors: 0.0,

@@ -9,6 +9,7 @@ use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
+use super::configurations::ConfigurationSizes;
 use super::grade::VerdictGrade;
 use super::noise::ReadingNoise;
 use super::omnibus::Omnibus;
@@ -214,6 +215,8 @@ pub struct Diagnosis {
     pub locations: Vec<Location>,
     /// What is missing; with the verdict unknown what explains part of it.
     pub findings: Vec<Finding>,
+    /// What their sizes follow from configuration to configuration of a part.
+    pub sizes: ConfigurationSizes,
     /// What the final model leaves.
     pub unexplained: Location,
     /// Its length in standard errors.

@@ -119,6 +119,7 @@ mod tests {
             locations: Vec::new(),
             effects: crate::mismatch::first_of_alternatives(&findings),
             findings,
+            sizes: crate::mismatch::ConfigurationSizes::Common,
             unexplained: Location {
                 stratum: Stratum::Rest,
                 pose: None,

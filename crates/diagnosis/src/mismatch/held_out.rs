@@ -8,7 +8,7 @@ use super::diagnosis::{HeldOut, Quality};
 use super::error::MismatchError;
 use super::observations::ObservedCell;
 use super::problem::DiagnosisProblem;
-use super::refit::{Model, WeightedFit};
+use super::refit::{FittedModel, Model, WeightedFit};
 use super::state::State;
 use crate::search::constants::ONE_POSE;
 
@@ -146,20 +146,21 @@ impl DiagnosisProblem<'_> {
         held: &[bool],
     ) -> Result<(f64, f64), MismatchError> {
         let kept: Vec<bool> = held.iter().map(|held| !held).collect();
-        let refit = WeightedFit {
-            baseline: self.baseline,
-            observations: self.observations,
-            whitening: &state.whitening,
-            kept: Some(&kept),
-            scales: self.scales(),
-            bounds_of_last: None,
-            warm_start: None,
+        let fitted = if self.observations.free_zeros {
+            self.fitted_to_kept(state, model, &kept)?
+        } else {
+            let refit = WeightedFit {
+                kept: Some(&kept),
+                ..self.refit(&state.whitening)
+            };
+            refit.fit(&mut self.predictor(), model, true)
         };
-        let mut predictor = self.predictor();
-        let fitted = refit
-            .fit(&mut predictor, model, true)
-            .map_or_else(|| model.clone(), |fitted| fitted.model);
+        let fitted = fitted.map_or_else(|| model.clone(), |fitted| fitted.model);
         let residuals = self.raw_residuals(&fitted)?;
+        if self.observations.free_zeros {
+            let squares = self.squares_about_kept_zeros(state, &residuals, held);
+            return Ok((self.rms_about_zeros(&residuals, held), squares));
+        }
         let mut white: Vec<f64> = residuals
             .iter()
             .zip(held)
@@ -168,6 +169,54 @@ impl DiagnosisProblem<'_> {
         state.whitening.covariance.whiten(&mut white);
         let squares = white.iter().map(|x| x * x).sum();
         Ok((self.rms_about_zeros(&residuals, held), squares))
+    }
+
+    /// A model fitted to the readings that were kept, of zeros that others of their run do not know.
+    fn fitted_to_kept(
+        &self,
+        state: &State,
+        model: &Model,
+        kept: &[bool],
+    ) -> Result<Option<FittedModel>, MismatchError> {
+        let observations = self.observations.filtered(kept);
+        let part = DiagnosisProblem::new(self.baseline, &observations)
+            .with_known_effects(&self.known_effects);
+        let mut predictor = part.predictor();
+        let whitening = part.whitening(&mut predictor, model, &state.noise)?;
+        let refit = WeightedFit {
+            scales: self.scales(),
+            ..part.refit(&whitening)
+        };
+        Ok(refit.fit(&mut predictor, model, true))
+    }
+
+    /// Weighted squares of readings about their zeros: those of the readings that were kept, their own where none was.
+    fn squares_about_kept_zeros(&self, state: &State, residuals: &[f64], held: &[bool]) -> f64 {
+        let zeros = self.observations.readings.iter();
+        let count = zeros.map(|r| r.zero as usize + 1).max().unwrap_or(0);
+        let weights = state.whitening.covariance.weights();
+        let mut kept = vec![(0.0, 0.0); count];
+        let mut own = vec![(0.0, 0.0); count];
+        let zero_of = |reading: usize| self.observations.readings[reading].zero as usize;
+        for (reading, (residual, held)) in residuals.iter().zip(held).enumerate() {
+            let sums = if *held { &mut own } else { &mut kept };
+            let weight = weights[reading].powi(2);
+            sums[zero_of(reading)].0 += weight * residual;
+            sums[zero_of(reading)].1 += weight;
+        }
+        let mean = |(sum, weight): (f64, f64)| sum / weight;
+        let left_out = held.iter().enumerate().filter(|(_, held)| **held);
+        left_out
+            .map(|(reading, _)| {
+                let zero = zero_of(reading);
+                let sums = if kept[zero].1 > 0.0 {
+                    kept[zero]
+                } else {
+                    own[zero]
+                };
+                ((residuals[reading] - mean(sums)) * weights[reading]).powi(2)
+            })
+            .sum()
     }
 
     fn readings_of_pose(&self, pose: usize) -> usize {

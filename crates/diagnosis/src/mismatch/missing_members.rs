@@ -184,6 +184,7 @@ impl DiagnosisProblem<'_> {
             white,
             whole,
             against_gradual: f64::INFINITY,
+            of_a_part: None,
             fitted,
         }))
     }

@@ -11,6 +11,7 @@ mod candidate;
 mod candidate_scores;
 mod cell_compliance;
 mod changes;
+mod configurations;
 mod critical_values;
 mod curve_residuals;
 mod data_screen;
@@ -37,6 +38,8 @@ mod observations;
 mod omnibus;
 mod opposite_slips;
 mod outlier;
+mod part_evidence;
+mod part_noise;
 mod patterns;
 mod plan;
 mod predictor;
@@ -55,6 +58,7 @@ mod search;
 mod shares;
 mod sharpness;
 mod specimen;
+mod stand_ins;
 mod state;
 mod strata;
 mod stratum;
@@ -70,6 +74,7 @@ pub use bad_runs::{BadRun, ScreenedRuns, screen_runs};
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, StructureColumn,
 };
+pub use configurations::ConfigurationSizes;
 pub use critical_values::{Family, LawCriticalValues};
 pub use data_screen::{ScreenedData, screen_data};
 pub use design::{
@@ -114,6 +119,7 @@ pub use verdict::first_of_alternatives;
 pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};
 
 use problem::DiagnosisProblem;
+use stiffbench_beams::physics::TestObject;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 
 /// Finds what a baseline cannot explain, and which physics would.
@@ -162,6 +168,13 @@ fn diagnose_and<T>(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
+    let changing = DiagnosisProblem::new(baseline, observations)
+        .with_known_effects(&options.known_effects)
+        .changing_sizes(options)?;
+    let (sizes, observations) = match &changing {
+        Some((sizes, scaled)) => (*sizes, scaled),
+        None => (ConfigurationSizes::Common, observations),
+    };
     let (at_start, moved_on);
     let rough =
         DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects);
@@ -170,6 +183,13 @@ fn diagnose_and<T>(
     at_start = observations.with_positions(&positions);
     let bench = rough.with_positions(&at_start);
     let (found, critical) = bench.search(options, known)?;
+    if observations.bench != TestObject::Robot {
+        let diagnosis = Diagnosis {
+            sizes,
+            ..bench.conclude(&found, &critical)?
+        };
+        return Ok((diagnosis, critical, asked));
+    }
     // What was found moved the gauge too: where it stood is computed again, and with it what its period would explain.
     let moved = bench.positions(&found.after)?;
     if !shifts_a_period(&positions, &moved) {

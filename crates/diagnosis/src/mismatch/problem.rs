@@ -151,7 +151,6 @@ impl<'a> DiagnosisProblem<'a> {
         if !predictor.predict(&model.parameters, &model.effects, &mut predicted)? {
             return Ok(None);
         }
-        let (slope_m, compliance) = self.slope(predictor, model)?;
         let residual: Vec<f64> = self
             .observations
             .displacement_m
@@ -159,6 +158,10 @@ impl<'a> DiagnosisProblem<'a> {
             .zip(&predicted)
             .map(|(measured, predicted)| measured - predicted)
             .collect();
+        if self.observations.is_recording() {
+            return Ok(Some(self.observations.noise_of_neighbours(&residual)));
+        }
+        let (slope_m, compliance) = self.slope(predictor, model)?;
         let linear = (&slope_m[..], &compliance[..]);
         let found = estimate_noise(
             self.observations,

@@ -2,6 +2,7 @@
 
 use stiffbench_beams::physics::{Effect, Law};
 
+use super::part_evidence::PartEvidence;
 use super::refit::FittedModel;
 use crate::search::Evidence;
 
@@ -20,6 +21,8 @@ pub(super) struct Ranked {
     pub(super) whole: f64,
     /// Log-likelihood relative to a change of the same run that comes gradually; infinite for laws that are no jump.
     pub(super) against_gradual: f64,
+    /// What speaks for it in the recording of a part.
+    pub(super) of_a_part: Option<PartEvidence>,
 }
 
 impl Ranked {

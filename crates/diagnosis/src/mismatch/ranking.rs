@@ -1,22 +1,26 @@
 //! Candidates in the order of their evidence, given a model that already holds some effects.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{Effect, JointRotations, Law};
 
 use super::candidate::{Candidate, candidates};
-use super::candidate_scores::{BestShape, ScoredCandidate, best_shapes, score_candidates};
+use super::candidate_scores::{
+    BestShape, ScoredCandidate, best_shapes, impossible_ones, score_candidates,
+};
 use super::changes::{Changes, LinearisedModel};
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::Impossible;
 use super::error::MismatchError;
 use super::memo::{StateKey, key_of};
 use super::noise::ReadingNoise;
+use super::part_evidence::{ScoredFit, weigh};
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::Ranked;
 use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
-use super::sharpness::against_gradual;
 use super::state::State;
 use crate::search::constants::{
     FAR_FROM_ITS_BEST, FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
@@ -31,6 +35,8 @@ struct FitContext<'a> {
     residuals: &'a [f64],
     changes: &'a Changes<'a>,
     engine: &'a Batched<'a>,
+    /// Weighted squares that the state leaves in parts of a recording that it was not fitted to.
+    unseen: OnceLock<f64>,
 }
 
 /// All candidates as the residuals of a state see them.
@@ -156,6 +162,7 @@ impl DiagnosisProblem<'_> {
                 residuals: &scores.residuals,
                 changes,
                 engine: &Batched::new(&scores.space, &scores.residuals),
+                unseen: OnceLock::new(),
             };
             let mut selected = select(&scores.seen, &best_shapes(&scores.seen), effects);
             selected.retain(|&(place, screened)| {
@@ -166,6 +173,7 @@ impl DiagnosisProblem<'_> {
         }
         let worth = |law, delta_chi2| !without.contains(&law) && enough(law, false, delta_chi2);
         ranked.extend(self.missing_members(state, scores, worth)?);
+        weigh(&mut ranked);
         for ranked in &mut ranked {
             ranked.evidence.critical_value = critical.laws.of(ranked.family());
         }
@@ -215,6 +223,7 @@ impl DiagnosisProblem<'_> {
             residuals: &scores.residuals,
             changes,
             engine: &Batched::new(&scores.space, &scores.residuals),
+            unseen: OnceLock::new(),
         };
         let shapes = best_shapes(&scores.seen).into_iter().enumerate();
         let selected: Vec<(usize, BestShape)> = shapes
@@ -299,6 +308,14 @@ impl DiagnosisProblem<'_> {
         let shares = state
             .whitening
             .variance_shares(self.observations, &vector, &mut scratch);
+        let scored = ScoredFit {
+            fitted: &fitted,
+            linear_delta_chi2,
+            white: &vector,
+        };
+        let seen = (field.space, field.residuals);
+        let (of_a_part, against_gradual) =
+            self.part_evidence(state, predictor, &scored, seen, &field.unseen)?;
         Ok(Some(Ranked {
             wide: candidate.wide,
             evidence: Evidence {
@@ -315,11 +332,8 @@ impl DiagnosisProblem<'_> {
                 critical_value: f64::INFINITY,
                 log_prior: effect.law.log_prior(&effect.values),
             },
-            against_gradual: if effect.law.is_of_one_run() {
-                against_gradual(self.observations, field.space, field.residuals, &vector)
-            } else {
-                f64::INFINITY
-            },
+            against_gradual,
+            of_a_part,
             white: vector,
             whole,
             fitted,
@@ -480,21 +494,4 @@ fn select(
     });
     all.truncate(MOST_FITTED);
     all
-}
-
-fn impossible_ones(seen: &[ScoredCandidate], screened: &[Option<BestShape>]) -> Vec<Impossible> {
-    let mut out: Vec<Impossible> = seen
-        .iter()
-        .zip(screened)
-        .filter_map(|(candidate, screened)| {
-            let delta_chi2 = screened.as_ref()?.best.forbidden_delta_chi2;
-            (delta_chi2 > 0.0).then(|| Impossible {
-                law: candidate.candidate.law,
-                place: candidate.candidate.place.clone(),
-                delta_chi2,
-            })
-        })
-        .collect();
-    out.sort_by(|a, b| b.delta_chi2.total_cmp(&a.delta_chi2));
-    out
 }

@@ -13,6 +13,10 @@ use crate::search::constants::{CONTINUES, LARGEST_LOAD, SHUFFLED};
 /// What a part went through from its virgin state on, and which of its readings count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedHistory {
+    /// Index of its configuration.
+    configuration: usize,
+    /// Factor on the sizes of effects in its configuration.
+    size_factor: f64,
     /// The readings that count.
     readings: Range<usize>,
     /// Their places along the path.
@@ -47,13 +51,20 @@ impl RecordedHistory {
                 None => ranges.push((run.cell, run.readings.clone())),
             }
         }
-        let of_range = |(_, readings): (usize, Range<usize>)| Self {
+        let of_range = |(cell, readings): (usize, Range<usize>)| Self {
+            configuration: observations.cells[cell].pose,
+            size_factor: 1.0,
             places: (0..readings.len()).collect(),
             driver: readings.clone().map(driver).collect(),
             time_s: readings.clone().map(time_s).collect(),
             readings,
         };
         ranges.into_iter().map(of_range).collect()
+    }
+
+    /// The readings that count.
+    pub(super) fn kept_readings(&self) -> Range<usize> {
+        self.readings.clone()
     }
 
     /// The histories of the readings that are kept: what a part went through stays as it was.
@@ -71,6 +82,8 @@ impl RecordedHistory {
             let readings = first..first + places.len();
             first = readings.end;
             Self {
+                configuration: history.configuration,
+                size_factor: history.size_factor,
                 readings,
                 places,
                 driver: Arc::clone(&history.driver),
@@ -98,27 +111,34 @@ fn is_shuffled(observations: &Observations, readings: &Range<usize>) -> bool {
     path > SHUFFLED * (high - low)
 }
 
-/// Parts of a run that are left out in turn where there is one run only: every second one at a time, so that each half lies within the other.
-const PARTS: usize = 10;
-
 impl Observations {
-    /// Of each reading the number of its cycle in its run, from one unloading to the next, and the half of the run that it belongs to.
-    pub(super) fn parts_of_runs(&self) -> (Vec<u32>, Vec<u32>) {
-        let (mut cycles, mut halves) = (vec![0; self.len()], vec![0; self.len()]);
+    /// Of each reading the number of its cycle in its run, from one unloading to the next.
+    pub(super) fn cycles(&self) -> Vec<u32> {
+        let mut cycles = vec![0; self.len()];
         for run in &self.runs {
-            let (first, count) = (run.readings.start, run.readings.len());
             let mut cycle = 0;
             for reading in run.readings.clone() {
                 let branch = |place: usize| self.readings[place].branch;
-                let begins = reading > first
+                let begins = reading > run.readings.start
                     && branch(reading) == Branch::Loading
                     && branch(reading - 1) == Branch::Unloading;
                 cycle += u32::from(begins);
                 cycles[reading] = cycle;
-                halves[reading] = u32::from((reading - first) * PARTS / count % 2 == 1);
             }
         }
-        (cycles, halves)
+        cycles
+    }
+
+    /// The same readings with factors on the sizes of effects.
+    ///
+    /// # Arguments
+    /// - `factors`: one a configuration.
+    pub(super) fn with_size_factors(&self, factors: &[f64]) -> Self {
+        let mut out = self.clone();
+        for history in &mut out.histories {
+            history.size_factor = factors[history.configuration];
+        }
+        out
     }
 
     /// What parts answer to their histories by a law; zero of readings that belong to none.
@@ -137,7 +157,7 @@ impl Observations {
             law.answers(values, path, &mut along);
             let read = out[history.readings.clone()].iter_mut();
             for (answer, place) in read.zip(&history.places) {
-                *answer = along[*place];
+                *answer = history.size_factor * along[*place];
             }
         }
     }

@@ -18,7 +18,8 @@ use super::shares::AllShares;
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{
-    BEYOND_PATTERNS, HELD_OUT_FALL, NULL_SAMPLES, OMNIBUS_LEVEL, STRONG_EVIDENCE,
+    HELD_OUT_FALL, MOST_EFFECTS, MOST_OF_A_PART, MOST_OF_THE_MISFIT, NULL_SAMPLES, OMNIBUS_LEVEL,
+    OTHER_STARTS, STRONG_EVIDENCE, WORTH_A_FIT,
 };
 use crate::search::{
     DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
@@ -232,7 +233,7 @@ impl DiagnosisProblem<'_> {
             shares: AllShares::default(),
         };
         found.shares = self.shares(&found)?;
-        if found.is_left() && search.drop_stand_ins(&mut found)? {
+        if found.is_left() && search.take_back_stand_ins(&mut found)? {
             found.omnibus = self.omnibus(&found.after, &found.left)?;
             found.shares = self.shares(&found)?;
         }
@@ -240,7 +241,7 @@ impl DiagnosisProblem<'_> {
     }
 
     /// The largest pattern that a state leaves.
-    fn unexplained(
+    pub(super) fn unexplained(
         &self,
         state: &State,
         critical: &LawCriticalValues,
@@ -278,10 +279,10 @@ impl DiagnosisProblem<'_> {
 }
 
 /// The search for laws: forward selection among candidates of all laws at all places.
-struct LawSearch<'s, 'a> {
-    bench: &'s DiagnosisProblem<'a>,
-    options: &'s SearchOptions,
-    critical: &'s LawCriticalValues,
+pub(super) struct LawSearch<'s, 'a> {
+    pub(super) bench: &'s DiagnosisProblem<'a>,
+    pub(super) options: &'s SearchOptions,
+    pub(super) critical: &'s LawCriticalValues,
 }
 
 impl ForwardProblem for LawSearch<'_, '_> {
@@ -289,6 +290,38 @@ impl ForwardProblem for LawSearch<'_, '_> {
     type Scores = CandidateScores;
     type Fitted = Ranked;
     type Error = MismatchError;
+
+    fn most_terms(&self) -> usize {
+        if self.bench.observations.is_recording() {
+            MOST_OF_A_PART
+        } else {
+            MOST_EFFECTS
+        }
+    }
+
+    fn other_starts(
+        &self,
+        start: &State,
+        scores: &CandidateScores,
+        found: &State,
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let left = found.fitted.squares / start.fitted.squares;
+        if !self.bench.observations.is_recording() || left < 1.0 - MOST_OF_THE_MISFIT {
+            return Ok(Vec::new());
+        }
+        let mut ranked = self.rank(start, scores, WORTH_A_FIT)?;
+        ranked.retain(|one| {
+            let terms = &found.fitted.model.effects;
+            one.evidence.delta_chi2 > one.evidence.critical_value
+                && !terms.iter().any(|term| same(term, &one.effect))
+        });
+        ranked.truncate(OTHER_STARTS);
+        Ok(ranked)
+    }
+
+    fn explains_more(&self, model: &State, other: &State) -> bool {
+        model.fitted.squares < other.fitted.squares
+    }
 
     fn terms(&self, state: &State) -> usize {
         state.fitted.model.effects.len() - self.bench.known_effects.len()
@@ -363,14 +396,17 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {
         let observations = self.bench.observations;
-        !(ranked.effect.law.is_of_one_run()
-            && (ranked.against_gradual < self.least_against_gradual()
-                || is_outlier(
-                    observations,
-                    &scores.space,
-                    &ranked.white,
-                    &scores.residuals,
-                )))
+        let space = &scores.space;
+        let is_jump = ranked.effect.law.is_of_one_run();
+        let is_gradual = is_jump && ranked.against_gradual < -STRONG_EVIDENCE;
+        let outlier = || is_outlier(observations, space, &ranked.white, &scores.residuals);
+        self.is_sharp(ranked) && !is_gradual && !(is_jump && outlier())
+    }
+
+    /// Of a jump in a robot's run it is enough that a gradual change is not clearly likelier; of a part nothing is repeated.
+    fn is_sharp(&self, ranked: &Ranked) -> bool {
+        self.bench.observations.bench == TestObject::Robot
+            || ranked.against_gradual >= STRONG_EVIDENCE
     }
 
     /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the
@@ -381,6 +417,10 @@ impl ForwardProblem for LawSearch<'_, '_> {
         next: &State,
         ranked: &Ranked,
     ) -> Result<bool, MismatchError> {
+        if self.bench.observations.is_recording() {
+            // What speaks for it is counted in parts that were left out.
+            return Ok(true);
+        }
         let Some(folds) = self
             .bench
             .folds_that_ask(&ranked.effect.place, &ranked.white)
@@ -394,20 +434,11 @@ impl ForwardProblem for LawSearch<'_, '_> {
 }
 
 impl LawSearch<'_, '_> {
-    /// Log-likelihood of a jump relative to a gradual change from which on it may be one: where nothing is repeated it must be clearly likelier,
-    /// elsewhere not clearly less likely.
-    fn least_against_gradual(&self) -> f64 {
-        match self.bench.observations.bench {
-            TestObject::Robot => -STRONG_EVIDENCE,
-            TestObject::ForceDriven | TestObject::DisplacementDriven => STRONG_EVIDENCE,
-        }
-    }
-
     /// For each effect of a state the candidates that could stand in its place.
     ///
     /// # Arguments
     /// - `p`: chance of each effect on noise alone.
-    fn rivals_of_each(
+    pub(super) fn rivals_of_each(
         &self,
         state: &State,
         p: &[f64],
@@ -415,6 +446,8 @@ impl LawSearch<'_, '_> {
         (0..self.terms(state))
             .map(|effect| {
                 let mut ranked = rivals(self, state, effect)?;
+                let any_sharp = ranked.iter().any(|one| self.is_sharp(one));
+                ranked.retain(|one| !any_sharp || self.is_sharp(one));
                 simplest_first(&mut ranked);
                 Ok(ResolvedEffect {
                     ranked,
@@ -422,48 +455,6 @@ impl LawSearch<'_, '_> {
                 })
             })
             .collect()
-    }
-
-    /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left, or not clearly more
-    /// than a pattern without a law would in its stead: it stands for the unknown cause as well as it can, and its name carries no information.
-    ///
-    /// # Returns
-    /// Whether anything was taken back.
-    fn drop_stand_ins(&self, found: &mut SearchResult) -> Result<bool, MismatchError> {
-        let mut kept: Vec<bool> = Vec::new();
-        for (place, resolved) in found.resolved.iter().enumerate() {
-            let rest = self.without(&found.after, place)?;
-            let instead =
-                self.bench.unexplained(&rest, self.critical)?.delta_chi2 + BEYOND_PATTERNS;
-            let needed = found.left.delta_chi2.max(instead);
-            kept.push(
-                resolved
-                    .ranked
-                    .iter()
-                    .any(|best| best.evidence.delta_chi2 > needed),
-            );
-        }
-        if kept.iter().all(|kept| *kept) {
-            return Ok(false);
-        }
-        let known = self.bench.known_effects.iter().map(|_| &true);
-        let mut keep = known.chain(&kept);
-        let mut model = found.after.fitted.model.clone();
-        model.effects.retain(|_| *keep.next().unwrap_or(&true));
-        let Some(state) = self.bench.alternate(model, self.options.noise)? else {
-            return Ok(false);
-        };
-        let families: Vec<f64> = found
-            .resolved
-            .iter()
-            .zip(&kept)
-            .filter(|(_, kept)| **kept)
-            .map(|(resolved, _)| resolved.family_p)
-            .collect();
-        found.resolved = self.rivals_of_each(&state, &families)?;
-        found.left = self.bench.unexplained(&state, self.critical)?;
-        found.after = state;
-        Ok(true)
     }
 }
 

@@ -147,19 +147,13 @@ impl DiagnosisProblem<'_> {
         })
     }
 
-    /// Poses where all others determine what was found, else repeats, else of a recording cycles or halves; `None` if nothing serves.
+    /// Poses where all others determine what was found, else repeats; of a part what is left out of it in turn; `None` if nothing serves.
     fn folds(&self, found: &SearchResult) -> Option<Vec<Fold>> {
         let cells = &self.observations.cells;
         let runs = &self.observations.runs;
         let of_pose = |reading: usize| cells[self.observations.cell_of(reading)].pose as u32;
         let of_repeat = |reading: usize| runs[self.observations.readings[reading].run].repeat;
-        let folds = |label: &dyn Fn(usize) -> u32| -> Option<Vec<Fold>> {
-            let labels: Vec<u32> = (0..self.observations.len()).map(label).collect();
-            let mut distinct = labels.clone();
-            distinct.sort_unstable();
-            distinct.dedup();
-            let fold = |own: u32| labels.iter().map(|label| *label == own).collect();
-            let folds: Vec<Fold> = distinct.iter().map(|own| fold(*own)).collect();
+        let determines = |folds: &Vec<Fold>| {
             let determined = folds.iter().all(|fold| {
                 found.resolved.iter().all(|resolved| {
                     let white = resolved.ranked[0].white.iter().zip(fold);
@@ -167,16 +161,20 @@ impl DiagnosisProblem<'_> {
                     rest.map(|(value, _)| value * value).sum::<f64>().sqrt() > DETERMINED
                 })
             });
-            (folds.len() > 1 && determined).then_some(folds)
+            folds.len() > 1 && determined
         };
-        let by_pose_or_repeat = folds(&of_pose).or_else(|| folds(&of_repeat));
-        if self.observations.bench == TestObject::Robot {
-            return by_pose_or_repeat;
+        if self.observations.bench != TestObject::Robot {
+            return Some(self.observations.unseen_parts()).filter(determines);
         }
-        let (cycles, halves) = self.observations.parts_of_runs();
-        by_pose_or_repeat
-            .or_else(|| folds(&|reading| cycles[reading]))
-            .or_else(|| folds(&|reading| halves[reading]))
+        let folds = |label: &dyn Fn(usize) -> u32| -> Option<Vec<Fold>> {
+            let labels: Vec<u32> = (0..self.observations.len()).map(label).collect();
+            let mut distinct = labels.clone();
+            distinct.sort_unstable();
+            distinct.dedup();
+            let fold = |own: u32| labels.iter().map(|label| *label == own).collect();
+            Some(distinct.iter().map(|own| fold(*own)).collect()).filter(determines)
+        };
+        folds(&of_pose).or_else(|| folds(&of_repeat))
     }
 }
 

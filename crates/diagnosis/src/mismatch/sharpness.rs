@@ -14,7 +14,7 @@ use crate::search::constants::{FLAT, GRADUAL_READINGS, GRADUAL_SHARE};
 /// # Arguments
 /// - `jump`: the jump, white and projected.
 /// - `residuals`: of the model without it, white.
-pub(super) fn against_gradual(
+pub(super) fn against_gradual_change(
     observations: &Observations,
     space: &WhiteSpace,
     residuals: &[f64],
@@ -84,7 +84,7 @@ mod tests {
         space.project(&mut residuals);
         let mut jump = vec![0.0; n];
         jump[2..5].fill(1.0);
-        against_gradual(&observations, &space, &residuals, &space.projected(&jump))
+        against_gradual_change(&observations, &space, &residuals, &space.projected(&jump))
     }
 
     #[test]

@@ -6,6 +6,7 @@ use stiffbench_beams::physics::Effect;
 
 use super::baseline::is_near;
 use super::changes::end_effect_m;
+use super::configurations::ConfigurationSizes;
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::{
     Diagnosis, EstimatedValue, FactorChange, Finding, Location, Rival, Verdict,
@@ -85,6 +86,7 @@ impl DiagnosisProblem<'_> {
             lacking,
             locations: self.locations(found, critical),
             findings,
+            sizes: ConfigurationSizes::Common,
             unexplained: self.location_of(&found.left),
             unexplained_standard_errors: self.standard_errors_left(found)?,
             omnibus: found.omnibus,
@@ -248,6 +250,11 @@ impl DiagnosisProblem<'_> {
     fn values(&self, state: &State, ranked: &Ranked) -> Result<Vec<EstimatedValue>, MismatchError> {
         let model = &ranked.fitted.model;
         let covariance = self.covariance(state, model)?;
+        let independent =
+            self.independent_values(&state.whitening, &mut self.predictor(), model)?;
+        // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
+        let wider =
+            independent.map_or(1.0, |count| (ranked.fitted.squares / count).max(1.0).sqrt());
         let own = ranked.effect.values.len();
         let first = covariance.len() - own;
         Ok(ranked
@@ -257,8 +264,8 @@ impl DiagnosisProblem<'_> {
             .enumerate()
             .map(|(index, &value)| EstimatedValue {
                 value,
-                u: covariance[first + index].0,
-                dof: ranked.evidence.dof,
+                u: covariance[first + index].0.map(|u| u * wider),
+                dof: independent.unwrap_or(ranked.evidence.dof).max(2.0),
             })
             .collect())
     }

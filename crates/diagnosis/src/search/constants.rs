@@ -82,6 +82,12 @@ pub const POOL: usize = 1 << 16;
 /// Most effects that are searched for (1). Stated.
 pub const MOST_EFFECTS: usize = 3;
 
+/// The same of a part, whose recording shows more than a session of single readings. Stated.
+pub const MOST_OF_A_PART: usize = 5;
+
+/// Laws of a part with which the search begins again where what it found first does not explain most (1). Stated.
+pub const OTHER_STARTS: usize = 3;
+
 /// Share of its critical value that the best candidate needs under the covariance of the model without it, to be checked under its own.
 ///
 /// Under the first an effect that differs between repeats hides part of itself. By hand (cba106e).
@@ -260,6 +266,10 @@ pub const FREQUENCIES: usize = 200;
 /// Readings of a single line from which on what it leaves out is found together with what it could be (1): a drift of six standard errors in
 /// 95 % (`crates/diagnosis/tests/mismatch_specimens.rs`).
 pub const ENOUGH_OF_A_LINE: usize = 18;
+
+/// Readings of a part from which on they are a recording, of which neighbours show the scatter (1): of fewer the scatter is what a model leaves. By
+/// judgement.
+pub const ENOUGH_OF_A_RECORDING: usize = 100;
 
 /// Rivals that are printed (1).
 pub const RIVALS: usize = 8;

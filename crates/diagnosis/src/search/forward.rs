@@ -138,6 +138,32 @@ pub trait ForwardProblem {
         true
     }
 
+    /// First terms to begin with again, where what was found is not enough.
+    ///
+    /// # Errors
+    /// That of the problem.
+    fn other_starts(
+        &self,
+        start: &Self::Model,
+        scores: &Self::Scores,
+        found: &Self::Model,
+    ) -> Result<Vec<Self::Fitted>, Self::Error> {
+        let _ = (start, scores, found);
+        Ok(Vec::new())
+    }
+
+    /// Whether a model explains more than another that was found before.
+    fn explains_more(&self, model: &Self::Model, other: &Self::Model) -> bool {
+        let _ = (model, other);
+        false
+    }
+
+    /// Whether a fitted candidate explains clearly more than a curve that has no physics in it would; only then it takes the place of another.
+    fn is_sharp(&self, fitted: &Self::Fitted) -> bool {
+        let _ = fitted;
+        true
+    }
+
     /// Whether rows that were left out are predicted better with a fitted candidate than without.
     ///
     /// # Arguments
@@ -184,32 +210,56 @@ pub fn forward_selection<P: ForwardProblem>(
     start: &P::Model,
     scores: &P::Scores,
 ) -> Result<Selection<P::Model>, P::Error> {
-    let mut found = Selection {
+    let nothing = || Selection {
         model: start.clone(),
         p: Vec::new(),
     };
-    for step in 0..problem.most_terms() {
-        let scored;
-        let scores = if step == 0 {
-            scores
-        } else {
-            scored = problem.score(&found.model)?;
-            &scored
+    let Some(first) = accept(problem, start, scores)? else {
+        return Ok(nothing());
+    };
+    if !problem.is_confirmed(start, &first.model, &first.fitted)? {
+        return Ok(nothing());
+    }
+    let mut best = selection_after(problem, &first)?;
+    // One that takes part of what two others leave may bar the way to both.
+    for other in problem.other_starts(start, scores, &best.model)? {
+        let p = problem.p(&other, problem.evidence(&other).judged(true));
+        let Some(model) = problem.with(&other)? else {
+            continue;
         };
-        let Some(Accepted { fitted, model, p }) = accept(problem, &found.model, scores)? else {
+        let first = Accepted {
+            fitted: other,
+            model,
+            p,
+        };
+        let found = selection_after(problem, &first)?;
+        if problem.explains_more(&found.model, &best.model) {
+            best = found;
+        }
+    }
+    Ok(best)
+}
+
+/// What follows a first term.
+fn selection_after<P: ForwardProblem>(
+    problem: &P,
+    first: &Accepted<P>,
+) -> Result<Selection<P::Model>, P::Error> {
+    let mut found = Selection {
+        model: first.model.clone(),
+        p: vec![first.p],
+    };
+    for _ in 1..problem.most_terms() {
+        let scores = problem.score(&found.model)?;
+        let Some(Accepted { fitted, model, p }) = accept(problem, &found.model, &scores)? else {
             break;
         };
         // Swaps come first: one term found alone may stand for two, and only the two predict rows left out.
-        let next = if step == 0 {
-            model
-        } else {
-            swap(problem, model)?
-        };
+        let next = swap(problem, model)?;
         // Each further term is one more chance to be wrong: it needs as much evidence against no further one as against another.
-        if step > 0 && weakest(problem, &next)? <= STRONG_EVIDENCE {
-            break;
-        }
-        if !problem.is_confirmed(&found.model, &next, &fitted)? {
+        if weakest(problem, &next)? <= STRONG_EVIDENCE
+            || !problem.is_confirmed(&found.model, &next, &fitted)?
+        {
             break;
         }
         found.model = next;
@@ -272,10 +322,11 @@ fn swap<P: ForwardProblem>(problem: &P, mut model: P::Model) -> Result<P::Model,
         let mut improved = false;
         for term in 0..problem.terms(&model) {
             let ranked = rivals(problem, &model, term)?;
-            let Some(best) = ranked.first() else {
+            let mut ranked = ranked.iter().filter(|one| problem.is_sharp(one));
+            let Some(best) = ranked.clone().next() else {
                 continue;
             };
-            let own = ranked.iter().find(|one| problem.is_term(&model, term, one));
+            let own = ranked.find(|one| problem.is_term(&model, term, one));
             let evidence = |fitted: &P::Fitted| problem.evidence(fitted).log_bayes();
             let is_better = own.is_none_or(|own| evidence(best) > evidence(own) + SWAP_GAIN);
             if !problem.is_term(&model, term, best)

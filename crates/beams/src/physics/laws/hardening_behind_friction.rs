@@ -10,7 +10,7 @@ use crate::physics::parameter::ParameterSpec;
 use crate::physics::part::LEVEL;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
 
-use super::load_dependent_friction::GROWTH;
+use super::load_dependent_friction::{GROWTH, GrowingFriction};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     row: "odd-polynomial (behind friction)",
@@ -49,11 +49,9 @@ struct CubeBehindFriction;
 
 impl HistoryLaw for CubeBehindFriction {
     fn answers(&self, &[cubic, level, growth, ..]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
-        let mut at = 0.0_f64;
-        for (answer, &force) in out.iter_mut().zip(path.driver) {
-            let limit = level + growth * force.abs();
-            at = at.clamp(force - limit, force + limit);
-            *answer = cubic * at * at * at;
+        GrowingFriction::ByForce.answers(&[1.0, level, growth, 0.0], path, out);
+        for answer in out {
+            *answer = cubic * answer.powi(3);
         }
     }
 }

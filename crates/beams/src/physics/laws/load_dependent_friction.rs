@@ -118,7 +118,7 @@ fn by_displacement(scale: &PlaceScale) -> Vec<Shape> {
 }
 
 #[derive(Debug)]
-enum GrowingFriction {
+pub(super) enum GrowingFriction {
     ByForce,
     ByDisplacement,
 }

@@ -4,6 +4,7 @@
 //! chapter III.
 
 use super::joint_friction::LAW as OF_A_JOINT;
+use super::load_dependent_friction::GrowingFriction;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawWording};
@@ -27,7 +28,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
-    action: LawAction::History(&Play),
+    // Friction that does not grow with the load.
+    action: LawAction::History(&GrowingFriction::ByForce),
     search: SearchSpec {
         shapes: |scale| at_levels(scale, 1e-3 * mean_slope(scale)),
         on: SearchedOn::FORCE_DRIVEN_PARTS,
@@ -96,19 +98,6 @@ pub(super) const LEAD: ParameterSpec = ParameterSpec {
 
 /// Displacements over which friction builds up, as shares of the largest.
 pub(super) const LEADS: [f64; 7] = [0.001, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5];
-
-#[derive(Debug)]
-struct Play;
-
-impl HistoryLaw for Play {
-    fn answers(&self, &[slope, friction, ..]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
-        let mut at = 0.0_f64;
-        for (answer, &force) in out.iter_mut().zip(path.driver) {
-            at = at.clamp(force - friction, force + friction);
-            *answer = slope * at;
-        }
-    }
-}
 
 #[derive(Debug)]
 struct Slider;

@@ -1,0 +1,246 @@
+//! What speaks for a law in the recording of a part, where what a model leaves is mostly physics that it does not hold.
+
+use std::sync::OnceLock;
+
+use stiffbench_beams::physics::{LoadPoint, TestObject};
+
+use super::error::MismatchError;
+use super::noise::NoiseCovariance;
+use super::observations::Observations;
+use super::predictor::ReadingPredictor;
+use super::problem::DiagnosisProblem;
+use super::ranked_candidate::Ranked;
+use super::refit::{FittedModel, Model};
+use super::sharpness::against_gradual_change;
+use super::state::State;
+use crate::search::{WhiteSpace, dot, subtract};
+
+/// Most parts of a recording that are left out in turn.
+const FOLDS: usize = 5;
+
+/// Share of an equal part that each fold of cycles holds at least (1): else most of a recording lies in one of them.
+const FAIR: f64 = 0.5;
+
+/// Blocks of a run that is not repeated and has no cycles.
+const BLOCKS: usize = 20;
+
+impl Observations {
+    /// Readings of a part that are left out in turn: repeats, else cycles, else blocks of a run, its ends never: a law predicts within what was
+    /// seen. Empty where nothing can be left out.
+    pub(super) fn unseen_parts(&self) -> Vec<Vec<bool>> {
+        let cycles = self.cycles();
+        let repeats: Vec<u32> = (0..self.len())
+            .map(|reading| self.runs[self.readings[reading].run].repeat - 1)
+            .collect();
+        let several = |labels: &[u32]| labels.iter().any(|label| *label > 0);
+        if several(&repeats) {
+            return folds_of(&repeats, FOLDS);
+        }
+        if several(&cycles) {
+            let folds = folds_of(&cycles, FOLDS);
+            let fair = self.len() as f64 / folds.len() as f64;
+            let count = |fold: &Vec<bool>| fold.iter().filter(|held| **held).count() as f64;
+            if folds.iter().all(|fold| count(fold) >= FAIR * fair) {
+                return folds;
+            }
+        }
+        let block = |reading: usize| {
+            let run = &self.runs[self.readings[reading].run].readings;
+            (reading - run.start) * BLOCKS / run.len()
+        };
+        (0..2)
+            .map(|half| {
+                let is_left_out = |reading: usize| {
+                    let block = block(reading);
+                    block % 2 == half && (1..BLOCKS - 1).contains(&block)
+                };
+                (0..self.len()).map(is_left_out).collect()
+            })
+            .collect()
+    }
+}
+
+/// Readings with neighbouring labels in different folds.
+fn folds_of(labels: &[u32], most: usize) -> Vec<Vec<bool>> {
+    let last = labels.iter().max().map_or(0, |last| *last as usize);
+    let count = (last + 1).min(most);
+    (0..count)
+        .map(|fold| {
+            let is_left_out = |label: &u32| *label as usize % count == fold;
+            labels.iter().map(is_left_out).collect()
+        })
+        .collect()
+}
+
+/// Evidence for a law in a part's recording.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PartEvidence {
+    /// How many independent values are as much evidence as what the law leaves.
+    pub(super) independent: f64,
+    /// Logarithm of the weighted squares without the law over those with it: in the readings it was fitted to or in those it was not, whichever
+    /// shows less.
+    fall: f64,
+    /// The same of the best shape that was scored, in the readings it was fitted to.
+    linear_fall: f64,
+    /// The same as `fall` of a smooth curve of as many values, where the law must be better than that.
+    fall_of_a_curve: f64,
+}
+
+/// A candidate that was fitted, not yet weighed.
+pub(super) struct ScoredFit<'c> {
+    pub(super) fitted: &'c FittedModel,
+    /// Δχ² of the best shape that was scored.
+    pub(super) linear_delta_chi2: f64,
+    /// Its effect, white and projected.
+    pub(super) white: &'c [f64],
+}
+
+impl DiagnosisProblem<'_> {
+    /// How many independent values are as much evidence as what a model leaves of a part; `None` where repeats tell the noise.
+    pub(super) fn independent_values(
+        &self,
+        whitening: &NoiseCovariance,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+    ) -> Result<Option<f64>, MismatchError> {
+        if !self.observations.is_recording() {
+            return Ok(None);
+        }
+        let left = self.refit(whitening).residuals(predictor, model)?;
+        let left = left.unwrap_or_default();
+        let count = self.observations.len().min(left.len());
+        Ok(Some(self.observations.independent_values(&left[..count])))
+    }
+
+    /// What speaks for a candidate in the recording of a part, `None` elsewhere, and its log-likelihood relative to a change without physics in it
+    /// as far as that is known by itself.
+    ///
+    /// # Arguments
+    /// - `space`, `residuals`: those of the state.
+    /// - `unseen`: weighted squares that the state leaves in parts that it was not fitted to, once they are known.
+    pub(super) fn part_evidence(
+        &self,
+        state: &State,
+        predictor: &mut ReadingPredictor<'_>,
+        candidate: &ScoredFit<'_>,
+        (space, residuals): (&WhiteSpace, &[f64]),
+        unseen: &OnceLock<f64>,
+    ) -> Result<(Option<PartEvidence>, f64), MismatchError> {
+        let model = &candidate.fitted.model;
+        let Some(effect) = model.effects.last() else {
+            return Ok((None, f64::INFINITY));
+        };
+        let (before, after) = (state.fitted.squares, candidate.fitted.squares);
+        let independent = self.independent_values(&state.whitening, predictor, model)?;
+        let mut of_a_part = None;
+        if let Some(independent) = independent {
+            let mut fall = (before / after).ln();
+            if independent * fall > WORTH_LEAVING_OUT {
+                let folds = self.observations.unseen_parts();
+                let without = if let Some(without) = unseen.get() {
+                    *without
+                } else {
+                    let squares = self.held_squares(state, &state.fitted.model, &folds)?;
+                    *unseen.get_or_init(|| squares)
+                };
+                fall = fall.min((without / self.held_squares(state, model, &folds)?).ln());
+            }
+            let of_the_shape = (before - candidate.linear_delta_chi2).max(after);
+            of_a_part = Some(PartEvidence {
+                independent,
+                fall,
+                linear_fall: (before / of_the_shape).ln(),
+                fall_of_a_curve: f64::NEG_INFINITY,
+            });
+        }
+        if effect.law.is_of_one_run() {
+            let gradual =
+                against_gradual_change(self.observations, space, residuals, candidate.white);
+            return Ok((of_a_part, gradual));
+        }
+        let is_alone = state.fitted.model.effects.is_empty();
+        let must_be_sharp = self.observations.bench != TestObject::Robot
+            && effect.law.search.is_sharp
+            && (effect.law.is_gauge_error() || !is_alone);
+        if !must_be_sharp {
+            return Ok((of_a_part, f64::INFINITY));
+        }
+        let fall = self.fall_of_a_curve((space, residuals), before, effect.values.len());
+        Ok(match of_a_part {
+            Some(part) => {
+                let part = PartEvidence {
+                    fall_of_a_curve: fall,
+                    ..part
+                };
+                (Some(part), f64::INFINITY)
+            }
+            None => (None, 0.5 * (before * (-fall).exp() - after)),
+        })
+    }
+
+    /// Logarithm of the weighted squares without and with a smooth curve over what was set: powers, or odd powers.
+    ///
+    /// # Arguments
+    /// - `squares`: without it.
+    /// - `values`: that the curve has.
+    fn fall_of_a_curve(
+        &self,
+        (space, residuals): (&WhiteSpace, &[f64]),
+        squares: f64,
+        values: usize,
+    ) -> f64 {
+        let loads = &self.observations.loads;
+        let largest = loads
+            .iter()
+            .fold(0.0_f64, |m, load| m.max(load.force_n.abs()));
+        let fall = |powers: &mut dyn Iterator<Item = i32>| {
+            let mut left = residuals.to_vec();
+            let mut basis: Vec<Vec<f64>> = Vec::new();
+            for power in powers {
+                let of_power = |load: &LoadPoint| (load.force_n / largest).powi(power);
+                let rows: Vec<f64> = loads.iter().map(of_power).collect();
+                let mut column = space.projected(&rows);
+                for other in &basis {
+                    let along = dot(&column, other);
+                    subtract(&mut column, along, other);
+                }
+                let length = dot(&column, &column).sqrt();
+                if length > 0.0 {
+                    for value in &mut column {
+                        *value /= length;
+                    }
+                    let along = dot(&left, &column);
+                    subtract(&mut left, along, &column);
+                    basis.push(column);
+                }
+            }
+            dot(residuals, residuals) - dot(&left, &left)
+        };
+        let count = values as i32;
+        let odd = fall(&mut (1..=count).map(|k| 2 * k + 1));
+        let fall = fall(&mut (2..2 + count)).max(odd);
+        (squares / (squares - fall).max(f64::MIN_POSITIVE)).ln()
+    }
+}
+
+/// Twice the logarithm of a likelihood ratio from which on parts are left out to see whether a law predicts them: below, nothing is believed.
+const WORTH_LEAVING_OUT: f64 = 6.0;
+
+/// Counts what speaks for each law by the independent values that the one which leaves least leaves.
+pub(super) fn weigh(ranked: &mut [Ranked]) {
+    let squares = |one: &&Ranked| one.fitted.squares;
+    let best = ranked.iter().filter(|one| one.of_a_part.is_some());
+    let best = best.min_by(|a, b| squares(a).total_cmp(&squares(b)));
+    let Some(independent) = best.and_then(|best| Some(best.of_a_part?.independent)) else {
+        return;
+    };
+    for ranked in ranked.iter_mut() {
+        if let Some(part) = ranked.of_a_part {
+            ranked.evidence.delta_chi2 = independent * part.fall;
+            ranked.evidence.linear_delta_chi2 = independent * part.linear_fall;
+            ranked.evidence.dof = 1e6;
+            let better = 0.5 * independent * (part.fall - part.fall_of_a_curve);
+            ranked.against_gradual = ranked.against_gradual.min(better);
+        }
+    }
+}
