@@ -9,7 +9,7 @@
 //!   texts, the name that was meant, time.
 //! - `numeric`: [`vector`], [`statistics`], [`reported`], [`least_squares`]. Parameters, minima and what they are worth.
 //! - `gauges`: [`instrument`]. Bytes on a serial line to samples, and emulated gauges that send them. Has never heard of poses.
-//! - `measurement`: [`readings`], [`load_cases`], [`specimen`], [`procedure`], [`stiffness`]. What was measured, as stored, and the stiffness that follows.
+//! - `measurement`: [`readings`], [`load_cases`], [`specimen`], [`table_files`], [`procedure`], [`stiffness`]. What was measured, as stored, and the stiffness that follows.
 //!   Acquisition ends by writing a session folder, analysis begins by reading one. Nothing is dropped silently. Contains no model.
 //! - `session`: [`session`]. What the operator does next, and the journal that loses nothing. Ends by writing a session folder.
 //! - `beams`: [`structure`], [`robot`], [`physics`]. Three-dimensional beams, a robot as beams in a pose, and the laws that beams leave out.
@@ -37,7 +37,9 @@ pub use stiffbench_beams::{physics, robot, structure};
 pub use stiffbench_diagnosis::{distribution, elastostatics, fit, mismatch, parameters, search};
 pub use stiffbench_figures as plot;
 pub use stiffbench_gauges as instrument;
-pub use stiffbench_measurement::{load_cases, procedure, readings, specimen, stiffness};
+pub use stiffbench_measurement::{
+    load_cases, procedure, readings, specimen, stiffness, table_files,
+};
 pub use stiffbench_numeric::{least_squares, reported, statistics, vector};
 pub use stiffbench_session as session;
 pub use stiffbench_simulation as bench;

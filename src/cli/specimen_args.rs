@@ -2,7 +2,9 @@
 
 use clap::{Args, ValueEnum};
 
+use crate::readings::DecimalSign;
 use crate::specimen::{ResponseVariable, SpecimenOptions, TURN_SHARE};
+use crate::table_files::TableFileOptions;
 
 /// Options of a table of force against displacement that has no robot.
 #[derive(Debug, Clone, Args)]
@@ -38,16 +40,16 @@ pub(super) struct SpecimenArgs {
     /// Column with loading and unloading [default: derived from the path of the load]
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) branch_column: Option<String>,
-    /// Unit of the force: N, mN, uN, nN, kN, gf, kgf, lbf, ozf, or 1 for numbers as they are [default: the end of the column's name]
+    /// Unit of the force, torque or stress: N, kN, kgf, lbf, N*m, lbf*in, MPa, psi, ..., or 1 for numbers as they are [default: that of the file]
     #[arg(long, value_name = "UNIT", requires = "force_column")]
     pub(super) force_unit: Option<String>,
-    /// Unit of the displacement: m, mm, um, nm, in, or 1 for numbers as they are [default: the end of the column's name]
+    /// Unit of the displacement, angle or strain: mm, um, in, mil, rad, deg, %, microstrain, ..., or 1 for numbers as they are [default: that of the file]
     #[arg(long, value_name = "UNIT", requires = "specimen")]
     pub(super) displacement_unit: Option<String>,
-    /// Unit of time and hold: s, ms, min, h [default: the ends of the columns' names]
+    /// Unit of time and hold: s, ms, min, h, d [default: that of the file; dates and times of day need none]
     #[arg(long, value_name = "UNIT", requires = "specimen")]
     pub(super) time_unit: Option<String>,
-    /// Unit of the temperature: degC, K [default: the end of the column's name, else degC]
+    /// Unit of the temperature: degC, K, degF [default: that of the file, else degC]
     #[arg(long, value_name = "UNIT", requires = "temperature_column")]
     pub(super) temperature_unit: Option<String>,
     /// The quantity that answers: force if the displacement or strain was set
@@ -56,6 +58,30 @@ pub(super) struct SpecimenArgs {
     /// Share of a run's range by which the path must come back before it counts as unloading
     #[arg(long, value_name = "SHARE", default_value_t = TURN_SHARE, requires = "specimen")]
     pub(super) turn_share: f64,
+    /// Sheet of a spreadsheet [default: the only one with rows of numbers]
+    #[arg(long, value_name = "NAME", requires = "specimen")]
+    pub(super) sheet: Option<String>,
+    /// Decimal sign of the numbers [default: found from all of them]
+    #[arg(long, value_enum, requires = "specimen")]
+    pub(super) decimal: Option<DecimalChoice>,
+}
+
+/// The decimal sign of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum DecimalChoice {
+    /// 1.5
+    Point,
+    /// 1,5
+    Comma,
+}
+
+impl From<DecimalChoice> for DecimalSign {
+    fn from(choice: DecimalChoice) -> Self {
+        match choice {
+            DecimalChoice::Point => Self::Point,
+            DecimalChoice::Comma => Self::Comma,
+        }
+    }
 }
 
 /// Which quantity answers.
@@ -92,7 +118,11 @@ impl SpecimenArgs {
                 ResponseChoice::Force => ResponseVariable::Force,
             },
             turn_share: Some(self.turn_share),
-            ..SpecimenOptions::default()
+            file: TableFileOptions {
+                sheet: self.sheet.clone(),
+                decimal: self.decimal.map(DecimalSign::from),
+                ..TableFileOptions::default()
+            },
         })
     }
 }

@@ -88,8 +88,8 @@ pub use session::*;
 pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
 pub use specimen::{
-    SpecimenFinding, SpecimenNoise, SpecimenQuality, SpecimenSlope, SpecimenSummary,
-    SpecimenUnexplained,
+    SiValue, SpecimenFinding, SpecimenNoise, SpecimenParameter, SpecimenQuality, SpecimenSlope,
+    SpecimenSummary, SpecimenUnexplained, SpecimenValue,
 };
 pub use stiffness::stiffness_text;
 pub use text::{AlignedTable, significant};

@@ -7,16 +7,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::mismatch::{
-    ConfigurationSizes, Diagnosis, EstimatedValue, Finding, MisfitShares, NextMeasurement, Omnibus,
-    Quality, SpecimenScale, Stratum, Verdict, VerdictGrade,
+    ConfigurationSizes, Diagnosis, EstimatedValue, FactorChange, Finding, MisfitShares,
+    NextMeasurement, Omnibus, Quality, SpecimenScale, Stratum, Verdict, VerdictGrade,
 };
 use crate::physics::{Dimension, ParameterSpec};
-use crate::reported::Reported;
-use crate::specimen::{ColumnScale, ResponseVariable, SpecimenTable};
+use crate::specimen::{ColumnUnit, ResponseVariable, SpecimenTable};
+use crate::table_files::FileLayout;
 
 use super::design::LawAtPlace;
 use super::diagnosis::{FittedParameter, RivalReport, STEPPED};
-use super::text::AlignedTable;
+use super::text::{AlignedTable, significant};
 
 /// Chance below which something is left over: the level of the omnibus test.
 const LEFT_OVER: f64 = 0.01;
@@ -24,6 +24,8 @@ const LEFT_OVER: f64 = 0.01;
 /// A diagnosis of a table without a robot.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SpecimenSummary {
+    /// What in the file was taken for what.
+    pub table: FileLayout,
     /// The verdict.
     pub verdict: Verdict,
     /// How far it may be relied on.
@@ -76,11 +78,13 @@ pub struct SpecimenFinding {
     #[serde(flatten)]
     pub shares: MisfitShares,
     /// Its parameters by name.
-    pub parameters: IndexMap<&'static str, FittedParameter>,
+    pub parameters: IndexMap<&'static str, SpecimenParameter>,
     /// Findings of one group exclude each other and are indistinguishable; `null` of one that stands alone.
     pub alternative_group: Option<u32>,
     /// Largest change of a reading, in the unit of `rms`.
     pub end_effect: f64,
+    /// The same in the SI unit of `rms`.
+    pub end_effect_si: f64,
     /// Share of the effect that the slopes had absorbed.
     pub absorbed_share: f64,
     /// Natural logarithm of the Bayes factor against the model without it.
@@ -106,9 +110,42 @@ pub struct SpecimenUnexplained {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SpecimenQuality {
     /// Root mean square of the residuals.
-    pub rms: Reported,
+    pub rms: SpecimenValue,
     /// Weighted squares over degrees of freedom.
     pub reduced_chi2: f64,
+}
+
+/// A value in the unit of the table, and in SI.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SpecimenValue {
+    /// The value in `unit`.
+    pub value: f64,
+    /// Unit of the table.
+    pub unit: String,
+    /// The same in SI; as in the file where the table has no units.
+    pub si: SiValue,
+}
+
+/// A value in SI.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SiValue {
+    /// The value in `unit`.
+    pub value: f64,
+    /// ASCII unit.
+    pub unit: String,
+    /// 95 % interval in `unit`, of a parameter that has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// A fitted parameter of a law, in the units of the table and in SI.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SpecimenParameter {
+    /// In the units of the table.
+    #[serde(flatten)]
+    pub fitted: FittedParameter,
+    /// The same in SI; as in the file where the table has no units.
+    pub si: SiValue,
 }
 
 /// The slope of a configuration.
@@ -122,13 +159,15 @@ pub struct SpecimenSlope {
     pub after: f64,
     /// Unit of both.
     pub unit: String,
+    /// The final model's in SI.
+    pub si: SiValue,
 }
 
 /// The noise of a table.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SpecimenNoise {
     /// Standard deviation of a reading.
-    pub reading_sd: Reported,
+    pub reading_sd: SpecimenValue,
     /// Standard deviation of the slope of a run, relative.
     pub run_slope_sd: f64,
 }
@@ -136,13 +175,67 @@ pub struct SpecimenNoise {
 /// From the scaled units of a diagnosis to those of a table.
 struct TableUnits<'a> {
     scale: &'a SpecimenScale,
-    load: &'static str,
-    answer: &'static str,
+    load: &'a ColumnUnit,
+    answer: &'a ColumnUnit,
+}
+
+/// `a` per `b`; numbers without a unit have the unit 1.
+fn per(a: &str, b: &str) -> String {
+    match (a, b) {
+        (a, "1") => a.to_owned(),
+        (a, b) if b.contains(['/', '*', ' ', '-']) => format!("{a}/({b})"),
+        (a, b) => format!("{a}/{b}"),
+    }
+}
+
+/// A power of a unit.
+fn power(unit: &str, exponent: i8) -> String {
+    match (unit, exponent) {
+        ("1", _) => "1".to_owned(),
+        (unit, 1) => unit.to_owned(),
+        (unit, n) => format!("({unit})^{n}"),
+    }
 }
 
 impl TableUnits<'_> {
-    fn answer(&self, value: f64) -> Reported {
-        Reported::exact(value * self.scale.answer, self.answer)
+    /// Of the unit that a dimension has: how many SI units (as in the file without units) one of the search is, how many one of the table is,
+    /// and the names of both, the table's first.
+    fn unit(&self, spec: &ParameterSpec) -> (f64, f64, [String; 2]) {
+        let Some([of_answer, of_load, of_time]) = spec.dimension.powers() else {
+            return (1.0, 1.0, [spec.unit().to_owned(), spec.unit().to_owned()]);
+        };
+        let product =
+            |answer: f64, load: f64| answer.powi(of_answer.into()) * load.powi(of_load.into());
+        let name = |answer: &str, load: &str| match (of_answer, of_load, of_time) {
+            (1, 0, 0) if spec.dimension == Dimension::LengthPerTemperature => per(answer, "K"),
+            (1, 0, 0) => answer.to_owned(),
+            (0, 1, 0) => load.to_owned(),
+            (0, _, 0) => per("1", &power(load, -of_load)),
+            (1, _, 0) => per(answer, &power(load, -of_load)),
+            _ if self.scale.order_is_clock => per(answer, "reading"),
+            _ => per(answer, "s"),
+        };
+        (
+            product(self.scale.answer, self.scale.load),
+            product(self.answer.si_per_unit, self.load.si_per_unit),
+            [
+                name(&self.answer.name, &self.load.name),
+                name(self.answer.si, self.load.si),
+            ],
+        )
+    }
+
+    fn answer(&self, scaled: f64) -> SpecimenValue {
+        let value = scaled * self.scale.answer;
+        SpecimenValue {
+            value: value / self.answer.si_per_unit,
+            unit: self.answer.name.clone(),
+            si: SiValue {
+                value,
+                unit: self.answer.si.to_owned(),
+                ci95: None,
+            },
+        }
     }
 
     fn quality(&self, quality: &Quality) -> SpecimenQuality {
@@ -152,34 +245,40 @@ impl TableUnits<'_> {
         }
     }
 
+    /// The slope of a configuration.
+    fn slope(&self, slope: &FactorChange) -> SpecimenSlope {
+        let to_si = self.scale.answer / self.scale.load;
+        let si_per_unit = self.answer.si_per_unit / self.load.si_per_unit;
+        SpecimenSlope {
+            name: slope.name.clone(),
+            before: slope.before.value * to_si / si_per_unit,
+            after: slope.after.value * to_si / si_per_unit,
+            unit: per(&self.answer.name, &self.load.name),
+            si: SiValue {
+                value: slope.after.value * to_si,
+                unit: per(self.answer.si, self.load.si),
+                ci95: slope
+                    .after
+                    .interval_95()
+                    .map(|ends| ends.map(|end| end * to_si)),
+            },
+        }
+    }
+
     /// A fitted parameter of a law.
-    fn parameter(&self, spec: &ParameterSpec, fitted: &EstimatedValue) -> FittedParameter {
-        let (load, answer) = (self.load, self.answer);
-        let (factor, unit) = match spec.dimension.powers() {
-            None => (1.0, spec.unit().to_owned()),
-            Some([of_answer, of_load, of_time]) => {
-                let factor =
-                    self.scale.answer.powi(of_answer.into()) * self.scale.load.powi(of_load.into());
-                let unit = match (of_answer, of_load, of_time) {
-                    (1, 0, 0) if spec.dimension == Dimension::LengthPerTemperature => {
-                        format!("{answer}/K")
-                    }
-                    (1, 0, 0) => answer.to_owned(),
-                    (0, 1, 0) => load.to_owned(),
-                    (0, -1, 0) => format!("1/{load}"),
-                    (0, _, 0) => format!("1/({load})^{}", -of_load),
-                    (1, -1, 0) => format!("{answer}/{load}"),
-                    (1, _, 0) => format!("{answer}/({load})^{}", -of_load),
-                    _ if self.scale.order_is_clock => format!("{answer}/reading"),
-                    _ => format!("{answer}/s"),
-                };
-                (factor, unit)
-            }
-        };
-        let interval = fitted
-            .interval_95()
-            .map(|ends| ends.map(|end| end * factor));
-        FittedParameter::new(fitted.value * factor, unit, interval, STEPPED)
+    fn parameter(&self, spec: &ParameterSpec, fitted: &EstimatedValue) -> SpecimenParameter {
+        let (to_si, si_per_unit, [unit, si_unit]) = self.unit(spec);
+        let value = fitted.value * to_si;
+        let interval = fitted.interval_95().map(|ends| ends.map(|end| end * to_si));
+        let in_table = interval.map(|ends| ends.map(|end| end / si_per_unit));
+        SpecimenParameter {
+            fitted: FittedParameter::new(value / si_per_unit, unit, in_table, STEPPED),
+            si: SiValue {
+                value,
+                unit: si_unit,
+                ci95: interval,
+            },
+        }
     }
 
     fn finding(&self, finding: &Finding) -> SpecimenFinding {
@@ -193,7 +292,8 @@ impl TableUnits<'_> {
             shares: finding.shares,
             parameters: parameters.collect(),
             alternative_group: finding.alternative_group,
-            end_effect: finding.end_effect_m * self.scale.answer,
+            end_effect: self.answer(finding.end_effect_m).value,
+            end_effect_si: self.answer(finding.end_effect_m).si.value,
             absorbed_share: finding.absorbed_share,
             log_bayes_factor: finding.log_bayes,
             p_family: finding.p_family,
@@ -211,10 +311,7 @@ impl SpecimenSummary {
         diagnosis: &Diagnosis,
         seed: u64,
     ) -> Self {
-        let unit =
-            |scale: ColumnScale, si: &'static str| if scale == ColumnScale::Si { si } else { "1" };
-        let force = unit(table.force_scale, "N");
-        let displacement = unit(table.displacement_scale, "m");
+        let (force, displacement) = (&table.force_unit, &table.displacement_unit);
         let (load, answer) = match table.response {
             ResponseVariable::Displacement => (force, displacement),
             ResponseVariable::Force => (displacement, force),
@@ -224,18 +321,14 @@ impl SpecimenSummary {
             load,
             answer,
         };
-        let slopes = diagnosis.factors.iter().map(|slope| SpecimenSlope {
-            name: slope.name.clone(),
-            before: slope.before.value * scale.answer / scale.load,
-            after: slope.after.value * scale.answer / scale.load,
-            unit: format!("{answer}/{load}"),
-        });
+        let slopes = diagnosis.factors.iter().map(|slope| units.slope(slope));
         let findings: Vec<SpecimenFinding> = diagnosis
             .findings
             .iter()
             .map(|f| units.finding(f))
             .collect();
         Self {
+            table: table.layout.clone(),
             verdict: diagnosis.verdict,
             grade: diagnosis.grade,
             headline: headline(diagnosis, &findings),
@@ -303,7 +396,7 @@ impl SpecimenSummary {
     }
 
     fn in_words(&self, quality: &SpecimenQuality) -> String {
-        let unit = match quality.rms.unit {
+        let unit = match quality.rms.unit.as_str() {
             "1" => String::new(),
             unit => format!(" {unit}"),
         };
@@ -313,8 +406,7 @@ impl SpecimenSummary {
         } else {
             format!(", {:.2} in units of the noise", quality.reduced_chi2.sqrt())
         };
-        let rms = quality.rms.value.unwrap_or(f64::NAN);
-        format!("{rms:.4e}{unit}{in_noise}")
+        format!("{}{unit}{in_noise}", significant(quality.rms.value, 5))
     }
 
     fn findings_table(&self) -> String {
@@ -328,13 +420,14 @@ impl SpecimenSummary {
         ]);
         for finding in &self.findings {
             for (name, fitted) in &finding.parameters {
+                let fitted = &fitted.fitted;
                 let interval = fitted.ci95.map_or_else(String::new, |[low, high]| {
-                    format!("{low:.4e} to {high:.4e}")
+                    format!("{} to {}", significant(low, 5), significant(high, 5))
                 });
                 table.row([
                     finding.law.title(),
                     (*name).to_owned(),
-                    format!("{:.5e}", fitted.value),
+                    significant(fitted.value, 6),
                     interval,
                     fitted.unit.clone(),
                     format!("{:.1}", finding.log_bayes_factor),

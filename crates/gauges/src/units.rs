@@ -66,6 +66,11 @@ pub(super) fn usual_codes(kind: Kind) -> &'static [(&'static str, &'static str)]
             ("IN", "in"),
             ("inch", "in"),
         ],
-        Kind::Time | Kind::Temperature | Kind::Torque | Kind::Angle => &[],
+        Kind::Time
+        | Kind::Temperature
+        | Kind::Torque
+        | Kind::Angle
+        | Kind::Stress
+        | Kind::Strain => &[],
     }
 }

@@ -4,6 +4,7 @@
 //! - [`load_cases`]: loads and readings as vectors, one load application a row.
 //! - [`specimen`]: force against displacement of anything, without a robot.
 //! - [`procedure`]: which loads are applied where and in which order, as data.
+//! - [`table_files`]: tables as test machines, loggers, spreadsheets and people write them.
 //! - [`stiffness`]: readings to measured stiffness. Contains no model.
 
 pub mod load_cases;
@@ -11,3 +12,4 @@ pub mod procedure;
 pub mod readings;
 pub mod specimen;
 pub mod stiffness;
+pub mod table_files;

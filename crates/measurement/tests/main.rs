@@ -11,3 +11,4 @@ mod readings_bad_input;
 mod readings_round_trip;
 mod session_files;
 mod specimen_tables;
+mod table_files;

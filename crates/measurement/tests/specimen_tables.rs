@@ -5,11 +5,11 @@ use std::io;
 
 use miette::Diagnostic;
 use proptest::prelude::*;
-use stiffbench_measurement::readings::{Assumption, Delimiter, ReadingsError};
 use stiffbench_measurement::specimen::{
-    ColumnScale, Incomplete, ResponseVariable, SpecimenAssumption, SpecimenError, SpecimenOptions,
+    Incomplete, ResponseVariable, SpecimenAssumption, SpecimenError, SpecimenOptions,
     SpecimenTable, read_specimen,
 };
+use stiffbench_measurement::table_files::TableFileError;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Columns `F_N` and `d_um`.
@@ -50,8 +50,8 @@ fn assert_error(error: &SpecimenError, code: &str, line: Option<u32>, parts: &[&
 fn a_plain_table_becomes_si() {
     let table = read("F_N,d_um,note\n0,0,a\n10,4,b\n20,8.5,c\n").unwrap();
     assert_eq!(
-        (table.force_scale, table.displacement_scale),
-        (ColumnScale::Si, ColumnScale::Si)
+        (table.force_unit.si, table.displacement_unit.si),
+        ("N", "m")
     );
     assert_eq!(table.readings[2].displacement, 8.5e-6);
     assert_eq!(table.readings[2].line, 4);
@@ -110,8 +110,8 @@ fn units_given_come_before_those_in_names() {
     }
     let table = read_with(rows, &with("1", "1")).unwrap();
     assert_eq!(
-        (table.force_scale, table.displacement_scale),
-        (ColumnScale::AsInFile, ColumnScale::AsInFile)
+        (table.force_unit.si, table.displacement_unit.si),
+        ("1", "1")
     );
 }
 
@@ -211,16 +211,14 @@ fn incomplete_rows_are_listed() {
 
 #[test]
 fn foreign_tables_are_understood_and_it_is_said() {
+    let layout_of = |table: &SpecimenTable| table.assumptions[0].to_string();
     let table = read("\u{feff}F_N;d_um\n0,5;1,25\n").unwrap();
     assert_eq!(table.readings[0].displacement, 1.25e-6);
-    for expected in [
-        Assumption::ByteOrderMark,
-        Assumption::Delimiter(Delimiter::Semicolon),
-        Assumption::DecimalComma { line: 2 },
-    ] {
-        let expected = SpecimenAssumption::Text(expected);
-        assert!(table.assumptions.contains(&expected), "{expected}");
-    }
+    assert_eq!(
+        layout_of(&table),
+        "table taken as UTF-8 with byte order mark, delimiter semicolon, decimal comma; names in line 1; 1 rows in lines 2 to 2; \
+         `F_N` in N, `d_um` in um"
+    );
     let table = read("F_N\td_um\n1\t2\n").unwrap();
     assert_eq!(table.readings.len(), 1);
     let runs = SpecimenOptions {
@@ -229,11 +227,7 @@ fn foreign_tables_are_understood_and_it_is_said() {
     };
     let latin = read_specimen("pull.csv", &b"run,F_N,d_um\n\xb5,1,2\n"[..], &runs).unwrap();
     assert_eq!(latin.runs[0].label, "µ");
-    assert!(
-        latin
-            .assumptions
-            .contains(&SpecimenAssumption::Text(Assumption::NotUtf8 { line: 2 }))
-    );
+    assert!(layout_of(&latin).contains("windows-1252"));
 }
 
 #[test]
@@ -305,7 +299,8 @@ fn branches_come_from_a_column_or_from_the_path() {
             .assumptions
             .contains(&SpecimenAssumption::BranchesFromPath {
                 turn_share: 0.05,
-                turns: 1
+                turns: 1,
+                cycles: 1
             })
     );
     let named = SpecimenOptions {
@@ -423,7 +418,7 @@ fn headers_that_do_not_fit() {
             .help()
             .unwrap()
             .to_string()
-            .contains("first line of the file")
+            .contains("first line of the table")
     );
     let error = read("# rig 3\nF_N,d_um,d_um\n1,2,3\n").unwrap_err();
     assert_error(
@@ -459,7 +454,7 @@ fn values_that_do_not_fit() {
     let error = read("F_N,d_um\n1,2\n2,x3\n").unwrap_err();
     assert_error(
         &error,
-        "specimen::bad_value",
+        "table::bad_number",
         Some(3),
         &["line 3, column `d_um`: `x3`, expected a number"],
     );
@@ -492,7 +487,7 @@ fn texts_that_are_no_tables() {
     for empty in ["", "\n\n# nothing\n", ",,\n"] {
         assert_error(
             &read(empty).unwrap_err(),
-            "specimen::empty",
+            "table::empty",
             None,
             &["pull.csv"],
         );
@@ -513,23 +508,23 @@ fn texts_that_are_no_tables() {
     let error = read("F_N,d_um\n1,2,3\n").unwrap_err();
     assert_error(
         &error,
-        "readings::field_count",
+        "table::field_count",
         Some(2),
         &["3 fields, expected 2"],
     );
     let error = read("F_N;d_um\n1.5;2\n2,5;3\n").unwrap_err();
     assert_error(
         &error,
-        "readings::mixed_decimals",
+        "table::mixed_decimals",
         Some(3),
         &["`2,5`", "line 2"],
     );
     let error = read("F_N,d_um\n1,inf\n").unwrap_err();
-    assert_error(&error, "readings::not_finite", Some(2), &["`inf`"]);
+    assert_error(&error, "table::not_finite", Some(2), &["`inf`"]);
     let error = read("F_N,d_um\n1,\"2\n").unwrap_err();
-    assert_error(&error, "readings::unclosed_quote", Some(2), &["never ends"]);
+    assert_error(&error, "table::unclosed_quote", Some(2), &["never ends"]);
     let error = read_specimen("pull.csv", &b"F_N\0,d_um\n"[..], &options()).unwrap_err();
-    assert_error(&error, "readings::not_text", Some(1), &["not text"]);
+    assert_error(&error, "table::not_text", Some(1), &["not text"]);
 }
 
 /// Fails after the header.
@@ -550,7 +545,7 @@ impl io::Read for Torn {
 fn an_input_that_stops_is_an_error() {
     let error = read_specimen("pull.csv", Torn(false), &options()).unwrap_err();
     assert!(
-        matches!(error, SpecimenError::Text(ReadingsError::Io { .. })),
+        matches!(error, SpecimenError::Table(TableFileError::Io { .. })),
         "{error}"
     );
 }

@@ -47,16 +47,47 @@ pub enum Kind {
     Torque,
     /// Angle, SI unit radian.
     Angle,
+    /// Stress, SI unit pascal.
+    Stress,
+    /// Strain, SI unit one.
+    Strain,
 }
 
 impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 8] = [
+        Self::Force,
+        Self::Displacement,
+        Self::Time,
+        Self::Temperature,
+        Self::Torque,
+        Self::Angle,
+        Self::Stress,
+        Self::Strain,
+    ];
+
+    /// The SI unit, as it is printed.
+    #[must_use]
+    pub fn si_unit(self) -> &'static str {
+        match self {
+            Self::Force => "N",
+            Self::Displacement => "m",
+            Self::Time => "s",
+            Self::Temperature => "K",
+            Self::Torque => "N*m",
+            Self::Angle => "rad",
+            Self::Stress => "Pa",
+            Self::Strain => "1",
+        }
+    }
+
     /// The factor that takes a number in `unit` to SI, or `None` if `unit` does not name this kind.
     ///
     /// Spelling is that of column names and of gauges: case matters only where it changes the meaning (`mN`, `MN`).
     ///
     /// # Source
     /// BIPM, The International System of Units, 9th edition, tables 7 and 8; pound-force and kilogram-force from the exact
-    /// values in NIST SP 811 (2008), appendix B.8.
+    /// values in NIST SP 811 (2008), appendix B.8. Pounds per square inch and pound-force inches follow from these and the inch.
     #[must_use]
     pub fn si_factor(self, unit: &str) -> Option<f64> {
         let factor = match (self, unit) {
@@ -74,19 +105,39 @@ impl Kind {
             (Self::Displacement, "um" | "µm" | "μm" | "micron") => 1e-6,
             (Self::Displacement, "nm") => 1e-9,
             (Self::Displacement, "in" | "inch") => 0.025_4,
-            (Self::Time, "s") => 1.0,
+            (Self::Displacement, "mil" | "thou") => 2.54e-5,
+            (Self::Time, "s" | "sec" | "Sec" | "seconds") => 1.0,
             (Self::Time, "ms") => 1e-3,
             (Self::Time, "min") => 60.0,
             (Self::Time, "h") => 3600.0,
+            (Self::Time, "d" | "day" | "days") => 86_400.0,
             (Self::Temperature, "degC" | "°C" | "C" | "K") => 1.0,
-            (Self::Torque, "Nm" | "N*m" | "N.m") => 1.0,
-            (Self::Torque, "Nmm" | "N*mm" | "mNm") => 1e-3,
+            (Self::Temperature, "degF" | "°F" | "F") => 5.0 / 9.0,
+            (Self::Torque, "Nm" | "N*m" | "N.m" | "N·m" | "N-m") => 1.0,
+            (Self::Torque, "Nmm" | "N*mm" | "N.mm" | "N·mm" | "N-mm" | "mNm") => 1e-3,
+            (
+                Self::Torque,
+                "lbfin" | "lbf*in" | "lbf.in" | "lbf·in" | "lbf-in" | "in-lbf" | "in*lbf",
+            ) => 0.112_984_829_027_616_7,
             (Self::Torque, "kNm" | "kN*m") => 1e3,
             (Self::Angle, "rad") => 1.0,
             (Self::Angle, "mrad") => 1e-3,
             (Self::Angle, "urad" | "µrad" | "μrad") => 1e-6,
             (Self::Angle, "deg" | "°") => std::f64::consts::PI / 180.0,
+            (Self::Angle, "arcmin") => std::f64::consts::PI / 10_800.0,
             (Self::Angle, "arcsec") => std::f64::consts::PI / 648_000.0,
+            (Self::Stress, "Pa") => 1.0,
+            (Self::Stress, "kPa") => 1e3,
+            (Self::Stress, "MPa" | "N/mm2" | "N/mm²" | "N/mm^2") => 1e6,
+            (Self::Stress, "GPa") => 1e9,
+            (Self::Stress, "psi") => 6_894.757_293_168_361,
+            (Self::Stress, "ksi") => 6_894_757.293_168_361,
+            (Self::Strain, "mm/mm" | "m/m" | "in/in") => 1.0,
+            (Self::Strain, "%") => 1e-2,
+            (
+                Self::Strain,
+                "um/m" | "µm/m" | "μm/m" | "microstrain" | "ustrain" | "µstrain" | "µε" | "με",
+            ) => 1e-6,
             _ => return None,
         };
         Some(factor)
@@ -97,11 +148,13 @@ impl Kind {
     pub fn units(self) -> &'static str {
         match self {
             Self::Force => "N, mN, uN, nN, kN, gf, kgf, lbf, ozf",
-            Self::Displacement => "um, mm, m, nm, in",
-            Self::Time => "s, ms, min, h",
-            Self::Temperature => "degC, K",
-            Self::Torque => "Nm, Nmm, kNm",
-            Self::Angle => "urad, mrad, rad, deg, arcsec",
+            Self::Displacement => "um, mm, m, nm, in, mil",
+            Self::Time => "s, ms, min, h, d",
+            Self::Temperature => "degC, K, degF",
+            Self::Torque => "N*m, N*mm, kN*m, lbf*in",
+            Self::Angle => "urad, mrad, rad, deg, arcmin, arcsec",
+            Self::Stress => "Pa, kPa, MPa, GPa, psi, ksi",
+            Self::Strain => "mm/mm, %, um/m, microstrain",
         }
     }
 }
@@ -126,5 +179,33 @@ mod tests {
         assert_eq!(Kind::Force.si_factor("mm"), None);
         assert_eq!(Kind::Displacement.si_factor("N"), None);
         assert_eq!(Kind::Force.si_factor("lbf"), Some(4.448_221_615_260_5));
+    }
+
+    #[test]
+    fn derived_units_follow_from_their_parts() {
+        let (lbf, inch) = (4.448_221_615_260_5, 0.0254);
+        let near = |kind: Kind, unit: &str, expected: f64| {
+            let factor = kind.si_factor(unit).unwrap();
+            assert!((factor / expected - 1.0).abs() < 1e-15, "{unit}: {factor}");
+        };
+        near(Kind::Torque, "lbf*in", lbf * inch);
+        near(Kind::Stress, "psi", lbf / (inch * inch));
+        near(Kind::Stress, "ksi", 1000.0 * lbf / (inch * inch));
+        near(Kind::Displacement, "mil", inch / 1000.0);
+        near(
+            Kind::Angle,
+            "arcmin",
+            60.0 * Kind::Angle.si_factor("arcsec").unwrap(),
+        );
+        near(Kind::Time, "d", 24.0 * 3600.0);
+    }
+
+    #[test]
+    fn listed_units_are_known() {
+        for kind in Kind::ALL {
+            for unit in kind.units().split(", ") {
+                assert!(kind.si_factor(unit).is_some(), "{kind:?} {unit}");
+            }
+        }
     }
 }

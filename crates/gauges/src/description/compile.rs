@@ -366,6 +366,8 @@ fn word(kind: Kind) -> &'static str {
         Kind::Temperature => "temperature",
         Kind::Torque => "torque",
         Kind::Angle => "angle",
+        Kind::Stress => "stress",
+        Kind::Strain => "strain",
     }
 }
 

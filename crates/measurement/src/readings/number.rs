@@ -34,10 +34,26 @@ pub(crate) enum Conversion {
     Factor(f64),
     /// The value is this much above the value in the unit: kelvin to degrees Celsius.
     Offset(f64),
+    /// The value is this many SI units, and so much above zero: degrees Fahrenheit.
+    Affine {
+        /// SI units in one.
+        factor: f64,
+        /// SI value of its zero.
+        zero: f64,
+    },
 }
 
 impl Conversion {
     pub(crate) const NONE: Self = Self::Shift(0);
+
+    /// SI units in one unit.
+    pub(crate) fn factor(self) -> f64 {
+        match self {
+            Self::Shift(shift) => 10_f64.powi(shift),
+            Self::Factor(factor) | Self::Affine { factor, .. } => factor,
+            Self::Offset(_) => 1.0,
+        }
+    }
 
     /// The conversion from `unit`; `None` if that is not a unit of this kind.
     ///
@@ -45,8 +61,9 @@ impl Conversion {
     pub(crate) fn from_unit(kind: Kind, unit: &str) -> Option<Self> {
         let unit = unit.trim();
         let forgiven = || {
-            let alike =
-                |known: &&str| !["mN", "nN"].contains(known) && known.eq_ignore_ascii_case(unit);
+            let alike = |known: &&str| {
+                !["mN", "nN", "MPa", "nm"].contains(known) && known.eq_ignore_ascii_case(unit)
+            };
             let known = kind.units().split(", ").find(alike)?;
             Some((known, kind.si_factor(known)?))
         };
@@ -57,7 +74,19 @@ impl Conversion {
         if (kind, unit) == (Kind::Temperature, "K") {
             return Some(Self::Offset(-273.15));
         }
-        let power = [(1e-9, -9), (1e-6, -6), (1e-3, -3), (1.0, 0), (1e3, 3)];
+        if kind == Kind::Temperature && factor != 1.0 {
+            let zero = -32.0 * factor;
+            return Some(Self::Affine { factor, zero });
+        }
+        let power = [
+            (1e-9, -9),
+            (1e-6, -6),
+            (1e-3, -3),
+            (1.0, 0),
+            (1e3, 3),
+            (1e6, 6),
+            (1e9, 9),
+        ];
         let shift = power.iter().find(|(value, _)| *value == factor);
         Some(shift.map_or(Self::Factor(factor), |(_, shift)| Self::Shift(*shift)))
     }
@@ -113,6 +142,7 @@ impl NumberReader {
             Conversion::Shift(_) => number,
             Conversion::Factor(factor) => number * factor,
             Conversion::Offset(offset) => number + offset,
+            Conversion::Affine { factor, zero } => number * factor + zero,
         };
         if value.is_finite() {
             Ok(value)

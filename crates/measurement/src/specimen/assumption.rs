@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use crate::readings::Assumption;
+use crate::table_files::FileLayout;
 
 /// Something that the file leaves open and the reader decided.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpecimenAssumption {
-    /// How the text was understood: encoding, delimiter, decimal sign.
-    Text(Assumption),
+    /// What in the file was taken for what.
+    Layout(Box<FileLayout>),
     /// No force column: the load is the same throughout, and all forces are 0.
     ConstantLoad,
     /// A unit was taken from the end of a column's name.
@@ -17,6 +17,18 @@ pub enum SpecimenAssumption {
         column: String,
         /// The unit.
         unit: String,
+    },
+    /// A unit was taken from a row of units, or from the lines above the table.
+    UnitFromFile {
+        /// The column.
+        column: String,
+        /// The unit.
+        unit: String,
+    },
+    /// A column holds dates or times of day; they were turned into seconds since the first.
+    TimeStamps {
+        /// The column.
+        column: String,
     },
     /// The temperatures have no unit and were taken as °C; their differences are the same in kelvin.
     TemperatureInCelsius,
@@ -55,6 +67,8 @@ pub enum SpecimenAssumption {
         turn_share: f64,
         /// How many turns were found.
         turns: u32,
+        /// How many cycles that makes, each once away and back, over all runs.
+        cycles: u32,
     },
     /// The path turns in more than a third of the readings of some runs: taken as shuffled, all of it loading.
     Shuffled {
@@ -68,9 +82,13 @@ pub enum SpecimenAssumption {
 impl fmt::Display for SpecimenAssumption {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Text(assumption) => assumption.fmt(f),
+            Self::Layout(layout) => layout.fmt(f),
             Self::ConstantLoad => f.write_str("no force column: the load is the same throughout"),
             Self::UnitFromName { column, unit } => write!(f, "column `{column}` is in {unit}, by its name"),
+            Self::UnitFromFile { column, unit } => write!(f, "column `{column}` is in {unit}, by the file"),
+            Self::TimeStamps { column } => {
+                write!(f, "column `{column}` holds times: they became seconds since the first")
+            }
             Self::TemperatureInCelsius => f.write_str("temperatures without a unit are °C"),
             Self::OneConfiguration => f.write_str("all readings are of one specimen"),
             Self::OneRunEach => f.write_str("all readings of a specimen are one run, with one zero"),
@@ -88,10 +106,10 @@ impl fmt::Display for SpecimenAssumption {
             Self::TimeGoesBack { runs, line } => {
                 write!(f, "in {runs} runs time goes back, first in line {line}; the order of the readings was kept")
             }
-            Self::BranchesFromPath { turn_share, turns } => write!(
+            Self::BranchesFromPath { turn_share, turns, cycles } => write!(
                 f,
-                "branches are derived from the path: it turns {turns} times, a turn being a return by more than {} % of the run's range",
-                turn_share * 100.0
+                "branches are derived from the path: it has {cycles} cycles, {turns} turns, a turn being a return by more than {} % of the run's range",
+                (turn_share * 1e4).round() / 100.0
             ),
             Self::Shuffled { runs, line } => write!(
                 f,

@@ -11,21 +11,38 @@ pub(super) struct Path {
     pub(super) turns: u32,
     /// Whether it turns too often to have branches.
     pub(super) shuffled: bool,
+    /// Share of its range by which it had to come back for a turn.
+    pub(super) turn_share: f64,
 }
+
+impl Path {
+    /// Number of cycles, each once away and back.
+    pub(super) fn cycles(&self) -> u32 {
+        self.turns.div_ceil(2)
+    }
+}
+
+/// A turn is a return by more than this many standard deviations of the noise of what was set.
+const NOISE: f64 = 6.0;
+
+/// Noise beyond this share of the range is none: then the values come in shuffled order.
+const LARGEST_NOISE: f64 = 0.25;
 
 /// The branches of the values of one run, in order of measurement.
 ///
-/// A turn counts when the path comes back from its extreme by more than `turn_share` of its range; the extreme itself still belongs
+/// A turn counts when the path comes back from its extreme by more than `turn_share` of its range and by more than noise would; the extreme itself still belongs
 /// to what went before. Away from `origin` is loading, towards it unloading, so that a cycle through both signs has two of each. With a
 /// turn in more than a third of the values the loads came in shuffled order and everything is loading: a branch needs three readings
 /// to be one.
 pub(super) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
+    let turn_share = turn_share.max(share_of_noise(values));
     let turns = turning_points(values, turn_share);
     if turns.len() * 3 > values.len() {
         return Path {
             branches: vec![Branch::Loading; values.len()],
             turns: 0,
             shuffled: true,
+            turn_share,
         };
     }
     let mut rising = starts_rising(values, turns.first().copied(), origin);
@@ -51,7 +68,32 @@ pub(super) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
         branches: branches.collect(),
         turns: turns.len() as u32,
         shuffled: false,
+        turn_share,
     }
+}
+
+/// Share of the range of values that noise alone may come back by; 0 where they are too few, or no noise shows.
+///
+/// Fourth differences take any slow change away; the median of their sizes is that of noise even where a few are corners of the path.
+fn share_of_noise(values: &[f64]) -> f64 {
+    let fourth = values
+        .windows(5)
+        .map(|w| 0.5 * (w[0] + w[4]) - 2.0 * (w[1] + w[3]) + 3.0 * w[2]);
+    let mut sizes: Vec<f64> = fourth
+        .map(f64::abs)
+        .filter(|size| size.is_finite())
+        .collect();
+    if sizes.len() < 20 {
+        return 0.0;
+    }
+    let middle = sizes.len() / 2;
+    let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Half of each difference was taken, whose coefficients are 1, 4, 6, 4, 1; the median of a normal size is 0.6745 deviations.
+    let sd = 2.0 * median / (70_f64.sqrt() * 0.674_5);
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let share = NOISE * sd / (high - low);
+    if share <= LARGEST_NOISE { share } else { 0.0 }
 }
 
 /// Whether the path goes up to its first turn, or to its end; one that goes nowhere goes away from the origin.
@@ -148,6 +190,24 @@ mod tests {
         // The same scatter with a threshold of a half percent: 0.4 and 0.3 are more than 0.2.
         let fine = follow(&noisy, 0.0, 0.005);
         assert!(fine.shuffled, "four turns in seven readings");
+    }
+
+    #[test]
+    fn noise_of_what_was_set_makes_no_turn() {
+        // Three cycles with a noise of 2 % of the range, by a fixed sequence.
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+        };
+        let cycle = |step: i32| f64::from(if step < 40 { step } else { 80 - step });
+        let steps = (0..3).flat_map(|_| 0..80);
+        let values: Vec<f64> = steps.map(|step| cycle(step) + 2.8 * noise()).collect();
+        let path = follow(&values, 0.0, 0.05);
+        assert_eq!((path.turns, path.cycles()), (5, 3), "{}", path.turn_share);
+        assert!(path.turn_share > 0.05);
     }
 
     #[test]

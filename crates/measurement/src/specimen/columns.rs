@@ -3,8 +3,9 @@
 use super::assumption::SpecimenAssumption;
 use super::error::SpecimenError;
 use super::options::SpecimenOptions;
-use super::table::ColumnScale;
-use crate::readings::{Conversion, RecordTable, split_unit};
+use super::table::ColumnUnit;
+use crate::readings::Conversion;
+use crate::table_files::{FileColumn, TableFile, UnitSource};
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;
 
@@ -20,7 +21,62 @@ pub(super) struct ColumnPosition {
 pub(super) struct MeasuredColumn {
     pub(super) place: ColumnPosition,
     pub(super) conversion: Conversion,
-    pub(super) scale: ColumnScale,
+    pub(super) unit: ColumnUnit,
+    /// Seconds since the first time of each row, where the column holds dates or times of day.
+    pub(super) seconds: Option<Vec<Option<f64>>>,
+}
+
+/// What a column of a table may measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    /// Force, torque or stress.
+    Force,
+    /// Displacement, angle or strain.
+    Displacement,
+    /// Time.
+    Time,
+    /// Temperature.
+    Temperature,
+}
+
+impl Quantity {
+    fn kinds(self) -> &'static [Kind] {
+        match self {
+            Self::Force => &[Kind::Force, Kind::Torque, Kind::Stress],
+            Self::Displacement => &[Kind::Displacement, Kind::Angle, Kind::Strain],
+            Self::Time => &[Kind::Time],
+            Self::Temperature => &[Kind::Temperature],
+        }
+    }
+
+    /// The option that names its unit.
+    fn option(self) -> &'static str {
+        match self {
+            Self::Force => "force-unit",
+            Self::Displacement => "displacement-unit",
+            Self::Time => "time-unit",
+            Self::Temperature => "temperature-unit",
+        }
+    }
+
+    /// The units it may have, for messages.
+    fn units(self) -> String {
+        let units: Vec<&str> = self.kinds().iter().map(|kind| kind.units()).collect();
+        units.join(", ")
+    }
+
+    /// The conversion from a unit of one of its kinds.
+    fn conversion(self, unit: &str) -> Option<(Conversion, ColumnUnit)> {
+        self.kinds().iter().find_map(|kind| {
+            let conversion = Conversion::from_unit(*kind, unit)?;
+            let column = ColumnUnit {
+                name: unit.to_owned(),
+                si: kind.si_unit(),
+                si_per_unit: conversion.factor(),
+            };
+            Some((conversion, column))
+        })
+    }
 }
 
 /// Where everything stands.
@@ -42,38 +98,39 @@ pub(super) struct SpecimenColumns {
 impl SpecimenColumns {
     /// Finds the columns by their names.
     pub(super) fn find(
-        text: &RecordTable<'_>,
+        table: &TableFile,
         options: &SpecimenOptions,
     ) -> Result<Self, SpecimenError> {
         if options.force_column.as_deref() == Some(options.displacement_column.trim()) {
             let column = options.displacement_column.clone();
             return Err(SpecimenError::SameColumn { column });
         }
+        let columns = &table.layout.columns;
         let mut header = Header {
-            file: text.file(),
-            line: text.header_line,
-            names: &text.names,
-            used: vec![false; text.names.len()],
+            file: table.source.clone(),
+            line: table.layout.header_line,
+            columns,
+            used: vec![false; columns.len()],
             assumptions: Vec::new(),
         };
         let force_unit = options.force_unit.as_deref();
         let displacement_unit = options.displacement_unit.as_deref();
         let time_unit = options.time_unit.as_deref();
         let force = options.force_column.as_deref();
-        Ok(Self {
+        let mut found = Self {
             force: force
-                .map(|name| header.measured(name, Kind::Force, force_unit))
+                .map(|name| header.measured(name, Quantity::Force, force_unit))
                 .transpose()?,
             displacement: header.measured(
                 &options.displacement_column,
-                Kind::Displacement,
+                Quantity::Displacement,
                 displacement_unit,
             )?,
-            time: header.optional(options.time_column.as_ref(), Kind::Time, time_unit)?,
-            hold: header.optional(options.hold_column.as_ref(), Kind::Time, time_unit)?,
+            time: header.time(table, options.time_column.as_ref(), time_unit)?,
+            hold: header.optional(options.hold_column.as_ref(), Quantity::Time, time_unit)?,
             temperature: header.optional(
                 options.temperature_column.as_ref(),
-                Kind::Temperature,
+                Quantity::Temperature,
                 options.temperature_unit.as_deref(),
             )?,
             run: header.places(&options.run_column)?,
@@ -81,8 +138,10 @@ impl SpecimenColumns {
             order: header.place_of(options.order_column.as_ref())?,
             branch: header.place_of(options.branch_column.as_ref())?,
             unused: header.unused(),
-            assumptions: header.assumptions,
-        })
+            assumptions: Vec::new(),
+        };
+        found.assumptions = header.assumptions;
+        Ok(found)
     }
 
     /// Columns whose values may be absent, with where they stand.
@@ -93,45 +152,56 @@ impl SpecimenColumns {
 
 struct Header<'a> {
     file: String,
-    line: u32,
-    names: &'a [String],
+    line: Option<u32>,
+    columns: &'a [FileColumn],
     used: Vec<bool>,
     assumptions: Vec<SpecimenAssumption>,
 }
 
 impl Header<'_> {
+    /// The column of a name as it stands in the file, or of one without its unit.
     fn place(&mut self, wanted: &str) -> Result<ColumnPosition, SpecimenError> {
         let wanted = wanted.trim();
-        let mut found = (0..self.names.len()).filter(|index| self.names[*index] == wanted);
-        let Some(index) = found.next() else {
+        let columns = self.columns;
+        let named = |pick: fn(&FileColumn) -> &String| -> Vec<usize> {
+            let all = columns.iter().enumerate();
+            all.filter(|(_, column)| pick(column) == wanted)
+                .map(|(index, _)| index)
+                .collect()
+        };
+        let mut found = named(|column| &column.name);
+        if found.is_empty() {
+            found = named(|column| &column.stem);
+        }
+        let Some(index) = found.first().copied() else {
             return Err(self.missing(wanted));
         };
-        if let Some(second) = found.next() {
+        if let Some(second) = found.get(1) {
             return Err(SpecimenError::DuplicateColumn {
                 file: self.file.clone(),
-                line: self.line,
+                line: self.line.unwrap_or(1),
                 column: wanted.to_owned(),
                 first: index + 1,
                 second: second + 1,
             });
         }
         self.used[index] = true;
-        let name = wanted.to_owned();
+        let name = self.columns[index].name.clone();
         Ok(ColumnPosition { index, name })
     }
 
     fn missing(&self, wanted: &str) -> SpecimenError {
-        let known = self.names.iter().map(String::as_str);
-        let advice = match nearest(wanted, known.filter(|name| !name.is_empty())) {
+        let known = || self.columns.iter().map(|column| column.name.as_str());
+        let advice = match nearest(wanted, known().filter(|name| !name.is_empty())) {
             Some(near) => format!("is `{near}` meant?"),
             None => {
-                "columns are named as in the first line of the file, capitals included".to_owned()
+                "columns are named as in the first line of the table, capitals included".to_owned()
             }
         };
-        let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
+        let found: Vec<String> = known().map(|name| format!("`{name}`")).collect();
         SpecimenError::MissingColumn {
             file: self.file.clone(),
-            line: self.line,
+            line: self.line.unwrap_or(1),
             column: wanted.to_owned(),
             found: found.join(", "),
             advice,
@@ -152,98 +222,115 @@ impl Header<'_> {
     fn optional(
         &mut self,
         wanted: Option<&String>,
-        kind: Kind,
+        quantity: Quantity,
         unit: Option<&str>,
     ) -> Result<Option<MeasuredColumn>, SpecimenError> {
         wanted
-            .map(|name| self.measured(name, kind, unit))
+            .map(|name| self.measured(name, quantity, unit))
             .transpose()
+    }
+
+    /// A time, which may stand as dates or times of day.
+    fn time(
+        &mut self,
+        table: &TableFile,
+        wanted: Option<&String>,
+        unit: Option<&str>,
+    ) -> Result<Option<MeasuredColumn>, SpecimenError> {
+        let Some(name) = wanted else { return Ok(None) };
+        let place = self.place(name)?;
+        if !table.is_time_stamp(place.index) {
+            return self.optional(wanted, Quantity::Time, unit);
+        }
+        let seconds = table.seconds(place.index)?;
+        self.assumptions.push(SpecimenAssumption::TimeStamps {
+            column: place.name.clone(),
+        });
+        Ok(Some(MeasuredColumn {
+            place,
+            conversion: Conversion::NONE,
+            unit: ColumnUnit::si(Kind::Time),
+            seconds: Some(seconds),
+        }))
     }
 
     fn measured(
         &mut self,
         wanted: &str,
-        kind: Kind,
+        quantity: Quantity,
         unit: Option<&str>,
     ) -> Result<MeasuredColumn, SpecimenError> {
         let place = self.place(wanted)?;
-        let (conversion, scale) = match unit.map(str::trim) {
-            Some("1") if matches!(kind, Kind::Force | Kind::Displacement) => {
-                (Conversion::NONE, ColumnScale::AsInFile)
+        let (conversion, unit) = match unit.map(str::trim) {
+            Some("1") if matches!(quantity, Quantity::Force | Quantity::Displacement) => {
+                (Conversion::NONE, ColumnUnit::none())
             }
-            Some(unit) => match Conversion::from_unit(kind, unit) {
-                Some(conversion) => (conversion, ColumnScale::Si),
-                None => {
-                    return Err(SpecimenError::WrongUnit {
-                        unit: unit.to_owned(),
-                        option: option_of(kind),
-                        accepted: kind.units(),
-                    });
-                }
-            },
-            None => (self.unit_from_name(&place.name, kind)?, ColumnScale::Si),
+            Some(unit) => quantity
+                .conversion(unit)
+                .ok_or_else(|| SpecimenError::WrongUnit {
+                    unit: unit.to_owned(),
+                    option: quantity.option(),
+                    accepted: quantity.units(),
+                })?,
+            None => self.unit_of_file(&place, quantity)?,
         };
         Ok(MeasuredColumn {
             place,
             conversion,
-            scale,
+            unit,
+            seconds: None,
         })
     }
 
-    fn unit_from_name(&mut self, name: &str, kind: Kind) -> Result<Conversion, SpecimenError> {
-        let named = split_unit(name)
-            .filter(|(stem, _)| !ends_with_a_unit(stem))
-            .and_then(|(_, unit)| Some((unit, Conversion::from_unit(kind, unit)?)));
-        if let Some((unit, conversion)) = named {
-            self.assumptions.push(SpecimenAssumption::UnitFromName {
-                column: name.to_owned(),
-                unit: unit.to_owned(),
-            });
-            return Ok(conversion);
+    fn unit_of_file(
+        &mut self,
+        place: &ColumnPosition,
+        quantity: Quantity,
+    ) -> Result<(Conversion, ColumnUnit), SpecimenError> {
+        let column = &self.columns[place.index];
+        let (name, line) = (column.name.clone(), self.line.unwrap_or(1));
+        if let (Some(unit), Some(source)) = (&column.unit, column.unit_from) {
+            if let Some(found) = quantity.conversion(unit) {
+                let (column, unit) = (name, unit.clone());
+                self.assumptions.push(match source {
+                    UnitSource::Name => SpecimenAssumption::UnitFromName { column, unit },
+                    UnitSource::Row | UnitSource::Header => {
+                        SpecimenAssumption::UnitFromFile { column, unit }
+                    }
+                });
+                return Ok(found);
+            }
+            if source != UnitSource::Name && quantity != Quantity::Temperature {
+                return Err(SpecimenError::WrongColumnUnit {
+                    file: self.file.clone(),
+                    line,
+                    column: name,
+                    unit: unit.clone(),
+                    option: quantity.option(),
+                    accepted: quantity.units(),
+                });
+            }
         }
-        if kind == Kind::Temperature {
+        if quantity == Quantity::Temperature {
             self.assumptions
                 .push(SpecimenAssumption::TemperatureInCelsius);
-            return Ok(Conversion::NONE);
+            return Ok((Conversion::NONE, ColumnUnit::si(Kind::Temperature)));
         }
         Err(SpecimenError::NoUnit {
             file: self.file.clone(),
-            line: self.line,
-            column: name.to_owned(),
-            option: option_of(kind),
-            accepted: kind.units(),
+            line,
+            column: name,
+            option: quantity.option(),
+            accepted: quantity.units(),
         })
     }
 
     fn unused(&self) -> Vec<String> {
         let unused = self
-            .names
+            .columns
             .iter()
             .zip(&self.used)
             .filter(|(_, used)| !**used);
-        unused.map(|(name, _)| name.clone()).collect()
-    }
-}
-
-/// Whether the rest of a name ends with a unit too: `strain_um_m` is in µm/m, not in m.
-fn ends_with_a_unit(stem: &str) -> bool {
-    let kinds = [
-        Kind::Force,
-        Kind::Displacement,
-        Kind::Time,
-        Kind::Temperature,
-    ];
-    split_unit(stem).is_some_and(|(_, unit)| {
-        unit == "per" || kinds.iter().any(|kind| kind.si_factor(unit).is_some())
-    })
-}
-
-/// The option that names the unit of a kind.
-fn option_of(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Force | Kind::Torque => "force-unit",
-        Kind::Displacement | Kind::Angle => "displacement-unit",
-        Kind::Time => "time-unit",
-        Kind::Temperature => "temperature-unit",
+        unused.map(|(column, _)| column.name.clone()).collect()
     }
 }

@@ -3,25 +3,15 @@
 use miette::Diagnostic;
 use thiserror::Error;
 
-use crate::readings::ReadingsError;
+use crate::table_files::TableFileError;
 
 /// Why a table of a specimen could not be read.
 #[derive(Debug, Error, Diagnostic)]
 pub enum SpecimenError {
-    /// The text itself: encoding, quotes, number of fields, decimal sign.
+    /// The table itself: encoding, quotes, number of fields, numbers.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Text(#[from] ReadingsError),
-    /// Nothing in the file but blank lines and comments.
-    #[error("{file}: the file is empty, expected a header line with column names")]
-    #[diagnostic(
-        code(stiffbench::specimen::empty),
-        help("the first line names the columns; the options select force and displacement")
-    )]
-    Empty {
-        /// The file, as the caller named it.
-        file: String,
-    },
+    Table(#[from] TableFileError),
     /// A header without a complete row below it.
     #[error(
         "{file}, line {line}: no complete reading follows the header ({incomplete} rows lack a value)"
@@ -105,7 +95,7 @@ pub enum SpecimenError {
         /// The option that names the unit.
         option: &'static str,
         /// The units of this kind.
-        accepted: &'static str,
+        accepted: String,
     },
     /// A unit that is not one of its kind.
     #[error("`{unit}` is not a unit for --{option}, expected one of {accepted}")]
@@ -121,7 +111,30 @@ pub enum SpecimenError {
         /// The option that names it.
         option: &'static str,
         /// The units of this kind.
-        accepted: &'static str,
+        accepted: String,
+    },
+    /// The unit that the file gives a column is not one of its kind.
+    #[error("{file}, line {line}: column `{column}` is in `{unit}`, expected one of {accepted}")]
+    #[diagnostic(
+        code(stiffbench::specimen::wrong_column_unit),
+        help(
+            "is it another column that is meant? Else state the unit with --{option}; force and displacement may have --{option} 1, numbers kept \
+             as they are in the file"
+        )
+    )]
+    WrongColumnUnit {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The column.
+        column: String,
+        /// Its unit in the file.
+        unit: String,
+        /// The option that names the unit.
+        option: &'static str,
+        /// The units of this kind.
+        accepted: String,
     },
     /// The share of the range that makes a turn is not between 0 and 1.
     #[error("a turn share of {share} is not between 0 and 1")]
@@ -160,16 +173,14 @@ impl SpecimenError {
     #[must_use]
     pub fn line(&self) -> Option<u32> {
         match self {
-            Self::Text(error) => error.line(),
+            Self::Table(error) => error.line(),
             Self::NoReadings { line, .. }
             | Self::MissingColumn { line, .. }
             | Self::DuplicateColumn { line, .. }
             | Self::NoUnit { line, .. }
+            | Self::WrongColumnUnit { line, .. }
             | Self::BadValue { line, .. } => Some(*line),
-            Self::Empty { .. }
-            | Self::SameColumn { .. }
-            | Self::WrongUnit { .. }
-            | Self::BadTurnShare { .. } => None,
+            Self::SameColumn { .. } | Self::WrongUnit { .. } | Self::BadTurnShare { .. } => None,
         }
     }
 }

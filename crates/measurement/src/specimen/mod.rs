@@ -18,4 +18,4 @@ pub use assumption::{ExcludedLines, Incomplete, SpecimenAssumption};
 pub use error::SpecimenError;
 pub use options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 pub use read::read_specimen;
-pub use table::{ColumnScale, SpecimenReading, SpecimenRun, SpecimenTable};
+pub use table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::readings::ReadOptions;
+use crate::table_files::TableFileOptions;
 
 /// Share of a run's range by which the path must come back before a turn counts.
 ///
@@ -68,7 +68,28 @@ pub struct SpecimenOptions {
     /// Share of a run's range by which the path must come back before a turn counts, between 0 and 1; [`TURN_SHARE`] unless given.
     #[serde(default)]
     pub turn_share: Option<f64>,
-    /// Delimiter and decimal sign, where the caller knows them.
+    /// Sheet, delimiter and decimal sign, where the caller knows them.
     #[serde(skip)]
-    pub text: ReadOptions,
+    pub file: TableFileOptions,
+}
+
+impl SpecimenOptions {
+    /// How the file is read: the names of all columns that are asked for lead to the header.
+    pub(super) fn of_file(&self) -> TableFileOptions {
+        let single = [
+            self.force_column.as_ref(),
+            Some(&self.displacement_column),
+            self.time_column.as_ref(),
+            self.temperature_column.as_ref(),
+            self.hold_column.as_ref(),
+            self.order_column.as_ref(),
+            self.branch_column.as_ref(),
+        ];
+        let several = self.run_column.iter().chain(&self.configuration_column);
+        let names = single.into_iter().flatten().chain(several);
+        TableFileOptions {
+            columns: names.map(|name| name.trim().to_owned()).collect(),
+            ..self.file.clone()
+        }
+    }
 }

@@ -6,18 +6,19 @@ use indexmap::IndexSet;
 
 use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::branches::follow;
-use super::columns::{MeasuredColumn, SpecimenColumns};
+use super::columns::SpecimenColumns;
 use super::error::SpecimenError;
 use super::options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
 use super::row::{SpecimenRow, SpecimenRowReader};
-use super::table::{ColumnScale, SpecimenReading, SpecimenRun, SpecimenTable};
-use crate::readings::{ReadingsError, RecordTable};
+use super::table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};
+use crate::table_files::{TableFile, read_table_file};
+use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Readings from a table whose columns the caller names.
 ///
-/// Delimiters, decimal signs and encodings are those of every table of this program. A row that lacks a value (an empty field, `NA`,
+/// The file may be anything that [`read_table_file`] reads. A row that lacks a value (an empty field, `NA`,
 /// `N/A`, `NaN`, `null`) in a named column is left out and listed, but for time, hold and temperature, which may be absent.
 ///
 /// # Arguments
@@ -35,33 +36,28 @@ pub fn read_specimen(
     if !(turn_share > 0.0 && turn_share < 1.0) {
         return Err(SpecimenError::BadTurnShare { share: turn_share });
     }
-    let mut text = RecordTable::open(source, input, options.text).map_err(own_empty)?;
-    if !text.next_header()? {
-        let file = source.to_owned();
-        return Err(SpecimenError::Empty { file });
-    }
-    let columns = SpecimenColumns::find(&text, options)?;
-    let mut reader = SpecimenRowReader::new(&columns);
-    while text.next_record()? {
-        reader.take(&mut text)?;
+    let file = read_table_file(source, input, &options.of_file())?;
+    let columns = SpecimenColumns::find(&file, options)?;
+    let mut reader = SpecimenRowReader::new(&file, &columns);
+    for row in 0..file.rows.len() {
+        reader.take(row)?;
     }
     if reader.rows.is_empty() {
         return Err(SpecimenError::NoReadings {
             file: source.to_owned(),
-            line: text.header_line,
+            line: file.layout.header_line.unwrap_or(1),
             incomplete: reader.incomplete.len(),
         });
     }
-    let assumptions = assumptions_of_text(&text, &reader, &columns);
-    let (blank, comments) = text.passed_over();
+    let assumptions = assumptions_of_file(&file, &reader, &columns);
     let excluded = ExcludedLines {
         incomplete: std::mem::take(&mut reader.incomplete),
-        blank,
-        comments,
+        blank: file.blank.clone(),
+        comments: file.comments.clone(),
     };
     let mut found = reader.rows;
     let order = put_in_order(&mut found);
-    let mut table = tabulate(source, found, &columns, options);
+    let mut table = tabulate(&file, found, &columns, options);
     table.assumptions = assumptions;
     table.excluded = excluded;
     table.assumptions.extend(order);
@@ -79,21 +75,12 @@ impl SpecimenColumns {
     }
 }
 
-/// The advice of an empty table of readings names columns that mean nothing here.
-fn own_empty(error: ReadingsError) -> SpecimenError {
-    match error {
-        ReadingsError::Empty { file } => SpecimenError::Empty { file },
-        other => SpecimenError::Text(other),
-    }
-}
-
-fn assumptions_of_text(
-    text: &RecordTable<'_>,
+fn assumptions_of_file(
+    file: &TableFile,
     reader: &SpecimenRowReader<'_>,
     columns: &SpecimenColumns,
 ) -> Vec<SpecimenAssumption> {
-    let of_text = text.assumptions().into_iter();
-    let mut all: Vec<_> = of_text.map(SpecimenAssumption::Text).collect();
+    let mut all = vec![SpecimenAssumption::Layout(Box::new(file.layout.clone()))];
     if columns.force.is_none() {
         all.push(SpecimenAssumption::ConstantLoad);
     }
@@ -110,7 +97,7 @@ fn assumptions_of_text(
 
 /// Numbers configurations and runs in the order in which they appear.
 fn tabulate(
-    source: &str,
+    file: &TableFile,
     rows: Vec<SpecimenRow>,
     columns: &SpecimenColumns,
     options: &SpecimenOptions,
@@ -149,10 +136,14 @@ fn tabulate(
         configuration,
     };
     SpecimenTable {
-        source: source.to_owned(),
+        source: file.source.clone(),
         response: options.response,
-        force_scale: columns.force.as_ref().map_or(ColumnScale::Si, scale),
-        displacement_scale: scale(&columns.displacement),
+        force_unit: columns
+            .force
+            .as_ref()
+            .map_or_else(|| ColumnUnit::si(Kind::Force), |force| force.unit.clone()),
+        displacement_unit: columns.displacement.unit.clone(),
+        layout: file.layout.clone(),
         configurations: configurations.into_iter().collect(),
         runs: runs.into_iter().map(run).collect(),
         readings,
@@ -160,10 +151,6 @@ fn tabulate(
         excluded: ExcludedLines::default(),
         unused_columns: columns.unused.clone(),
     }
-}
-
-fn scale(column: &MeasuredColumn) -> ColumnScale {
-    column.scale
 }
 
 /// Assigns branches run by run.
@@ -174,7 +161,8 @@ fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
     for (index, reading) in table.readings.iter().enumerate() {
         of_run[reading.run as usize].push(index);
     }
-    let (mut turns, mut shuffled, mut line) = (0, 0, None);
+    let (mut turns, mut cycles, mut shuffled, mut line) = (0, 0, 0, None);
+    let mut largest_share = turn_share;
     for indices in &of_run {
         let values: Vec<f64> = indices
             .iter()
@@ -186,6 +174,8 @@ fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
         };
         let path = follow(&values, origin, turn_share);
         turns += path.turns;
+        cycles += path.cycles();
+        largest_share = largest_share.max(path.turn_share);
         if path.shuffled {
             shuffled += 1;
             line = line.or_else(|| indices.first().map(|index| table.readings[*index].line));
@@ -196,7 +186,11 @@ fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
     }
     table
         .assumptions
-        .push(SpecimenAssumption::BranchesFromPath { turn_share, turns });
+        .push(SpecimenAssumption::BranchesFromPath {
+            turn_share: largest_share,
+            turns,
+            cycles,
+        });
     if let Some(line) = line {
         let runs = shuffled;
         table

@@ -3,7 +3,8 @@
 use super::assumption::{Incomplete, SpecimenAssumption};
 use super::columns::{ColumnPosition, MeasuredColumn, SpecimenColumns};
 use super::error::SpecimenError;
-use crate::readings::{NumberFault, RecordTable, read_count};
+use crate::readings::read_count;
+use crate::table_files::{FileRow, TableFile};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// A record that has all it must have.
@@ -28,8 +29,9 @@ struct Absences {
     line: u32,
 }
 
-/// Turns records into rows.
+/// Turns rows of a file into rows of a specimen.
 pub(super) struct SpecimenRowReader<'a> {
+    table: &'a TableFile,
     columns: &'a SpecimenColumns,
     pub(super) rows: Vec<SpecimenRow>,
     pub(super) incomplete: Vec<Incomplete>,
@@ -49,8 +51,9 @@ impl From<SpecimenError> for MissingValue {
 }
 
 impl<'a> SpecimenRowReader<'a> {
-    pub(super) fn new(columns: &'a SpecimenColumns) -> Self {
+    pub(super) fn new(table: &'a TableFile, columns: &'a SpecimenColumns) -> Self {
         Self {
+            table,
             columns,
             rows: Vec::new(),
             incomplete: Vec::new(),
@@ -58,12 +61,12 @@ impl<'a> SpecimenRowReader<'a> {
         }
     }
 
-    /// Adds the current record, to the rows or to those that lack a value.
-    pub(super) fn take(&mut self, text: &mut RecordTable<'_>) -> Result<(), SpecimenError> {
-        match self.row(text) {
+    /// Adds a row, to the rows or to those that lack a value.
+    pub(super) fn take(&mut self, number: usize) -> Result<(), SpecimenError> {
+        match self.row(number) {
             Ok(row) => self.rows.push(row),
             Err(MissingValue::Absent(column)) => {
-                let line = text.line;
+                let line = self.table.rows[number].line;
                 self.incomplete.push(Incomplete { line, column });
             }
             Err(MissingValue::Wrong(error)) => return Err(error),
@@ -71,40 +74,41 @@ impl<'a> SpecimenRowReader<'a> {
         Ok(())
     }
 
-    fn row(&mut self, text: &mut RecordTable<'_>) -> Result<SpecimenRow, MissingValue> {
+    fn row(&mut self, number: usize) -> Result<SpecimenRow, MissingValue> {
         let columns = self.columns;
+        let row = &self.table.rows[number];
         let force = match &columns.force {
-            Some(force) => Self::required(text, force)?,
+            Some(force) => self.required(number, force)?,
             None => 0.0,
         };
-        let displacement = Self::required(text, &columns.displacement)?;
-        let configuration = Self::label(text, &columns.configuration)?;
-        let run = Self::label(text, &columns.run)?;
+        let displacement = self.required(number, &columns.displacement)?;
+        let configuration = self.label(row, &columns.configuration)?;
+        let run = self.label(row, &columns.run)?;
         let order = columns
             .order
             .as_ref()
-            .map(|place| Self::order(text, place))
+            .map(|place| self.order(row, place))
             .transpose()?;
         let branch = columns
             .branch
             .as_ref()
-            .map(|place| Self::branch(text, place))
+            .map(|place| self.branch(row, place))
             .transpose()?;
         let mut optional = [None; 3];
         for (index, column) in columns.optional().into_iter().enumerate() {
             let Some(column) = column else { continue };
-            optional[index] = Self::number(text, column)?;
+            optional[index] = self.number(number, column)?;
             if optional[index].is_none() {
                 let absences = &mut self.absences[index];
                 absences.rows += 1;
                 if absences.line == 0 {
-                    absences.line = text.line;
+                    absences.line = row.line;
                 }
             }
         }
         let [time_s, hold_s, temperature_deg_c] = optional;
         Ok(SpecimenRow {
-            line: text.line,
+            line: row.line,
             configuration,
             run,
             order,
@@ -117,78 +121,66 @@ impl<'a> SpecimenRowReader<'a> {
         })
     }
 
-    fn required(text: &mut RecordTable<'_>, column: &MeasuredColumn) -> Result<f64, MissingValue> {
-        Self::number(text, column)?.ok_or_else(|| MissingValue::Absent(column.place.name.clone()))
+    fn required(&self, number: usize, column: &MeasuredColumn) -> Result<f64, MissingValue> {
+        self.number(number, column)?
+            .ok_or_else(|| MissingValue::Absent(column.place.name.clone()))
     }
 
-    fn number(
-        text: &mut RecordTable<'_>,
-        column: &MeasuredColumn,
-    ) -> Result<Option<f64>, SpecimenError> {
-        let MeasuredColumn {
-            place, conversion, ..
-        } = column;
-        if present(text, place).is_none() {
-            return Ok(None);
+    fn number(&self, number: usize, column: &MeasuredColumn) -> Result<Option<f64>, SpecimenError> {
+        if let Some(seconds) = &column.seconds {
+            return Ok(seconds[number]);
         }
-        match text.number(place.index, *conversion) {
-            Ok(number) => Ok(Some(number)),
-            Err(NumberFault::NotANumber) => {
-                Err(Self::bad(text, place, text.field(place.index), "a number"))
-            }
-            Err(fault) => Err(text
-                .number_error(place.index, place.name.clone(), fault)
-                .into()),
-        }
+        let row = &self.table.rows[number];
+        Ok(self
+            .table
+            .number(row, column.place.index, column.conversion)?)
+    }
+
+    fn present<'t>(
+        &self,
+        row: &'t FileRow,
+        place: &ColumnPosition,
+    ) -> Result<&'t str, MissingValue> {
+        let found = self.table.present(row, place.index);
+        found.ok_or_else(|| MissingValue::Absent(place.name.clone()))
     }
 
     /// The texts of columns that together name something.
-    fn label(text: &RecordTable<'_>, places: &[ColumnPosition]) -> Result<String, MissingValue> {
-        let mut label = String::new();
-        for place in places {
-            let field =
-                present(text, place).ok_or_else(|| MissingValue::Absent(place.name.clone()))?;
-            if !label.is_empty() {
-                label.push_str(" / ");
-            }
-            label.push_str(&text.text(field));
-        }
-        Ok(label)
+    fn label(&self, row: &FileRow, places: &[ColumnPosition]) -> Result<String, MissingValue> {
+        let texts = places.iter().map(|place| self.present(row, place));
+        Ok(texts.collect::<Result<Vec<_>, _>>()?.join(" / "))
     }
 
-    fn order(text: &RecordTable<'_>, place: &ColumnPosition) -> Result<u32, MissingValue> {
-        let field = present(text, place).ok_or_else(|| MissingValue::Absent(place.name.clone()))?;
-        let count = read_count(field);
-        Ok(count.ok_or_else(|| Self::bad(text, place, field, "a whole number from 0"))?)
+    fn order(&self, row: &FileRow, place: &ColumnPosition) -> Result<u32, MissingValue> {
+        let field = self.present(row, place)?;
+        let count = read_count(field.as_bytes());
+        Ok(count.ok_or_else(|| self.bad(row, place, field, "a whole number from 0"))?)
     }
 
-    fn branch(text: &RecordTable<'_>, place: &ColumnPosition) -> Result<Branch, MissingValue> {
-        let field = present(text, place).ok_or_else(|| MissingValue::Absent(place.name.clone()))?;
-        let is = |words: [&str; 2]| {
-            words
-                .iter()
-                .any(|word| field.eq_ignore_ascii_case(word.as_bytes()))
-        };
+    fn branch(&self, row: &FileRow, place: &ColumnPosition) -> Result<Branch, MissingValue> {
+        let field = self.present(row, place)?;
+        let is = |words: [&str; 2]| words.iter().any(|word| field.eq_ignore_ascii_case(word));
         if is(["loading", "load"]) {
             Ok(Branch::Loading)
         } else if is(["unloading", "unload"]) {
             Ok(Branch::Unloading)
         } else {
-            Err(Self::bad(text, place, field, "loading or unloading").into())
+            Err(self.bad(row, place, field, "loading or unloading").into())
         }
     }
 
     fn bad(
-        text: &RecordTable<'_>,
+        &self,
+        row: &FileRow,
         place: &ColumnPosition,
-        value: &[u8],
+        value: &str,
         expected: &'static str,
     ) -> SpecimenError {
         SpecimenError::BadValue {
-            file: text.file(),
-            line: text.line,
+            file: self.table.source.clone(),
+            line: row.line,
             column: place.name.clone(),
-            value: text.text(value).into_owned(),
+            value: value.to_owned(),
             expected,
         }
     }
@@ -204,14 +196,4 @@ impl<'a> SpecimenRowReader<'a> {
             })
             .collect()
     }
-}
-
-/// The field without blanks around it; `None` if it states that there is no value.
-fn present<'r>(text: &'r RecordTable<'_>, place: &ColumnPosition) -> Option<&'r [u8]> {
-    const ABSENT: [&str; 5] = ["", "NA", "N/A", "NaN", "null"];
-    let field = text.field(place.index);
-    let absent = ABSENT
-        .iter()
-        .any(|word| field.eq_ignore_ascii_case(word.as_bytes()));
-    (!absent).then_some(field)
 }

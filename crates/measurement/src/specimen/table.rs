@@ -2,15 +2,41 @@
 
 use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::options::ResponseVariable;
+use crate::table_files::FileLayout;
+use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Branch;
 
-/// What the numbers of a column are in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ColumnScale {
-    /// The SI unit: N or m.
-    Si,
-    /// As they stand in the file: ratios, stress, counts.
-    AsInFile,
+/// The unit of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColumnUnit {
+    /// The unit of the file, in which results are printed; `1` of numbers without one.
+    pub name: String,
+    /// The SI unit that the numbers of the table are in; `1` of numbers kept as they are in the file.
+    pub si: &'static str,
+    /// SI units in one of them.
+    pub si_per_unit: f64,
+}
+
+impl ColumnUnit {
+    /// Numbers without a unit, kept as they are in the file.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            name: "1".to_owned(),
+            si: "1",
+            si_per_unit: 1.0,
+        }
+    }
+
+    /// The SI unit of a kind.
+    #[must_use]
+    pub fn si(kind: Kind) -> Self {
+        Self {
+            name: kind.si_unit().to_owned(),
+            si: kind.si_unit(),
+            si_per_unit: 1.0,
+        }
+    }
 }
 
 /// One pair of numbers, with what is known of when and how it was taken.
@@ -26,9 +52,9 @@ pub struct SpecimenReading {
     pub order: u32,
     /// Loading or unloading.
     pub branch: Branch,
-    /// Force in N, or as in the file ([`SpecimenTable::force_scale`]).
+    /// Force in the SI unit of [`SpecimenTable::force_unit`].
     pub force: f64,
-    /// Displacement in m, or as in the file ([`SpecimenTable::displacement_scale`]).
+    /// Displacement in the SI unit of [`SpecimenTable::displacement_unit`].
     pub displacement: f64,
     /// Time in s, if known.
     pub time_s: Option<f64>,
@@ -54,10 +80,12 @@ pub struct SpecimenTable {
     pub source: String,
     /// Which quantity answers.
     pub response: ResponseVariable,
-    /// What the forces are in.
-    pub force_scale: ColumnScale,
-    /// What the displacements are in.
-    pub displacement_scale: ColumnScale,
+    /// What the forces are in: force, torque or stress.
+    pub force_unit: ColumnUnit,
+    /// What the displacements are in: displacement, angle or strain.
+    pub displacement_unit: ColumnUnit,
+    /// What in the file was taken for what.
+    pub layout: FileLayout,
     /// Specimens or configurations, in the order in which they appear; the only one is called `specimen` if no column names them.
     pub configurations: Vec<String>,
     /// Runs, in the order in which they appear.

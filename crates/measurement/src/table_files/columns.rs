@@ -1,0 +1,31 @@
+//! Columns of a table.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Where the unit of a column stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum UnitSource {
+    /// In the column's name.
+    Name,
+    /// In a row of units below the names.
+    Row,
+    /// In the lines above the table.
+    Header,
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct FileColumn {
+    /// Its name as it stands in the file.
+    pub name: String,
+    /// The same without the unit.
+    pub stem: String,
+    /// Its unit as it stands in the file.
+    pub unit: Option<String>,
+    /// Where that unit stands.
+    pub unit_from: Option<UnitSource>,
+    /// Whether its cells are numbers or times.
+    pub is_numeric: bool,
+}

@@ -1,0 +1,269 @@
+//! What can be wrong with a table.
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Why a table could not be read.
+#[derive(Debug, Error, Diagnostic)]
+pub enum TableFileError {
+    /// The input stopped.
+    #[error("{file}: cannot be read")]
+    #[diagnostic(
+        code(stiffbench::table::io),
+        help("check the disk or the connection, then try again")
+    )]
+    Io {
+        /// The file, as the caller named it.
+        file: String,
+        /// The cause.
+        #[source]
+        error: std::io::Error,
+    },
+    /// Nothing in the file but blank lines and comments.
+    #[error("{file}: the file is empty, expected a line with column names and rows of numbers")]
+    #[diagnostic(
+        code(stiffbench::table::empty),
+        help("export the measured values as text, CSV or XLSX")
+    )]
+    Empty {
+        /// The file.
+        file: String,
+    },
+    /// No row has a number in it.
+    #[error("{file}: no row of numbers was found")]
+    #[diagnostic(
+        code(stiffbench::table::no_numbers),
+        help(
+            "export the measured values as text, CSV or XLSX, one reading a row; a delimiter other than tab, semicolon, comma and blanks is \
+             not known"
+        )
+    )]
+    NoNumbers {
+        /// The file.
+        file: String,
+    },
+    /// Bytes that are no text.
+    #[error("{file}, line {line}: not text")]
+    #[diagnostic(
+        code(stiffbench::table::not_text),
+        help("export the measured values as text (UTF-8, UTF-16 or windows-1252), CSV or XLSX")
+    )]
+    NotText {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+    },
+    /// A quote that opens and does not close.
+    #[error("{file}, line {line}: a quote opens and never ends")]
+    #[diagnostic(
+        code(stiffbench::table::unclosed_quote),
+        help("close the quote, or take it away")
+    )]
+    UnclosedQuote {
+        /// The file.
+        file: String,
+        /// The line on which it opens.
+        line: u32,
+    },
+    /// A row with more fields than there are names.
+    #[error("{file}, line {line}: {found} fields, expected {expected}")]
+    #[diagnostic(
+        code(stiffbench::table::field_count),
+        help(
+            "are there decimal commas in a table delimited by commas? Then put the numbers in quotes or use another delimiter. Else give \
+             every column a name"
+        )
+    )]
+    FieldCount {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// Number of names.
+        expected: usize,
+        /// Number of fields.
+        found: usize,
+    },
+    /// A cell that should hold a number.
+    #[error("{file}, line {line}, column `{column}`: `{value}`, expected a number")]
+    #[diagnostic(
+        code(stiffbench::table::bad_number),
+        help("correct the value, or leave the field empty: the row is then left out and listed")
+    )]
+    BadNumber {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+    },
+    /// A number that is not finite.
+    #[error("{file}, line {line}, column `{column}`: `{value}` is not finite")]
+    #[diagnostic(
+        code(stiffbench::table::not_finite),
+        help("correct the value, or leave the field empty: the row is then left out and listed")
+    )]
+    NotFinite {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+    },
+    /// Numbers with a decimal comma and others with a decimal point.
+    #[error(
+        "{file}, line {line}, column `{column}`: `{value}` has another decimal sign than line {first_line}"
+    )]
+    #[diagnostic(
+        code(stiffbench::table::mixed_decimals),
+        help("write all numbers with the same decimal sign")
+    )]
+    MixedDecimals {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+        /// A line with the other sign.
+        first_line: u32,
+    },
+    /// Numbers whose mark may be that of decimals or of thousands.
+    #[error(
+        "{file}, line {line}, column `{column}`: the comma in `{value}` may be a decimal sign or stand between thousands"
+    )]
+    #[diagnostic(
+        code(stiffbench::table::either_decimal),
+        help("state it with --decimal comma or --decimal point")
+    )]
+    EitherDecimal {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+    },
+    /// A cell among times that is none.
+    #[error("{file}, line {line}, column `{column}`: `{value}`, expected a time like the others")]
+    #[diagnostic(
+        code(stiffbench::table::bad_time),
+        help(
+            "known are 2024-01-31T10:05:00.25, 31.01.2024 10:05:00, 1/31/2024 10:05:00 AM and 10:05:00.25; or leave the field empty"
+        )
+    )]
+    BadTime {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+    },
+    /// Dates in which day and month cannot be distinguished.
+    #[error(
+        "{file}, line {line}, column `{column}`: is `{value}` a day and a month, or a month and a day?"
+    )]
+    #[diagnostic(
+        code(stiffbench::table::day_or_month),
+        help("write dates as 2024-01-31")
+    )]
+    DayOrMonth {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+    },
+    /// A spreadsheet that cannot be opened.
+    #[error("{file}: the spreadsheet cannot be read: {problem}")]
+    #[diagnostic(
+        code(stiffbench::table::spreadsheet),
+        help(
+            "open it in the spreadsheet program and save it as XLSX without a password, or as CSV"
+        )
+    )]
+    Spreadsheet {
+        /// The file.
+        file: String,
+        /// What the reader of spreadsheets states.
+        problem: String,
+    },
+    /// A sheet that is not there.
+    #[error("{file}: no sheet `{sheet}` among {found}")]
+    #[diagnostic(
+        code(stiffbench::table::no_sheet),
+        help("name one of these with --sheet")
+    )]
+    NoSheet {
+        /// The file.
+        file: String,
+        /// The sheet asked for.
+        sheet: String,
+        /// The sheets, each in backquotes.
+        found: String,
+    },
+    /// Several sheets hold numbers.
+    #[error("{file}: several sheets hold rows of numbers: {found}")]
+    #[diagnostic(
+        code(stiffbench::table::several_sheets),
+        help("name one of these with --sheet")
+    )]
+    SeveralSheets {
+        /// The file.
+        file: String,
+        /// The sheets with numbers, each in backquotes.
+        found: String,
+    },
+    /// A sheet was named, and the file is no spreadsheet.
+    #[error("{file}: the file is text and has no sheet `{sheet}`")]
+    #[diagnostic(code(stiffbench::table::text_has_no_sheets), help("leave out --sheet"))]
+    NoSpreadsheet {
+        /// The file.
+        file: String,
+        /// The sheet asked for.
+        sheet: String,
+    },
+    /// More lines than can be numbered.
+    #[error("{file}: more than four thousand million lines")]
+    #[diagnostic(code(stiffbench::table::too_long), help("divide the file"))]
+    TooLong {
+        /// The file.
+        file: String,
+    },
+}
+
+impl TableFileError {
+    /// The line the error is about, from 1; `None` if it concerns no single line.
+    #[must_use]
+    pub fn line(&self) -> Option<u32> {
+        match self {
+            Self::NotText { line, .. }
+            | Self::UnclosedQuote { line, .. }
+            | Self::FieldCount { line, .. }
+            | Self::BadNumber { line, .. }
+            | Self::NotFinite { line, .. }
+            | Self::MixedDecimals { line, .. }
+            | Self::EitherDecimal { line, .. }
+            | Self::BadTime { line, .. }
+            | Self::DayOrMonth { line, .. } => Some(*line),
+            _ => None,
+        }
+    }
+}

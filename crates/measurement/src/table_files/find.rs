@@ -1,0 +1,301 @@
+//! Finds the table in a file: its names, its units, its rows, and what is none of these.
+
+use super::cell::{CellKind, kind};
+use super::labview;
+use super::names::{is_unit, is_unit_cell, name_and_unit};
+use super::records::TextRecord;
+
+/// Records in which the beginning of a table is looked for.
+pub(super) const SEARCHED: usize = 2000;
+
+/// Where the parts of a table are among the records.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct TableParts {
+    /// The record with the names; `None` if there is none.
+    pub(super) header: Option<usize>,
+    /// Whether the names are those split at several blanks.
+    pub(super) wide: bool,
+    /// The record with the units.
+    pub(super) units: Option<usize>,
+    /// Rows: their records, and in which segment each is, from 1.
+    pub(super) rows: Vec<(usize, u32)>,
+    /// Records between and below segments that are no rows.
+    pub(super) others: Vec<usize>,
+    /// First records of segments after the lines above the first.
+    pub(super) segments: u32,
+}
+
+/// Number of numeric cells less that of words.
+pub(super) fn score(records: &[TextRecord], wanted: &[String]) -> i64 {
+    let of_cells = |record: &TextRecord| {
+        let kinds = record.fields.iter().map(kind);
+        kinds.fold((0, 0), |(numbers, words), kind| match kind {
+            CellKind::Numeric => (numbers + 1, words),
+            CellKind::Words => (numbers, words + 1),
+            CellKind::Absent => (numbers, words),
+        })
+    };
+    let rows = records
+        .iter()
+        .filter(|record| !record.is_comment)
+        .map(of_cells);
+    let sum: i64 = rows
+        .filter(|(numbers, _)| *numbers > 0)
+        .map(|(numbers, words)| numbers - words)
+        .sum();
+    // Names that are asked for decide before numbers do.
+    let named = i64::from(!wanted.is_empty() && header_of(records, wanted).is_some());
+    named * 1_000_000_000 + sum
+}
+
+/// The first record with all names asked for, and whether they are those split at several blanks.
+fn header_of(records: &[TextRecord], wanted: &[String]) -> Option<(usize, bool)> {
+    if wanted.is_empty() {
+        return None;
+    }
+    let has_all = |fields: &csv::StringRecord| {
+        wanted.iter().all(|name| {
+            let is = |field: &str| field == name || name_and_unit(field).0 == name;
+            fields.iter().any(is)
+        })
+    };
+    records
+        .iter()
+        .enumerate()
+        .filter(|(_, record)| !record.is_comment)
+        .find_map(|(index, record)| {
+            if has_all(&record.fields) {
+                Some((index, false))
+            } else {
+                record
+                    .wide
+                    .as_ref()
+                    .filter(|wide| has_all(wide))
+                    .map(|_| (index, true))
+            }
+        })
+}
+
+/// The largest stretch of records with numbers: its first record.
+fn first_of_largest_block(records: &[TextRecord]) -> Option<usize> {
+    let mut best = (0, None);
+    let mut block: Option<(usize, usize)> = None;
+    for (index, record) in records.iter().enumerate() {
+        if record.is_comment || record.is_blank() {
+            continue;
+        }
+        let numbers = numeric(record);
+        let is_row = numbers > 0 && 2 * numbers + usize::from(numbers > 1) >= record.len();
+        block = is_row.then(|| {
+            let (first, sum) = block.unwrap_or((index, 0));
+            (first, sum + numbers)
+        });
+        if let Some((first, sum)) = block
+            && sum > best.0
+        {
+            best = (sum, Some(first));
+        }
+    }
+    best.1
+}
+
+fn numeric(record: &TextRecord) -> usize {
+    record
+        .fields
+        .iter()
+        .filter(|field| kind(field) == CellKind::Numeric)
+        .count()
+}
+
+/// Whether the cells are units, at least one of them a known one or in brackets.
+fn is_units_row(record: &TextRecord) -> bool {
+    let cells = || record.fields.iter().filter(|cell| !cell.is_empty());
+    let sure = |cell: &str| is_unit(cell) || super::names::in_brackets(cell).is_some();
+    cells().next().is_some() && cells().all(is_unit_cell) && cells().any(sure)
+}
+
+/// Finds the table; `None` if there are neither names that were asked for nor numbers.
+///
+/// # Arguments
+/// - `wanted`: names of which all must be in the header, if it has them.
+pub(super) fn find(records: &[TextRecord], wanted: &[String]) -> Option<TableParts> {
+    let searched = &records[..records.len().min(SEARCHED)];
+    let is_text = |index: usize| !records[index].is_comment && !records[index].is_blank();
+    let before = |index: usize| (0..index).rev().find(|i| is_text(*i));
+    let after = |index: usize| (index + 1..records.len()).find(|i| is_text(*i));
+    let (header, wide, mut first) = if let Some((header, wide)) = header_of(searched, wanted) {
+        (Some(header), wide, after(header))
+    } else {
+        let first = first_of_largest_block(searched)?;
+        let width = records[first].len();
+        let above = before(first);
+        let above = match above.and_then(before) {
+            Some(names) if above.is_some_and(|units| is_units_row(&records[units])) => Some(names),
+            _ => above,
+        };
+        let fits = |index: &usize| {
+            let record = &records[*index];
+            let wide = record.wide.as_ref().is_some_and(|wide| wide.len() == width);
+            (wide || record.len() >= width && record.fields.len() >= records[first].len())
+                && numeric(record) == 0
+        };
+        // The same names may stand above several segments; the table begins with the first.
+        let header = above.filter(fits).and_then(|header| {
+            records
+                .iter()
+                .position(|record| record.fields == records[header].fields)
+        });
+        let wide = header.is_some_and(|h| {
+            records[h]
+                .wide
+                .as_ref()
+                .is_some_and(|w| w.len() == width && records[h].len() != width)
+        });
+        match header {
+            Some(header) => (Some(header), wide, after(header)),
+            None => (None, false, Some(first)),
+        }
+    };
+    let units = first.filter(|first| header.is_some() && is_units_row(&records[*first]));
+    if let Some(units) = units {
+        first = after(units);
+    }
+    let parts = TableParts {
+        header,
+        wide,
+        units,
+        rows: Vec::new(),
+        others: Vec::new(),
+        segments: 1,
+    };
+    Some(rows(records, parts, first.unwrap_or(records.len())))
+}
+
+/// Tells rows from what stands below the table and between its segments.
+fn rows(records: &[TextRecord], mut parts: TableParts, first: usize) -> TableParts {
+    let is_header = |index: usize| {
+        parts.header.is_some_and(|header| {
+            index > header
+                && !records[index].is_blank()
+                && records[index].fields == records[header].fields
+        })
+    };
+    let width = parts
+        .header
+        .map_or(records[first.min(records.len() - 1)].len(), |header| {
+            let record = &records[header];
+            if parts.wide {
+                record.wide.as_ref().map_or(0, csv::StringRecord::len)
+            } else {
+                record.len()
+            }
+        });
+    // Segments begin with their names.
+    let starts: Vec<usize> = (first..records.len())
+        .filter(|index| is_header(*index))
+        .collect();
+    let mut begin = first;
+    let mut passed = Vec::new();
+    for (number, end) in starts.iter().copied().chain([records.len()]).enumerate() {
+        let of_segment: Vec<usize> = (begin..end)
+            .filter(|index| !records[*index].is_comment && !records[*index].is_blank())
+            .collect();
+        let is_last = end == records.len();
+        let kept = if is_last {
+            // Below the last segment: lines without any number, or short of the table with words among them.
+            of_segment
+                .iter()
+                .rposition(|index| !is_footer(&records[*index], width))
+                .map_or(0, |last| last + 1)
+        } else {
+            let rest = &of_segment[..];
+            rest.iter()
+                .position(|index| is_preamble(&records[*index], width))
+                .unwrap_or(rest.len())
+        };
+        parts.rows.extend(
+            of_segment[..kept]
+                .iter()
+                .map(|index| (*index, number as u32 + 1)),
+        );
+        passed.extend(of_segment[kept..].iter().copied());
+        if !is_last {
+            passed.push(end);
+            begin = end + 1;
+            while begin < records.len()
+                && (records[begin].is_blank() || is_units_row(&records[begin]))
+            {
+                if !records[begin].is_blank() {
+                    passed.push(begin);
+                }
+                begin += 1;
+            }
+        }
+    }
+    parts.segments = starts.len() as u32 + 1;
+    parts.others = passed;
+    parts
+}
+
+/// Words alone, or words in a line that is shorter or longer than a row.
+fn is_footer(record: &TextRecord, width: usize) -> bool {
+    let mut has_words = false;
+    let mut is_text_only = true;
+    for field in record.fields.iter().filter(|field| !field.is_empty()) {
+        let is_words = kind(field) == CellKind::Words;
+        has_words |= is_words;
+        is_text_only &= is_words;
+    }
+    has_words && (is_text_only || record.fields.len() < width || record.len() > width)
+}
+
+fn is_preamble(record: &TextRecord, width: usize) -> bool {
+    labview::is_tag(record) || is_footer(record, width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layout::FieldDelimiter;
+    use super::super::records::{lines, split};
+    use super::*;
+
+    fn parts(text: &str, wanted: &[&str]) -> Option<TableParts> {
+        let records = split(&lines(text), FieldDelimiter::Comma, usize::MAX);
+        let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
+        find(&records, &wanted)
+    }
+
+    #[test]
+    fn names_units_rows_and_the_rest() {
+        let text = "Operator,K\nRate,100\n\nTime,Load\n(s),(N)\n0,1\n1,2\n\n2,\nEnd of test\n";
+        let found = parts(text, &[]).unwrap();
+        assert_eq!((found.header, found.units), (Some(3), Some(4)));
+        assert_eq!(found.rows, [(5, 1), (6, 1), (8, 1)]);
+        assert_eq!(found.others, [9]);
+        assert_eq!(parts(text, &["Load"]), Some(found));
+    }
+
+    #[test]
+    fn a_table_without_names() {
+        let found = parts("0,1\n1,2\n", &[]).unwrap();
+        assert_eq!((found.header, found.rows.len()), (None, 2));
+        assert_eq!(parts("a,b\nc,d\n", &[]), None);
+        assert_eq!(parts("", &["a"]), None);
+        let found = parts("a,b\n", &["b"]).unwrap();
+        assert_eq!((found.header, found.rows.len()), (Some(0), 0));
+    }
+
+    #[test]
+    fn a_row_with_a_wrong_value_stays_a_row() {
+        let found = parts("F,d\n1,x\n2,3\n4,\n5,error\n", &[]).unwrap();
+        assert_eq!(found.rows.len(), 4);
+    }
+
+    #[test]
+    fn segments_begin_with_their_names() {
+        let text = "Cyclic,,,\nt,F,d\ns,N,mm\n0,1,2\n1,2,3\nCyclic data 2\nt,F,d\ns,N,mm\n2,3,4\n";
+        let found = parts(text, &[]).unwrap();
+        assert_eq!(found.rows, [(3, 1), (4, 1), (8, 2)]);
+        assert_eq!((found.segments, found.others), (2, vec![5, 6, 7]));
+    }
+}

@@ -1,0 +1,182 @@
+//! What the reader took for what.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::columns::FileColumn;
+use crate::readings::DecimalSign;
+
+/// What delimits the fields of a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FieldDelimiter {
+    /// A tab.
+    Tab,
+    /// `;`
+    Semicolon,
+    /// `,`
+    Comma,
+    /// One or more blanks or tabs.
+    Blanks,
+}
+
+impl FieldDelimiter {
+    /// All, in order of preference.
+    pub(super) const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
+
+    /// The sign between two fields; `None` for blanks, of which there may be several.
+    pub(super) fn sign(self) -> Option<char> {
+        match self {
+            Self::Tab => Some('\t'),
+            Self::Semicolon => Some(';'),
+            Self::Comma => Some(','),
+            Self::Blanks => None,
+        }
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Tab => "tab",
+            Self::Semicolon => "semicolon",
+            Self::Comma => "comma",
+            Self::Blanks => "blanks",
+        }
+    }
+}
+
+/// How the text of a file is encoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub enum TextEncoding {
+    /// UTF-8, or its ASCII part.
+    #[serde(rename = "UTF-8")]
+    Utf8,
+    /// UTF-8 behind a byte order mark.
+    #[serde(rename = "UTF-8 with byte order mark")]
+    Utf8Marked,
+    /// UTF-16, with a byte order mark or without.
+    #[serde(rename = "UTF-16")]
+    Utf16,
+    /// The code page of Windows for western Europe, taken where the text is not UTF-8.
+    #[serde(rename = "windows-1252")]
+    Windows1252,
+    /// A spreadsheet.
+    #[serde(rename = "spreadsheet")]
+    Spreadsheet,
+}
+
+impl TextEncoding {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Utf8 => "UTF-8",
+            Self::Utf8Marked => "UTF-8 with byte order mark",
+            Self::Utf16 => "UTF-16",
+            Self::Windows1252 => "windows-1252",
+            Self::Spreadsheet => "spreadsheet",
+        }
+    }
+}
+
+/// What the reader of a table took for what.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct FileLayout {
+    /// The program that wrote the file, where its marks are in it.
+    pub program: Option<&'static str>,
+    /// Encoding of the text.
+    pub encoding: TextEncoding,
+    /// The sheet, of a spreadsheet.
+    pub sheet: Option<String>,
+    /// What delimits fields; `null` of a spreadsheet.
+    pub delimiter: Option<FieldDelimiter>,
+    /// The decimal sign, `.` or `,`.
+    pub decimal: char,
+    /// The sign between thousands, where numbers have one.
+    pub thousands: Option<char>,
+    /// Line of the column names (row of a sheet), from 1; `null` if there are none and columns are called `column 1`, `column 2`, ….
+    pub header_line: Option<u32>,
+    /// Line of the units, where they have a row of their own.
+    pub units_line: Option<u32>,
+    /// Lines above the table that hold something else.
+    pub lines_above: u32,
+    /// First line with a row.
+    pub first_line: u32,
+    /// Last line with a row.
+    pub last_line: u32,
+    /// Number of rows.
+    pub rows: usize,
+    /// How often the table begins again with its names; 1 if it does not.
+    pub segments: u32,
+    /// Lines below the table, or between its segments, that hold something else.
+    pub other_lines: Vec<u32>,
+    /// The columns.
+    pub columns: Vec<FileColumn>,
+}
+
+impl FileLayout {
+    pub(super) fn decimal_of(sign: DecimalSign) -> char {
+        match sign {
+            DecimalSign::Point => '.',
+            DecimalSign::Comma => ',',
+        }
+    }
+}
+
+/// One line.
+impl fmt::Display for FileLayout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = if self.sheet.is_some() { "row" } else { "line" };
+        f.write_str("table taken as ")?;
+        if let Some(program) = self.program {
+            write!(f, "{program}, ")?;
+        }
+        f.write_str(self.encoding.word())?;
+        if let Some(sheet) = &self.sheet {
+            write!(f, " (sheet `{sheet}`)")?;
+        }
+        if let Some(delimiter) = self.delimiter {
+            let decimal = if self.decimal == ',' {
+                "comma"
+            } else {
+                "point"
+            };
+            write!(f, ", delimiter {}, decimal {decimal}", delimiter.word())?;
+        }
+        match self.thousands {
+            Some(sign) if sign.is_whitespace() => f.write_str(", thousands by blanks")?,
+            Some(sign) => write!(f, ", thousands by `{sign}`")?,
+            None => {}
+        }
+        match self.header_line {
+            Some(line) => write!(f, "; names in {lines} {line}")?,
+            None => f.write_str("; no names, columns are called `column 1`, `column 2`, …")?,
+        }
+        if let Some(line) = self.units_line {
+            write!(f, ", units in {lines} {line}")?;
+        }
+        write!(
+            f,
+            "; {} rows in {lines}s {} to {}",
+            self.rows, self.first_line, self.last_line
+        )?;
+        if self.segments > 1 {
+            write!(f, " in {} segments (column `segment`)", self.segments)?;
+        }
+        if self.lines_above > 0 {
+            write!(f, "; {} {lines}s above are no part of it", self.lines_above)?;
+        }
+        if let Some(first) = self.other_lines.first() {
+            let n = self.other_lines.len();
+            write!(f, "; {n} {lines}s from {first} on are no rows of it")?;
+        }
+        let units = self.columns.iter().filter_map(|column| {
+            let unit = column.unit.as_ref()?;
+            Some(format!("`{}` in {unit}", column.name))
+        });
+        let units: Vec<String> = units.collect();
+        if !units.is_empty() {
+            write!(f, "; {}", units.join(", "))?;
+        }
+        Ok(())
+    }
+}

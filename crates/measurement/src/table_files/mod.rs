@@ -1,0 +1,25 @@
+//! Tables as test machines, loggers, spreadsheets and people write them.
+//!
+//! One reader for exports of testing machines (a block of lines above the names, a row of units), LabVIEW measurement files, text with any
+//! usual delimiter and decimal sign, and spreadsheets. It finds where the table begins and ends, what its columns are called and in
+//! which units they are, and states what it took for what ([`FileLayout`]). What the columns mean is decided by those who read from it.
+
+mod cell;
+mod columns;
+mod decode;
+mod error;
+mod find;
+mod labview;
+mod layout;
+mod names;
+mod read;
+mod records;
+mod sheet;
+mod table;
+mod times;
+
+pub use columns::{FileColumn, UnitSource};
+pub use error::TableFileError;
+pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
+pub use read::{TableFileOptions, read_table_file};
+pub use table::{FileRow, TableFile};

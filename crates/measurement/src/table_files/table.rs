@@ -1,0 +1,160 @@
+//! A table with named columns, and how its cells are taken.
+
+use csv::StringRecord;
+
+use super::cell::{CellFault, NumberForm, NumberMarks, is_absent};
+use super::error::TableFileError;
+use super::layout::FileLayout;
+use super::times::{StampFault, TimeStamp, seconds_since_first};
+use crate::readings::{Conversion, DecimalSign, NumberFault, NumberReader};
+
+/// A row of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileRow {
+    /// Its line in the file, or its row in the sheet, from 1.
+    pub line: u32,
+    /// The segment it is in, from 1.
+    pub segment: u32,
+    pub(super) cells: StringRecord,
+}
+
+/// A table with named columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableFile {
+    /// The input, as the caller named it.
+    pub source: String,
+    /// What was taken for what.
+    pub layout: FileLayout,
+    /// The rows, in the order of the file.
+    pub rows: Vec<FileRow>,
+    /// Lines without any value.
+    pub blank: Vec<u32>,
+    /// Lines that start with `#`.
+    pub comments: Vec<u32>,
+    pub(super) marks: NumberMarks,
+}
+
+impl TableFile {
+    /// The cell of a row, without blanks around it; empty beyond the last.
+    #[must_use]
+    pub fn text<'t>(&self, row: &'t FileRow, column: usize) -> &'t str {
+        row.cells.get(column).unwrap_or("")
+    }
+
+    /// The cell, `None` if it states that there is no value.
+    #[must_use]
+    pub fn present<'t>(&self, row: &'t FileRow, column: usize) -> Option<&'t str> {
+        Some(self.text(row, column)).filter(|text| !is_absent(text))
+    }
+
+    /// Whether the first value of a column is a time or a date rather than a number.
+    #[must_use]
+    pub fn is_time_stamp(&self, column: usize) -> bool {
+        let first = self.rows.iter().find_map(|row| self.present(row, column));
+        first.is_some_and(|text| NumberForm::of(text).is_none() && TimeStamp::parse(text).is_some())
+    }
+
+    /// The cell as a number after a change of unit; `None` if there is none.
+    ///
+    /// # Errors
+    /// [`TableFileError`] for what is no number.
+    pub(crate) fn number(
+        &self,
+        row: &FileRow,
+        column: usize,
+        conversion: Conversion,
+    ) -> Result<Option<f64>, TableFileError> {
+        let Some(text) = self.present(row, column) else {
+            return Ok(None);
+        };
+        let (file, line) = (self.source.clone(), row.line);
+        let (name, value) = (self.name(column).to_owned(), text.to_owned());
+        let mut plain = String::new();
+        match self.marks.plain(text, &mut plain) {
+            Ok(()) => {}
+            Err(CellFault::OtherDecimalSign) => {
+                return Err(TableFileError::MixedDecimals {
+                    file,
+                    line,
+                    column: name,
+                    value,
+                    first_line: self.layout.first_line,
+                });
+            }
+            Err(CellFault::NotANumber) => {
+                return Err(TableFileError::BadNumber {
+                    file,
+                    line,
+                    column: name,
+                    value,
+                });
+            }
+        }
+        let read =
+            NumberReader::new(Some(DecimalSign::Point)).read(plain.as_bytes(), conversion, line);
+        match read {
+            Ok(number) => Ok(Some(number)),
+            Err(NumberFault::NotFinite) => Err(TableFileError::NotFinite {
+                file,
+                line,
+                column: name,
+                value,
+            }),
+            Err(_) => Err(TableFileError::BadNumber {
+                file,
+                line,
+                column: name,
+                value,
+            }),
+        }
+    }
+
+    /// A column as numbers in the unit of the file, one for each row; `None` where a row has none.
+    ///
+    /// # Errors
+    /// [`TableFileError`] for a cell that is no number.
+    pub fn numbers(&self, column: usize) -> Result<Vec<Option<f64>>, TableFileError> {
+        self.rows
+            .iter()
+            .map(|row| self.number(row, column, Conversion::NONE))
+            .collect()
+    }
+
+    /// Times and dates of a column as seconds since the first, one for each row.
+    ///
+    /// # Errors
+    /// [`TableFileError`] for a cell that is no time, or whose day and month cannot be distinguished.
+    pub fn seconds(&self, column: usize) -> Result<Vec<Option<f64>>, TableFileError> {
+        let cells = self.rows.iter().map(|row| self.present(row, column));
+        seconds_since_first(cells).map_err(|fault| {
+            let (StampFault::NotATime(index) | StampFault::DayOrMonth(index)) = fault;
+            let row = &self.rows[index];
+            let (file, line) = (self.source.clone(), row.line);
+            let (column, value) = (
+                self.name(column).to_owned(),
+                self.text(row, column).to_owned(),
+            );
+            match fault {
+                StampFault::NotATime(_) => TableFileError::BadTime {
+                    file,
+                    line,
+                    column,
+                    value,
+                },
+                StampFault::DayOrMonth(_) => TableFileError::DayOrMonth {
+                    file,
+                    line,
+                    column,
+                    value,
+                },
+            }
+        })
+    }
+
+    fn name(&self, column: usize) -> &str {
+        self.layout
+            .columns
+            .get(column)
+            .map_or("", |column| &column.name)
+    }
+}
