@@ -8,7 +8,7 @@ use miette::Diagnostic;
 use proptest::prelude::*;
 use stiffbench_measurement::specimen::{SpecimenOptions, SpecimenTable, read_specimen};
 use stiffbench_measurement::table_files::{
-    TableFile, TableFileError, TableFileOptions, read_table_file,
+    MachineTable, TableFileError, TableFileOptions, read_table_file,
 };
 
 fn bytes(name: &str) -> Vec<u8> {
@@ -101,7 +101,7 @@ fn layout(name: &str) -> String {
     table(name).layout.to_string()
 }
 
-fn table(name: &str) -> TableFile {
+fn table(name: &str) -> MachineTable {
     read_table_file(name, &bytes(name)[..], &TableFileOptions::default()).unwrap()
 }
 

@@ -5,7 +5,7 @@ use super::error::SpecimenError;
 use super::options::SpecimenOptions;
 use super::table::ColumnUnit;
 use crate::readings::Conversion;
-use crate::table_files::{FileColumn, TableFile, UnitSource};
+use crate::table_files::{FileColumn, MachineTable, StatedUnit};
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;
 
@@ -28,7 +28,7 @@ pub(super) struct MeasuredColumn {
 
 /// What a column of a table may measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Quantity {
+enum ColumnQuantity {
     /// Force, torque or stress.
     Force,
     /// Displacement, angle or strain.
@@ -39,7 +39,7 @@ enum Quantity {
     Temperature,
 }
 
-impl Quantity {
+impl ColumnQuantity {
     fn kinds(self) -> &'static [Kind] {
         match self {
             Self::Force => &[Kind::Force, Kind::Torque, Kind::Stress],
@@ -98,7 +98,7 @@ pub(super) struct SpecimenColumns {
 impl SpecimenColumns {
     /// Finds the columns by their names.
     pub(super) fn find(
-        table: &TableFile,
+        table: &MachineTable,
         options: &SpecimenOptions,
     ) -> Result<Self, SpecimenError> {
         if options.force_column.as_deref() == Some(options.displacement_column.trim()) {
@@ -119,18 +119,22 @@ impl SpecimenColumns {
         let force = options.force_column.as_deref();
         let mut found = Self {
             force: force
-                .map(|name| header.measured(name, Quantity::Force, force_unit))
+                .map(|name| header.measured(name, ColumnQuantity::Force, force_unit))
                 .transpose()?,
             displacement: header.measured(
                 &options.displacement_column,
-                Quantity::Displacement,
+                ColumnQuantity::Displacement,
                 displacement_unit,
             )?,
             time: header.time(table, options.time_column.as_ref(), time_unit)?,
-            hold: header.optional(options.hold_column.as_ref(), Quantity::Time, time_unit)?,
+            hold: header.optional(
+                options.hold_column.as_ref(),
+                ColumnQuantity::Time,
+                time_unit,
+            )?,
             temperature: header.optional(
                 options.temperature_column.as_ref(),
-                Quantity::Temperature,
+                ColumnQuantity::Temperature,
                 options.temperature_unit.as_deref(),
             )?,
             run: header.places(&options.run_column)?,
@@ -222,7 +226,7 @@ impl Header<'_> {
     fn optional(
         &mut self,
         wanted: Option<&String>,
-        quantity: Quantity,
+        quantity: ColumnQuantity,
         unit: Option<&str>,
     ) -> Result<Option<MeasuredColumn>, SpecimenError> {
         wanted
@@ -233,14 +237,14 @@ impl Header<'_> {
     /// A time, which may stand as dates or times of day.
     fn time(
         &mut self,
-        table: &TableFile,
+        table: &MachineTable,
         wanted: Option<&String>,
         unit: Option<&str>,
     ) -> Result<Option<MeasuredColumn>, SpecimenError> {
         let Some(name) = wanted else { return Ok(None) };
         let place = self.place(name)?;
         if !table.is_time_stamp(place.index) {
-            return self.optional(wanted, Quantity::Time, unit);
+            return self.optional(wanted, ColumnQuantity::Time, unit);
         }
         let seconds = table.seconds(place.index)?;
         self.assumptions.push(SpecimenAssumption::TimeStamps {
@@ -257,12 +261,17 @@ impl Header<'_> {
     fn measured(
         &mut self,
         wanted: &str,
-        quantity: Quantity,
+        quantity: ColumnQuantity,
         unit: Option<&str>,
     ) -> Result<MeasuredColumn, SpecimenError> {
         let place = self.place(wanted)?;
         let (conversion, unit) = match unit.map(str::trim) {
-            Some("1") if matches!(quantity, Quantity::Force | Quantity::Displacement) => {
+            Some("1")
+                if matches!(
+                    quantity,
+                    ColumnQuantity::Force | ColumnQuantity::Displacement
+                ) =>
+            {
                 (Conversion::NONE, ColumnUnit::none())
             }
             Some(unit) => quantity
@@ -285,7 +294,7 @@ impl Header<'_> {
     fn unit_of_file(
         &mut self,
         place: &ColumnPosition,
-        quantity: Quantity,
+        quantity: ColumnQuantity,
     ) -> Result<(Conversion, ColumnUnit), SpecimenError> {
         let column = &self.columns[place.index];
         let (name, line) = (column.name.clone(), self.line.unwrap_or(1));
@@ -293,14 +302,14 @@ impl Header<'_> {
             if let Some(found) = quantity.conversion(unit) {
                 let (column, unit) = (name, unit.clone());
                 self.assumptions.push(match source {
-                    UnitSource::Name => SpecimenAssumption::UnitFromName { column, unit },
-                    UnitSource::Row | UnitSource::Header => {
+                    StatedUnit::Name => SpecimenAssumption::UnitFromName { column, unit },
+                    StatedUnit::Row | StatedUnit::Header => {
                         SpecimenAssumption::UnitFromFile { column, unit }
                     }
                 });
                 return Ok(found);
             }
-            if source != UnitSource::Name && quantity != Quantity::Temperature {
+            if source != StatedUnit::Name && quantity != ColumnQuantity::Temperature {
                 return Err(SpecimenError::WrongColumnUnit {
                     file: self.file.clone(),
                     line,
@@ -311,7 +320,7 @@ impl Header<'_> {
                 });
             }
         }
-        if quantity == Quantity::Temperature {
+        if quantity == ColumnQuantity::Temperature {
             self.assumptions
                 .push(SpecimenAssumption::TemperatureInCelsius);
             return Ok((Conversion::NONE, ColumnUnit::si(Kind::Temperature)));

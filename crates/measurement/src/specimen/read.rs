@@ -12,7 +12,7 @@ use super::options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
 use super::row::{SpecimenRow, SpecimenRowReader};
 use super::table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};
-use crate::table_files::{TableFile, read_table_file};
+use crate::table_files::{MachineTable, read_table_file};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -76,7 +76,7 @@ impl SpecimenColumns {
 }
 
 fn assumptions_of_file(
-    file: &TableFile,
+    file: &MachineTable,
     reader: &SpecimenRowReader<'_>,
     columns: &SpecimenColumns,
 ) -> Vec<SpecimenAssumption> {
@@ -97,7 +97,7 @@ fn assumptions_of_file(
 
 /// Numbers configurations and runs in the order in which they appear.
 fn tabulate(
-    file: &TableFile,
+    file: &MachineTable,
     rows: Vec<SpecimenRow>,
     columns: &SpecimenColumns,
     options: &SpecimenOptions,

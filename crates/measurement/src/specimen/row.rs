@@ -4,7 +4,7 @@ use super::assumption::{Incomplete, SpecimenAssumption};
 use super::columns::{ColumnPosition, MeasuredColumn, SpecimenColumns};
 use super::error::SpecimenError;
 use crate::readings::read_count;
-use crate::table_files::{FileRow, TableFile};
+use crate::table_files::{FileRow, MachineTable};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// A record that has all it must have.
@@ -31,7 +31,7 @@ struct Absences {
 
 /// Turns rows of a file into rows of a specimen.
 pub(super) struct SpecimenRowReader<'a> {
-    table: &'a TableFile,
+    table: &'a MachineTable,
     columns: &'a SpecimenColumns,
     pub(super) rows: Vec<SpecimenRow>,
     pub(super) incomplete: Vec<Incomplete>,
@@ -51,7 +51,7 @@ impl From<SpecimenError> for MissingValue {
 }
 
 impl<'a> SpecimenRowReader<'a> {
-    pub(super) fn new(table: &'a TableFile, columns: &'a SpecimenColumns) -> Self {
+    pub(super) fn new(table: &'a MachineTable, columns: &'a SpecimenColumns) -> Self {
         Self {
             table,
             columns,

@@ -6,7 +6,7 @@ use serde::Serialize;
 /// Where the unit of a column stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum UnitSource {
+pub enum StatedUnit {
     /// In the column's name.
     Name,
     /// In a row of units below the names.
@@ -25,7 +25,7 @@ pub struct FileColumn {
     /// Its unit as it stands in the file.
     pub unit: Option<String>,
     /// Where that unit stands.
-    pub unit_from: Option<UnitSource>,
+    pub unit_from: Option<StatedUnit>,
     /// Whether its cells are numbers or times.
     pub is_numeric: bool,
 }

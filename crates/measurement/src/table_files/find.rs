@@ -255,9 +255,9 @@ fn is_preamble(record: &TextRecord, width: usize) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::layout::FieldDelimiter;
-    use super::super::records::{lines, split};
     use super::*;
+    use crate::table_files::layout::FieldDelimiter;
+    use crate::table_files::records::{lines, split};
 
     fn parts(text: &str, wanted: &[&str]) -> Option<TableParts> {
         let records = split(&lines(text), FieldDelimiter::Comma, usize::MAX);

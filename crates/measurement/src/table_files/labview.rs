@@ -3,7 +3,7 @@
 //! # Source
 //! National Instruments, Specification for the LabVIEW Measurement File (.lvm).
 
-use super::columns::{FileColumn, UnitSource};
+use super::columns::{FileColumn, StatedUnit};
 use super::layout::FieldDelimiter;
 use super::records::TextRecord;
 use crate::readings::DecimalSign;
@@ -138,7 +138,7 @@ impl SegmentTags {
             };
             if column.unit.is_none() && unit.is_some() {
                 column.unit = unit;
-                column.unit_from = Some(UnitSource::Header);
+                column.unit_from = Some(StatedUnit::Header);
             }
         }
     }

@@ -18,8 +18,8 @@ mod sheet;
 mod table;
 mod times;
 
-pub use columns::{FileColumn, UnitSource};
+pub use columns::{FileColumn, StatedUnit};
 pub use error::TableFileError;
 pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
 pub use read::{TableFileOptions, read_table_file};
-pub use table::{FileRow, TableFile};
+pub use table::{FileRow, MachineTable};

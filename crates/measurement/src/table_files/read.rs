@@ -5,7 +5,7 @@ use std::io::Read;
 use csv::StringRecord;
 
 use super::cell::{CellKind, DecimalHint, NumberForm, NumberMarks, kind};
-use super::columns::{FileColumn, UnitSource};
+use super::columns::{FileColumn, StatedUnit};
 use super::decode::decode;
 use super::error::TableFileError;
 use super::find::{self, TableParts};
@@ -14,7 +14,7 @@ use super::layout::{FieldDelimiter, FileLayout, TextEncoding};
 use super::names::{in_brackets, name_and_unit};
 use super::records::{TextRecord, lines, split};
 use super::sheet;
-use super::table::{FileRow, TableFile};
+use super::table::{FileRow, MachineTable};
 use crate::readings::DecimalSign;
 
 /// What the caller knows of a file; the rest is found from the file.
@@ -45,7 +45,7 @@ pub fn read_table_file(
     source: &str,
     mut input: impl Read,
     options: &TableFileOptions,
-) -> Result<TableFile, TableFileError> {
+) -> Result<MachineTable, TableFileError> {
     let mut bytes = Vec::new();
     input
         .read_to_end(&mut bytes)
@@ -55,7 +55,7 @@ pub fn read_table_file(
         })?;
     if sheet::is_spreadsheet(&bytes) {
         let (records, name) = sheet::read_sheet(source, &bytes, options.sheet.as_deref())?;
-        let told = Told {
+        let told = TextFormat {
             encoding: TextEncoding::Spreadsheet,
             sheet: Some(name),
             delimiter: None,
@@ -84,7 +84,7 @@ pub fn read_table_file(
     }
     let (_, of_labview) = labview::stated(&lines);
     let is_labview = labview::is_labview(&lines);
-    let told = Told {
+    let told = TextFormat {
         encoding,
         sheet: None,
         delimiter: Some(delimiter),
@@ -95,7 +95,7 @@ pub fn read_table_file(
 }
 
 /// What is known of a file besides its records.
-struct Told {
+struct TextFormat {
     encoding: TextEncoding,
     sheet: Option<String>,
     delimiter: Option<FieldDelimiter>,
@@ -161,9 +161,9 @@ fn program(lines: &[&str]) -> Option<&'static str> {
 fn assemble(
     source: &str,
     mut records: Vec<TextRecord>,
-    told: Told,
+    told: TextFormat,
     options: &TableFileOptions,
-) -> Result<TableFile, TableFileError> {
+) -> Result<MachineTable, TableFileError> {
     let file = || source.to_owned();
     if records
         .iter()
@@ -232,7 +232,7 @@ fn assemble(
     let comments = listed(|record| record.is_comment);
     let layout = layout(&records, &parts, columns, told, marks);
     let rows = file_rows(&mut records, &parts, layout.columns.len(), numbered);
-    Ok(TableFile {
+    Ok(MachineTable {
         source: source.to_owned(),
         rows,
         layout,
@@ -246,7 +246,7 @@ fn layout(
     records: &[TextRecord],
     parts: &TableParts,
     columns: Vec<FileColumn>,
-    told: Told,
+    told: TextFormat,
     marks: NumberMarks,
 ) -> FileLayout {
     let first_row = parts.rows.first().map(|row| row.0);
@@ -331,8 +331,8 @@ fn columns(records: &[TextRecord], parts: &TableParts) -> Vec<FileColumn> {
             stem: if in_row.is_some() { name } else { stem }.to_owned(),
             unit: in_row.or(in_name).map(str::to_owned),
             unit_from: in_row
-                .map(|_| UnitSource::Row)
-                .or(in_name.map(|_| UnitSource::Name)),
+                .map(|_| StatedUnit::Row)
+                .or(in_name.map(|_| StatedUnit::Name)),
             is_numeric: false,
         }
     });

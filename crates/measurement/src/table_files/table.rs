@@ -20,7 +20,7 @@ pub struct FileRow {
 
 /// A table with named columns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TableFile {
+pub struct MachineTable {
     /// The input, as the caller named it.
     pub source: String,
     /// What was taken for what.
@@ -34,7 +34,7 @@ pub struct TableFile {
     pub(super) marks: NumberMarks,
 }
 
-impl TableFile {
+impl MachineTable {
     /// The cell of a row, without blanks around it; empty beyond the last.
     #[must_use]
     pub fn text<'t>(&self, row: &'t FileRow, column: usize) -> &'t str {
