@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use crate::analysis::{Inputs, read_bytes, sha256};
-use crate::mismatch::{SearchOptions, diagnose, specimen_bench};
+use crate::mismatch::{MOST_READINGS_OF_A_PART, SearchOptions, diagnose, specimen_bench};
 use crate::physics::Law;
 use crate::report::{DiagnosisResult, SpecimenSummary};
 use crate::specimen::{SpecimenOptions, read_specimen};
@@ -24,7 +24,7 @@ pub(super) fn run(
     let bytes = read_bytes(path)?;
     let name = path.display().to_string();
     let inputs = Inputs::default().with_list(&name, &sha256(&bytes));
-    let table = read_specimen(&name, bytes.as_slice(), options)?;
+    let table = read_specimen(&name, bytes.as_slice(), options)?.thinned(MOST_READINGS_OF_A_PART);
     let (observations, baseline, scale) = specimen_bench(&table)?;
     let search = SearchOptions {
         without,

@@ -11,4 +11,5 @@ mod readings_bad_input;
 mod readings_round_trip;
 mod session_files;
 mod specimen_tables;
+mod specimen_thinned;
 mod table_files;

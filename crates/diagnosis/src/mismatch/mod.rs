@@ -69,6 +69,7 @@ mod verdict;
 mod white_laws;
 mod wrong_cells;
 
+pub use crate::search::constants::MOST_READINGS_OF_A_PART;
 pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
 pub use bad_runs::{BadRun, ScreenedRuns, screen_runs};
 pub use baseline::{

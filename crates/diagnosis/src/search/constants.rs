@@ -271,6 +271,10 @@ pub const ENOUGH_OF_A_LINE: usize = 18;
 /// judgement.
 pub const ENOUGH_OF_A_RECORDING: usize = 100;
 
+/// Readings of a part that are about as many as a diagnosis uses (1): of a longer recording every second, every third and so on. By judgement: 5000 take
+/// some seconds, and neighbours say the same.
+pub const MOST_READINGS_OF_A_PART: usize = 5_000;
+
 /// Rivals that are printed (1).
 pub const RIVALS: usize = 8;
 

@@ -77,6 +77,15 @@ pub enum SpecimenAssumption {
         /// Line of the first reading of the first of them.
         line: u32,
     },
+    /// A long recording was thinned.
+    Thinned {
+        /// Every how many readings one was used.
+        every: u32,
+        /// How many were used, turning points among them.
+        used: u32,
+        /// Of how many.
+        readings: u32,
+    },
 }
 
 impl fmt::Display for SpecimenAssumption {
@@ -115,6 +124,10 @@ impl fmt::Display for SpecimenAssumption {
                 f,
                 "in {runs} runs, the first from line {line}, the path turns in more than a third of the readings: taken as loads in shuffled \
                  order, all loading; add a branch column to change this"
+            ),
+            Self::Thinned { every, used, readings } => write!(
+                f,
+                "{used} of {readings} readings were used: every {every}th of each run, and its turning points; a bad reading between them is not seen"
             ),
         }
     }

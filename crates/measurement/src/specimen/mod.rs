@@ -13,6 +13,7 @@ mod order;
 mod read;
 mod row;
 mod table;
+mod thin;
 
 pub use assumption::{ExcludedLines, Incomplete, SpecimenAssumption};
 pub use error::SpecimenError;

@@ -11,6 +11,7 @@ use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::Failure;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
+use stiffbench::mismatch::MOST_READINGS_OF_A_PART;
 use stiffbench::specimen::read_specimen;
 
 use crate::prove::{Recording, RecordingScore, Recordings, score_pose_errors, score_recording};
@@ -128,5 +129,6 @@ fn scored(recording: &Recording, texts: &[String], seed: u64) -> Result<Recordin
     };
     let joined = recording.table(texts)?;
     let table = read_specimen(&recording.name, joined.as_bytes(), options)?;
+    let table = table.thinned(MOST_READINGS_OF_A_PART);
     Ok(score_recording(recording, &table, seed)?)
 }
