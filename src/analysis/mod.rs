@@ -32,6 +32,7 @@ mod integrity;
 mod load_cases;
 mod model;
 mod new_robot;
+mod part_model;
 mod plausible;
 mod pose_plan;
 mod procedure;
@@ -61,6 +62,7 @@ pub use new_robot::{
     Controller, DhSettings, ImportError, ImportProblem, NewRobot, StatedPosition, TEMPLATES,
     UrdfSettings, check_positions, robot_from_dh, robot_from_urdf, template,
 };
+pub use part_model::{PartModelError, PartModelFile, check_predictable};
 pub use plausible::{
     doubts_about_fit, doubts_about_load_case_fit, doubts_about_load_cases, doubts_about_stiffness,
 };

@@ -19,6 +19,7 @@ use super::model_export::ModelCommandArgs;
 use super::moved::MovedArgs;
 use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
+use super::predict::PredictArgs;
 use super::procedure::ProcedureArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
@@ -117,6 +118,8 @@ pub(super) enum Command {
     Compare(CompareArgs),
     /// What the model leaves out: where model and readings differ, which physics is missing, how large, how sure
     Diagnose(Box<DiagnoseArgs>),
+    /// Answers of a part that was not measured, by the model that `diagnose --specimen` left, with a band
+    Predict(PredictArgs),
     /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
     Map(MapArgs),
     /// A model for other programs: MuJoCo, SDF, URDF, CSV, JSON
@@ -146,7 +149,7 @@ pub(super) enum Command {
 }
 
 /// Which robot, mechanism and factors, and which physics beside them.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Args)]
 pub struct ModelArgs {
     /// Name of a shipped robot, or a robot file [default: the session's, else hp-robot]
     #[arg(long, value_name = "NAME|FILE")]
@@ -163,6 +166,13 @@ pub struct ModelArgs {
     /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<String>,
+}
+
+impl ModelArgs {
+    /// Whether none of them is given.
+    pub(super) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// How a gauge's own log is read.

@@ -32,10 +32,10 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         return design::run(args, procedure);
     }
     if let Some(options) = args.specimen.options() {
-        if !args.parameters.is_default() {
+        if !args.parameters.is_default() || !args.model.is_default() {
             return Err(ArgumentError::new(
-                "--free, --fix, --tie, --bounds",
-                "they name parameters of a robot, and a specimen has none",
+                "--robot, --mechanism, --factors, --model, --effect, --free, --fix, --tie, --bounds",
+                "they are of a robot, and a specimen has none",
                 "leave them out",
             )
             .into());

@@ -2,8 +2,10 @@
 
 use serde_json::json;
 
-use crate::analysis::{Inputs, read_bytes, sha256};
-use crate::mismatch::{MOST_READINGS_OF_A_PART, SearchOptions, diagnose, specimen_bench};
+use crate::analysis::{Inputs, PartModelFile, read_bytes, sha256};
+use crate::mismatch::{
+    MOST_READINGS_OF_A_PART, PartModel, SearchOptions, diagnose, specimen_bench,
+};
 use crate::physics::Law;
 use crate::report::{DiagnosisResult, SpecimenSummary};
 use crate::specimen::{SpecimenOptions, read_specimen};
@@ -45,6 +47,12 @@ pub(super) fn run(
             &folder.join("diagnosis.json"),
             format!("{object:#}\n").as_bytes(),
         )?;
+        let model = PartModel::new(&table, &scale, (&observations, &baseline), &diagnosis)?;
+        if let Some(model) = model {
+            let verdict = diagnosis.verdict.to_string();
+            let file = PartModelFile::new(&model, options, (&name, &sha256(&bytes)), verdict);
+            write(&folder.join("model.toml"), file.to_toml().as_bytes())?;
+        }
     }
     let mut notes: Vec<String> = table.assumptions.iter().map(ToString::to_string).collect();
     let excluded = table.excluded.to_string();

@@ -154,6 +154,7 @@ impl Failure {
             ("stiffbench::instrument::description", 10),
             ("stiffbench::instrument", 2),
             ("stiffbench::specimen", 11),
+            ("stiffbench::part_model", 10),
             ("stiffbench::table", 11),
             ("stiffbench::mismatch::unknown_law", 2),
             ("stiffbench::mismatch::parameter", 2),

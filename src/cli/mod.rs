@@ -31,6 +31,7 @@ mod parameter_args;
 mod plot;
 mod ports;
 mod pose_args;
+mod predict;
 mod procedure;
 pub mod progress;
 pub mod rehearsal;
@@ -114,6 +115,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Session(args) => session::run(args, global),
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
+        Command::Predict(args) => predict::run(&args),
         Command::Map(args) => map::run(&args),
         Command::Model(args) => model_export::run(&args),
         Command::Paper(args) => args.run("paper", "paper"),

@@ -113,11 +113,6 @@ pub const RESERVED: &[Reserved] = &[
         today: "stiffbench stiffness FILE, with the columns that docs/readings.md names",
     },
     Reserved {
-        command: "predict",
-        purpose: "predicts stiffness in poses that were not measured",
-        today: "stiffbench robot compliance --pose POSE --factors FILE, or stiffbench map --fit FILE",
-    },
-    Reserved {
         command: "procedure",
         purpose: "lists, shows and checks procedures",
         today: "stiffbench session plan --procedure NAME|FILE",

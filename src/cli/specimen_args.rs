@@ -123,6 +123,7 @@ impl SpecimenArgs {
                 decimal: self.decimal.map(DecimalSign::from),
                 ..TableFileOptions::default()
             },
+            is_response_optional: false,
         })
     }
 }

@@ -17,7 +17,7 @@ use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
     EstimatedValue, FactorChange, Finding, Impossible, LawCriticalValues, ReadingTrace,
 };
-use crate::physics::{Effect, FileLine, Law, SignConstraint};
+use crate::physics::{Effect, FileLine, Law, ParameterSpec, SignConstraint};
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
@@ -37,14 +37,14 @@ pub use summary::{
 
 /// The 95 % interval of a parameter of a finding; where physics forbids negative values it ends at zero.
 fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
-    value_interval(finding.effect.law, place, finding.values.get(place)?)
+    let spec = finding.effect.law.parameters.get(place)?;
+    value_interval(spec, finding.values.get(place)?)
 }
 
 /// The same of a value of a law.
-fn value_interval(law: Law, place: usize, value: &EstimatedValue) -> Option<[f64; 2]> {
+pub(super) fn value_interval(spec: &ParameterSpec, value: &EstimatedValue) -> Option<[f64; 2]> {
     let [low, high] = value.interval_95()?;
-    let sign = law.parameters.get(place)?.sign;
-    Some(match sign {
+    Some(match spec.sign {
         SignConstraint::Positive | SignConstraint::AboveZero => [low.max(0.0), high.max(0.0)],
         SignConstraint::Either => [low, high],
     })

@@ -19,6 +19,7 @@ mod load_case_page;
 mod map;
 mod model_export;
 pub mod paper;
+mod prediction;
 mod program;
 mod robot;
 mod robot_pose;
@@ -77,6 +78,7 @@ pub use map::{
 };
 pub use model_export::{ExportFormat, ModelExportReport};
 pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
+pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{CompletionScript, ManualPage};
 pub use robot::{
     ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,

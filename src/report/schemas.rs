@@ -39,6 +39,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("plot", schema_of::<FigureReport>()),
         ("port-binding", schema_of::<BindingReport>()),
         ("ports", schema_of::<PortList>()),
+        ("prediction", schema_of::<super::PredictionReport>()),
         ("robot", schema_of::<RobotReport>()),
         ("robot-check", schema_of::<crate::analysis::RobotCheck>()),
         ("robot-compliance", schema_of::<ComplianceReport>()),

@@ -8,14 +8,14 @@ use serde::Serialize;
 
 use crate::mismatch::{
     ConfigurationSizes, Diagnosis, EstimatedValue, FactorChange, Finding, MisfitShares,
-    NextMeasurement, Omnibus, Quality, SpecimenScale, Stratum, Verdict, VerdictGrade,
+    NextMeasurement, Omnibus, PartUnits, Quality, SpecimenScale, Stratum, Verdict, VerdictGrade,
 };
-use crate::physics::{Dimension, ParameterSpec};
-use crate::specimen::{ColumnUnit, ResponseVariable, SpecimenTable};
+use crate::physics::ParameterSpec;
+use crate::specimen::SpecimenTable;
 use crate::table_files::FileLayout;
 
 use super::design::LawAtPlace;
-use super::diagnosis::{FittedParameter, RivalReport, STEPPED};
+use super::diagnosis::{FittedParameter, RivalReport, STEPPED, value_interval};
 use super::text::{AlignedTable, significant};
 
 /// Chance below which something is left over: the level of the omnibus test.
@@ -172,133 +172,81 @@ pub struct SpecimenNoise {
     pub run_slope_sd: f64,
 }
 
-/// From the scaled units of a diagnosis to those of a table.
-struct TableUnits<'a> {
-    scale: &'a SpecimenScale,
-    load: &'a ColumnUnit,
-    answer: &'a ColumnUnit,
-}
-
-/// `a` per `b`; numbers without a unit have the unit 1.
-fn per(a: &str, b: &str) -> String {
-    match (a, b) {
-        (a, "1") => a.to_owned(),
-        (a, b) if b.contains(['/', '*', ' ', '-']) => format!("{a}/({b})"),
-        (a, b) => format!("{a}/{b}"),
+fn answer(units: &PartUnits, scaled: f64) -> SpecimenValue {
+    let unit = units.of_answer();
+    SpecimenValue {
+        value: unit.in_table(scaled),
+        si: SiValue {
+            value: scaled * unit.si,
+            unit: unit.si_name,
+            ci95: None,
+        },
+        unit: unit.name,
     }
 }
 
-/// A power of a unit.
-fn power(unit: &str, exponent: i8) -> String {
-    match (unit, exponent) {
-        ("1", _) => "1".to_owned(),
-        (unit, 1) => unit.to_owned(),
-        (unit, n) => format!("({unit})^{n}"),
+fn quality(units: &PartUnits, quality: &Quality) -> SpecimenQuality {
+    SpecimenQuality {
+        rms: answer(units, quality.rms_m),
+        reduced_chi2: quality.reduced_chi2,
     }
 }
 
-impl TableUnits<'_> {
-    /// Of the unit that a dimension has: how many SI units (as in the file without units) one of the search is, how many one of the table is,
-    /// and the names of both, the table's first.
-    fn unit(&self, spec: &ParameterSpec) -> (f64, f64, [String; 2]) {
-        let Some([of_answer, of_load, of_time]) = spec.dimension.powers() else {
-            return (1.0, 1.0, [spec.unit().to_owned(), spec.unit().to_owned()]);
-        };
-        let product =
-            |answer: f64, load: f64| answer.powi(of_answer.into()) * load.powi(of_load.into());
-        let name = |answer: &str, load: &str| match (of_answer, of_load, of_time) {
-            (1, 0, 0) if spec.dimension == Dimension::LengthPerTemperature => per(answer, "K"),
-            (1, 0, 0) => answer.to_owned(),
-            (0, 1, 0) => load.to_owned(),
-            (0, _, 0) => per("1", &power(load, -of_load)),
-            (1, _, 0) => per(answer, &power(load, -of_load)),
-            _ if self.scale.order_is_clock => per(answer, "reading"),
-            _ => per(answer, "s"),
-        };
-        (
-            product(self.scale.answer, self.scale.load),
-            product(self.answer.si_per_unit, self.load.si_per_unit),
-            [
-                name(&self.answer.name, &self.load.name),
-                name(self.answer.si, self.load.si),
-            ],
-        )
+/// The slope of a configuration.
+fn slope(units: &PartUnits, slope: &FactorChange) -> SpecimenSlope {
+    let unit = units.of_slope();
+    let interval = slope.after.interval_95();
+    SpecimenSlope {
+        name: slope.name.clone(),
+        before: unit.in_table(slope.before.value),
+        after: unit.in_table(slope.after.value),
+        si: SiValue {
+            value: slope.after.value * unit.si,
+            ci95: interval.map(|ends| ends.map(|end| end * unit.si)),
+            unit: unit.si_name,
+        },
+        unit: unit.name,
     }
+}
 
-    fn answer(&self, scaled: f64) -> SpecimenValue {
-        let value = scaled * self.scale.answer;
-        SpecimenValue {
-            value: value / self.answer.si_per_unit,
-            unit: self.answer.name.clone(),
-            si: SiValue {
-                value,
-                unit: self.answer.si.to_owned(),
-                ci95: None,
-            },
-        }
+/// A fitted parameter of a law.
+fn parameter(
+    units: &PartUnits,
+    spec: &ParameterSpec,
+    fitted: &EstimatedValue,
+) -> SpecimenParameter {
+    let unit = units.of(spec);
+    let interval = value_interval(spec, fitted);
+    let in_table = interval.map(|ends| ends.map(|end| unit.in_table(end)));
+    let value = unit.in_table(fitted.value);
+    SpecimenParameter {
+        fitted: FittedParameter::new(value, unit.name, in_table, STEPPED),
+        si: SiValue {
+            value: fitted.value * unit.si,
+            unit: unit.si_name,
+            ci95: interval.map(|ends| ends.map(|end| end * unit.si)),
+        },
     }
+}
 
-    fn quality(&self, quality: &Quality) -> SpecimenQuality {
-        SpecimenQuality {
-            rms: self.answer(quality.rms_m),
-            reduced_chi2: quality.reduced_chi2,
-        }
-    }
-
-    /// The slope of a configuration.
-    fn slope(&self, slope: &FactorChange) -> SpecimenSlope {
-        let to_si = self.scale.answer / self.scale.load;
-        let si_per_unit = self.answer.si_per_unit / self.load.si_per_unit;
-        SpecimenSlope {
-            name: slope.name.clone(),
-            before: slope.before.value * to_si / si_per_unit,
-            after: slope.after.value * to_si / si_per_unit,
-            unit: per(&self.answer.name, &self.load.name),
-            si: SiValue {
-                value: slope.after.value * to_si,
-                unit: per(self.answer.si, self.load.si),
-                ci95: slope
-                    .after
-                    .interval_95()
-                    .map(|ends| ends.map(|end| end * to_si)),
-            },
-        }
-    }
-
-    /// A fitted parameter of a law.
-    fn parameter(&self, spec: &ParameterSpec, fitted: &EstimatedValue) -> SpecimenParameter {
-        let (to_si, si_per_unit, [unit, si_unit]) = self.unit(spec);
-        let value = fitted.value * to_si;
-        let interval = fitted.interval_95().map(|ends| ends.map(|end| end * to_si));
-        let in_table = interval.map(|ends| ends.map(|end| end / si_per_unit));
-        SpecimenParameter {
-            fitted: FittedParameter::new(value / si_per_unit, unit, in_table, STEPPED),
-            si: SiValue {
-                value,
-                unit: si_unit,
-                ci95: interval,
-            },
-        }
-    }
-
-    fn finding(&self, finding: &Finding) -> SpecimenFinding {
-        let specs = finding.effect.law.parameters.iter();
-        let parameters = specs
-            .zip(&finding.values)
-            .map(|(spec, value)| (spec.name, self.parameter(spec, value)));
-        SpecimenFinding {
-            law: (&finding.effect).into(),
-            grade: finding.grade,
-            shares: finding.shares,
-            parameters: parameters.collect(),
-            alternative_group: finding.alternative_group,
-            end_effect: self.answer(finding.end_effect_m).value,
-            end_effect_si: self.answer(finding.end_effect_m).si.value,
-            absorbed_share: finding.absorbed_share,
-            log_bayes_factor: finding.log_bayes,
-            p_family: finding.p_family,
-            rivals: finding.rivals.iter().map(Into::into).collect(),
-        }
+fn finding(units: &PartUnits, finding: &Finding) -> SpecimenFinding {
+    let specs = finding.effect.law.parameters.iter();
+    let parameters = specs
+        .zip(&finding.values)
+        .map(|(spec, value)| (spec.name, parameter(units, spec, value)));
+    let end_effect = answer(units, finding.end_effect_m);
+    SpecimenFinding {
+        law: (&finding.effect).into(),
+        grade: finding.grade,
+        shares: finding.shares,
+        parameters: parameters.collect(),
+        alternative_group: finding.alternative_group,
+        end_effect: end_effect.value,
+        end_effect_si: end_effect.si.value,
+        absorbed_share: finding.absorbed_share,
+        log_bayes_factor: finding.log_bayes,
+        p_family: finding.p_family,
+        rivals: finding.rivals.iter().map(Into::into).collect(),
     }
 }
 
@@ -311,22 +259,10 @@ impl SpecimenSummary {
         diagnosis: &Diagnosis,
         seed: u64,
     ) -> Self {
-        let (force, displacement) = (&table.force_unit, &table.displacement_unit);
-        let (load, answer) = match table.response {
-            ResponseVariable::Displacement => (force, displacement),
-            ResponseVariable::Force => (displacement, force),
-        };
-        let units = TableUnits {
-            scale,
-            load,
-            answer,
-        };
-        let slopes = diagnosis.factors.iter().map(|slope| units.slope(slope));
-        let findings: Vec<SpecimenFinding> = diagnosis
-            .findings
-            .iter()
-            .map(|f| units.finding(f))
-            .collect();
+        let units = PartUnits::new(table, scale);
+        let slopes = diagnosis.factors.iter().map(|one| slope(&units, one));
+        let findings = diagnosis.findings.iter().map(|one| finding(&units, one));
+        let findings: Vec<SpecimenFinding> = findings.collect();
         Self {
             table: table.layout.clone(),
             verdict: diagnosis.verdict,
@@ -341,11 +277,11 @@ impl SpecimenSummary {
                 stratum: diagnosis.unexplained.stratum,
                 p: diagnosis.unexplained.p_family,
             },
-            before: units.quality(&diagnosis.before),
-            after: units.quality(&diagnosis.after),
+            before: quality(&units, &diagnosis.before),
+            after: quality(&units, &diagnosis.after),
             slopes: slopes.collect(),
             noise: SpecimenNoise {
-                reading_sd: units.answer(diagnosis.noise.reading_sd_m),
+                reading_sd: answer(&units, diagnosis.noise.reading_sd_m),
                 run_slope_sd: diagnosis.noise.run_slope_sd,
             },
             next_measurement: Vec::new(),
@@ -370,7 +306,7 @@ impl SpecimenSummary {
                 let follow = self.sizes_follow.in_words();
                 let _ = writeln!(
                     text,
-                    "Sizes, of the mean over the configurations, change {follow}."
+                    "Sizes are means over the configurations; from one to the next they go {follow}."
                 );
             }
         }

@@ -22,6 +22,7 @@ mod names;
 mod permissions;
 mod physics;
 mod positions;
+mod predict;
 mod results;
 mod robots;
 mod session;

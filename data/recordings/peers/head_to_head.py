@@ -260,10 +260,16 @@ def diagnosis(program, data, names, folder):
         "grade": found.get("grade"),
         "names": [finding["physics"] for finding in findings],
         "groups": [finding.get("alternative_group") for finding in findings],
-        # The slope of the line, and what the findings add; zeros of runs are not counted for any program.
-        "parameters": 1 + sum(len(finding["parameters"]) for finding in findings),
+        # The slope of the line, and what acts in the model: of a set its first. Zeros of runs are not counted for any program.
+        "parameters": 1 + sum(len(finding["parameters"]) for finding in acting(findings)),
         "seconds": seconds,
     }
+
+
+def acting(findings):
+    """Findings that act in the model: of each set that cannot be distinguished the first."""
+    groups = [finding.get("alternative_group") for finding in findings]
+    return [finding for place, finding in enumerate(findings) if groups[place] is None or groups[place] not in groups[:place]]
 
 
 def predicted(program, data, folder):

@@ -39,7 +39,7 @@ impl From<&KnownEffect> for KnownEffectReport {
         let law = known.given.law;
         let fitted = |place: usize, values: &[EstimatedValue]| {
             let value = values[place];
-            let interval = value_interval(law, place, &value);
+            let interval = value_interval(&law.parameters[place], &value);
             let unit = law.parameters[place].unit().to_owned();
             FittedParameter::new(value.value, unit, interval, STEPPED)
         };

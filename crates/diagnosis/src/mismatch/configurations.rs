@@ -86,6 +86,22 @@ impl ConfigurationSizes {
 /// Factors nearer to one than this make no difference (1).
 const SAME_FACTOR: f64 = 0.02;
 
+impl Observations {
+    /// Factors on the effects, one a configuration; `None` where one size is all.
+    ///
+    /// # Arguments
+    /// - `slopes`: of the lines of the configurations.
+    pub(super) fn size_factors(
+        &self,
+        sizes: ConfigurationSizes,
+        slopes: &[f64],
+    ) -> Option<Vec<f64>> {
+        let numbers = self.poses.iter().map(|pose| pose.as_str().parse());
+        let numbers: Option<Vec<f64>> = numbers.collect::<Result<_, _>>().ok();
+        sizes.factors(slopes, numbers.as_deref())
+    }
+}
+
 impl DiagnosisProblem<'_> {
     /// The readings with effects whose sizes follow what the readings speak for clearly, and what that is; `None` where one size is enough.
     pub(super) fn changing_sizes(
@@ -98,8 +114,6 @@ impl DiagnosisProblem<'_> {
         }
         let state = self.first_state(options)?;
         let slopes = &state.fitted.model.parameters;
-        let numbers = observations.poses.iter().map(|pose| pose.as_str().parse());
-        let numbers: Option<Vec<f64>> = numbers.collect::<Result<_, _>>().ok();
         let largest = |observations: &Observations| -> Result<f64, MismatchError> {
             let problem = DiagnosisProblem::new(self.baseline, observations);
             let scores = problem.score_laws(&state, &options.without)?;
@@ -119,7 +133,7 @@ impl DiagnosisProblem<'_> {
         let common = largest(observations)?;
         let mut best = (common, None);
         for sizes in ConfigurationSizes::CHANGING {
-            let Some(factors) = sizes.factors(slopes, numbers.as_deref()) else {
+            let Some(factors) = observations.size_factors(sizes, slopes) else {
                 continue;
             };
             let scaled = observations.with_size_factors(&factors);

@@ -190,8 +190,36 @@ impl DiagnosisProblem<'_> {
         Ok(refit.fit(&mut predictor, model, true))
     }
 
-    /// Weighted squares of readings about their zeros: those of the readings that were kept, their own where none was.
+    /// Readings that were left out minus a model that was fitted to the others, about their zeros, m.
+    pub(super) fn residuals_left_out(
+        &self,
+        state: &State,
+        model: &Model,
+        held: &[bool],
+    ) -> Result<Vec<f64>, MismatchError> {
+        let kept: Vec<bool> = held.iter().map(|held| !held).collect();
+        let fitted = self.fitted_to_kept(state, model, &kept)?;
+        let fitted = fitted.map_or_else(|| model.clone(), |fitted| fitted.model);
+        let residuals = self.raw_residuals(&fitted)?;
+        let left = self.about_kept_zeros(state, &residuals, held);
+        Ok(left.into_iter().map(|(_, residual)| residual).collect())
+    }
+
+    /// Weighted squares of readings about their zeros.
     fn squares_about_kept_zeros(&self, state: &State, residuals: &[f64], held: &[bool]) -> f64 {
+        let weights = state.whitening.covariance.weights();
+        let left = self.about_kept_zeros(state, residuals, held).into_iter();
+        left.map(|(reading, residual)| (residual * weights[reading]).powi(2))
+            .sum()
+    }
+
+    /// Readings that were left out about their zeros: those of the readings that were kept, their own where none was.
+    fn about_kept_zeros(
+        &self,
+        state: &State,
+        residuals: &[f64],
+        held: &[bool],
+    ) -> Vec<(usize, f64)> {
         let zeros = self.observations.readings.iter();
         let count = zeros.map(|r| r.zero as usize + 1).max().unwrap_or(0);
         let weights = state.whitening.covariance.weights();
@@ -214,9 +242,9 @@ impl DiagnosisProblem<'_> {
                 } else {
                     own[zero]
                 };
-                ((residuals[reading] - mean(sums)) * weights[reading]).powi(2)
+                (reading, residuals[reading] - mean(sums))
             })
-            .sum()
+            .collect()
     }
 
     fn readings_of_pose(&self, pose: usize) -> usize {

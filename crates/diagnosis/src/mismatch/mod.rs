@@ -39,7 +39,9 @@ mod omnibus;
 mod opposite_slips;
 mod outlier;
 mod part_evidence;
+mod part_model;
 mod part_noise;
+mod part_units;
 mod patterns;
 mod plan;
 mod predictor;
@@ -101,11 +103,13 @@ pub use observations::{
 };
 pub use omnibus::{Omnibus, OmnibusTest};
 pub use opposite_slips::reading_between_slips;
+pub use part_model::{PartBand, PartConfiguration, PartModel};
+pub use part_units::{PartUnit, PartUnits};
 pub use plan::{PlannedCell, PlannedLoad};
 pub use robot_baseline::RobotBaseline;
 pub use search::SearchOptions;
 pub use shares::{MisfitShares, MisfitSteps};
-pub use specimen::{SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench};
+pub use specimen::{SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench, test_object};
 pub use strata::{
     Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,
     SuspectComponent, Untested, locate,

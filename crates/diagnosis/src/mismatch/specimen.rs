@@ -80,23 +80,35 @@ pub fn specimen_bench(
     // In scaled units; a line without any slope still needs a size to vary by.
     let start = slope * load / answer;
     let spread = start.abs().max(LARGEST_DISPLACEMENT / LARGEST_LOAD);
-    let parameters = table
-        .configurations
-        .iter()
-        .map(|name| BaselineParameter {
-            name: format!("slope of {name}"),
-            spring_rad_per_nm: None,
-            start,
-            lower: start - 1e3 * spread,
-            upper: start + 1e3 * spread,
-            prior_sd: 100.0 * spread,
-        })
-        .collect();
+    let parameter = |name: &String| slope_parameter(name, start, spread);
     let baseline = SpecimenBaseline {
-        parameters,
+        parameters: table.configurations.iter().map(parameter).collect(),
         joints: vec![SPECIMEN_JOINT.to_owned()],
     };
     Ok((observations, baseline, scale))
+}
+
+fn slope_parameter(configuration: &str, start: f64, spread: f64) -> BaselineParameter {
+    BaselineParameter {
+        name: format!("slope of {configuration}"),
+        spring_rad_per_nm: None,
+        start,
+        lower: start - 1e3 * spread,
+        upper: start + 1e3 * spread,
+        prior_sd: 100.0 * spread,
+    }
+}
+
+impl SpecimenBaseline {
+    /// Lines of known slopes.
+    pub(super) fn with_slopes(configurations: &[String], slopes: &[f64]) -> Self {
+        let named = configurations.iter().zip(slopes);
+        let parameter = |(name, slope): (&String, &f64)| slope_parameter(name, *slope, 1.0);
+        Self {
+            parameters: named.map(parameter).collect(),
+            joints: vec![SPECIMEN_JOINT.to_owned()],
+        }
+    }
 }
 
 /// Slope and intercept of the straight line through all pairs.
@@ -110,6 +122,28 @@ fn line(pairs: &[(f64, f64)]) -> (f64, f64) {
     }
     let slope = pairs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / squares;
     (slope, y - slope * x)
+}
+
+/// The face of the laws of a part.
+#[must_use]
+pub fn test_object(response: ResponseVariable) -> TestObject {
+    match response {
+        ResponseVariable::Displacement => TestObject::ForceDriven,
+        ResponseVariable::Force => TestObject::DisplacementDriven,
+    }
+}
+
+/// A table in scaled numbers, and the place of each reading in the table.
+pub(super) fn specimen_observations(
+    table: &SpecimenTable,
+    scale: &SpecimenScale,
+) -> (Observations, Vec<usize>) {
+    let mut places: Vec<usize> = (0..table.readings.len()).collect();
+    places.sort_by_key(|&place| {
+        let run = table.readings[place].run;
+        (table.runs[run as usize].configuration, run)
+    });
+    (observations(table, scale), places)
 }
 
 fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
@@ -127,10 +161,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
             .collect(),
         free_zeros: true,
         order_is_clock: scale.order_is_clock,
-        bench: match table.response {
-            ResponseVariable::Displacement => TestObject::ForceDriven,
-            ResponseVariable::Force => TestObject::DisplacementDriven,
-        },
+        bench: test_object(table.response),
         ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
     let empty: Range<usize> = 0..0;

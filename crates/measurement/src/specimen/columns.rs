@@ -2,7 +2,7 @@
 
 use super::assumption::SpecimenAssumption;
 use super::error::SpecimenError;
-use super::options::SpecimenOptions;
+use super::options::{ResponseVariable, SpecimenOptions};
 use super::table::ColumnUnit;
 use crate::readings::Conversion;
 use crate::table_files::{FileColumn, MachineTable, StatedUnit};
@@ -83,7 +83,7 @@ impl ColumnQuantity {
 #[derive(Debug)]
 pub(super) struct SpecimenColumns {
     pub(super) force: Option<MeasuredColumn>,
-    pub(super) displacement: MeasuredColumn,
+    pub(super) displacement: Option<MeasuredColumn>,
     pub(super) time: Option<MeasuredColumn>,
     pub(super) hold: Option<MeasuredColumn>,
     pub(super) temperature: Option<MeasuredColumn>,
@@ -119,13 +119,15 @@ impl SpecimenColumns {
         let force = options.force_column.as_deref();
         let mut found = Self {
             force: force
+                .filter(|name| !options.may_lack(ResponseVariable::Force) || header.has(name))
                 .map(|name| header.measured(name, ColumnQuantity::Force, force_unit))
                 .transpose()?,
-            displacement: header.measured(
-                &options.displacement_column,
-                ColumnQuantity::Displacement,
-                displacement_unit,
-            )?,
+            displacement: Some(options.displacement_column.as_str())
+                .filter(|name| {
+                    !options.may_lack(ResponseVariable::Displacement) || header.has(name)
+                })
+                .map(|name| header.measured(name, ColumnQuantity::Displacement, displacement_unit))
+                .transpose()?,
             time: header.time(table, options.time_column.as_ref(), time_unit)?,
             hold: header.optional(
                 options.hold_column.as_ref(),
@@ -163,6 +165,13 @@ struct Header<'a> {
 }
 
 impl Header<'_> {
+    /// Whether there is a column of this name, with or without its unit.
+    fn has(&self, wanted: &str) -> bool {
+        let wanted = wanted.trim();
+        let mut columns = self.columns.iter();
+        columns.any(|column| column.name == wanted || column.stem == wanted)
+    }
+
     /// The column of a name as it stands in the file, or of one without its unit.
     fn place(&mut self, wanted: &str) -> Result<ColumnPosition, SpecimenError> {
         let wanted = wanted.trim();

@@ -21,59 +21,67 @@ pub enum ResponseVariable {
 }
 
 /// Columns and units of a table, under the names that the command line and `recordings.toml` use (`force-column`, ...).
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SpecimenOptions {
     /// Column of the force; without one, the load is taken to be the same throughout.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_column: Option<String>,
     /// Column of the displacement.
     pub displacement_column: String,
     /// Column of the time.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_column: Option<String>,
     /// Columns that together name a run: readings with one zero and one history.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub run_column: Vec<String>,
     /// Columns that together name a specimen or configuration, each with a line of its own.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub configuration_column: Vec<String>,
     /// Column of the temperature.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_column: Option<String>,
     /// Column of the time under the load.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hold_column: Option<String>,
     /// Column of the place in the order of measurement, whole numbers.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order_column: Option<String>,
     /// Column with `loading` and `unloading`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub branch_column: Option<String>,
     /// Unit of the force, or `1` for numbers without one; else taken from the column name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_unit: Option<String>,
     /// Unit of the displacement, or `1`; else taken from the column name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_unit: Option<String>,
     /// Unit of time and hold; else taken from the column name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
     /// Unit of the temperature; else the end of the column's name, else °C.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_unit: Option<String>,
     /// Which quantity answers.
     #[serde(default)]
     pub response: ResponseVariable,
     /// Share of a run's range by which the path must come back before a turn counts, between 0 and 1; [`TURN_SHARE`] unless given.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_share: Option<f64>,
     /// Sheet, delimiter and decimal sign, where the caller knows them.
     #[serde(skip)]
     pub file: TableFileOptions,
+    /// Whether the column of the quantity that answers may be absent.
+    #[serde(skip)]
+    pub is_response_optional: bool,
 }
 
 impl SpecimenOptions {
+    /// Whether the column of a quantity may be absent.
+    pub(super) fn may_lack(&self, quantity: ResponseVariable) -> bool {
+        self.is_response_optional && self.response == quantity
+    }
+
     /// How the file is read: the names of all columns that are asked for lead to the header.
     pub(super) fn of_file(&self) -> TableFileOptions {
         let single = [

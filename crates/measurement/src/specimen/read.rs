@@ -49,7 +49,7 @@ pub fn read_specimen(
             incomplete: reader.incomplete.len(),
         });
     }
-    let assumptions = assumptions_of_file(&file, &reader, &columns);
+    let assumptions = assumptions_of_file(&file, &reader, &columns, options);
     let excluded = ExcludedLines {
         incomplete: std::mem::take(&mut reader.incomplete),
         blank: file.blank.clone(),
@@ -79,9 +79,10 @@ fn assumptions_of_file(
     file: &MachineTable,
     reader: &SpecimenRowReader<'_>,
     columns: &SpecimenColumns,
+    options: &SpecimenOptions,
 ) -> Vec<SpecimenAssumption> {
     let mut all = vec![SpecimenAssumption::Layout(Box::new(file.layout.clone()))];
-    if columns.force.is_none() {
+    if columns.force.is_none() && options.force_column.is_none() {
         all.push(SpecimenAssumption::ConstantLoad);
     }
     all.extend(columns.assumptions.iter().cloned());
@@ -142,7 +143,14 @@ fn tabulate(
             .force
             .as_ref()
             .map_or_else(|| ColumnUnit::si(Kind::Force), |force| force.unit.clone()),
-        displacement_unit: columns.displacement.unit.clone(),
+        displacement_unit: columns
+            .displacement
+            .as_ref()
+            .map_or_else(ColumnUnit::none, |column| column.unit.clone()),
+        has_response: match options.response {
+            ResponseVariable::Displacement => columns.displacement.is_some(),
+            ResponseVariable::Force => columns.force.is_some(),
+        },
         layout: file.layout.clone(),
         configurations: configurations.into_iter().collect(),
         runs: runs.into_iter().map(run).collect(),

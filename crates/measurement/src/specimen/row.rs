@@ -81,7 +81,10 @@ impl<'a> SpecimenRowReader<'a> {
             Some(force) => self.required(number, force)?,
             None => 0.0,
         };
-        let displacement = self.required(number, &columns.displacement)?;
+        let displacement = match &columns.displacement {
+            Some(displacement) => self.required(number, displacement)?,
+            None => 0.0,
+        };
         let configuration = self.label(row, &columns.configuration)?;
         let run = self.label(row, &columns.run)?;
         let order = columns

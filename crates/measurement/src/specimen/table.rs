@@ -2,6 +2,7 @@
 
 use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::options::ResponseVariable;
+use crate::readings::Conversion;
 use crate::table_files::FileLayout;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Branch;
@@ -26,6 +27,22 @@ impl ColumnUnit {
             si: "1",
             si_per_unit: 1.0,
         }
+    }
+
+    /// A unit by its name in a file, of whatever kind; `None` if there is no such unit.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        if name == "1" {
+            return Some(Self::none());
+        }
+        Kind::ALL.into_iter().find_map(|kind| {
+            let conversion = Conversion::from_unit(kind, name)?;
+            Some(Self {
+                name: name.to_owned(),
+                si: kind.si_unit(),
+                si_per_unit: conversion.factor(),
+            })
+        })
     }
 
     /// The SI unit of a kind.
@@ -84,6 +101,8 @@ pub struct SpecimenTable {
     pub force_unit: ColumnUnit,
     /// What the displacements are in: displacement, angle or strain.
     pub displacement_unit: ColumnUnit,
+    /// Whether the quantity that answers was recorded; else it is zero.
+    pub has_response: bool,
     /// What in the file was taken for what.
     pub layout: FileLayout,
     /// Specimens or configurations, in the order in which they appear; the only one is called `specimen` if no column names them.

@@ -1,0 +1,142 @@
+//! From the scaled numbers of the search to the units of a part's table, and back.
+
+use stiffbench_beams::physics::{Dimension, ParameterSpec};
+use stiffbench_measurement::specimen::{ColumnUnit, ResponseVariable, SpecimenTable};
+
+use super::specimen::SpecimenScale;
+
+/// The units of a table beside those of the search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartUnits {
+    /// Scaled numbers.
+    pub scale: SpecimenScale,
+    /// What was set.
+    pub load: ColumnUnit,
+    /// What answered.
+    pub answer: ColumnUnit,
+}
+
+/// A unit of a quantity of a part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartUnit {
+    /// SI units in one of the search; units of the file where the table has none.
+    pub si: f64,
+    /// SI units in one of the table.
+    pub si_per_unit: f64,
+    /// Name of the unit of the table.
+    pub name: String,
+    /// Name of the SI unit.
+    pub si_name: String,
+}
+
+impl PartUnit {
+    /// A scaled number in the unit of the table.
+    #[must_use]
+    pub fn in_table(&self, scaled: f64) -> f64 {
+        scaled * self.si / self.si_per_unit
+    }
+
+    /// A number of the table, scaled.
+    #[must_use]
+    pub fn scaled(&self, in_table: f64) -> f64 {
+        in_table * self.si_per_unit / self.si
+    }
+}
+
+impl PartUnits {
+    /// Those of a table.
+    #[must_use]
+    pub fn new(table: &SpecimenTable, scale: &SpecimenScale) -> Self {
+        let (force, displacement) = (&table.force_unit, &table.displacement_unit);
+        let (load, answer) = match table.response {
+            ResponseVariable::Displacement => (force, displacement),
+            ResponseVariable::Force => (displacement, force),
+        };
+        Self {
+            scale: *scale,
+            load: load.clone(),
+            answer: answer.clone(),
+        }
+    }
+
+    /// The unit of a parameter.
+    #[must_use]
+    pub fn of(&self, spec: &ParameterSpec) -> PartUnit {
+        let Some([of_answer, of_load, of_time]) = spec.dimension.powers() else {
+            return PartUnit {
+                si: 1.0,
+                si_per_unit: 1.0,
+                name: spec.unit().to_owned(),
+                si_name: spec.unit().to_owned(),
+            };
+        };
+        let product =
+            |answer: f64, load: f64| answer.powi(of_answer.into()) * load.powi(of_load.into());
+        let name = |answer: &str, load: &str| match (of_answer, of_load, of_time) {
+            (1, 0, 0) if spec.dimension == Dimension::LengthPerTemperature => per(answer, "K"),
+            (1, 0, 0) => answer.to_owned(),
+            (0, 1, 0) => load.to_owned(),
+            (0, _, 0) => per("1", &power(load, -of_load)),
+            (1, _, 0) => per(answer, &power(load, -of_load)),
+            _ if self.scale.order_is_clock => per(answer, "reading"),
+            _ => per(answer, "s"),
+        };
+        PartUnit {
+            si: product(self.scale.answer, self.scale.load),
+            si_per_unit: product(self.answer.si_per_unit, self.load.si_per_unit),
+            name: name(&self.answer.name, &self.load.name),
+            si_name: name(self.answer.si, self.load.si),
+        }
+    }
+
+    /// The unit of an answer.
+    #[must_use]
+    pub fn of_answer(&self) -> PartUnit {
+        PartUnit {
+            si: self.scale.answer,
+            si_per_unit: self.answer.si_per_unit,
+            name: self.answer.name.clone(),
+            si_name: self.answer.si.to_owned(),
+        }
+    }
+
+    /// The unit of what was set.
+    #[must_use]
+    pub fn of_load(&self) -> PartUnit {
+        PartUnit {
+            si: self.scale.load,
+            si_per_unit: self.load.si_per_unit,
+            name: self.load.name.clone(),
+            si_name: self.load.si.to_owned(),
+        }
+    }
+
+    /// The unit of a slope.
+    #[must_use]
+    pub fn of_slope(&self) -> PartUnit {
+        PartUnit {
+            si: self.scale.answer / self.scale.load,
+            si_per_unit: self.answer.si_per_unit / self.load.si_per_unit,
+            name: per(&self.answer.name, &self.load.name),
+            si_name: per(self.answer.si, self.load.si),
+        }
+    }
+}
+
+/// `a` per `b`; numbers without a unit have the unit 1.
+fn per(a: &str, b: &str) -> String {
+    match (a, b) {
+        (a, "1") => a.to_owned(),
+        (a, b) if b.contains(['/', '*', ' ', '-']) => format!("{a}/({b})"),
+        (a, b) => format!("{a}/{b}"),
+    }
+}
+
+/// A power of a unit.
+fn power(unit: &str, exponent: i8) -> String {
+    match (unit, exponent) {
+        ("1", _) => "1".to_owned(),
+        (unit, 1) => unit.to_owned(),
+        (unit, n) => format!("({unit})^{n}"),
+    }
+}

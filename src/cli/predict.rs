@@ -1,0 +1,55 @@
+//! `stiffbench predict`: what the model of a part predicts for a table.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::analysis::{Inputs, PartModelFile, check_predictable, read_bytes, read_text, sha256};
+use crate::report::PredictionReport;
+use crate::specimen::read_specimen;
+
+use super::failure::Failure;
+use super::figure_files::write;
+use super::outcome::Outcome;
+
+/// Arguments of `predict`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench diagnose ramps.csv --specimen --force-column torque_Nm --displacement-column angle_mrad --out ramps\n  stiffbench predict ramps/model.toml --input other-ramps.csv\n  stiffbench predict ramps/model.toml --input planned.csv --out predicted.csv\n\nThe table has the columns of the one that was diagnosed; that of the answers may be absent. Runs need not be those of the fit,\nconfigurations must be. Memory is carried over the readings of a run in their order."
+)]
+pub(super) struct PredictArgs {
+    /// Model of a part: the model.toml of `diagnose --specimen --out`
+    model: PathBuf,
+    /// Table to predict the answers of
+    #[arg(long, value_name = "TABLE")]
+    input: PathBuf,
+    /// Write a CSV file with a row for each reading: predicted, ends of the band, measured
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Predicts, and compares where the table holds the answers.
+pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
+    let file = args.model.display().to_string();
+    let text = read_text(&args.model)?;
+    let stored = PartModelFile::parse(&file, &text)?;
+    let model = stored.model(&file)?;
+    let bytes = read_bytes(&args.input)?;
+    let name = args.input.display().to_string();
+    let mut columns = stored.columns.clone();
+    columns.is_response_optional = true;
+    let table = read_specimen(&name, bytes.as_slice(), &columns)?;
+    check_predictable(&model, &table, &name)?;
+    let predicted = model.predict(&table)?;
+    let report = PredictionReport::new(&model, &table, &predicted);
+    if let Some(out) = &args.out {
+        write(out, report.csv().as_bytes())?;
+    }
+    let inputs = Inputs::default()
+        .with_list(&file, &sha256(&text))
+        .with_list(&name, &sha256(&bytes));
+    let notes = table.assumptions.iter().map(ToString::to_string).collect();
+    Ok(Outcome::new("prediction", report.text(), report)
+        .with_inputs(inputs)
+        .with_warnings(notes))
+}

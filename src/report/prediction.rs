@@ -1,0 +1,236 @@
+//! What the model of a part predicts for a table.
+
+use std::fmt::Write;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::mismatch::PartModel;
+use crate::specimen::SpecimenTable;
+
+use super::text::{AlignedTable, significant};
+
+/// Predictions of the answers of a table, in the units of the model.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PredictionReport {
+    /// Unit of what was set.
+    pub driver_unit: String,
+    /// Unit of the answers.
+    pub answer_unit: String,
+    /// Half the width of the band: 95 % of the readings that were left out of the fit were not further off.
+    pub band: f64,
+    /// How many readings that were.
+    pub band_readings: usize,
+    /// Smallest and largest value that was set in the readings of the fit.
+    pub range: [f64; 2],
+    /// How many rows are set beyond that.
+    pub beyond_range: usize,
+    /// Each run, where the table holds the answers.
+    pub runs: Vec<PredictedRun>,
+    /// Each row.
+    pub rows: Vec<PredictedRow>,
+}
+
+/// A run of a table beside its prediction.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PredictedRun {
+    /// Its name.
+    pub run: String,
+    /// Its configuration.
+    pub configuration: String,
+    /// Number of readings.
+    pub readings: usize,
+    /// Mean of measured less predicted: the zero of a run is not predicted.
+    pub zero: f64,
+    /// Root mean square of measured less predicted about that zero.
+    pub rms: f64,
+    /// Share of the readings within the band about that zero.
+    pub within_band: f64,
+}
+
+/// A row of a table with its prediction.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PredictedRow {
+    /// Line of the file.
+    pub line: u32,
+    /// Its run.
+    pub run: String,
+    /// What was set.
+    pub driver: f64,
+    /// The predicted answer.
+    pub predicted: f64,
+    /// Lower end of the band.
+    pub low: f64,
+    /// Upper end of the band.
+    pub high: f64,
+    /// The measured answer, where the table has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<f64>,
+}
+
+impl PredictionReport {
+    /// Predictions beside the readings of a table.
+    ///
+    /// # Arguments
+    /// - `scaled`: what the model predicts for each reading of the table.
+    #[must_use]
+    pub fn new(model: &PartModel, table: &SpecimenTable, scaled: &[f64]) -> Self {
+        let units = &model.units;
+        let (load, answer) = (units.of_load(), units.of_answer());
+        let offset = units.scale.offset / answer.si_per_unit;
+        let band = answer.in_table(model.band.half_width);
+        let range = model.range.map(|end| load.in_table(end));
+        let row = |(reading, value): (&crate::specimen::SpecimenReading, &f64)| {
+            let predicted = answer.in_table(*value) + offset;
+            PredictedRow {
+                line: reading.line,
+                run: table.runs[reading.run as usize].label.clone(),
+                driver: table.driver(reading) / load.si_per_unit,
+                predicted,
+                low: predicted - band,
+                high: predicted + band,
+                measured: table
+                    .has_response
+                    .then(|| table.answer(reading) / answer.si_per_unit),
+            }
+        };
+        let rows: Vec<PredictedRow> = table.readings.iter().zip(scaled).map(row).collect();
+        let slack = 1e-6 * (range[1] - range[0]);
+        let beyond =
+            |row: &&PredictedRow| row.driver < range[0] - slack || row.driver > range[1] + slack;
+        Self {
+            driver_unit: load.name,
+            answer_unit: answer.name,
+            band,
+            band_readings: model.band.readings,
+            range,
+            beyond_range: rows.iter().filter(beyond).count(),
+            runs: runs(table, &rows, band),
+            rows,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let number = |value: f64| significant(value, 5);
+        let with_unit = |value: f64| match self.answer_unit.as_str() {
+            "1" => number(value),
+            unit => format!("{} {unit}", number(value)),
+        };
+        let mut text = format!(
+            "{} answers predicted, ± {} (95 %: as far off were readings left out of the fit, {} of them; the zero of a run is not included).\n",
+            self.rows.len(),
+            with_unit(self.band),
+            self.band_readings
+        );
+        if self.beyond_range > 0 {
+            let [low, high] = self.range.map(number);
+            let _ = writeln!(
+                text,
+                "{} rows are set beyond the readings of the fit, {low} to {high}{}: there the band is not known.",
+                self.beyond_range,
+                unit_behind(&self.driver_unit)
+            );
+        }
+        if self.runs.is_empty() {
+            text.push_str("The table does not hold the answers: nothing to compare with.\n");
+            return text;
+        }
+        let head = |what: &str| match self.answer_unit.as_str() {
+            "1" => what.to_owned(),
+            unit => format!("{what}, {unit}"),
+        };
+        let (zero, rms) = (head("zero"), head("rms about it"));
+        let heads = [
+            "run",
+            "configuration",
+            "readings",
+            &zero,
+            &rms,
+            "within the band",
+        ];
+        let mut table = AlignedTable::new(&heads);
+        for run in &self.runs {
+            table.row([
+                run.run.clone(),
+                run.configuration.clone(),
+                run.readings.to_string(),
+                number(run.zero),
+                number(run.rms),
+                format!("{:.0} %", 100.0 * run.within_band),
+            ]);
+        }
+        let _ = write!(text, "\n{}", table.text());
+        text
+    }
+
+    /// As a table: comma, point, one row a reading, units in the names of the columns.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let header = |name: &str, unit: &str| match unit {
+            "1" => name.to_owned(),
+            unit => format!("{name} ({unit})"),
+        };
+        let answer = |name: &str| header(name, &self.answer_unit);
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let names = [
+            "line".to_owned(),
+            "run".to_owned(),
+            header("driver", &self.driver_unit),
+            answer("predicted"),
+            answer("low"),
+            answer("high"),
+            answer("measured"),
+        ];
+        let rows = self.rows.iter().map(|row| {
+            let numbers = [row.driver, row.predicted, row.low, row.high].map(|n| n.to_string());
+            let [driver, predicted, low, high] = numbers;
+            let measured = row.measured.map_or_else(String::new, |m| m.to_string());
+            let (line, run) = (row.line.to_string(), row.run.clone());
+            [line, run, driver, predicted, low, high, measured]
+        });
+        for row in std::iter::once(names).chain(rows) {
+            writer
+                .write_record(&row)
+                .expect("memory takes whatever is written");
+        }
+        let bytes = writer.into_inner().expect("memory can be flushed");
+        String::from_utf8(bytes).expect("the fields are UTF-8")
+    }
+}
+
+fn unit_behind(unit: &str) -> String {
+    if unit == "1" {
+        String::new()
+    } else {
+        format!(" {unit}")
+    }
+}
+
+fn runs(table: &SpecimenTable, rows: &[PredictedRow], band: f64) -> Vec<PredictedRun> {
+    let of_run = |index: usize| {
+        let own = table.readings.iter().zip(rows);
+        let own = own.filter(|(reading, _)| reading.run as usize == index);
+        let off: Vec<f64> = own
+            .filter_map(|(_, row)| Some(row.measured? - row.predicted))
+            .collect();
+        if off.is_empty() {
+            return None;
+        }
+        let count = off.len() as f64;
+        let zero = off.iter().sum::<f64>() / count;
+        let squares: f64 = off.iter().map(|off| (off - zero).powi(2)).sum();
+        let within = off.iter().filter(|off| (*off - zero).abs() <= band).count();
+        let run = &table.runs[index];
+        Some(PredictedRun {
+            run: run.label.clone(),
+            configuration: table.configurations[run.configuration as usize].clone(),
+            readings: off.len(),
+            zero,
+            rms: (squares / count).sqrt(),
+            within_band: within as f64 / count,
+        })
+    };
+    (0..table.runs.len()).filter_map(of_run).collect()
+}
