@@ -18,6 +18,9 @@ use super::design::LawAtPlace;
 use super::diagnosis::{FittedParameter, RivalReport, STEPPED, value_interval};
 use super::text::{AlignedTable, significant};
 
+/// What a table without times costs.
+const NO_CLOCK: &str = "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.\n";
+
 /// Chance below which something is left over: the level of the omnibus test.
 const LEFT_OVER: f64 = 0.01;
 
@@ -58,7 +61,7 @@ pub struct SpecimenSummary {
     pub next_measurement: Vec<NextMeasurement>,
     /// Number of readings.
     pub readings: usize,
-    /// Whether the order of the readings is used as time.
+    /// Whether there is no clock, and the order of the readings stands for the history of the part.
     pub order_is_clock: bool,
     /// Seed of the simulated noise.
     pub seed: u64,
@@ -326,7 +329,7 @@ impl SpecimenSummary {
             self.unexplained.stratum
         );
         if self.order_is_clock {
-            text.push_str("There is no time column: the order of the readings is used as time.\n");
+            text.push_str(NO_CLOCK);
         }
         text
     }

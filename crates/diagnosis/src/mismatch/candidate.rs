@@ -4,7 +4,7 @@ use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::changes::LinearisedModel;
-use super::observations::{Observations, ObservedRun};
+use super::observations::{Observations, ObservedRun, ReadingClock};
 use crate::search::constants::{AFTER_A_JUMP, OPEN_LOOP};
 
 /// A law at a place.
@@ -241,14 +241,14 @@ fn session_scale(observations: &Observations) -> PlaceScale {
         force_n: largest(&mut loads().map(|load| load.force_n)),
         displacement_m: largest(&mut observations.displacement_m.iter().copied()),
         time_s: only_if(
-            recorded.time,
+            recorded.time && observations.clock != ReadingClock::Rows,
             largest(&mut loads().map(|load| load.since_zero_s)),
         ),
         warming_k: only_if(
             recorded.temperature,
             largest(&mut loads().map(|load| load.warming_k)),
         ),
-        has_clock: recorded.time && !observations.order_is_clock,
+        has_clock: recorded.time && observations.clock == ReadingClock::Times,
         has_holds: recorded.hold,
         has_repeats: repeats().max() != repeats().min(),
         ..PlaceScale::default()

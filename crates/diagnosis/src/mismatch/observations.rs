@@ -90,10 +90,21 @@ pub struct Observations {
     pub sessions: Vec<ObservedSession>,
     /// What they were taken of.
     pub bench: TestObject,
-    /// Whether the order of readings stands in for a clock.
-    pub order_is_clock: bool,
+    /// What tells when a reading was taken.
+    pub clock: ReadingClock,
     /// What parts without a robot file went through, each from its virgin state on.
     pub histories: Vec<RecordedHistory>,
+}
+
+/// What tells when a reading was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReadingClock {
+    /// Times.
+    Times,
+    /// A column with the order of measurement.
+    Order,
+    /// The order of the rows, which somebody may have sorted.
+    Rows,
 }
 
 /// Columns that some laws need.
@@ -172,7 +183,7 @@ impl Observations {
             free_zeros: false,
             sessions: Vec::new(),
             bench: TestObject::Robot,
-            order_is_clock: false,
+            clock: ReadingClock::Times,
             histories: Vec::new(),
         }
     }
@@ -260,7 +271,7 @@ impl Observations {
             free_zeros: self.free_zeros,
             sessions: self.sessions.clone(),
             bench: self.bench,
-            order_is_clock: self.order_is_clock,
+            clock: self.clock,
             histories: RecordedHistory::filtered(&self.histories, &all, keep),
             ..Self::without_readings(self.steps, self.recorded)
         };

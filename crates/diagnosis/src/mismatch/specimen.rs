@@ -14,7 +14,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 use super::baseline::{Baseline, BaselineParameter, PoseSolver};
 use super::error::MismatchError;
 use super::observations::{
-    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, ReadingClock, Recorded,
 };
 use super::recorded_history::RecordedHistory;
 use crate::search::constants::{LARGEST_DISPLACEMENT, LARGEST_LOAD};
@@ -160,7 +160,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
             .map(|name| PoseId::new(name))
             .collect(),
         free_zeros: true,
-        order_is_clock: scale.order_is_clock,
+        clock: clock_of(table, scale),
         bench: test_object(table.response),
         ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
@@ -193,6 +193,14 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
     }
     out.histories = RecordedHistory::of_runs(&out);
     out
+}
+
+fn clock_of(table: &SpecimenTable, scale: &SpecimenScale) -> ReadingClock {
+    match (scale.order_is_clock, table.has_order) {
+        (false, _) => ReadingClock::Times,
+        (true, true) => ReadingClock::Order,
+        (true, false) => ReadingClock::Rows,
+    }
 }
 
 fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut Observations) {

@@ -137,6 +137,7 @@ fn tabulate(
         configuration,
     };
     SpecimenTable {
+        has_order: columns.order.is_some(),
         source: file.source.clone(),
         response: options.response,
         force_unit: columns

@@ -103,6 +103,8 @@ pub struct SpecimenTable {
     pub displacement_unit: ColumnUnit,
     /// Whether the quantity that answers was recorded; else it is zero.
     pub has_response: bool,
+    /// Whether a column gives the order of measurement; else it is that of the rows.
+    pub has_order: bool,
     /// What in the file was taken for what.
     pub layout: FileLayout,
     /// Specimens or configurations, in the order in which they appear; the only one is called `specimen` if no column names them.
