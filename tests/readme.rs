@@ -176,6 +176,19 @@ fn links_of_the_pages_lead_to_files() {
 }
 
 #[test]
+fn the_book_lists_every_page() {
+    let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
+    let listed = targets(&summary);
+    let files = fs::read_dir(root().join("docs")).unwrap();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    let pages = names.filter(|name| name.ends_with(".md") && name != "SUMMARY.md");
+    let missing: Vec<String> = pages
+        .filter(|name| !listed.contains(&name.as_str()))
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
 fn files_that_pages_for_maintainers_name_exist() {
     for page in NAMES_FILES {
         let markdown = fs::read_to_string(root().join(page)).unwrap();

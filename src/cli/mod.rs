@@ -34,6 +34,7 @@ mod pose_args;
 mod predict;
 mod procedure;
 pub mod progress;
+#[cfg(unix)]
 pub mod rehearsal;
 mod robot;
 mod robot_args;

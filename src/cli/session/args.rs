@@ -287,6 +287,7 @@ fn given(values: &[String], channel: Channel, of_all: bool) -> Option<String> {
 }
 
 /// A speed that is one.
+#[cfg(unix)]
 fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(speed) if speed.is_finite() && (1.0..=1000.0).contains(&speed) => Ok(speed),

@@ -28,12 +28,15 @@ pub(super) enum BenchOperator {}
 const GAUGES: [&str; 2] = ["mark10-series5", "mahr-dk-u1"];
 
 /// Session seconds in a real one.
+#[cfg(unix)]
 pub(super) fn speed(args: &BenchArgs) -> f64 {
-    #[cfg(unix)]
-    let speed = args.speed.max(1.0);
-    #[cfg(not(unix))]
-    let speed = 1.0;
-    speed
+    args.speed.max(1.0)
+}
+
+/// Session seconds in a real one: one.
+#[cfg(not(unix))]
+pub(super) fn speed(_: &BenchArgs) -> f64 {
+    1.0
 }
 
 /// Starts an emulated bench if one is asked for, and puts its ports in the place of real ones.
@@ -176,12 +179,14 @@ pub(super) fn refuse_mixture(
     Err(ArgumentError::new("--emulated", problem, help))
 }
 
+#[cfg(unix)]
 fn is_emulated(args: &BenchArgs) -> bool {
-    #[cfg(unix)]
-    let emulated = args.emulated;
-    #[cfg(not(unix))]
-    let emulated = false;
-    emulated
+    args.emulated
+}
+
+#[cfg(not(unix))]
+fn is_emulated(_: &BenchArgs) -> bool {
+    false
 }
 
 /// What somebody at an emulated bench would answer who does what is asked for.

@@ -42,6 +42,7 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
 ///
 /// # Errors
 /// As the command; also for a session that did not come to its end.
+#[cfg(unix)]
 pub(super) fn run_command(
     words: &[&str],
     operator: Box<dyn Operator>,

@@ -70,7 +70,7 @@ impl PortSettings {
         self
     }
 
-    /// Settings passed to the serial library. The port is opened exclusively; modem lines are set after opening, both at once.
+    /// Settings passed to the serial library, which opens ports exclusively; modem lines are set after opening, both at once.
     #[must_use]
     pub fn builder(&self, path: &str) -> SerialPortBuilder {
         serialport::new(path, self.baud)
@@ -78,7 +78,6 @@ impl PortSettings {
             .parity(self.parity)
             .stop_bits(self.stop_bits)
             .flow_control(self.flow)
-            .exclusive(true)
             .timeout(Duration::from_millis(100))
     }
 }
