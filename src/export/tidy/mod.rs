@@ -1,6 +1,6 @@
 //! Tidy tables of measurements and results: one observation a row, one quantity with one unit a column.
 //!
-//! A [`TidyTable`] holds the fields as they are written. [`csv`], [`xlsx`] and `parquet` are three forms of the same tables, and
+//! A [`TidyTable`] holds the fields as they are written. [`csv()`], [`xlsx()`] and `parquet` are three forms of the same tables, and
 //! [`data_package`] describes the first in the form of the Frictionless Data Package standard.
 
 mod package;
