@@ -136,7 +136,13 @@ impl Operator for LoggedOperator<'_> {
     }
 
     fn notify(&mut self, line: &str) {
-        self.log.line(LogLevel::Info, line);
+        let is_reading = line.starts_with("reading ");
+        let level = if is_reading {
+            LogLevel::Debug
+        } else {
+            LogLevel::Info
+        };
+        self.log.line(level, line);
         self.inner.notify(line);
     }
 

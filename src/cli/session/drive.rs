@@ -30,6 +30,7 @@ use super::emulation::{
     BenchOperator, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed, with_hand,
 };
 use super::gauges::{Connected, ResolvedGauge, check_present, connect, resolve_gauges};
+use super::inspect::event_text;
 use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{
@@ -278,6 +279,10 @@ fn drive(
     for event in [first].into_iter().chain(calibration) {
         let record = journal.append(event, clock.utc(), clock.now_s())?;
         machine.recorded(&record);
+        log.line(
+            LogLevel::Info,
+            &format!("event {}: {}", record.seq, event_text(&record.event)),
+        );
     }
     let table = folder.table();
     // After an interruption its last row may be cut or missing.
