@@ -27,6 +27,8 @@ nightly: parquet
     target/nightly/venv/bin/pip install --quiet mujoco yourdfpy pin example-robot-data pybullet
     target/nightly/venv/bin/python tests/mujoco/check.py target/release/stiffbench
     target/nightly/venv/bin/python tests/urdf/check.py target/release/stiffbench
+    target/nightly/venv/bin/pip install --quiet pandas frictionless
+    sh tests/export/check.sh target/release/stiffbench target/nightly/venv/bin
     cargo run --release --locked --bin stiffbench-validate -- faults
     cargo run --release --locked --bin stiffbench-validate -- prove --quick --out target/nightly/prove
     cargo run --release --locked --bin stiffbench-validate -- reference export --pose P1 --load=-50 --size 40 --out target/nightly/solids

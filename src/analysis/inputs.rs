@@ -35,6 +35,9 @@ pub struct Inputs {
 struct NamedInput {
     name: String,
     sha256: String,
+    /// The configuration file or variable that named it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from: Option<String>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -95,6 +98,7 @@ impl Inputs {
             self.robot = Some(NamedInput {
                 name: name.clone(),
                 sha256: hash.clone(),
+                from: None,
             });
         }
         self.mechanisms.extend(header.mechanism.clone());
@@ -115,7 +119,11 @@ impl Inputs {
     /// A robot with one mechanism and its factors.
     #[must_use]
     pub fn with_model(self, chosen: &ResolvedModel) -> Self {
-        self.with_robot(&chosen.robot, &chosen.source.text)
+        let mut inputs = self.with_robot(&chosen.robot, &chosen.source.text);
+        if let Some(robot) = &mut inputs.robot {
+            robot.from.clone_from(&chosen.robot_from);
+        }
+        inputs
             .with_factors(&chosen.factors_name, &chosen.factors)
             .with_mechanism(&chosen.mechanism)
     }
@@ -126,6 +134,7 @@ impl Inputs {
         self.robot = Some(NamedInput {
             name: robot.name.clone(),
             sha256: sha256(text),
+            from: None,
         });
         self
     }
@@ -136,6 +145,7 @@ impl Inputs {
         self.factors = Some(NamedInput {
             name: name.to_owned(),
             sha256: sha256(factors.to_toml()),
+            from: None,
         });
         self
     }
@@ -198,7 +208,11 @@ impl Inputs {
 
 impl NamedInput {
     fn words(&self) -> String {
-        format!("{} ({})", self.name, short(&self.sha256))
+        let words = format!("{} ({})", self.name, short(&self.sha256));
+        match &self.from {
+            Some(from) => format!("{words} from {from}"),
+            None => words,
+        }
     }
 }
 

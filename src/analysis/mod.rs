@@ -57,7 +57,7 @@ pub use integrity::{
     shortened,
 };
 pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
-pub use model::{ModelChoice, ResolvedModel, laws, resolve, robot_source};
+pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};
 pub use new_robot::{
     Controller, DhSettings, ImportError, ImportProblem, NewRobot, StatedPosition, TEMPLATES,
     UrdfSettings, check_positions, robot_from_dh, robot_from_urdf, template,

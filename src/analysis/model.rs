@@ -24,6 +24,8 @@ use super::procedure::add_missing_poses;
 pub struct ModelChoice {
     /// Name of a shipped robot, or a robot file.
     pub robot: Option<String>,
+    /// The robot where neither this choice nor the model nor the session names one.
+    pub default_robot: Option<ConfiguredRobot>,
     /// Name of a mechanism of the robot.
     pub mechanism: Option<String>,
     /// Name of a factor set of the robot, or a TOML file with tables `beam` and `link`.
@@ -32,6 +34,15 @@ pub struct ModelChoice {
     pub model: Option<PathBuf>,
     /// Effects beside the beams, in addition to those of the model file.
     pub effects: Vec<Effect>,
+}
+
+/// A robot that a configuration names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConfiguredRobot {
+    /// Name of a shipped robot, or a robot file.
+    pub name: String,
+    /// The file or variable that names it.
+    pub from: String,
 }
 
 /// A robot with one mechanism, factors and physics.
@@ -51,6 +62,8 @@ pub struct ResolvedModel {
     pub physics: ActingPhysics,
     /// The same effects with what is known of their values.
     pub found: Vec<FoundEffect>,
+    /// The configuration file or variable that named the robot, if one did.
+    pub robot_from: Option<String>,
     /// What a user should know of robot and model.
     pub warnings: Vec<String>,
 }
@@ -134,7 +147,13 @@ pub(super) fn resolve_beside(
     let named = named_model(choice.model.as_deref())?;
     let model = named.as_ref().map(|named| &named.model);
     let from_model = model.and_then(|model| model.robot.as_ref());
-    let source = match (&choice.robot, from_model, &header.robot) {
+    let is_named = choice.robot.is_some() || from_model.is_some() || header.robot.is_some();
+    let configured = choice.default_robot.as_ref().filter(|_| !is_named);
+    let chosen = choice
+        .robot
+        .as_ref()
+        .or(configured.map(|robot| &robot.name));
+    let source = match (chosen, from_model, &header.robot) {
         (Some(name), ..) => robot_source(name, None)?,
         (None, Some(name), _) => {
             robot_source(name, named.as_ref().map(|named| named.path.as_path()))?
@@ -198,6 +217,7 @@ pub(super) fn resolve_beside(
         source,
         physics,
         found,
+        robot_from: configured.map(|robot| robot.from.clone()),
         warnings,
     })
 }

@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use clap::builder::{RangedU64ValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{CalibrationCheck, OpenSettings};
 use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
+use crate::stiffness::Branches;
 use crate::test_point::{Direction, PoseId};
 
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
+pub use super::global::{Global, ProgressMode};
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::model_export::ModelCommandArgs;
@@ -44,57 +44,6 @@ pub(super) struct Cli {
     pub(super) command: Command,
 }
 
-/// Options of every subcommand.
-#[expect(clippy::struct_excessive_bools, reason = "one switch a flag")]
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Output")]
-pub struct Global {
-    /// One JSON object on standard output instead of text, also on failure
-    #[arg(long, global = true)]
-    pub json: bool,
-    /// Findings (flags, missing physics, factors that the data do not determine, overdue calibration) make the exit code other than 0
-    #[arg(long, global = true)]
-    pub strict: bool,
-    /// Use the readings.csv of a session folder though it differs from the journal; every result states it
-    #[arg(long, global = true)]
-    pub trust_csv: bool,
-    /// No notes and no progress on standard error
-    #[arg(long, short, global = true)]
-    pub quiet: bool,
-    /// Progress on standard error
-    #[arg(long, global = true, value_enum, default_value_t = ProgressMode::Auto)]
-    pub progress: ProgressMode,
-}
-
-impl Global {
-    /// How data are opened: an overdue calibration is a warning, under `--strict` an error.
-    pub(super) fn open_settings(&self) -> OpenSettings {
-        let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-        OpenSettings {
-            trust_csv: self.trust_csv,
-            calibration: if self.strict {
-                CalibrationCheck::Refuse(today)
-            } else {
-                CalibrationCheck::Warn(today)
-            },
-            gauge_log: None,
-        }
-    }
-}
-
-/// How progress is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ProgressMode {
-    /// A bar on a terminal, nothing otherwise
-    Auto,
-    /// A bar
-    Bar,
-    /// One line a stage
-    Text,
-    /// Nothing
-    None,
-}
-
 /// Subcommands.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
@@ -122,6 +71,8 @@ pub(super) enum Command {
     Predict(PredictArgs),
     /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
     Map(MapArgs),
+    /// Readings and stiffness for other programs: CSV with a data package, XLSX, Parquet
+    Export(super::export::DataExportArgs),
     /// A model for other programs: MuJoCo, SDF, URDF, CSV, JSON
     Model(ModelCommandArgs),
     /// Moved to stiffbench-validate
@@ -139,6 +90,12 @@ pub(super) enum Command {
     Ports(PortsArgs),
     /// Bytes of a gauge's line: recorded, shown, decoded, replayed
     Trace(TraceArgs),
+    /// Settings of files and environment variables: which are in force, and where they come from
+    Config(super::config::ConfigArgs),
+    /// Checks of this computer before a session: ports, terminal, disk, configuration
+    Doctor(super::doctor::DoctorArgs),
+    /// What an error code, a law or a verdict means, and what to do
+    Explain(super::explain::ExplainArgs),
     /// Shell completions on standard output
     Completions {
         /// The shell
@@ -166,12 +123,19 @@ pub struct ModelArgs {
     /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<String>,
+    /// Robot of the configuration and where it stands: used where nothing else names a robot
+    #[arg(long, hide = true, num_args = 2)]
+    pub default_robot: Option<Vec<String>>,
 }
 
 impl ModelArgs {
-    /// Whether none of them is given.
+    /// Whether none of them is given; a configured robot does not count.
     pub(super) fn is_default(&self) -> bool {
-        *self == Self::default()
+        let given = Self {
+            default_robot: None,
+            ..self.clone()
+        };
+        given == Self::default()
     }
 }
 
@@ -243,6 +207,15 @@ pub(super) enum BranchChoice {
     Loading,
     /// Loading and unloading
     Both,
+}
+
+impl From<BranchChoice> for Branches {
+    fn from(choice: BranchChoice) -> Self {
+        match choice {
+            BranchChoice::Loading => Self::LoadingOnly,
+            BranchChoice::Both => Self::Both,
+        }
+    }
 }
 
 /// Way of fitting.

@@ -34,6 +34,26 @@ pub enum CliError {
         /// The folder.
         path: PathBuf,
     },
+    /// A folder for new files that holds some already.
+    #[error("{path} exists already and is not empty")]
+    #[diagnostic(
+        code(stiffbench::output::exists),
+        help("choose another name; nothing in it is written over")
+    )]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A format that this build does not write.
+    #[cfg(not(feature = "parquet"))]
+    #[error("this build of stiffbench does not write Parquet")]
+    #[diagnostic(
+        code(stiffbench::usage::no_parquet),
+        help(
+            "build it with cargo build --release --features parquet, or write --format csv or --format xlsx"
+        )
+    )]
+    NoParquet,
     /// A robot file that exists already.
     #[error("{path} exists already")]
     #[diagnostic(
@@ -70,6 +90,16 @@ pub enum CliError {
         /// The program and its command.
         now: String,
     },
+    /// A name that `explain` does not know.
+    #[error("there is no explanation of {name}")]
+    #[diagnostic(code(stiffbench::usage::unknown_topic))]
+    UnknownTopic {
+        /// What the user named.
+        name: String,
+        /// What could be meant.
+        #[help]
+        advice: String,
+    },
     /// A command that is not built yet.
     #[error("stiffbench {command} is planned and not built yet: it {purpose}")]
     #[diagnostic(code(stiffbench::usage::planned))]
@@ -98,6 +128,72 @@ pub enum CliError {
     },
 }
 
+/// Exit codes by the beginning of an error's code. The first that fits counts: single errors stand before their stage.
+const EXIT_CODES: &[(&str, u8)] = &[
+    ("stiffbench::usage", 2),
+    ("stiffbench::calibration", 12),
+    ("stiffbench::fit::stiffness_list", 11),
+    ("stiffbench::robot::model_parameter", 2),
+    ("stiffbench::fit::bounds", 2),
+    ("stiffbench::fit::tie", 2),
+    ("stiffbench::fit::weights", 2),
+    ("stiffbench::fit", 40),
+    ("stiffbench::least_squares::tie_cycle", 2),
+    ("stiffbench::least_squares", 40),
+    ("stiffbench::readings", 11),
+    ("stiffbench::load_cases::no_repeats", 2),
+    ("stiffbench::load_cases::too_few", 40),
+    ("stiffbench::load_cases::needs_displacements", 2),
+    ("stiffbench::load_cases", 11),
+    ("stiffbench::input_needed", 3),
+    ("stiffbench::session::in_use", 21),
+    ("stiffbench::session::damaged", 30),
+    ("stiffbench::session::journal", 14),
+    ("stiffbench::session", 10),
+    ("stiffbench::input", 11),
+    ("stiffbench::output::exists", 13),
+    ("stiffbench::output", 14),
+    ("stiffbench::procedure", 10),
+    ("stiffbench::robot", 10),
+    ("stiffbench::structure", 10),
+    ("stiffbench::stiffness", 10),
+    ("stiffbench::distribution", 10),
+    ("stiffbench::bench", 10),
+    ("stiffbench::emulator", 70),
+    ("stiffbench::physics", 10),
+    ("stiffbench::instrument::description", 10),
+    ("stiffbench::instrument", 2),
+    ("stiffbench::specimen", 11),
+    ("stiffbench::part_model", 10),
+    ("stiffbench::table", 11),
+    ("stiffbench::mismatch::unknown_law", 2),
+    ("stiffbench::mismatch::parameter", 2),
+    ("stiffbench::mismatch::empty", 11),
+    ("stiffbench::mismatch", 40),
+    ("stiffbench::port::absent", 20),
+    ("stiffbench::port::no_line", 20),
+    ("stiffbench::port::wrong_device", 20),
+    ("stiffbench::port::silent", 20),
+    ("stiffbench::port::lost", 22),
+    ("stiffbench::port::not_allowed", 23),
+    ("stiffbench::port", 21),
+    ("stiffbench::bindings", 10),
+    ("stiffbench::config", 10),
+    ("stiffbench::live", 10),
+    ("stiffbench::trace", 11),
+];
+
+/// The exit code of an error code.
+pub(super) fn exit_code_of(code: &str) -> u8 {
+    let mut codes = EXIT_CODES.iter();
+    codes
+        .find(|(prefix, _)| code.starts_with(prefix))
+        .map_or(INTERNAL_ERROR, |(_, exit)| *exit)
+}
+
+/// The exit code of an error that has none.
+const INTERNAL_ERROR: u8 = 70;
+
 /// A failure on its way out of the program.
 #[derive(Debug)]
 pub struct Failure {
@@ -118,64 +214,10 @@ impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
 impl Failure {
     /// Exit code by the first part of the error's code that has one, here or among `more`.
     fn exit_code(&self, more: &[(&str, u8)]) -> u8 {
-        // The first that fits counts: single errors stand before their stage.
-        const CODES: &[(&str, u8)] = &[
-            ("stiffbench::usage", 2),
-            ("stiffbench::calibration", 12),
-            ("stiffbench::fit::stiffness_list", 11),
-            ("stiffbench::robot::model_parameter", 2),
-            ("stiffbench::fit::bounds", 2),
-            ("stiffbench::fit::tie", 2),
-            ("stiffbench::fit::weights", 2),
-            ("stiffbench::fit", 40),
-            ("stiffbench::least_squares::tie_cycle", 2),
-            ("stiffbench::least_squares", 40),
-            ("stiffbench::readings", 11),
-            ("stiffbench::load_cases::no_repeats", 2),
-            ("stiffbench::load_cases::too_few", 40),
-            ("stiffbench::load_cases::needs_displacements", 2),
-            ("stiffbench::load_cases", 11),
-            ("stiffbench::input_needed", 3),
-            ("stiffbench::session::in_use", 21),
-            ("stiffbench::session::damaged", 30),
-            ("stiffbench::session::journal", 14),
-            ("stiffbench::session", 10),
-            ("stiffbench::input", 11),
-            ("stiffbench::output::exists", 13),
-            ("stiffbench::output", 14),
-            ("stiffbench::procedure", 10),
-            ("stiffbench::robot", 10),
-            ("stiffbench::structure", 10),
-            ("stiffbench::stiffness", 10),
-            ("stiffbench::distribution", 10),
-            ("stiffbench::bench", 10),
-            ("stiffbench::emulator", 70),
-            ("stiffbench::physics", 10),
-            ("stiffbench::instrument::description", 10),
-            ("stiffbench::instrument", 2),
-            ("stiffbench::specimen", 11),
-            ("stiffbench::part_model", 10),
-            ("stiffbench::table", 11),
-            ("stiffbench::mismatch::unknown_law", 2),
-            ("stiffbench::mismatch::parameter", 2),
-            ("stiffbench::mismatch::empty", 11),
-            ("stiffbench::mismatch", 40),
-            ("stiffbench::port::absent", 20),
-            ("stiffbench::port::no_line", 20),
-            ("stiffbench::port::wrong_device", 20),
-            ("stiffbench::port::silent", 20),
-            ("stiffbench::port::lost", 22),
-            ("stiffbench::port::not_allowed", 23),
-            ("stiffbench::port", 21),
-            ("stiffbench::bindings", 10),
-            ("stiffbench::live", 10),
-            ("stiffbench::trace", 11),
-        ];
         let code = self.code();
-        more.iter()
-            .chain(CODES)
-            .find(|(prefix, _)| code.starts_with(prefix))
-            .map_or(70, |(_, exit)| *exit)
+        let mut more = more.iter();
+        more.find(|(prefix, _)| code.starts_with(prefix))
+            .map_or_else(|| exit_code_of(&code), |(_, exit)| *exit)
     }
 
     fn code(&self) -> String {

@@ -2,6 +2,7 @@
 
 pub mod args;
 mod compare;
+mod config;
 mod demo;
 mod descriptions;
 mod design;
@@ -9,15 +10,19 @@ mod diagnose;
 mod diagnose_args;
 mod diagnose_load_cases;
 mod diagnose_specimen;
+mod doctor;
 #[cfg(unix)]
 mod emulate;
 #[cfg(unix)]
 pub mod emulated;
+mod explain;
+mod export;
 pub mod failure;
 pub mod figure_files;
 mod fit;
 mod fit_load_cases;
 mod gauge;
+mod global;
 mod instrument;
 pub mod instrument_args;
 mod instrument_read;
@@ -55,6 +60,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 
+use crate::analysis::ArgumentError;
 use args::{Cli, Command, Global, ProgressMode};
 use failure::Failure;
 use outcome::Outcome;
@@ -67,6 +73,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let settled = match names::replace_older_names(&arguments, &command()) {
         Ok(settled) => settled,
         Err(failure) => return failure.print(&only_json(json), &[]),
+    };
+    let settled = match config::with_settings(settled, &command()) {
+        Ok(settled) => settled,
+        Err(error) => return Failure::from(error).print(&only_json(json), &[]),
     };
     let parsed = Cli::try_parse_from(&settled.arguments);
     if !parsed.as_ref().is_ok_and(|cli| cli.global.quiet) {
@@ -92,12 +102,34 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
+/// A command line as it is typed, without the program's name before it.
+fn parse_words(words: &[&str]) -> Result<Cli, ArgumentError> {
+    let all = std::iter::once(&"stiffbench").chain(words);
+    Cli::try_parse_from(all).map_err(|error| ArgumentError {
+        argument: words.join(" "),
+        problem: error.to_string(),
+        help: None,
+    })
+}
+
+/// Runs a command as it is typed; its result is not printed.
+fn run_words(words: &[&str], global: &Global) -> Result<Outcome, Failure> {
+    let mut cli = parse_words(words)?;
+    cli.global = Global {
+        quiet: true,
+        ..global.clone()
+    };
+    run(cli)
+}
+
 /// The options of every command before they are read.
 fn only_json(json: bool) -> Global {
     Global {
         json,
         strict: false,
         trust_csv: false,
+        no_config: false,
+        verbose: false,
         quiet: false,
         progress: ProgressMode::Auto,
     }
@@ -118,6 +150,10 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Predict(args) => predict::run(&args),
         Command::Map(args) => map::run(&args),
+        Command::Config(args) => config::run(&args, global),
+        Command::Doctor(args) => Ok(doctor::run(&args, global)),
+        Command::Explain(args) => explain::run(&args),
+        Command::Export(args) => export::run(&args, global),
         Command::Model(args) => model_export::run(&args),
         Command::Paper(args) => args.run("paper", "paper"),
         Command::Prove(args) => args.run("prove", "prove"),

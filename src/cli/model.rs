@@ -1,6 +1,8 @@
 //! The robot, mechanism, factors and physics that options name, and physics in words.
 
-use crate::analysis::{LoadedSession, ModelChoice, ResolvedModel, resolve, resolve_together};
+use crate::analysis::{
+    ConfiguredRobot, LoadedSession, ModelChoice, ResolvedModel, resolve, resolve_together,
+};
 use crate::physics::{ActingPhysics, Effect, NotAnEffect};
 
 use super::args::ModelArgs;
@@ -13,10 +15,22 @@ impl ModelArgs {
             self.effects.iter().map(|text| text.parse()).collect();
         Ok(ModelChoice {
             robot: self.robot.clone(),
+            default_robot: self.configured_robot(),
             mechanism: self.mechanism.clone(),
             factors: self.factors.clone(),
             model: self.model.clone(),
             effects: effects?,
+        })
+    }
+
+    /// The robot of the configuration.
+    fn configured_robot(&self) -> Option<ConfiguredRobot> {
+        let [name, from] = self.default_robot.as_deref()? else {
+            return None;
+        };
+        Some(ConfiguredRobot {
+            name: name.clone(),
+            from: from.clone(),
         })
     }
 

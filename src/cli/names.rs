@@ -88,26 +88,6 @@ const RANGES: &[(&str, &str)] = &[("fit", "--bounds")];
 /// Names that are kept for commands to come.
 pub const RESERVED: &[Reserved] = &[
     Reserved {
-        command: "config",
-        purpose: "shows and sets defaults of options",
-        today: "name each option on the command line",
-    },
-    Reserved {
-        command: "doctor",
-        purpose: "checks the computer, the ports and the gauges before a session",
-        today: "stiffbench ports --probe, and stiffbench session plan",
-    },
-    Reserved {
-        command: "explain",
-        purpose: "explains an error code, a law or a verdict",
-        today: "read the help line of the error, docs/diagnosis.md and docs/physics.md",
-    },
-    Reserved {
-        command: "export",
-        purpose: "writes readings and results for other programs",
-        today: "stiffbench COMMAND --json, readings.csv in a session folder, stiffbench map --out FOLDER",
-    },
-    Reserved {
         command: "import",
         purpose: "turns the tables of other programs into a session folder",
         today: "stiffbench stiffness FILE, with the columns that docs/readings.md names",
@@ -130,7 +110,16 @@ pub const RESERVED: &[Reserved] = &[
 ];
 
 /// Options of every command that may stand before its name.
-const LEADING: &[&str] = &["--json", "--strict", "--trust-csv", "--quiet", "-q"];
+const LEADING: &[&str] = &[
+    "--json",
+    "--strict",
+    "--trust-csv",
+    "--quiet",
+    "-q",
+    "--no-config",
+    "--verbose",
+    "-v",
+];
 
 /// One of them that takes a value.
 const LEADING_WITH_VALUE: &str = "--progress";
@@ -201,7 +190,7 @@ fn longest<'a, T>(rows: &'a [T], words: &[String], name: impl Fn(&T) -> &str) ->
 }
 
 /// The words that name the command, and where they stand.
-fn command_words(arguments: &[OsString], tree: &Command) -> (Vec<String>, Vec<usize>) {
+pub(super) fn command_words(arguments: &[OsString], tree: &Command) -> (Vec<String>, Vec<usize>) {
     let (mut words, mut at) = (Vec::<String>::new(), Vec::new());
     let mut now = Some(tree);
     let mut place = 1;

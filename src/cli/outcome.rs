@@ -95,6 +95,11 @@ impl Outcome {
         Ok(self)
     }
 
+    /// What is for programs, alone.
+    pub(super) fn into_data(self) -> Value {
+        self.data
+    }
+
     /// With an exit code in any case.
     #[must_use]
     pub fn with_exit(mut self, exit: u8) -> Self {

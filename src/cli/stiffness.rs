@@ -4,7 +4,7 @@ use crate::analysis::{Inputs, LoadedSession, OpenSettings, VectorSession, doubts
 use crate::report::{VectorStiffnessReport, stiffness_text};
 use crate::stiffness::Branches;
 
-use super::args::{BranchChoice, Global, StiffnessArgs};
+use super::args::{Global, StiffnessArgs};
 use super::failure::Failure;
 use super::outcome::Outcome;
 
@@ -14,10 +14,7 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         gauge_log: args.log.options()?,
         ..global.open_settings()
     };
-    let branches = match args.branches {
-        BranchChoice::Loading => Branches::LoadingOnly,
-        BranchChoice::Both => Branches::Both,
-    };
+    let branches = Branches::from(args.branches);
     if let Some(session) = VectorSession::open(&args.data, &options)? {
         return Ok(of_vectors(session, branches));
     }

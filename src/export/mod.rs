@@ -1,7 +1,9 @@
-//! Models for other programs: a robot with its springs, friction and play as MJCF, SDF and URDF, and as a table.
+//! Models and tables for other programs. A model is a robot with its springs, friction and play as MJCF, SDF and URDF, and as a table.
 //!
 //! [`ExportModel`] holds what all of them are written from. MJCF has everything: the beams as six springs each ([`LumpedModel`]). SDF has the
 //! joints with springs and friction, URDF the joints with friction; what they cannot hold stands in their comments ([`KinematicTree`]).
+//!
+//! [`tidy`] holds measurements and results as tables for statistics programs and spreadsheets.
 
 mod inertia;
 mod kinematics;
@@ -10,6 +12,7 @@ mod mjcf;
 mod model;
 mod sdf;
 mod table;
+pub mod tidy;
 mod urdf;
 mod xml;
 

@@ -18,6 +18,8 @@ pub struct DemoReport {
     pub fit: FitReport,
     /// The paper's own measured stiffness (Table VI).
     pub paper_table_vi: DemoTableVi,
+    /// A second session, with play concealed in a joint.
+    pub concealed: DemoConcealed,
     /// Files that were written.
     pub files: Vec<PathBuf>,
 }
@@ -31,4 +33,38 @@ pub struct DemoTableVi {
     pub procedure: Option<f64>,
     /// Of the joint fit.
     pub joint: Option<f64>,
+}
+
+/// A session with play concealed in a joint: the usual validation passes, and the diagnosis names the play.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DemoConcealed {
+    /// The session folder.
+    pub session: PathBuf,
+    /// What was concealed, as an effect.
+    pub concealed: String,
+    /// Largest error in poses left out with which the usual validation passes, %.
+    pub limit_percent: f64,
+    /// Largest error in poses left out of a fit of beams only, %.
+    pub left_out_error_percent: Option<f64>,
+    /// The same of a fit with the law that was found, %.
+    pub left_out_error_with_law_percent: Option<f64>,
+    /// The verdict of the diagnosis.
+    pub verdict: String,
+    /// Its first sentence.
+    pub headline: String,
+    /// What it found.
+    pub findings: Vec<DemoFinding>,
+}
+
+/// Something that the diagnosis found.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DemoFinding {
+    /// The law.
+    pub law: String,
+    /// The joint where it acts.
+    pub joint: Option<String>,
+    /// The play, microradians.
+    pub play_urad: Option<f64>,
+    /// The play that was concealed, microradians.
+    pub true_play_urad: f64,
 }

@@ -4,10 +4,14 @@
 
 mod axis_words;
 mod compare;
+mod config;
+mod data_export;
 mod demo;
 mod design;
 mod diagnosis;
 mod diagnosis_figures;
+mod doctor;
+mod explain;
 mod figures;
 mod fit;
 mod fit_report;
@@ -37,7 +41,9 @@ pub use compare::{
     CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, MeasuredDifference,
     OverallDifference,
 };
-pub use demo::{DemoReport, DemoTableVi};
+pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
+pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
+pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
 pub use design::{DesignSummary, LawAtPlace, LawDetection, NearLaw, UnseenLaw, design_text};
 pub use diagnosis::{
     ComponentShares, DetectionLimitReport, Determination, DiagnosisResult, DiagnosisSummary,
@@ -47,6 +53,8 @@ pub use diagnosis::{
     UntestedContrast, diagnosis_appendix, diagnosis_page,
 };
 pub use diagnosis_figures::diagnosis_figures;
+pub use doctor::{CheckReport, CheckState, DoctorReport};
+pub use explain::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
 pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     workspace_figure,

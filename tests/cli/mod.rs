@@ -1,11 +1,15 @@
 //! The program as a user runs it: every subcommand in text and JSON, what it refuses and with which exit code, and which files it writes.
 
+mod config;
 mod contract;
 mod data_findings;
 mod diagnose;
+mod doctor;
 mod drawn;
 #[cfg(unix)]
 mod emulate;
+mod explain;
+mod export;
 mod failures;
 mod files;
 mod inputs;
@@ -26,6 +30,8 @@ mod predict;
 mod results;
 mod robots;
 mod session;
+#[cfg(unix)]
+mod session_log;
 mod several_sessions;
 mod strict;
 #[cfg(unix)]

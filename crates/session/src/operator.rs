@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::journal::Record;
 use super::view::SessionView;
 
 /// The operator at the bench. No method waits longer than its timeout.
@@ -27,6 +28,9 @@ pub trait Operator {
 
     /// A line for the log on the screen.
     fn notify(&mut self, line: &str);
+
+    /// An event that the journal has kept, for those who write it down elsewhere too.
+    fn recorded(&mut self, _record: &Record) {}
 }
 
 /// A sound.

@@ -192,6 +192,7 @@ impl<S: Store> RunningSession<'_, '_, S> {
         let (utc, now_s) = (self.bench.clock.utc(), self.bench.clock.now_s());
         let record = self.bench.journal.append(event, utc, now_s)?;
         self.machine.recorded(&record);
+        self.bench.operator.recorded(&record);
         if progress {
             self.answered = 0;
             self.moved_on_s = now_s;

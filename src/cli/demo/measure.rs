@@ -17,7 +17,7 @@ pub(super) fn measure(folder: &Path, global: &Global) -> Result<(), Failure> {
 
 /// How the session is run: the paper's procedure, at a speed at which a line still has time for a dozen values while a load settles.
 #[cfg(unix)]
-const COMMAND_BEGINS: &[&str] = &["stiffbench", "session", "run"];
+const COMMAND_BEGINS: &[&str] = &["session", "run"];
 #[cfg(unix)]
 const COMMAND_GOES_ON: &[&str] = &[
     "--emulated",

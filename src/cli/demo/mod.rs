@@ -1,5 +1,7 @@
-//! `stiffbench demo`: the main job without hardware, from two emulated gauges to a assessed model with figures.
+//! `stiffbench demo`: the main job without hardware, from two emulated gauges to an assessed model with figures; then a session with
+//! concealed play, which the diagnosis names, and its report.
 
+mod concealed;
 mod measure;
 
 use std::path::{Path, PathBuf};
@@ -111,12 +113,15 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     files.push(out.join("tables.txt"));
     files.extend(["session.toml", "readings.csv"].map(|name| folder.join(name)));
     bar.finish_and_clear();
+    let second = concealed::run(&out, global)?;
+    let story = concealed::story(&second.report, &out.join("diagnosis"));
+    files.extend(second.files);
     let listing: Vec<String> = files
         .iter()
         .map(|path| format!("  {}", path.display()))
         .collect();
     let text = format!(
-        "{text}\nWritten:\n{}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
+        "{text}\n{story}\nWritten:\n{}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
         listing.join("\n"),
         folder.display()
     );
@@ -128,6 +133,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
             procedure: paper.procedure.max_error_percent(),
             joint: paper.joint.max_error_percent(),
         },
+        concealed: second.report,
         files,
     };
     Ok(Outcome::new("demo", text, data)

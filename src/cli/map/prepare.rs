@@ -21,6 +21,7 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         factors: args.factors.clone(),
         model: args.model.clone(),
         effects: Vec::new(),
+        default_robot: None,
     };
     let (resolved, mut effects) = resolve_without_effects(&bare, &args.effects)?;
     let mut warnings = resolved.warnings.clone();

@@ -25,10 +25,12 @@ use crate::session::{
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
+use super::diagnostics::{DiagnosticLog, LogLevel, LoggedOperator};
 use super::emulation::{
     BenchOperator, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed, with_hand,
 };
 use super::gauges::{Connected, ResolvedGauge, check_present, connect, resolve_gauges};
+use super::inspect::event_text;
 use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{
@@ -137,7 +139,7 @@ pub(super) fn run(
         robot: Some((robot, header)),
     };
     let operator = other.unwrap_or_else(|| operator(&args.bench, global));
-    drive(ready, &args.bench, operator)
+    drive(ready, &args.bench, operator, global)
 }
 
 /// Goes on with a session.
@@ -201,11 +203,16 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         robot,
     };
     let operator = operator(&args.bench, global);
-    drive(ready, &args.bench, operator)
+    drive(ready, &args.bench, operator, global)
 }
 
 /// Runs what is ready, and states how it went.
-fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<Printed, Failure> {
+fn drive(
+    ready: Ready,
+    args: &BenchArgs,
+    operator: Box<dyn Operator>,
+    global: &Global,
+) -> Result<Printed, Failure> {
     let Ready {
         folder,
         mut journal,
@@ -220,12 +227,21 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
         hand,
         robot,
     } = ready;
+    let mut log = DiagnosticLog::open(folder.path(), global);
+    for gauge in &resolved {
+        log.line(LogLevel::Info, &gauge.words());
+    }
+    for warning in &warnings {
+        log.line(LogLevel::Warn, warning);
+    }
     let Connected {
         mut gauges,
         names,
         compression_sign,
         units_by_eye,
-    } = connect(resolved, &folder.raw()?, clock)?;
+    } = connect(resolved, &folder.raw()?, clock).inspect_err(|failure| {
+        log.line(LogLevel::Error, &failure.message());
+    })?;
     let awake = hand.is_none().then(KeptAwake::start);
     warnings.extend(
         awake
@@ -263,15 +279,20 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
     for event in [first].into_iter().chain(calibration) {
         let record = journal.append(event, clock.utc(), clock.now_s())?;
         machine.recorded(&record);
+        log.line(
+            LogLevel::Info,
+            &format!("event {}: {}", record.seq, event_text(&record.event)),
+        );
     }
     let table = folder.table();
     // After an interruption its last row may be cut or missing.
     table.rewrite(machine.state())?;
     let mut at_bench = AtBench::new(operator);
     let ended = with_hand(&mut at_bench, hand.as_ref(), |operator| {
+        let mut operator = LoggedOperator::new(operator, &mut log);
         let bench = SessionInputs {
             gauges: gauges.as_mut(),
-            operator,
+            operator: &mut operator,
             clock: &clock,
             journal: &mut journal,
             table: Some(&table),
@@ -284,6 +305,9 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
     drop(at_bench);
     drop(gauges);
     drop(awake);
+    if let Err(error) = &ended {
+        log.line(LogLevel::Error, &error.to_string());
+    }
     let outcome = ended?;
     table.rewrite(machine.state())?;
     Ok(report(folder.path(), outcome, machine.state(), planned).with_warnings(warnings))

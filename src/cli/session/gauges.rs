@@ -38,6 +38,14 @@ pub(super) struct ResolvedGauge {
     identity: Option<String>,
 }
 
+impl ResolvedGauge {
+    /// What it is and where, in words.
+    pub(super) fn words(&self) -> String {
+        let (channel, name) = (self.description.channel, &self.description.name);
+        format!("{channel} gauge: {name} on {}", self.port)
+    }
+}
+
 /// What is meant by the arguments, before any port is touched; and what a user should know.
 ///
 /// # Arguments

@@ -115,7 +115,7 @@ pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
 }
 
 /// An event in words.
-fn event_text(event: &Event) -> String {
+pub(super) fn event_text(event: &Event) -> String {
     match event {
         Event::Started(started) => format!(
             "session {} began, procedure {}",

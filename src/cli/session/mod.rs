@@ -1,6 +1,7 @@
 //! `stiffbench session`.
 
 mod args;
+mod diagnostics;
 mod drive;
 mod emulation;
 mod gauges;
@@ -14,15 +15,14 @@ mod repeats;
 
 pub(super) use args::SessionArgs;
 
-use crate::analysis::ArgumentError;
 use crate::session::Operator;
 
-use super::args::{Cli, Command, Global};
+use super::args::{Command, Global};
 use super::failure::{CliError, Failure};
 use super::outcome::Outcome;
+use super::parse_words;
 
 use args::SessionCommand;
-use clap::Parser;
 
 /// Plans, runs and looks after guided sessions.
 pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -48,11 +48,7 @@ pub(super) fn run_command(
     operator: Box<dyn Operator>,
     global: &Global,
 ) -> Result<(), Failure> {
-    let cli = Cli::try_parse_from(words).map_err(|error| ArgumentError {
-        argument: words.join(" "),
-        problem: error.to_string(),
-        help: None,
-    })?;
+    let cli = parse_words(words)?;
     let Command::Session(SessionArgs {
         what: SessionCommand::Run(args),
     }) = cli.command

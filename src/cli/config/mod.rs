@@ -1,0 +1,177 @@
+//! Layered configuration: defaults, files, environment variables, options; and `stiffbench config`, which shows them.
+//!
+//! A setting acts as if its option stood on the command line, where the command has that option and the user did not give it.
+
+mod layers;
+
+use std::ffi::OsString;
+
+use clap::{Args, Command, Subcommand};
+
+use crate::report::{ConfigReport, SettingOrigin, SettingReport};
+
+use super::args::{Global, ProgressMode};
+use super::failure::Failure;
+use super::names::{Settled, command_words};
+use super::outcome::Outcome;
+
+pub(super) use layers::{Config, ConfigError};
+use layers::{ConfigSetting, SETTINGS, SetValue};
+
+/// Arguments of `config`.
+#[derive(Debug, Args)]
+pub(super) struct ConfigArgs {
+    /// What to do.
+    #[command(subcommand)]
+    what: ConfigCommand,
+}
+
+/// Subcommands of `config`.
+#[derive(Debug, Subcommand)]
+enum ConfigCommand {
+    /// Print each setting with the value in force
+    Show {
+        /// Print where each value comes from too: default, file, variable or option
+        #[arg(long)]
+        origin: bool,
+    },
+    /// Print where configuration files are looked for; the first counts most
+    Path,
+}
+
+/// The option that leaves the configuration aside.
+const NO_CONFIG: &str = "--no-config";
+
+/// Commands that show, check or explain: no setting changes them.
+const UNCHANGED: [&str; 6] = ["config", "doctor", "explain", "completions", "man", "help"];
+
+/// Shows settings and where they come from.
+pub(super) fn run(args: &ConfigArgs, global: &Global) -> Result<Outcome, Failure> {
+    let config = Config::load(global.no_config)?;
+    let report = report(&config, global.progress);
+    let text = match args.what {
+        ConfigCommand::Show { origin } => report.text(origin),
+        ConfigCommand::Path => report.paths_text(),
+    };
+    Ok(Outcome::new("config", text, report))
+}
+
+/// The settings in force.
+pub(super) fn report(config: &Config, progress: ProgressMode) -> ConfigReport {
+    let settings = SETTINGS.iter().map(|setting| {
+        let value = config.value(setting.name);
+        let option = (setting.name == "progress").then(|| progress_word(progress));
+        in_force(setting, value, option.flatten())
+    });
+    ConfigReport {
+        settings: settings.collect(),
+        files: config.files.clone(),
+        ignored: config.ignored,
+    }
+}
+
+fn in_force(
+    setting: &ConfigSetting,
+    value: Option<&SetValue>,
+    option: Option<&str>,
+) -> SettingReport {
+    let default = || {
+        (
+            setting.default.map(str::to_owned),
+            SettingOrigin::Default,
+            None,
+        )
+    };
+    let (value, origin, place) = match (option, value) {
+        (Some(word), _) => (Some(word.to_owned()), SettingOrigin::Option, None),
+        (None, Some(set)) => (Some(set.value.clone()), set.origin, Some(set.place.clone())),
+        (None, None) => default(),
+    };
+    SettingReport {
+        name: setting.name.to_owned(),
+        value,
+        origin,
+        place,
+        variable: setting.variable(),
+        purpose: setting.purpose.to_owned(),
+    }
+}
+
+/// What the command line says of progress; `None` if nothing.
+fn progress_word(mode: ProgressMode) -> Option<&'static str> {
+    match mode {
+        ProgressMode::Auto => None,
+        ProgressMode::Bar => Some("bar"),
+        ProgressMode::Text => Some("text"),
+        ProgressMode::None => Some("none"),
+    }
+}
+
+/// A command line with the options that the configuration adds, and a note for each that a result does not print itself.
+///
+/// # Errors
+/// For a configuration that cannot be read, of commands that it could change.
+pub(super) fn with_settings(settled: Settled, tree: &Command) -> Result<Settled, ConfigError> {
+    let Settled {
+        arguments,
+        mut notes,
+    } = settled;
+    let (words, at) = command_words(&arguments, tree);
+    let is_unchanged = words
+        .first()
+        .is_none_or(|first| UNCHANGED.contains(&first.as_str()));
+    let (Some(command), Some(last), false) = (find(tree, &words), at.last(), is_unchanged) else {
+        return Ok(Settled { arguments, notes });
+    };
+    let config = Config::load(arguments.iter().any(|word| word == NO_CONFIG))?;
+    let mut added = Vec::new();
+    for setting in &SETTINGS {
+        let Some(set) = config.value(setting.name) else {
+            continue;
+        };
+        if !has_option(command, tree, setting.option) || is_given(&arguments, setting.option) {
+            continue;
+        }
+        added.push(OsString::from(format!("--{}", setting.option)));
+        added.push(set.value.clone().into());
+        match setting.name {
+            // It stands in the inputs of the result where it is used.
+            "robot" => added.push(set.place.clone().into()),
+            "progress" => {}
+            name => notes.push(format!("{name} {} from {}", set.value, set.place)),
+        }
+    }
+    let mut all = arguments;
+    let behind = last + 1;
+    all.splice(behind..behind, added);
+    Ok(Settled {
+        arguments: all,
+        notes,
+    })
+}
+
+/// The command of these words.
+fn find<'a>(tree: &'a Command, words: &[String]) -> Option<&'a Command> {
+    let mut words = words.iter();
+    words.try_fold(tree, |command, word| command.find_subcommand(word))
+}
+
+/// Whether a command takes an option, of its own or as every command.
+fn has_option(command: &Command, tree: &Command, option: &str) -> bool {
+    let own = command.get_arguments();
+    let of_all = tree
+        .get_arguments()
+        .filter(|argument| argument.is_global_set());
+    own.chain(of_all)
+        .any(|argument| argument.get_long() == Some(option))
+}
+
+/// Whether the user gave an option.
+fn is_given(arguments: &[OsString], option: &str) -> bool {
+    let words = arguments.iter().filter_map(|word| word.to_str());
+    let mut words = words.take_while(|word| *word != "--");
+    words.any(|word| {
+        let name = word.strip_prefix("--");
+        name.is_some_and(|name| name.split('=').next() == Some(option))
+    })
+}

@@ -1,0 +1,153 @@
+//! `stiffbench explain`: what an error code, a law or a verdict means, and what to do.
+
+use clap::Args;
+
+use crate::nearest::nearest;
+use crate::physics::Law;
+use crate::report::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
+use crate::shipped::{Explanation, error_explanations, verdict_explanations};
+
+use super::failure::{CliError, Failure, exit_code_of};
+use super::outcome::Outcome;
+
+/// Arguments of `explain`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench explain                               all names\n  stiffbench explain readings::wrong_unit          an error code, with or without stiffbench::\n  stiffbench explain joint-backlash                a law\n  stiffbench explain nothing-missing               a verdict"
+)]
+pub(super) struct ExplainArgs {
+    /// Error code, law or verdict [default: the list of all]
+    name: Option<String>,
+}
+
+/// What every error code begins with.
+const PREFIX: &str = "stiffbench::";
+
+/// Explains a name, or lists all.
+pub(super) fn run(args: &ExplainArgs) -> Result<Outcome, Failure> {
+    let Some(name) = &args.name else {
+        let list = list();
+        return Ok(Outcome::new(
+            "explain",
+            list.text(),
+            ExplainResult::Topics(list),
+        ));
+    };
+    let topic = topic(name)?;
+    Ok(Outcome::new(
+        "explain",
+        topic.text(),
+        ExplainResult::Topic(topic),
+    ))
+}
+
+fn list() -> TopicList {
+    let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
+    TopicList {
+        errors: error_explanations().into_keys().collect(),
+        laws: owned(Law::names()),
+        verdicts: verdict_explanations().into_keys().collect(),
+    }
+}
+
+fn topic(given: &str) -> Result<TopicReport, CliError> {
+    let name = given.trim().trim_start_matches(PREFIX);
+    if let Some(found) = error_explanations().swap_remove(name) {
+        let exit = exit_code_of(&format!("{PREFIX}{name}"));
+        return Ok(of_explanation(name, TopicKind::Error, Some(exit), found));
+    }
+    if let Some(found) = verdict_explanations().swap_remove(name) {
+        return Ok(of_explanation(name, TopicKind::Verdict, None, found));
+    }
+    of_law(name).ok_or_else(|| unknown(given, name))
+}
+
+fn of_explanation(
+    name: &str,
+    kind: TopicKind,
+    exit_code: Option<u8>,
+    found: Explanation,
+) -> TopicReport {
+    TopicReport {
+        name: name.to_owned(),
+        kind,
+        exit_code,
+        cause: found.cause,
+        remedy: found.remedy,
+        example: found.example,
+        forms: Vec::new(),
+    }
+}
+
+/// A law, from its definition.
+fn of_law(name: &str) -> Option<TopicReport> {
+    let laws: Vec<Law> = Law::named(name).collect();
+    let first = *laws.first()?;
+    let remedy = if first.is_setup() {
+        "This is a mistake of the robot file or the set-up. Correct it there, then analyse the data again."
+    } else {
+        "Read on the page of diagnose how to check it by hand. Then use the model that diagnose wrote."
+    };
+    Some(TopicReport {
+        name: name.to_owned(),
+        kind: TopicKind::Law,
+        exit_code: None,
+        cause: first.words.explanation.to_owned(),
+        remedy: remedy.to_owned(),
+        example: format!("stiffbench diagnose my-session --without {name}"),
+        forms: laws.into_iter().map(form).collect(),
+    })
+}
+
+fn form(law: Law) -> LawForm {
+    let parameters = law.parameters.iter();
+    let parameters = parameters.map(|parameter| {
+        let (name, unit) = (parameter.name, parameter.unit());
+        format!("{name} ({unit}), {}", parameter.sign.in_words())
+    });
+    LawForm {
+        name: law.row.to_owned(),
+        equation: law.equation.to_owned(),
+        place: format!(
+            "{}, {}",
+            law.place_kind.in_words(),
+            law.place_kind.example()
+        ),
+        parameters: parameters.collect(),
+    }
+}
+
+/// The error with the nearest name; of a code also by its last part alone.
+fn unknown(given: &str, name: &str) -> CliError {
+    let TopicList {
+        errors,
+        laws,
+        verdicts,
+    } = list();
+    let names: Vec<&String> = errors.iter().chain(&laws).chain(&verdicts).collect();
+    let last = |code: &str| code.rsplit("::").next().unwrap_or(code).to_owned();
+    let same_end: Vec<&str> = names
+        .iter()
+        .filter(|known| last(known) == last(name) || known.split("::").next() == Some(name))
+        .map(|known| known.as_str())
+        .collect();
+    let near = if same_end.is_empty() {
+        nearest(name, names.iter().map(|known| known.as_str()))
+            .into_iter()
+            .collect()
+    } else {
+        same_end
+    };
+    let advice = if near.is_empty() {
+        "stiffbench explain lists all names".to_owned()
+    } else {
+        format!(
+            "is one of these meant: {}? stiffbench explain lists all names",
+            near.join(", ")
+        )
+    };
+    CliError::UnknownTopic {
+        name: given.to_owned(),
+        advice,
+    }
+}

@@ -1,0 +1,329 @@
+//! `stiffbench export`: readings and stiffness for other programs.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use jiff::Timestamp;
+
+use crate::analysis::{
+    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, VectorSession, sha256,
+};
+use crate::export::tidy::{
+    PackageResource, TableProvenance, TidyTable, csv, data_package, load_case_table, reading_table,
+    stiffness_tables, vector_reading_table, vector_stiffness_tables, xlsx,
+};
+use crate::readings::SessionHeader;
+use crate::report::{
+    DataExportReport, ExportedFile, ExportedTable, TableFormat, VectorStiffnessReport,
+};
+use crate::stiffness::Branches;
+
+use super::args::{BranchChoice, Global, LogArgs};
+use super::failure::{CliError, Failure};
+use super::figure_files::write;
+use super::outcome::Outcome;
+
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench export my-session --out my-tables\n  stiffbench export my-session --format xlsx --out my-spreadsheet\n\nTables: readings, stiffness (with u and U), budget, loads, flags. What each column means: docs/export.md and datapackage.json."
+)]
+pub(super) struct DataExportArgs {
+    /// Session folder, readings file, load cases, or a gauge's own log
+    data: PathBuf,
+    /// Folder to write into; it must not exist or be empty
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Format of the tables
+    #[arg(long, value_enum, default_value_t = TableFormatArg::Csv)]
+    format: TableFormatArg,
+    /// Branches that count for the stiffness
+    #[arg(long, value_enum, default_value_t = BranchChoice::Loading)]
+    branches: BranchChoice,
+    /// For gauge logs.
+    #[command(flatten)]
+    log: LogArgs,
+}
+
+/// Formats of tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TableFormatArg {
+    /// A file a table, with units and hashes in datapackage.json
+    Csv,
+    /// One spreadsheet, a sheet a table, with units and provenance on the sheet about
+    Xlsx,
+    /// A file a table, with datapackage.json; needs the build feature parquet
+    Parquet,
+}
+
+impl From<TableFormatArg> for TableFormat {
+    fn from(format: TableFormatArg) -> Self {
+        match format {
+            TableFormatArg::Csv => Self::Csv,
+            TableFormatArg::Xlsx => Self::Xlsx,
+            TableFormatArg::Parquet => Self::Parquet,
+        }
+    }
+}
+
+/// What is exported.
+struct Exported {
+    tables: Vec<TidyTable>,
+    about: TableProvenance,
+    inputs: Inputs,
+}
+
+/// Writes the tables of a session.
+pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Failure> {
+    let format = TableFormat::from(args.format);
+    #[cfg(not(feature = "parquet"))]
+    if format == TableFormat::Parquet {
+        return Err(CliError::NoParquet.into());
+    }
+    check_free(&args.out)?;
+    let exported = open(args, global)?;
+    let mut files = Vec::new();
+    let mut put = |name: &str, content: &[u8]| -> Result<(), CliError> {
+        let path = args.out.join(name);
+        write(&path, content)?;
+        files.push(ExportedFile {
+            path,
+            bytes: content.len(),
+            sha256: sha256(content),
+        });
+        Ok(())
+    };
+    for (name, content) in contents(&exported, format)? {
+        put(&name, &content)?;
+    }
+    let Exported {
+        tables,
+        about,
+        inputs,
+    } = exported;
+    let report = DataExportReport {
+        format,
+        folder: args.out.clone(),
+        tables: tables.iter().map(ExportedTable::from).collect(),
+        files,
+    };
+    Ok(Outcome::new("export", report.text(), report)
+        .with_inputs(inputs)
+        .with_warnings(about.notes))
+}
+
+/// Refuses a folder that holds something, and a file.
+fn check_free(folder: &Path) -> Result<(), CliError> {
+    let is_free = std::fs::read_dir(folder)
+        .map_or_else(|_| !folder.exists(), |mut entries| entries.next().is_none());
+    if is_free {
+        return Ok(());
+    }
+    Err(CliError::NotEmpty {
+        path: folder.to_owned(),
+    })
+}
+
+/// The files by name, the description last.
+fn contents(exported: &Exported, format: TableFormat) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let (tables, about) = (&exported.tables, &exported.about);
+    if format == TableFormat::Xlsx {
+        let sheets = xlsx(about, tables)?;
+        return Ok(vec![("tables.xlsx".to_owned(), sheets)]);
+    }
+    let ending = if format == TableFormat::Csv {
+        "csv"
+    } else {
+        "parquet"
+    };
+    let mut files = Vec::new();
+    for table in tables {
+        let content = match format {
+            TableFormat::Csv => csv(table),
+            _ => parquet_of(about, table)?,
+        };
+        files.push((format!("{}.{ending}", table.name), content));
+    }
+    let hashes: Vec<String> = files.iter().map(|(_, content)| sha256(content)).collect();
+    let of_table = tables.iter().zip(&files).zip(&hashes);
+    let resources: Vec<PackageResource<'_>> = of_table
+        .map(|((table, (file, content)), sha256)| PackageResource {
+            table,
+            file,
+            format: ending,
+            bytes: content.len(),
+            sha256,
+        })
+        .collect();
+    let package = format!("{:#}\n", data_package(about, &resources));
+    files.push(("datapackage.json".to_owned(), package.into_bytes()));
+    Ok(files)
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_of(about: &TableProvenance, table: &TidyTable) -> Result<Vec<u8>, Failure> {
+    let content = crate::export::tidy::parquet(about, table);
+    Ok(content.map_err(|error| CliError::Write {
+        path: format!("{}.parquet", table.name).into(),
+        source: std::io::Error::other(error),
+    })?)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_of(_about: &TableProvenance, _table: &TidyTable) -> Result<Vec<u8>, Failure> {
+    Err(CliError::NoParquet.into())
+}
+
+/// Opens the data and makes their tables.
+fn open(args: &DataExportArgs, global: &Global) -> Result<Exported, Failure> {
+    let settings = OpenSettings {
+        gauge_log: args.log.options()?,
+        ..global.open_settings()
+    };
+    let branches = Branches::from(args.branches);
+    if let Some(session) = VectorSession::open(&args.data, &settings)? {
+        return Ok(of_vectors(session, branches));
+    }
+    if settings.gauge_log.is_none() && LoadedLoadCases::is_at(&args.data) {
+        return Ok(of_load_cases(&LoadedLoadCases::open(
+            &args.data, &settings,
+        )?));
+    }
+    of_readings(LoadedSession::open(&args.data, &settings)?, branches)
+}
+
+fn of_readings(session: LoadedSession, branches: Branches) -> Result<Exported, Failure> {
+    let origin = session.origin();
+    let mut tables = vec![reading_table(&session.table, origin.as_deref())?];
+    tables.extend(stiffness_tables(&session.stiffness(branches)?));
+    let mut about = provenance(
+        &session.short_name(),
+        &session.sha256,
+        session.header.as_ref(),
+        origin,
+    );
+    about
+        .facts
+        .push(("branches".to_owned(), words_of(branches).to_owned()));
+    about.measured_until = last_time(&tables[0]);
+    let inputs = Inputs::default().with_session(&session);
+    about.notes = session.warnings;
+    Ok(Exported {
+        tables,
+        about,
+        inputs,
+    })
+}
+
+fn of_vectors(session: VectorSession, branches: Branches) -> Exported {
+    let report = VectorStiffnessReport::new(&session.stiffness(branches), session.procedure());
+    let mut tables = vec![vector_reading_table(&session.table)];
+    tables.extend(vector_stiffness_tables(&report));
+    let header = session.header.as_ref();
+    let origin = session.table.origin.clone();
+    let origin = origin.or_else(|| header.and_then(|header| header.origin.clone()));
+    let mut about = provenance(
+        &name_of(&session.name, header),
+        &session.sha256,
+        header,
+        origin,
+    );
+    about.measured_until = last_time(&tables[0]);
+    let inputs = Inputs::default().with_vectors(&session);
+    about.notes = session.warnings;
+    Exported {
+        tables,
+        about,
+        inputs,
+    }
+}
+
+fn of_load_cases(loaded: &LoadedLoadCases) -> Exported {
+    let header = loaded.header.as_ref();
+    let name = name_of(&loaded.name, header);
+    let mut about = provenance(&name, &loaded.sha256, header, loaded.origin());
+    let inputs = Inputs::default().with_load_cases(loaded);
+    about.notes.clone_from(&loaded.warnings);
+    Exported {
+        tables: vec![load_case_table(&loaded.table)],
+        about,
+        inputs,
+    }
+}
+
+/// The identifier of a session, else the last part of its name.
+fn name_of(name: &str, header: Option<&SessionHeader>) -> String {
+    let id = header.and_then(|header| header.id.clone());
+    let last = || Some(Path::new(name).file_name()?.to_string_lossy().into_owned());
+    id.or_else(last).unwrap_or_else(|| name.to_owned())
+}
+
+fn words_of(branches: Branches) -> &'static str {
+    match branches {
+        Branches::LoadingOnly => "loading",
+        Branches::Both => "loading and unloading",
+    }
+}
+
+/// The latest time of the readings; none if one of their times is no time.
+fn last_time(readings: &TidyTable) -> Option<String> {
+    let times = readings.column("utc").filter(|time| !time.is_empty());
+    let times = times.map(|time| time.parse::<Timestamp>().ok());
+    let times: Vec<Timestamp> = times.collect::<Option<_>>()?;
+    Some(
+        times
+            .into_iter()
+            .max()?
+            .strftime("%Y-%m-%dT%H:%M:%SZ")
+            .to_string(),
+    )
+}
+
+/// What is known of the data, by name.
+fn provenance(
+    name: &str,
+    sha256: &str,
+    header: Option<&SessionHeader>,
+    origin: Option<String>,
+) -> TableProvenance {
+    let mut facts = vec![
+        (
+            "program".to_owned(),
+            format!("stiffbench {}", env!("CARGO_PKG_VERSION")),
+        ),
+        ("data".to_owned(), name.to_owned()),
+        ("data_sha256".to_owned(), sha256.to_owned()),
+    ];
+    let mut fact = |name: &str, value: Option<String>| {
+        facts.extend(value.map(|value| (name.to_owned(), value)));
+    };
+    fact("not_measured", origin);
+    if let Some(header) = header {
+        fact("measured_with", header.software.clone());
+        fact("operator", header.operator.clone());
+        fact("place", header.place.clone());
+        fact("robot", header.robot.clone());
+        fact("robot_sha256", header.robot_sha256.clone());
+        fact("mechanism", header.mechanism.clone());
+        let procedure = header.procedure.as_ref();
+        fact(
+            "procedure",
+            procedure.and_then(|procedure| procedure.name.clone()),
+        );
+        for (what, record) in header.instruments.named() {
+            let known = [&record.model, &record.serial, &record.certificate];
+            let known: Vec<&str> = known.into_iter().flatten().map(String::as_str).collect();
+            fact(
+                &what.replace(' ', "_"),
+                Some(known.join(", ")).filter(|text| !text.is_empty()),
+            );
+        }
+    }
+    TableProvenance {
+        name: name.to_owned(),
+        title: format!("Stiffness measurement {name}"),
+        source_sha256: sha256.to_owned(),
+        facts,
+        ..TableProvenance::default()
+    }
+}

@@ -1,0 +1,63 @@
+//! The options of every subcommand.
+
+use clap::{Args, ValueEnum};
+use jiff::{Timestamp, tz::TimeZone};
+
+use crate::analysis::{CalibrationCheck, OpenSettings};
+
+/// Options of every subcommand.
+#[expect(clippy::struct_excessive_bools, reason = "one switch a flag")]
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Output")]
+pub struct Global {
+    /// One JSON object on standard output instead of text, also on failure
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Findings (flags, missing physics, factors that the data do not determine, overdue calibration) make the exit code other than 0
+    #[arg(long, global = true)]
+    pub strict: bool,
+    /// Use the readings.csv of a session folder though it differs from the journal; every result states it
+    #[arg(long, global = true)]
+    pub trust_csv: bool,
+    /// Use neither configuration files nor STIFFBENCH_ variables
+    #[arg(long, global = true)]
+    pub no_config: bool,
+    /// Print the log of a session on standard error too, with every reading
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
+    /// No notes and no progress on standard error
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Progress on standard error
+    #[arg(long, global = true, value_enum, default_value_t = ProgressMode::Auto)]
+    pub progress: ProgressMode,
+}
+
+impl Global {
+    /// How data are opened: an overdue calibration is a warning, under `--strict` an error.
+    pub(super) fn open_settings(&self) -> OpenSettings {
+        let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+        OpenSettings {
+            trust_csv: self.trust_csv,
+            calibration: if self.strict {
+                CalibrationCheck::Refuse(today)
+            } else {
+                CalibrationCheck::Warn(today)
+            },
+            gauge_log: None,
+        }
+    }
+}
+
+/// How progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProgressMode {
+    /// A bar on a terminal, nothing otherwise
+    Auto,
+    /// A bar
+    Bar,
+    /// One line a stage
+    Text,
+    /// Nothing
+    None,
+}

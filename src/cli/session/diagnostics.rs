@@ -1,0 +1,191 @@
+//! The log of a session: what a helper needs to know when something went wrong. The journal stays the primary record.
+
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+use std::time::Duration;
+
+use jiff::Timestamp;
+
+use crate::cli::args::Global;
+use crate::cli::outcome::print_error;
+use crate::session::{
+    Answer, Bell, Event, Operator, OperatorEvent, Prompt, Record, SessionView, SkipScope,
+};
+
+use super::inspect::event_text;
+
+/// Name of the file in the session folder.
+const FILE: &str = "session.log";
+
+/// How much a line matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LogLevel {
+    /// Every reading; only with `--verbose`.
+    Debug,
+    /// What goes as it should.
+    Info,
+    /// What an operator should know.
+    Warn,
+    /// What ended the session.
+    Error,
+}
+
+impl LogLevel {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Debug => "DEBUG",
+            Self::Info => "INFO",
+            Self::Warn => "WARN",
+            Self::Error => "ERROR",
+        }
+    }
+}
+
+/// The end of the log, where lines are added.
+pub(super) struct DiagnosticLog {
+    file: Option<File>,
+    is_verbose: bool,
+}
+
+impl DiagnosticLog {
+    /// Opens the log of a session folder. One that cannot be written stops no session: a note states it.
+    pub(super) fn open(folder: &Path, global: &Global) -> Self {
+        let path = folder.join(FILE);
+        let opened = OpenOptions::new().create(true).append(true).open(&path);
+        let file = opened.map_err(|error| {
+            print_error(&format!(
+                "note: {} cannot be written: {error}",
+                path.display()
+            ));
+        });
+        let mut log = Self {
+            file: file.ok(),
+            is_verbose: global.verbose,
+        };
+        let words: Vec<String> = std::env::args().skip(1).collect();
+        let (version, system) = (env!("CARGO_PKG_VERSION"), std::env::consts::OS);
+        let processor = std::env::consts::ARCH;
+        log.line(
+            LogLevel::Info,
+            &format!(
+                "stiffbench {version}, {system} {processor}, process {}",
+                std::process::id()
+            ),
+        );
+        log.line(LogLevel::Info, &format!("options: {}", words.join(" ")));
+        log
+    }
+
+    /// Adds a line: time (UTC), level, message; with `--verbose` on standard error too.
+    pub(super) fn line(&mut self, level: LogLevel, message: &str) {
+        if level == LogLevel::Debug && !self.is_verbose {
+            return;
+        }
+        let utc = Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S.%3fZ");
+        // A message is one line, whatever is in it.
+        let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+        let line = format!("{utc} {:<5} {message}", level.word());
+        if let Some(file) = &mut self.file
+            && writeln!(file, "{line}").is_err()
+        {
+            self.file = None;
+        }
+        if self.is_verbose {
+            print_error(&line);
+        }
+    }
+}
+
+/// An operator whose questions, answers and notes are logged, with the events of the journal.
+pub(super) struct LoggedOperator<'a> {
+    inner: &'a mut dyn Operator,
+    log: &'a mut DiagnosticLog,
+}
+
+impl<'a> LoggedOperator<'a> {
+    /// Logs what passes between a session and its operator.
+    pub(super) fn new(inner: &'a mut dyn Operator, log: &'a mut DiagnosticLog) -> Self {
+        Self { inner, log }
+    }
+}
+
+impl Operator for LoggedOperator<'_> {
+    fn show(&mut self, view: &SessionView) {
+        self.inner.show(view);
+    }
+
+    fn prompt(&mut self, prompt: &Prompt) {
+        let key = prompt
+            .key
+            .as_ref()
+            .map_or_else(String::new, |key| format!(".{key}"));
+        let line = format!("question {}{key}: {}", prompt.id, prompt.text);
+        self.log.line(LogLevel::Info, &line);
+        self.inner.prompt(prompt);
+    }
+
+    fn poll(&mut self, wait: Duration) -> Option<OperatorEvent> {
+        let event = self.inner.poll(wait)?;
+        self.log.line(LogLevel::Info, &operator_text(&event));
+        Some(event)
+    }
+
+    fn bell(&mut self, bell: Bell) {
+        self.inner.bell(bell);
+    }
+
+    fn notify(&mut self, line: &str) {
+        let is_reading = line.starts_with("reading ");
+        let level = if is_reading {
+            LogLevel::Debug
+        } else {
+            LogLevel::Info
+        };
+        self.log.line(level, line);
+        self.inner.notify(line);
+    }
+
+    fn recorded(&mut self, record: &Record) {
+        let line = format!("event {}: {}", record.seq, event_text(&record.event));
+        self.log.line(level(&record.event), &line);
+        self.inner.recorded(record);
+    }
+}
+
+fn level(event: &Event) -> LogLevel {
+    match event {
+        Event::Reading(_) => LogLevel::Debug,
+        Event::Superseded(_)
+        | Event::Flagged(_)
+        | Event::Skipped(_)
+        | Event::Link(_)
+        | Event::Gap(_)
+        | Event::ClockJump(_)
+        | Event::CalibrationWarning(_) => LogLevel::Warn,
+        _ => LogLevel::Info,
+    }
+}
+
+/// What an operator did, in words.
+fn operator_text(event: &OperatorEvent) -> String {
+    let done = match event {
+        OperatorEvent::Capture => "take the reading".to_owned(),
+        OperatorEvent::Redo => "take the last reading again".to_owned(),
+        OperatorEvent::Goto { cell } => format!("go to cell {}", cell + 1),
+        OperatorEvent::Skip { what, .. } => match what {
+            SkipScope::Reading => "leave the reading out".to_owned(),
+            SkipScope::Cell => "leave the rest of the cell out".to_owned(),
+        },
+        OperatorEvent::Note { .. } => "write a note".to_owned(),
+        OperatorEvent::Pause => "pause, or continue".to_owned(),
+        OperatorEvent::Answer { id, answer } => return answer_text(id, answer),
+        OperatorEvent::Interrupt => "end at the next safe point".to_owned(),
+        OperatorEvent::Abort => "end at once".to_owned(),
+    };
+    format!("operator: {done}")
+}
+
+fn answer_text(id: &str, answer: &Answer) -> String {
+    format!("answer {id}: {answer}")
+}

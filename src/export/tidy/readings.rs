@@ -1,0 +1,184 @@
+//! Readings and load cases as tidy tables: the columns of the files that hold measurements.
+
+use crate::load_cases::{LoadCaseTable, write_load_cases};
+use crate::readings::{Column, ReadingTable, ReadingsError, RunKey, VectorTable, write_readings};
+
+use super::table::{FieldKind, TidyColumn, TidyTable};
+
+/// Units at the end of a column's name.
+const UNITS: [&str; 14] = [
+    "N", "kN", "Nm", "Nmm", "um", "mm", "m", "urad", "mrad", "rad", "deg", "s", "degC", "min",
+];
+
+/// The readings of a session with one displacement gauge, along the load.
+///
+/// # Arguments
+/// - `origin`: how the readings came about if they were not measured; it stands in every row.
+///
+/// # Errors
+/// [`ReadingsError::NotWritable`] for a number that is not finite.
+pub fn reading_table(
+    table: &ReadingTable,
+    origin: Option<&str>,
+) -> Result<TidyTable, ReadingsError> {
+    let mut marked = table.clone();
+    marked.origin = origin.map(str::to_owned);
+    let mut text = Vec::new();
+    write_readings(&marked, &mut text)?;
+    let (names, mut rows) = fields(&text);
+    for (column, keys) in [(Column::Run, &table.runs), (Column::Zero, &table.zeros)] {
+        let Some(place) = names.iter().position(|name| name == column.name()) else {
+            continue;
+        };
+        for (row, reading) in rows.iter_mut().zip(&table.readings) {
+            let number = match column {
+                Column::Run => reading.run,
+                _ => reading.zero,
+            };
+            row[place] = label(&keys[number as usize]);
+        }
+    }
+    let columns = names.into_iter().map(|name| {
+        let column = Column::ALL.into_iter().find(|column| column.name() == name);
+        let meaning = column.map_or("", meaning_of);
+        named_column(name, meaning)
+    });
+    Ok(TidyTable::new(
+        "readings",
+        "One reading of the gauges under one load",
+        columns.collect(),
+        rows,
+    ))
+}
+
+/// The readings of a session with displacement gauges along the base axes.
+#[must_use]
+pub fn vector_reading_table(table: &VectorTable) -> TidyTable {
+    let columns = table.names.iter().map(|name| {
+        let meaning = vector_meaning(name);
+        named_column(name.clone(), &meaning)
+    });
+    TidyTable::new(
+        "readings",
+        "One reading of the gauges under one load",
+        columns.collect(),
+        table.rows.clone(),
+    )
+}
+
+/// Load cases.
+#[must_use]
+pub fn load_case_table(table: &LoadCaseTable) -> TidyTable {
+    let (names, rows) = fields(write_load_cases(table).as_bytes());
+    let columns = names.into_iter().map(|name| {
+        let meaning = vector_meaning(&name);
+        named_column(name, &meaning)
+    });
+    TidyTable::new(
+        "load-cases",
+        "One load application in one pose",
+        columns.collect(),
+        rows,
+    )
+}
+
+/// Heads and rows of a table that this program wrote.
+fn fields(text: &[u8]) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .from_reader(text);
+    let owned = |record: csv::StringRecord| record.iter().map(str::to_owned).collect();
+    let mut records = reader.records().flatten().map(owned);
+    let heads = records.next().unwrap_or_default();
+    (heads, records.collect())
+}
+
+/// The name of a run or zero within its pose and direction.
+fn label(key: &RunKey) -> String {
+    match &key.label {
+        Some(label) => label.to_string(),
+        None => key.repeat.to_string(),
+    }
+}
+
+/// A column, its kind and unit by its name.
+fn named_column(name: String, meaning: &str) -> TidyColumn {
+    let end = name.rsplit_once('_').map_or("", |(_, unit)| unit);
+    let unit = UNITS.into_iter().find(|unit| *unit == end).unwrap_or("");
+    let kind = match name.as_str() {
+        "seq" | "step" | "repeat" | "attempt" => FieldKind::Integer,
+        "utc" => FieldKind::DateTime,
+        _ if unit.is_empty() => FieldKind::Text,
+        _ => FieldKind::Number,
+    };
+    TidyColumn {
+        unit: unit.to_owned(),
+        kind,
+        meaning: meaning.to_owned(),
+        name,
+    }
+}
+
+/// What a column of `readings.csv` means.
+fn meaning_of(column: Column) -> &'static str {
+    match column {
+        Column::Session => "Session",
+        Column::Seq => "Sequence number of the reading",
+        Column::Utc => "Time of the reading, UTC",
+        Column::Time => "Time since the session began",
+        Column::Pose => "Pose of the robot",
+        Column::Direction => "Direction of the load: x lateral, y vertical, z radial",
+        Column::Branch => "Loading or unloading",
+        Column::Step => "Place in the load sequence, from 0",
+        Column::Target => "Force that was aimed at",
+        Column::Repeat => "Application of the same load or sequence, from 1",
+        Column::Attempt => "Attempt at this reading, from 1",
+        Column::Run => "Run within its pose and direction: readings with one history",
+        Column::Zero => "Gauge zero within its pose and direction",
+        Column::Force => "Force on the end, along the positive axis",
+        Column::ForceRaw => "Text of the force gauge",
+        Column::ForceZero => "Value of the force gauge without load; it is subtracted",
+        Column::Displacement => "Displacement of the end, along the positive axis",
+        Column::DisplacementRaw => "Text of the displacement gauge",
+        Column::DisplacementZero => {
+            "Value of the displacement gauge under the preload; it is subtracted"
+        }
+        Column::Hold => "Time under this load before the reading",
+        Column::Temperature => "Temperature",
+        Column::Status => "accepted, superseded or rejected; only accepted readings are analysed",
+        Column::Flag => "Rule that the reading breaks, and the reason",
+        Column::Note => "Note of the operator",
+        Column::Origin => "How the reading came about; it was not measured",
+    }
+}
+
+/// What a column of vectors means.
+fn vector_meaning(name: &str) -> String {
+    let known = Column::ALL.into_iter().find(|column| column.name() == name);
+    if let Some(column) = known {
+        return meaning_of(column).to_owned();
+    }
+    if let Some(joint) = name.strip_prefix("joint_") {
+        let variable = joint
+            .rsplit_once('_')
+            .map_or(joint, |(variable, _)| variable);
+        return format!("Value of the joint variable {variable}");
+    }
+    let mut words = name.split('_');
+    let (quantity, axis) = (words.next().unwrap_or(name), words.next().unwrap_or(""));
+    let more = if name.ends_with("_raw") {
+        ", text of the gauge"
+    } else if name.contains("_zero") {
+        ", value that is subtracted"
+    } else {
+        ""
+    };
+    match (quantity, axis) {
+        ("force" | "moment" | "displacement" | "rotation" | "position", "x" | "y" | "z") => {
+            format!("Component of the {quantity} along {axis}{more}")
+        }
+        ("axes", _) => "Axes of the components".to_owned(),
+        _ => name.replace('_', " "),
+    }
+}

@@ -1,0 +1,96 @@
+//! Tables that were written for other programs.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::export::tidy::TidyTable;
+
+use super::text::AlignedTable;
+
+/// Tables that were written for other programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DataExportReport {
+    /// The format of the tables.
+    pub format: TableFormat,
+    /// The folder.
+    pub folder: PathBuf,
+    /// The tables.
+    pub tables: Vec<ExportedTable>,
+    /// The files, in the order in which they were written.
+    pub files: Vec<ExportedFile>,
+}
+
+/// Format of tables for other programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum TableFormat {
+    /// A file a table, and `datapackage.json`.
+    Csv,
+    /// One spreadsheet, a sheet a table.
+    Xlsx,
+    /// A file a table, and `datapackage.json`.
+    Parquet,
+}
+
+/// One table.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ExportedTable {
+    /// Its name.
+    pub name: String,
+    /// What a row is.
+    pub row: String,
+    /// Number of rows.
+    pub rows: usize,
+    /// Names of the columns, each with its unit.
+    pub columns: Vec<String>,
+}
+
+/// One file.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ExportedFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Its size, bytes.
+    pub bytes: usize,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+impl From<&TidyTable> for ExportedTable {
+    fn from(table: &TidyTable) -> Self {
+        let columns = table.columns.iter().map(|column| column.name.clone());
+        Self {
+            name: table.name.to_owned(),
+            row: table.title.to_owned(),
+            rows: table.rows.len(),
+            columns: columns.collect(),
+        }
+    }
+}
+
+impl DataExportReport {
+    /// What was written, in words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut rows = AlignedTable::new(&["table", "rows", "columns", "a row is"]);
+        for table in &self.tables {
+            let counts = [table.rows, table.columns.len()].map(|count| count.to_string());
+            let [count, columns] = counts;
+            rows.row([table.name.clone(), count, columns, table.row.clone()]);
+        }
+        let mut text = rows.text();
+        text.push_str("\nWritten:\n");
+        for file in &self.files {
+            let _ = writeln!(text, "  {}", file.path.display());
+        }
+        if self.format != TableFormat::Xlsx {
+            text.push_str(
+                "\ndatapackage.json holds units, hashes and sources. It names no licence: add `licenses` before you publish the data.\n",
+            );
+        }
+        text
+    }
+}

@@ -1,0 +1,114 @@
+//! Checks of the computer before a session.
+
+use std::fmt::Write;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Checks of the computer.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DoctorReport {
+    /// The checks, in order.
+    pub checks: Vec<CheckReport>,
+    /// How many ended as a warning.
+    pub warnings: usize,
+    /// How many failed.
+    pub failed: usize,
+}
+
+/// How a check ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum CheckState {
+    /// As it should be.
+    Ok,
+    /// A session is possible; something is missing or slow.
+    Warning,
+    /// A session is not possible, or not with gauges.
+    Failed,
+}
+
+/// One check.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct CheckReport {
+    /// What was checked.
+    pub name: String,
+    /// How it ended.
+    pub state: CheckState,
+    /// What was found.
+    pub found: String,
+    /// What to do; `null` if all is well.
+    pub remedy: Option<String>,
+}
+
+impl CheckReport {
+    /// A check that ended well.
+    #[must_use]
+    pub fn ok(name: &str, found: impl Into<String>) -> Self {
+        Self::ended(name, CheckState::Ok, found, None)
+    }
+
+    /// A check that ended as a warning.
+    #[must_use]
+    pub fn warning(name: &str, found: impl Into<String>, remedy: &str) -> Self {
+        Self::ended(name, CheckState::Warning, found, Some(remedy))
+    }
+
+    /// A check that failed.
+    #[must_use]
+    pub fn failed(name: &str, found: impl Into<String>, remedy: &str) -> Self {
+        Self::ended(name, CheckState::Failed, found, Some(remedy))
+    }
+
+    fn ended(
+        name: &str,
+        state: CheckState,
+        found: impl Into<String>,
+        remedy: Option<&str>,
+    ) -> Self {
+        Self {
+            name: name.to_owned(),
+            state,
+            found: found.into(),
+            remedy: remedy.map(str::to_owned),
+        }
+    }
+}
+
+impl DoctorReport {
+    /// The report on these checks.
+    #[must_use]
+    pub fn new(checks: Vec<CheckReport>) -> Self {
+        let count = |state| checks.iter().filter(|check| check.state == state).count();
+        Self {
+            warnings: count(CheckState::Warning),
+            failed: count(CheckState::Failed),
+            checks,
+        }
+    }
+
+    /// The checks in words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for check in &self.checks {
+            let state = match check.state {
+                CheckState::Ok => "ok",
+                CheckState::Warning => "warning",
+                CheckState::Failed => "FAILED",
+            };
+            let _ = writeln!(text, "{state:<8} {:<14} {}", check.name, check.found);
+            if let Some(remedy) = &check.remedy {
+                let _ = writeln!(text, "{:<24}-> {remedy}", "");
+            }
+        }
+        let _ = writeln!(
+            text,
+            "\n{} checks, {} warnings, {} failed",
+            self.checks.len(),
+            self.warnings,
+            self.failed
+        );
+        text
+    }
+}

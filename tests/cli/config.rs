@@ -1,0 +1,205 @@
+//! Settings come from options, variables, the file of the folder, the file of the user and the program, in this order; results state them.
+
+use serde_json::Value;
+use stiffbench_test_files::desk::{Desk, Ran};
+
+use super::{assert_output_contains, desk, five_columns};
+
+/// A desk whose user has no configuration but what a test writes to `home`.
+fn run(desk: &Desk, folder: &str, variables: &[(&str, &str)], arguments: &str) -> Ran {
+    let mut command = desk.command(arguments);
+    command.current_dir(desk.path(folder));
+    command.env("XDG_CONFIG_HOME", desk.path("home"));
+    for (name, value) in variables {
+        command.env(name, value);
+    }
+    Ran::of(&mut command)
+}
+
+fn setting(ran: &Ran, name: &str) -> Value {
+    let object = ran.json();
+    let settings = object["data"]["settings"].as_array().unwrap().clone();
+    settings
+        .into_iter()
+        .find(|setting| setting["name"] == name)
+        .unwrap()
+}
+
+#[test]
+fn each_layer_goes_before_those_below_it() {
+    let desk = desk();
+    desk.write("work/deep/x", "");
+    let show = |variables: &[(&str, &str)], more: &str| {
+        let ran = run(
+            &desk,
+            "work/deep",
+            variables,
+            &format!("config show --json {more}"),
+        );
+        setting(&ran.succeeds(), "progress")
+    };
+    let is = |found: &Value, value: &str, origin: &str| {
+        assert_eq!(
+            (&found["value"], &found["origin"]),
+            (&value.into(), &origin.into())
+        );
+    };
+    is(&show(&[], ""), "auto", "default");
+    desk.write(
+        "home/stiffbench/config.toml",
+        "progress = \"bar\"\noperator = \"A. Meyer\"\n",
+    );
+    is(&show(&[], ""), "bar", "user");
+    desk.write("work/stiffbench.toml", "progress = \"text\"\n");
+    is(&show(&[], ""), "text", "folder");
+    is(
+        &show(&[("STIFFBENCH_PROGRESS", "none")], ""),
+        "none",
+        "environment",
+    );
+    is(
+        &show(&[("STIFFBENCH_PROGRESS", "none")], "--progress bar"),
+        "bar",
+        "option",
+    );
+    // What only a lower layer states is kept.
+    let ran = run(&desk, "work/deep", &[], "config show --json");
+    assert_eq!(setting(&ran, "operator")["value"], "A. Meyer");
+    for (variables, option) in [
+        (&[][..], "--no-config"),
+        (&[("STIFFBENCH_CONFIG", "none")][..], ""),
+    ] {
+        is(&show(variables, option), "auto", "default");
+    }
+    desk.write("other.toml", "progress = \"bar\"\n");
+    let other = desk.path("other.toml").display().to_string();
+    is(&show(&[("STIFFBENCH_CONFIG", &other)], ""), "bar", "folder");
+    let text = run(&desk, "work/deep", &[], "config show --origin")
+        .succeeds()
+        .stdout;
+    assert!(
+        text.contains("stiffbench.toml") && text.contains("default"),
+        "{text}"
+    );
+    let paths = run(&desk, "work/deep", &[], "config path")
+        .succeeds()
+        .stdout;
+    assert!(
+        paths
+            .lines()
+            .next()
+            .unwrap()
+            .ends_with("work/stiffbench.toml (exists)"),
+        "{paths}"
+    );
+}
+
+#[test]
+fn a_configured_robot_is_used_where_nothing_names_one_and_is_stated() {
+    let desk = desk();
+    desk.write("readings.csv", &five_columns(&["P1", "P2"], 3));
+    let fit = "fit readings.csv";
+    let code = "stiffbench::usage::no_robot";
+    desk.refusal(fit, 2, code);
+    desk.write("stiffbench.toml", "robot = \"hp-robot\"\n");
+    let ran = run(&desk, "", &[], fit).succeeds();
+    assert!(
+        ran.stdout.contains("stiffbench.toml, mechanism F"),
+        "{}",
+        ran.stdout
+    );
+    let json = run(&desk, "", &[], "fit readings.csv --json")
+        .succeeds()
+        .json();
+    assert!(
+        json["inputs"]["robot"]["from"]
+            .as_str()
+            .unwrap()
+            .ends_with("stiffbench.toml")
+    );
+    // An option goes first, and a session has its own robot.
+    let json = run(&desk, "", &[], "fit readings.csv --robot hp-robot --json")
+        .succeeds()
+        .json();
+    assert_eq!(json["inputs"]["robot"].get("from"), None);
+    desk.write("stiffbench.toml", "robot = \"serial-arm\"\n");
+    desk.run("simulate session --robot hp-robot --poses P1,P2 --no-config")
+        .succeeds();
+    let json = run(&desk, "", &[], "fit session --json").succeeds().json();
+    assert!(
+        json["inputs"]["robot"]["name"]
+            .as_str()
+            .unwrap()
+            .contains("palletising")
+    );
+    run(&desk, "", &[], "fit readings.csv --no-config").exits_with(2);
+}
+
+#[test]
+fn paths_are_relative_to_the_file_and_used_settings_are_noted() {
+    let desk = desk();
+    desk.write(
+        "lab/stiffbench.toml",
+        "protocols = \"gauges\"\nrobot = \"arm.toml\"\n",
+    );
+    desk.write("lab/gauges/instruments/note.txt", "");
+    desk.run("robot show hp-robot").succeeds();
+    let ran = run(&desk, "lab/gauges", &[], "instrument list").succeeds();
+    assert!(
+        ran.stderr.contains("note: protocols ") && ran.stderr.contains("lab/gauges"),
+        "{}",
+        ran.stderr
+    );
+    let quiet = run(&desk, "lab/gauges", &[], "instrument list --quiet").succeeds();
+    assert_eq!(quiet.stderr, "");
+    let given = run(&desk, "lab/gauges", &[], "instrument list --protocols .").succeeds();
+    assert!(!given.stderr.contains("protocols"), "{}", given.stderr);
+    let ran = run(&desk, "lab", &[], "config show --json");
+    assert_eq!(setting(&ran, "robot")["value"], "arm.toml");
+}
+
+#[test]
+fn mistakes_are_errors_with_their_place() {
+    let desk = desk();
+    for (text, code, words) in [
+        (
+            "robott = \"a\"\n",
+            "unknown_key",
+            ["stiffbench.toml:1:1", "did you mean robot"],
+        ),
+        (
+            "\noperator = 3\n",
+            "syntax",
+            ["stiffbench.toml:2:12", "expected a string"],
+        ),
+        (
+            "operator = \n",
+            "syntax",
+            ["stiffbench.toml:1", "--no-config"],
+        ),
+        (
+            "progress = \"loud\"\n",
+            "value",
+            ["loud", "one of auto, bar, text and none"],
+        ),
+        ("place = \" \"\n", "value", ["place", "not empty"]),
+    ] {
+        desk.write("stiffbench.toml", text);
+        let code = format!("stiffbench::config::{code}");
+        let error = desk.refusal("robot show", 10, &code);
+        assert_output_contains(&error, &words);
+        // What shows or explains goes on working, and doctor states it.
+        desk.run("explain config::value").succeeds();
+        desk.run("robot show --no-config").succeeds();
+        let doctor = desk.data("doctor");
+        assert_eq!(doctor["failed"], 1, "{doctor}");
+        desk.run("doctor --strict").exits_with(1);
+    }
+    let ran = run(
+        &desk,
+        "",
+        &[("STIFFBENCH_CONFIG", "none.toml")],
+        "robot show",
+    );
+    assert!(ran.exits_with(11).stderr.contains("none.toml"));
+}

@@ -1,0 +1,291 @@
+//! Tables for other programs hold the numbers of the session, with units and hashes, and overwrite nothing.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+use calamine::{Data, Reader, Xlsx, open_workbook};
+use serde_json::{Value, json};
+
+use stiffbench::analysis::sha256;
+use stiffbench_test_files::desk::Desk;
+use stiffbench_test_files::text;
+
+use super::{assert_output_contains, desk, desk_with_session, five_columns};
+
+fn package(desk: &Desk, folder: &str) -> Value {
+    serde_json::from_str(&desk.read(&format!("{folder}/datapackage.json"))).unwrap()
+}
+
+/// Rows of a CSV file by the names of their columns.
+fn rows(desk: &Desk, file: &str) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(desk.path(file)).unwrap();
+    let rows: Result<Vec<_>, _> = reader.deserialize().collect();
+    rows.unwrap()
+}
+
+/// Follows the schema of packages; hash, size, heads and types of every file are those described.
+fn assert_is_package(desk: &Desk, folder: &str) {
+    let package = package(desk, folder);
+    let schema = serde_json::from_str(text("fixtures/export/datapackage.schema.json")).unwrap();
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    let errors: Vec<String> = validator
+        .iter_errors(&package)
+        .map(|error| error.to_string())
+        .collect();
+    assert!(errors.is_empty(), "{errors:?}");
+    for resource in package["resources"].as_array().unwrap() {
+        let path = format!("{folder}/{}", resource["path"].as_str().unwrap());
+        let content = desk.read(&path);
+        assert_eq!(resource["bytes"], content.len());
+        assert_eq!(resource["hash"], format!("sha256:{}", sha256(&content)));
+        let fields = resource["schema"]["fields"].as_array().unwrap();
+        let names: Vec<&str> = fields
+            .iter()
+            .map(|field| field["name"].as_str().unwrap())
+            .collect();
+        assert_eq!(content.lines().next().unwrap(), names.join(","));
+        for row in rows(desk, &path) {
+            for field in fields {
+                let name = field["name"].as_str().unwrap();
+                let value = &row[name];
+                let is_good = value.is_empty()
+                    || match field["type"].as_str().unwrap() {
+                        "integer" => value.parse::<i64>().is_ok(),
+                        "number" => value.parse::<f64>().is_ok_and(f64::is_finite),
+                        "datetime" => value.ends_with('Z'),
+                        _ => true,
+                    };
+                assert!(is_good, "{path}, {name}: {value}");
+                let has_unit = ["_N", "_um", "_s", "_degC", "_N_per_um", "_um_per_N"];
+                let has_unit = has_unit.iter().any(|unit| name.ends_with(unit));
+                assert_eq!(
+                    has_unit || name.ends_with("_percent"),
+                    field.get("unit").is_some(),
+                    "{name}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn csv_files_are_as_their_package_describes_them() {
+    let desk = desk_with_session();
+    let data = desk.data("export session --out tables");
+    assert_is_package(&desk, "tables");
+    let files = data["files"].as_array().unwrap();
+    let names = [
+        "readings.csv",
+        "stiffness.csv",
+        "budget.csv",
+        "loads.csv",
+        "flags.csv",
+        "datapackage.json",
+    ];
+    assert_eq!(files.len(), names.len());
+    for (file, name) in files.iter().zip(names) {
+        assert_eq!(file["path"], format!("tables/{name}"));
+        assert_eq!(file["sha256"], sha256(desk.read(&format!("tables/{name}"))));
+    }
+    let about = &package(&desk, "tables")["stiffbench"];
+    assert!(
+        about["not_measured"]
+            .as_str()
+            .unwrap()
+            .contains("simulated"),
+        "{about}"
+    );
+    assert_eq!(about["branches"], "loading");
+}
+
+#[test]
+fn numbers_are_those_of_the_analysis() {
+    let desk = desk_with_session();
+    desk.run("export session --out tables").succeeds();
+    let stiffness = desk.data("stiffness session");
+    let cells = stiffness["cells"].as_array().unwrap();
+    let table = rows(&desk, "tables/stiffness.csv");
+    assert_eq!(table.len(), cells.len());
+    for (row, cell) in table.iter().zip(cells) {
+        assert_eq!(cell["pose"], row["pose"].as_str());
+        for (column, key) in [
+            ("stiffness_N_per_um", "value"),
+            ("u_N_per_um", "u"),
+            ("expanded_U_N_per_um", "U"),
+        ] {
+            let number: f64 = row[column].parse().unwrap();
+            assert_eq!(
+                cell["stiffness_regression"][key].as_f64(),
+                Some(number),
+                "{column}"
+            );
+        }
+    }
+    let budget = rows(&desk, "tables/budget.csv");
+    let repeatability = budget.iter().filter(|row| row["source"] == "repeatability");
+    assert_eq!(repeatability.count(), cells.len());
+    // Every reading is there, with its run.
+    let readings = rows(&desk, "tables/readings.csv");
+    assert_eq!(
+        readings.len(),
+        desk.read("session/readings.csv").lines().count() - 1
+    );
+    assert!(readings.iter().all(|row| !row["run"].is_empty()));
+    // What was exported can be analysed again: readings as a session, stiffness as a list.
+    let again = desk.data("stiffness tables/readings.csv");
+    assert_eq!(
+        again["cells"][0]["stiffness_regression"]["value"],
+        cells[0]["stiffness_regression"]["value"]
+    );
+    desk.run("fit tables/stiffness.csv --robot hp-robot --train P1,P3")
+        .succeeds();
+}
+
+#[test]
+fn a_spreadsheet_holds_the_same_and_always_the_same_bytes() {
+    let desk = desk_with_session();
+    desk.run("export session --out tables").succeeds();
+    desk.run("export session --out one --format xlsx")
+        .succeeds();
+    // The directory of a ZIP file has times in steps of two seconds.
+    std::thread::sleep(std::time::Duration::from_millis(2100));
+    desk.run("export session --out two --format xlsx")
+        .succeeds();
+    let bytes = |name: &str| std::fs::read(desk.path(name)).unwrap();
+    assert_eq!(bytes("one/tables.xlsx"), bytes("two/tables.xlsx"));
+    let mut book: Xlsx<_> = open_workbook(desk.path("one/tables.xlsx")).unwrap();
+    assert_eq!(
+        book.sheet_names(),
+        ["readings", "stiffness", "budget", "loads", "flags", "about"]
+    );
+    for name in ["readings", "stiffness"] {
+        let sheet = book.worksheet_range(name).unwrap();
+        let table = rows(&desk, &format!("tables/{name}.csv"));
+        let heads: Vec<String> = sheet
+            .rows()
+            .next()
+            .unwrap()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(sheet.height(), table.len() + 1);
+        for (cells, row) in sheet.rows().skip(1).zip(&table) {
+            for (head, cell) in heads.iter().zip(cells) {
+                match cell {
+                    Data::Empty => assert_eq!(row[head], ""),
+                    Data::Float(number) => assert_eq!(row[head].parse(), Ok(*number), "{head}"),
+                    other => assert_eq!(row[head], other.to_string(), "{head}"),
+                }
+            }
+        }
+    }
+    let about = book.worksheet_range("about").unwrap();
+    let words: Vec<String> = about.rows().flatten().map(ToString::to_string).collect();
+    assert!(words.iter().any(|word| word.contains("simulated")));
+    assert!(words.contains(&"N/um".to_owned()));
+}
+
+#[test]
+fn files_of_few_columns_and_load_cases_are_exported() {
+    let desk = desk();
+    desk.write("readings.csv", &five_columns(&["P1", "P2"], 3));
+    desk.run("export readings.csv --out few").succeeds();
+    assert_is_package(&desk, "few");
+    assert!(package(&desk, "few").get("created").is_none());
+    desk.run("export readings.csv --out sheets --format xlsx")
+        .succeeds();
+    desk.write(
+        "cases.csv",
+        "pose,force_x_N,displacement_x_um\nP1,-10,-20\nP2,-10,-21.5\n",
+    );
+    desk.run("export cases.csv --out cases").succeeds();
+    assert_is_package(&desk, "cases");
+    assert_eq!(
+        rows(&desk, "cases/load-cases.csv")[1]["displacement_x_um"],
+        "-21.5"
+    );
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
+    let desk = desk_with_session();
+    desk.write("full/mine.txt", "mine");
+    desk.write("file", "mine");
+    for out in ["full", "file"] {
+        let error = desk.refusal(
+            &format!("export session --out {out}"),
+            13,
+            "stiffbench::output::exists",
+        );
+        assert_output_contains(&error, &["not empty", "another name"]);
+    }
+    assert_eq!(desk.read("full/mine.txt"), "mine");
+    desk.refusal(
+        "export nothing --out new",
+        11,
+        "stiffbench::input::not_found",
+    );
+    desk.refusal(
+        "export paper-experiment --out new",
+        2,
+        "stiffbench::usage::needs_readings",
+    );
+    desk.write(
+        "broken.csv",
+        "pose,direction,repeat,force_N,displacement_um\nP1,x,1,ten,5\n",
+    );
+    desk.refusal(
+        "export broken.csv --out new",
+        11,
+        "stiffbench::readings::bad_value",
+    );
+    assert!(!desk.path("new").exists());
+    desk.run("export session").exits_with(2);
+    #[cfg(not(feature = "parquet"))]
+    {
+        let code = "stiffbench::usage::no_parquet";
+        let error = desk.refusal("export session --out new --format parquet", 2, code);
+        assert_output_contains(&error, &["--features parquet", "csv"]);
+        assert!(!desk.path("new").exists());
+    }
+}
+
+/// The snippet of the page, run as it stands; without pandas it is skipped with a note.
+#[test]
+fn the_snippet_of_the_page_runs() {
+    let page = text("docs/export.md");
+    let (_, snippet) = page.split_once("```python\n").unwrap();
+    let (snippet, _) = snippet.split_once("```").unwrap();
+    let has_pandas = Command::new("python3")
+        .args(["-c", "import pandas"])
+        .output();
+    if !has_pandas.is_ok_and(|run| run.status.success()) {
+        eprintln!("skipped: python3 with pandas was not found");
+        return;
+    }
+    let desk = desk();
+    desk.run("simulate my-session --seed 4").succeeds();
+    desk.run("export my-session --out my-tables").succeeds();
+    desk.write("snippet.py", snippet);
+    let mut command = Command::new("python3");
+    let run = command
+        .current_dir(&desk.folder)
+        .arg("snippet.py")
+        .output()
+        .unwrap();
+    let printed = String::from_utf8_lossy(&run.stdout);
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
+    assert!(printed.contains("P1"), "{printed}");
+}
+
+#[test]
+fn the_result_follows_its_schema() {
+    let desk = desk_with_session();
+    let data = desk.data("export session --out tables");
+    assert_eq!(data["format"], json!("csv"));
+    assert_eq!(data["tables"][0]["columns"][0], "session");
+}

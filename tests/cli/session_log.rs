@@ -1,0 +1,87 @@
+//! The log of a session folder: options, gauges, questions, answers, events and the end; readings only where they are wanted.
+
+use stiffbench_test_files::desk::Desk;
+
+use super::desk;
+
+const RUN: &str = "session run s --emulated --speed 50 --no-input --procedure sweeps --poses P1 --directions x --repeats 1 --seed 2 --answer temperature=21";
+
+/// The lines as time, level and message.
+fn lines(desk: &Desk) -> Vec<(String, String, String)> {
+    let parts = |line: &str| {
+        let (time, rest) = line.split_once(' ').unwrap();
+        let (level, message) = rest.split_once(' ').unwrap();
+        (time.to_owned(), level.to_owned(), message.trim().to_owned())
+    };
+    desk.read("s/session.log").lines().map(parts).collect()
+}
+
+#[test]
+fn the_log_holds_what_happened_but_no_readings_and_goes_on() {
+    let desk = desk();
+    let ran = desk.run(RUN).succeeds();
+    assert!(!ran.stderr.contains(" INFO "), "{}", ran.stderr);
+    let log = lines(&desk);
+    for (time, level, _) in &log {
+        assert_eq!(time.len(), "2026-11-25T00:31:07.412Z".len(), "{time}");
+        assert!(
+            ["INFO", "WARN", "ERROR"].contains(&level.as_str()),
+            "{level}"
+        );
+    }
+    let is_there = |words: &str| log.iter().any(|(.., message)| message.contains(words));
+    for words in [
+        "options: session run s --emulated",
+        "force gauge: ",
+        "displacement gauge: ",
+        "event 1: session s-",
+        "ended: ",
+    ] {
+        assert!(is_there(words), "{words}: {log:?}");
+    }
+    assert!(!is_there("reading 1:"), "{log:?}");
+    let count = log.len();
+    desk.run("session resume s --emulated --speed 50 --no-input --verbose --answer temperature=21")
+        .succeeds();
+    let log = lines(&desk);
+    assert!(log.len() > count);
+    assert!(
+        log[count..]
+            .iter()
+            .any(|(.., message)| message.starts_with("options: session resume s"))
+    );
+}
+
+#[test]
+fn a_verbose_session_logs_every_reading_on_standard_error_too() {
+    let desk = desk();
+    let ran = desk.run(&format!("{RUN} -v")).succeeds();
+    let log = desk.read("s/session.log");
+    let readings = log
+        .lines()
+        .filter(|line| line.contains(" DEBUG ") && line.contains(": reading "))
+        .count();
+    assert_eq!(readings, desk.read("s/readings.csv").lines().count() - 1);
+    for line in log.lines() {
+        assert!(ran.stderr.contains(line), "{line}");
+    }
+}
+
+#[test]
+fn a_log_that_cannot_be_written_stops_no_session() {
+    let desk = desk();
+    desk.run(RUN).succeeds();
+    std::fs::remove_file(desk.path("s/session.log")).unwrap();
+    std::fs::create_dir(desk.path("s/session.log")).unwrap();
+    let ran = desk
+        .run("session resume s --emulated --speed 50 --no-input --answer temperature=21")
+        .succeeds();
+    assert!(
+        ran.stderr.contains("session.log cannot be written"),
+        "{}",
+        ran.stderr
+    );
+    // Nothing depends on it.
+    desk.run("session verify s").succeeds();
+    desk.run("stiffness s").succeeds();
+}
