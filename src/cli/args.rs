@@ -21,6 +21,7 @@ use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
 use super::predict::PredictArgs;
 use super::procedure::ProcedureArgs;
+use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
@@ -120,6 +121,8 @@ pub(super) enum Command {
     Diagnose(Box<DiagnoseArgs>),
     /// Answers of a part that was not measured, by the model that `diagnose --specimen` left, with a band
     Predict(PredictArgs),
+    /// One document of a session and its results, to be handed on; `report verify` checks every number of one
+    Report(Box<ReportArgs>),
     /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
     Map(MapArgs),
     /// A model for other programs: MuJoCo, SDF, URDF, CSV, JSON

@@ -34,6 +34,18 @@ pub enum CliError {
         /// The folder.
         path: PathBuf,
     },
+    /// A report that exists already.
+    #[error("{path} exists already")]
+    #[diagnostic(
+        code(stiffbench::output::exists),
+        help(
+            "name another file with --out FILE (compare: --report FILE); a report is never written over"
+        )
+    )]
+    ReportExists {
+        /// The file.
+        path: PathBuf,
+    },
     /// A robot file that exists already.
     #[error("{path} exists already")]
     #[diagnostic(
@@ -145,6 +157,9 @@ impl Failure {
             ("stiffbench::output", 14),
             ("stiffbench::procedure", 10),
             ("stiffbench::robot", 10),
+            ("stiffbench::report::not_a_report", 11),
+            ("stiffbench::report::other_template", 11),
+            ("stiffbench::report", 10),
             ("stiffbench::structure", 10),
             ("stiffbench::stiffness", 10),
             ("stiffbench::distribution", 10),
