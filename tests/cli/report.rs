@@ -28,7 +28,9 @@ const DETAILS: &str = "authorised_by = \"A. Nyone\"\nexternal_providers = \"not 
 fn a_page_stands_alone_is_small_and_has_the_same_bytes_twice() {
     let desk = desk_with_report("");
     let page = desk.read("session/report.html");
-    for outside in ["http:", "https:", "src=", "@import", "url(", "<link", "href="] {
+    for outside in [
+        "http:", "https:", "src=", "@import", "url(", "<link", "href=",
+    ] {
         assert!(!page.contains(outside), "{outside}");
     }
     assert!(page.len() < 1_000_000, "{}", page.len());
@@ -50,9 +52,9 @@ fn a_page_stands_alone_is_small_and_has_the_same_bytes_twice() {
 #[test]
 fn a_report_with_a_diagnosis_names_the_verdict_and_is_below_a_megabyte() {
     let desk = desk();
-    desk.run("simulate session --poses P1,P3 --seed 4")
+    desk.run("simulate session --poses P1,P2,P3 --seed 4")
         .succeeds();
-    let data = desk.data("report session --train P1");
+    let data = desk.data("report session --train P1,P3");
     let verdict = data["headline"]["verdict"].as_str().unwrap();
     let page = desk.read("session/report.html");
     assert!(page.contains("What the model leaves out"));
@@ -125,16 +127,29 @@ fn a_report_is_held_against_its_session() {
         (&Value::Bool(true), &Value::Bool(true))
     );
     desk.run("simulate other --poses P1,P3 --seed 5").succeeds();
-    let run = desk.run("report verify session/report.html other").exits_with(30);
+    let run = desk
+        .run("report verify session/report.html other")
+        .exits_with(30);
     assert!(run.stdout.contains("NOT VERIFIED"), "{}", run.stdout);
-    assert!(run.stdout.contains("/sessions/0/"), "{}", run.stdout);
+    assert!(
+        run.stdout.contains("/headline/stiffness/0"),
+        "{}",
+        run.stdout
+    );
 }
 
 #[test]
 fn missing_items_are_listed_and_marked_and_stated_ones_are_not() {
     let desk = desk_with_report("--out bare.html");
-    let run = desk.run("report session --no-diagnosis --out more.html").succeeds();
-    for item in ["laboratory.name", "customer.name", "item.received", "--issued DATE"] {
+    let run = desk
+        .run("report session --no-diagnosis --out more.html")
+        .succeeds();
+    for item in [
+        "laboratory.name",
+        "customer.name",
+        "item.received",
+        "--issued DATE",
+    ] {
         assert!(run.stdout.contains(item), "{item}: {}", run.stdout);
     }
     assert!(desk.read("bare.html").contains(">missing</span>"));
@@ -145,7 +160,9 @@ fn missing_items_are_listed_and_marked_and_stated_ones_are_not() {
     let open = data["items"].as_array().unwrap().iter();
     assert_eq!(open.filter(|item| item["value"].is_null()).count(), 0);
     let page = desk.read("full.html");
-    assert!(page.contains("Hall 3") && page.contains("2026-11-18") && page.contains("not applicable"));
+    assert!(
+        page.contains("Hall 3") && page.contains("2026-11-18") && page.contains("not applicable")
+    );
     assert!(!page.contains(">missing</span>"));
 }
 
@@ -156,11 +173,14 @@ fn the_template_of_details_can_be_used_and_wrong_details_are_placed() {
     desk.write("report.toml", &template);
     desk.run("report session --no-diagnosis --details report.toml --out full.html")
         .succeeds();
-    desk.write("wrong.toml", "[laboratory]\nnmae = \"Lab\"\n");
+    desk.write("wrong.toml", "[laboratory]\nadress = \"Lab\"\n");
     let command = "report session --no-diagnosis --details wrong.toml --out no.html";
     let error = desk.refusal(command, 10, "stiffbench::report::details");
-    assert_output_contains(&error, &["wrong.toml:2:1", "nmae", "name"]);
-    desk.write("wrong.toml", "[[requirement]]\npose = \"P1\"\ndirection = \"x\"\n");
+    assert_output_contains(&error, &["wrong.toml:2:1", "adress", "`address` meant"]);
+    desk.write(
+        "wrong.toml",
+        "[[requirement]]\npose = \"P1\"\ndirection = \"x\"\n",
+    );
     let error = desk.refusal(command, 10, "stiffbench::report::details");
     assert_output_contains(&error, &["at_least_N_per_um"]);
     assert!(!desk.path("no.html").exists());
@@ -183,8 +203,14 @@ fn pass_and_fail_follow_the_decision_rule() {
     };
     let guard = "decision_rule = \"guard-band\"\n";
     assert_eq!(decided(guard, value - 2.0 * expanded, "a.html"), "pass");
-    assert_eq!(decided(guard, value - 0.5 * expanded, "b.html"), "conditional-pass");
-    assert_eq!(decided(guard, value + 0.5 * expanded, "c.html"), "conditional-fail");
+    assert_eq!(
+        decided(guard, value - 0.5 * expanded, "b.html"),
+        "conditional-pass"
+    );
+    assert_eq!(
+        decided(guard, value + 0.5 * expanded, "c.html"),
+        "conditional-fail"
+    );
     assert_eq!(decided(guard, value + 2.0 * expanded, "d.html"), "fail");
     let simple = "decision_rule = \"simple-acceptance\"\n";
     assert_eq!(decided(simple, value - 0.5 * expanded, "e.html"), "pass");
@@ -196,11 +222,17 @@ fn pass_and_fail_follow_the_decision_rule() {
 #[test]
 fn what_a_reader_must_not_overlook_stands_across_the_page() {
     let desk = desk_with_report("");
-    assert!(desk.read("session/report.html").contains("<span>SIMULATED</span>"));
+    assert!(
+        desk.read("session/report.html")
+            .contains("<span>SIMULATED</span>")
+    );
     desk.write("bare.csv", &five_columns(&["P1", "P3"], 3));
     desk.run("report bare.csv --robot hp-robot --no-diagnosis")
         .succeeds();
-    assert!(desk.read("bare-report.html").contains("<span>NOT PROTECTED</span>"));
+    assert!(
+        desk.read("bare-report.html")
+            .contains("<span>NOT PROTECTED</span>")
+    );
     // Without a robot there is stiffness, and the page states what is not in it.
     let run = desk.run("report bare.csv --out alone.html").succeeds();
     assert!(run.stdout.contains("no robot is named"), "{}", run.stdout);
@@ -224,17 +256,22 @@ fn an_emulated_session_that_was_stopped_is_partial() {
     desk.run("report whole --no-diagnosis").succeeds();
     let page = desk.read("whole/report.html");
     assert!(page.contains("EMULATED"));
-    assert_eq!(page.contains("<span>PARTIAL · EMULATED</span>"), run.code != 0);
+    assert_eq!(
+        page.contains("<span>PARTIAL · EMULATED</span>"),
+        run.code != 0
+    );
     desk.run("report verify whole/report.html whole").succeeds();
 }
 
 #[test]
 fn a_replacement_names_the_report_and_the_reason() {
     let desk = desk_with_report("--out first.html");
-    desk.command("report session --no-diagnosis --out second.html --amends SB-20261120-0123456789 --reason")
-        .arg("wrong serial number")
-        .assert()
-        .success();
+    desk.command(
+        "report session --no-diagnosis --out second.html --amends SB-20261120-0123456789 --reason",
+    )
+    .arg("wrong serial number")
+    .assert()
+    .success();
     let page = desk.read("second.html");
     assert!(page.contains("This report replaces report SB-20261120-0123456789."));
     assert!(page.contains("wrong serial number"));
@@ -261,7 +298,11 @@ fn the_day_of_issue_is_never_that_of_the_clock() {
 fn nothing_is_written_over() {
     let desk = desk_with_report("");
     let before = desk.read("session/report.html");
-    let error = desk.refusal("report session --no-diagnosis", 13, "stiffbench::output::exists");
+    let error = desk.refusal(
+        "report session --no-diagnosis",
+        13,
+        "stiffbench::output::exists",
+    );
     assert_output_contains(&error, &["--out"]);
     assert_eq!(before, desk.read("session/report.html"));
 }
@@ -270,13 +311,20 @@ fn nothing_is_written_over() {
 fn a_template_of_your_own_is_used_and_its_errors_have_lines() {
     let desk = desk_with_report("");
     let usual = desk.run("report --print-template").succeeds().stdout;
-    desk.write("own.html", &usual.replace("<h1>{{ title }}</h1>", "<h1>Ours: {{ title }}</h1>"));
+    desk.write(
+        "own.html",
+        &usual.replace("<h1>{{ title }}</h1>", "<h1>Ours: {{ title }}</h1>"),
+    );
     desk.run("report session --no-diagnosis --template own.html --out own-report.html")
         .succeeds();
     assert!(desk.read("own-report.html").contains("<h1>Ours: "));
     desk.run("report verify own-report.html session --template own.html")
         .succeeds();
-    desk.refusal("report verify own-report.html", 11, "stiffbench::report::other_template");
+    desk.refusal(
+        "report verify own-report.html",
+        11,
+        "stiffbench::report::other_template",
+    );
     desk.write("own.html", "one\ntwo {{ nothing.such }}\n");
     let command = "report session --no-diagnosis --template own.html --out no.html";
     let error = desk.refusal(command, 10, "stiffbench::report::template");
@@ -290,7 +338,11 @@ fn a_template_of_your_own_is_used_and_its_errors_have_lines() {
 fn what_is_no_report_is_refused() {
     let desk = desk_with_report("");
     desk.write("page.html", "<html></html>\n");
-    desk.refusal("report verify page.html", 11, "stiffbench::report::not_a_report");
+    desk.refusal(
+        "report verify page.html",
+        11,
+        "stiffbench::report::not_a_report",
+    );
     desk.refusal("report verify nothing.html", 11, "stiffbench::input::read");
     desk.refusal("report nothing", 11, "stiffbench::input::not_found");
 }
@@ -302,7 +354,10 @@ fn markdown_has_the_tables_and_figures_beside_it() {
     assert!(text.contains("| pose | direction | runs | K, N/µm |"));
     assert!(text.contains("| P1 | x lateral |"));
     assert!(!text.contains('<') && !text.contains("{{"), "{text}");
-    assert!(desk.read("figures/load-displacement.svg").starts_with("<svg xmlns="));
+    assert!(
+        desk.read("figures/load-displacement.svg")
+            .starts_with("<svg xmlns=")
+    );
 }
 
 #[test]
@@ -310,18 +365,27 @@ fn two_sessions_are_compared_in_a_report() {
     let desk = desk();
     desk.run("simulate one --poses P1 --seed 4").succeeds();
     desk.run("simulate two --poses P1 --seed 5").succeeds();
-    desk.run("compare one two --report difference.html").succeeds();
+    desk.run("compare one two --report difference.html")
+        .succeeds();
     let page = desk.read("difference.html");
     assert!(page.contains("The sessions agree.") && page.contains("<h2>Comparison</h2>"));
     desk.run("report verify difference.html one two").succeeds();
-    desk.run("report verify difference.html two one").exits_with(30);
-    desk.refusal("report verify difference.html one", 2, "stiffbench::usage::argument");
+    desk.run("report verify difference.html two one")
+        .exits_with(30);
+    desk.refusal(
+        "report verify difference.html one",
+        2,
+        "stiffbench::usage::argument",
+    );
 }
 
 #[test]
 fn marked_up_names_do_no_harm() {
     let desk = desk_with_report("");
-    desk.write("details.toml", "title = \"</script><b>x\"\n[laboratory]\nname = \"<i>Lab & Co\"\n");
+    desk.write(
+        "details.toml",
+        "title = \"</script><b>x\"\n[laboratory]\nname = \"<i>Lab & Co\"\n",
+    );
     desk.run("report session --no-diagnosis --details details.toml --out odd.html")
         .succeeds();
     let page = desk.read("odd.html");
@@ -332,9 +396,68 @@ fn marked_up_names_do_no_harm() {
 #[test]
 fn dark_paper_and_print_have_styles() {
     let page = desk_with_report("").read("session/report.html");
-    for style in ["prefers-color-scheme: dark", "@media print", "size: A4", "counter(pages)", "max-width: 40rem"] {
+    for style in [
+        "prefers-color-scheme: dark",
+        "@media print",
+        "size: A4",
+        "counter(pages)",
+        "max-width: 40rem",
+    ] {
         assert!(page.contains(style), "{style}");
     }
     assert!(page.contains("End of report SB-"));
     assert!(!page.contains("<script>") && !page.contains(" onload="));
+}
+
+/// Relative luminance of a colour `#rrggbb` (WCAG 2.2).
+fn luminance(colour: &str) -> f64 {
+    let part = |at: usize| {
+        let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
+        if value <= 0.040_45 {
+            value / 12.92
+        } else {
+            ((value + 0.055) / 1.055).powf(2.4)
+        }
+    };
+    0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5)
+}
+
+#[test]
+fn text_has_contrast_on_light_dark_and_printed_paper() {
+    let template = stiffbench::report::page::html_template().text;
+    let schemes: Vec<&str> = template.split(":root {").skip(1).collect();
+    assert_eq!(schemes.len(), 3);
+    // What is not set again is that of the light scheme.
+    let colour = |scheme: &str, name: &str| {
+        let value = scheme.split(&format!("--{name}: ")).nth(1);
+        let value = value.map(|rest| rest.split(';').next().unwrap().to_owned())?;
+        let short = value.len() == 4;
+        Some(if short {
+            value
+                .chars()
+                .skip(1)
+                .fold("#".to_owned(), |all, c| format!("{all}{c}{c}"))
+        } else {
+            value
+        })
+    };
+    for scheme in schemes
+        .iter()
+        .map(|scheme| scheme.split('}').next().unwrap())
+    {
+        for (ink, paper) in [
+            ("ink", "paper"),
+            ("ink", "tint"),
+            ("quiet", "paper"),
+            ("quiet", "tint"),
+            ("warn", "paper"),
+            ("warn", "warn-tint"),
+        ] {
+            let [ink_value, paper_value] =
+                [ink, paper].map(|name| luminance(&colour(scheme, name).unwrap()));
+            let (light, dark) = (ink_value.max(paper_value), ink_value.min(paper_value));
+            let contrast = (light + 0.05) / (dark + 0.05);
+            assert!(contrast >= 4.5, "{ink} on {paper}: {contrast}");
+        }
+    }
 }

@@ -7,30 +7,26 @@ use crate::report::{diagnosis_figures, fit_figures, load_displacement_figure};
 use crate::stiffness::StiffnessTable;
 
 use super::PageFigure;
+use super::packed::lean;
 use super::session::stiffness_words;
 
-/// Figures of a diagnosis that a report has, by the beginning of their names.
+/// Figures of a diagnosis that a report has, by the beginning of their names, the most important first.
 const OF_DIAGNOSIS: [&str; 8] = [
     "mismatch_map",
-    "residuals_before_after",
     "found_law",
-    "evidence_bars",
+    "load_displacement",
     "misfit_shares",
     "held_out_error",
-    "load_displacement",
+    "evidence_bars",
     "detection_limits",
+    "residuals_before_after",
 ];
 
-/// What a namespace is called; inline SVG needs none, and a page must not name an address.
-const NAMESPACE: &str = " xmlns=\"http://www.w3.org/2000/svg\"";
-
 fn page_figure(name: impl Into<String>, figure: &Figure) -> PageFigure {
-    let svg = figure.to_svg().replace(NAMESPACE, "");
-    let start = svg.find("<svg").unwrap_or(0);
     PageFigure {
         name: name.into(),
         title: figure.title.clone(),
-        svg: svg[start..].trim_end().to_owned(),
+        svg: lean(&figure.to_svg()),
     }
 }
 
@@ -75,8 +71,12 @@ pub(super) fn figures_of_fit(
 
 /// Where model and readings differ, before and after what was found.
 pub(super) fn figures_of_diagnosis(report: &DiagnosisReport) -> Vec<PageFigure> {
-    let all = diagnosis_figures(report).into_iter();
-    all.filter(|(name, _)| OF_DIAGNOSIS.iter().any(|wanted| name.starts_with(wanted)))
-        .map(|(name, figure)| page_figure(name, &figure))
+    let all = diagnosis_figures(report);
+    let wanted = OF_DIAGNOSIS.iter().flat_map(|wanted| {
+        let own = all.iter();
+        own.filter(move |(name, _)| name.starts_with(wanted))
+    });
+    wanted
+        .map(|(name, figure)| page_figure(name, figure))
         .collect()
 }

@@ -11,6 +11,7 @@ mod error;
 mod figures;
 mod headline;
 mod model;
+mod packed;
 mod session;
 mod template;
 mod verify;
@@ -100,7 +101,8 @@ pub struct PageFigure {
     pub name: String,
     /// What it shows.
     pub title: String,
-    /// Its SVG.
+    /// Its SVG; in JSON deflated (zlib) and in base64. A template gets the SVG itself.
+    #[serde(serialize_with = "packed::pack")]
     pub svg: String,
 }
 
@@ -120,6 +122,24 @@ impl PageFigures {
     pub fn all(&self) -> impl Iterator<Item = &PageFigure> {
         let all = self.readings.iter().chain(&self.fit);
         all.chain(&self.diagnosis)
+    }
+
+    /// Leaves out what exceeds so many bytes of SVG, the least important first; what was left out.
+    fn shed(&mut self, bytes: usize) -> Vec<String> {
+        let mut left = bytes;
+        let mut titles = Vec::new();
+        for section in [&mut self.readings, &mut self.fit, &mut self.diagnosis] {
+            section.retain(|figure| {
+                let fits = figure.svg.len() <= left;
+                if fits {
+                    left -= figure.svg.len();
+                } else {
+                    titles.push(figure.title.clone());
+                }
+                fits
+            });
+        }
+        titles
     }
 }
 
@@ -177,12 +197,33 @@ impl ReportPage {
 
     /// The same with its number, which follows from everything else.
     #[must_use]
-    pub(super) fn numbered(mut self) -> Self {
-        self.set_number(String::new());
-        let last = self.sessions.iter().filter_map(PageSession::last_day).max();
+    pub(super) fn numbered(self) -> Self {
+        let mut page = self.fitted_to_a_megabyte();
+        page.set_number(String::new());
+        let last = page.sessions.iter().filter_map(PageSession::last_day).max();
         let day = last.map_or_else(|| "undated".to_owned(), |day| day.replace('-', ""));
-        let json = serde_json::to_string(&self).unwrap_or_default();
-        self.set_number(page_number(&day, &json));
+        let json = serde_json::to_string(&page).unwrap_or_default();
+        page.set_number(page_number(&day, &json));
+        page
+    }
+
+    /// Without the figures that would make the page larger than a megabyte; the report states which.
+    fn fitted_to_a_megabyte(mut self) -> Self {
+        const LARGEST: usize = 1_000_000;
+        // Of style and fixed words.
+        const TEMPLATE: usize = 30_000;
+        let figures = std::mem::take(&mut self.figures);
+        // Numbers stand in the text too.
+        let others = 3 * serde_json::to_string(&self).unwrap_or_default().len() / 2 + TEMPLATE;
+        self.figures = figures;
+        // A drawing stands in the data too, at most at a fifth of its size.
+        let room = 5 * LARGEST.saturating_sub(others) / 6;
+        let titles = self.figures.shed(room);
+        self.left_out.extend(titles.into_iter().map(|title| {
+            format!(
+                "Figure: {title}. The page would exceed 1 MB; stiffbench fit and diagnose draw it."
+            )
+        }));
         self
     }
 

@@ -98,7 +98,11 @@ impl From<&DiagnosisReport> for PageDiagnosis {
         let numbers = DiagnosisSummary::from(report);
         Self {
             headline: numbers.headline.clone(),
-            text: text_blocks(&diagnosis_page(report)),
+            // The procedures are files of another command.
+            text: text_blocks(&diagnosis_page(report).replace(
+                " Procedure: ",
+                " stiffbench diagnose SESSION writes its procedure: ",
+            )),
             numbers,
         }
     }

@@ -247,7 +247,7 @@ fn page_cell(cell: &CellStiffness) -> PageCell {
 
 fn dof_words(dof: f64) -> String {
     if dof.is_finite() {
-        significant(dof, 3)
+        format!("{dof:.0}")
     } else {
         "∞".to_owned()
     }

@@ -7,6 +7,7 @@ use crate::analysis::sha256;
 
 use super::ReportPage;
 use super::error::ReportError;
+use super::packed::unpack_all;
 
 /// What stands before the data in a page.
 pub(super) const DATA_BEGINS: &str = "id=\"stiffbench-data\">";
@@ -88,10 +89,11 @@ impl PageTemplate {
 
     /// The page of data as they stand in one.
     pub(super) fn render_json(&self, json: &str) -> Result<RenderedPage, ReportError> {
-        let data: Json = serde_json::from_str(json).map_err(|error| ReportError::Template {
+        let mut data: Json = serde_json::from_str(json).map_err(|error| ReportError::Template {
             place: self.name.clone(),
             problem: error.to_string(),
         })?;
+        unpack_all(&mut data);
         let data_sha256 = sha256(json);
         let mut environment = Environment::new();
         environment.set_undefined_behavior(UndefinedBehavior::SemiStrict);

@@ -324,10 +324,8 @@ fn compare_values(
     }
     match (printed, expected) {
         (Value::Object(ours), Value::Object(theirs)) => {
-            let mut keys: Vec<&String> = ours.keys().chain(theirs.keys()).collect();
-            keys.sort_unstable();
-            keys.dedup();
-            for key in keys {
+            let only_theirs = theirs.keys().filter(|key| !ours.contains_key(*key));
+            for key in ours.keys().chain(only_theirs) {
                 let [a, b] = [ours, theirs].map(|map| map.get(key).unwrap_or(&Value::Null));
                 compare_values(&format!("{path}/{key}"), a, b, same_program, differences);
             }
