@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::analysis::{AnalysisError, Inputs, LoadedSession};
+use crate::analysis::{AnalysisError, ArgumentError, Inputs, LoadedSession};
 use crate::readings::InstrumentRecord;
 use crate::report::{ComparisonReport, load_displacement_figure};
 use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, compare};
@@ -48,6 +48,14 @@ pub(super) fn compared(
 
 /// The difference of two sessions.
 pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
+    if args.report.is_none() && args.page != PageArgs::default() {
+        return Err(ArgumentError::new(
+            "--details, --issued, --amends, --template",
+            "they belong to --report",
+            "add --report FILE, or leave them out",
+        )
+        .into());
+    }
     let options = global.open_settings();
     let [a, b] = [
         LoadedSession::open(&args.a, &options)?,

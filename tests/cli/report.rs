@@ -370,6 +370,11 @@ fn two_sessions_are_compared_in_a_report() {
     let page = desk.read("difference.html");
     assert!(page.contains("The sessions agree.") && page.contains("<h2>Comparison</h2>"));
     desk.run("report verify difference.html one two").succeeds();
+    desk.refusal(
+        "compare one two --issued 2026-11-25",
+        2,
+        "stiffbench::usage::argument",
+    );
     desk.run("report verify difference.html two one")
         .exits_with(30);
     desk.refusal(

@@ -68,7 +68,7 @@ pub(super) struct MakeArgs {
 }
 
 /// Options of every report.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Args)]
 pub(in crate::cli) struct PageArgs {
     /// Statements on laboratory, customer, item and requirements; more than once: later files go first
     #[arg(long, value_name = "FILE")]

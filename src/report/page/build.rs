@@ -150,9 +150,24 @@ fn called_by_short_name(mut session: LoadedSession) -> LoadedSession {
     let short = session.short_name();
     let path = std::mem::replace(&mut session.name, short.clone());
     for warning in &mut session.warnings {
-        *warning = warning.replace(&path, &short);
+        *warning = renamed(warning, &path, &short);
     }
     session
+}
+
+/// A text with a path, where it stands as a word, put under another name.
+fn renamed(text: &str, path: &str, name: &str) -> String {
+    let is_edge = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || "-_.".contains(c));
+    let (mut renamed, mut rest) = (String::new(), text);
+    while let Some(at) = rest.find(path).filter(|_| !path.is_empty()) {
+        let (before, behind) = (&rest[..at], &rest[at + path.len()..]);
+        let before_it = before.chars().last().or_else(|| renamed.chars().last());
+        let is_word = is_edge(before_it) && is_edge(behind.chars().next());
+        renamed.push_str(before);
+        renamed.push_str(if is_word { name } else { path });
+        rest = behind;
+    }
+    renamed + rest
 }
 
 /// The report of one session, or of several of one robot.
@@ -365,4 +380,17 @@ fn finished(mut page: ReportPage, source: &PageSource) -> ReportPage {
     }
     .headline();
     page.numbered()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::renamed;
+
+    #[test]
+    fn a_path_is_renamed_as_a_word_only() {
+        let text = "e/readings.csv:3: the value e is held; see/e.toml";
+        let expected = "id/readings.csv:3: the value id is held; see/e.toml";
+        assert_eq!(renamed(text, "e", "id"), expected);
+        assert_eq!(renamed("a b", "", "id"), "a b");
+    }
 }

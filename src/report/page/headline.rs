@@ -11,6 +11,9 @@ use super::session::{PageCell, PageSession};
 /// So many cells are named one by one.
 const FEW_CELLS: usize = 3;
 
+/// So many checks by hand are named.
+const CHECKS: usize = 3;
+
 /// The answer of a report.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct PageHeadline {
@@ -68,7 +71,7 @@ impl HeadlineParts<'_> {
         let checks = checks.filter_map(|finding| finding.check.as_ref());
         let mut next: Vec<String> = Vec::new();
         for check in checks.map(|check| format!("To check by hand: {check}.")) {
-            if !next.contains(&check) {
+            if !next.contains(&check) && next.len() < CHECKS {
                 next.push(check);
             }
         }
@@ -79,7 +82,7 @@ impl HeadlineParts<'_> {
                 _ => {}
             }
         }
-        next.truncate(4);
+        next.truncate(CHECKS + 2);
         next
     }
 }
@@ -121,5 +124,6 @@ fn words(cell: &PageCell) -> String {
     if cell.reason.is_some() {
         return format!("{stiffness} N/µm without an uncertainty ({pose} {direction})");
     }
-    format!("({stiffness} ± {expanded}) N/µm, k = {k} ({pose} {direction})")
+    // No line ends between a number and its unit.
+    format!("({stiffness} ± {expanded})\u{a0}N/µm, k\u{a0}=\u{a0}{k} ({pose} {direction})")
 }

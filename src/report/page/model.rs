@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
-use crate::fit::FitOutcome;
+use crate::fit::{FitOutcome, FittedCell};
 use crate::report::{
     ComparisonReport, ComparisonVerdict, DiagnosisSummary, FitReport, diagnosis_page, significant,
 };
@@ -74,10 +74,14 @@ impl From<&ResolvedModel> for PageModel {
 impl PageFit {
     pub(super) fn new(outcome: &FitOutcome, numbers: FitReport) -> Self {
         let held_out = outcome.cells.iter().filter(|cell| cell.held_out).count();
+        let left_out = |cell: &FittedCell| cell.predicted_without_its_pose_n_per_m.is_some();
+        let each = outcome.cells.iter().all(left_out);
         let what = if held_out > 0 {
             format!("over {held_out} poses and directions that the fit did not see")
+        } else if !each {
+            "over the poses and directions that it was fitted to".to_owned()
         } else {
-            "over all poses and directions".to_owned()
+            "over all poses and directions, each predicted without its own pose".to_owned()
         };
         let largest = outcome.max_error_percent();
         Self {
@@ -98,11 +102,7 @@ impl From<&DiagnosisReport> for PageDiagnosis {
         let numbers = DiagnosisSummary::from(report);
         Self {
             headline: numbers.headline.clone(),
-            // The procedures are files of another command.
-            text: text_blocks(&diagnosis_page(report).replace(
-                " Procedure: ",
-                " stiffbench diagnose SESSION writes its procedure: ",
-            )),
+            text: with_procedures_named(text_blocks(&diagnosis_page(report))),
             numbers,
         }
     }
@@ -121,4 +121,19 @@ impl PageComparison {
             numbers,
         }
     }
+}
+
+/// Where the procedures are that a diagnosis names: they are files of another command.
+fn with_procedures_named(mut blocks: Vec<TextBlock>) -> Vec<TextBlock> {
+    for block in &mut blocks {
+        if let TextBlock::List { items } = block {
+            for item in items {
+                *item = item.replace(
+                    " Procedure: ",
+                    " stiffbench diagnose SESSION writes its procedure: ",
+                );
+            }
+        }
+    }
+    blocks
 }

@@ -13,6 +13,8 @@ const LEVEL: u8 = 9;
 const LARGEST: usize = 8 << 20;
 /// Fonts of the drawings.
 const FONTS: &str = " font-family=\"DejaVu Sans, Verdana, sans-serif\"";
+/// The same as a property of the whole drawing.
+const FONTS_OF_ALL: &str = " style=\"font-family:DejaVu Sans,Verdana,sans-serif\"";
 /// What is said by leaving it out; the last is of the namespace, which inline SVG does not need: a page names no address.
 const USUAL: [&str; 5] = [
     " opacity=\"1\"",
@@ -30,7 +32,7 @@ pub(super) fn lean(svg: &str) -> String {
     }
     let start = lean.find("<svg").unwrap_or(0);
     let drawing = lean[start..].trim_end();
-    drawing.replacen("<svg", &format!("<svg{FONTS}"), 1)
+    drawing.replacen("<svg", &format!("<svg{FONTS_OF_ALL}"), 1)
 }
 
 /// Writes a drawing into the data of a page.
@@ -80,7 +82,7 @@ mod tests {
         let svg = format!(
             "<?xml?><svg width=\"1\" xmlns=\"http://www.w3.org/2000/svg\"><text{FONTS} opacity=\"1\">a</text></svg>\n"
         );
-        let expected = format!("<svg{FONTS} width=\"1\"><text>a</text></svg>");
+        let expected = format!("<svg{FONTS_OF_ALL} width=\"1\"><text>a</text></svg>");
         assert_eq!(lean(&svg), expected);
     }
 }
