@@ -27,7 +27,7 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     let check = if args.sessions.is_empty() || page.settings.is_none() {
         page.check(&template)?
     } else {
-        let again = again(&page, args, settings, &template, global)?;
+        let again = again(&page, args, &settings, &template, global)?;
         page.check_against(&again, &template)?
     };
     let exit = if check.good { 0 } else { DIFFERS };
@@ -38,7 +38,7 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
 fn again(
     page: &ReadPage,
     args: &VerifyArgs,
-    settings: PageSettings,
+    settings: &PageSettings,
     template: &PageTemplate,
     global: &Global,
 ) -> Result<ReportPage, Failure> {
@@ -56,11 +56,11 @@ fn again(
         let source = PageSource::open(&[a.clone(), b.clone()], trust_csv)?;
         let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;
         let two = robots.is_some();
-        return Ok(comparison_page(&source, &comparison, two, &settings, &hash));
+        return Ok(comparison_page(&source, &comparison, two, settings, &hash));
     }
     let source = PageSource::open_joined(&args.sessions, trust_csv)?;
-    let model = recorded(&args.model, &settings);
-    Ok(session_page(&source, &model.choice()?, &settings, &hash)?)
+    let model = recorded(&args.model, settings);
+    Ok(session_page(&source, &model.choice()?, settings, &hash)?)
 }
 
 /// The options of the report; those that are given now go first.
