@@ -27,6 +27,7 @@ mod error;
 mod files;
 mod fit;
 mod hash;
+mod history;
 mod inputs;
 mod integrity;
 mod load_cases;
@@ -51,6 +52,7 @@ pub use error::{AnalysisError, ArgumentError};
 pub use files::{ReadError, read_bytes, read_text};
 pub use fit::{FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics};
 pub use hash::sha256;
+pub use history::SessionHistory;
 pub use inputs::Inputs;
 pub use integrity::{
     Differences, JournalCheck, TableCheck, compare_vectors_with_journal, compare_with_journal,

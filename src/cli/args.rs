@@ -21,6 +21,7 @@ use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
 use super::predict::PredictArgs;
 use super::procedure::ProcedureArgs;
+use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
@@ -33,7 +34,7 @@ use crate::analysis::ArgumentError;
     version,
     about,
     max_term_width = 110,
-    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, validated on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 3 a question has no answer under --no-input; 10 configuration, robot or session file invalid;\n11 input file invalid; 12 calibration overdue under --strict; 13 output exists; 14 output cannot be written; 20 instrument not found;\n21 instrument or session busy; 22 instrument lost; 23 instrument not permitted; 30 journal damaged or table changed; 31 nothing of a journal can be read;\n40 fit impossible; 41 factors not identifiable under --strict; 70 internal error; 130 interrupted, can be resumed."
+    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, validated on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 3 a question has no answer under --no-input; 10 configuration, robot or session file invalid;\n11 input file invalid; 12 calibration overdue under --strict; 13 output exists; 14 output cannot be written; 20 instrument not found;\n21 instrument or session busy; 22 instrument lost; 23 instrument not permitted; 30 journal damaged, or table or report changed; 31 nothing of a journal can be read;\n40 fit impossible; 41 factors not identifiable under --strict; 70 internal error; 130 interrupted, can be resumed."
 )]
 pub(super) struct Cli {
     /// What all subcommands share.
@@ -69,6 +70,8 @@ pub(super) enum Command {
     Diagnose(Box<DiagnoseArgs>),
     /// Answers of a part that was not measured, by the model that `diagnose --specimen` left, with a band
     Predict(PredictArgs),
+    /// One document of a session and its results, to be handed on; `report verify` checks every number of one
+    Report(Box<ReportArgs>),
     /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
     Map(MapArgs),
     /// Readings and stiffness for other programs: CSV with a data package, XLSX, Parquet

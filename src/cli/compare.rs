@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::analysis::{Inputs, LoadedSession};
+use crate::analysis::{AnalysisError, ArgumentError, Inputs, LoadedSession};
 use crate::readings::InstrumentRecord;
 use crate::report::{ComparisonReport, load_displacement_figure};
-use crate::stiffness::{Branches, SameGauges, StiffnessAgreement, compare};
+use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, compare};
 
 use super::args::Global;
 use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::outcome::Outcome;
+use super::report::{PageArgs, write_comparison};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
@@ -25,10 +26,36 @@ pub(super) struct CompareArgs {
     /// Write the load-displacement overlay as FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Write the comparison as a report, one HTML file
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// What the report states.
+    #[command(flatten)]
+    page: PageArgs,
+}
+
+/// The comparison of two sessions, the gauges they share, and words for sessions of two robots.
+pub(super) fn compared(
+    a: &LoadedSession,
+    b: &LoadedSession,
+) -> Result<(Comparison, SameGauges, Option<String>), AnalysisError> {
+    let same = same_gauges(a, b);
+    let tables = [a, b].map(|session| session.stiffness(Branches::LoadingOnly));
+    let [table_a, table_b] = tables;
+    let comparison = compare(&table_a?, &table_b?, same);
+    Ok((comparison, same, two_robots(a, b)))
 }
 
 /// The difference of two sessions.
 pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
+    if args.report.is_none() && args.page != PageArgs::default() {
+        return Err(ArgumentError::new(
+            "--details, --issued, --amends, --template",
+            "they belong to --report",
+            "add --report FILE, or leave them out",
+        )
+        .into());
+    }
     let options = global.open_settings();
     let [a, b] = [
         LoadedSession::open(&args.a, &options)?,
@@ -39,8 +66,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         a.stiffness(Branches::LoadingOnly)?,
         b.stiffness(Branches::LoadingOnly)?,
     ];
-    let same = same_gauges(&a, &b);
-    let comparison = compare(&table_a, &table_b, same);
+    let (comparison, same, robots) = compared(&a, &b)?;
     let mut warnings: Vec<String> = [&a, &b]
         .into_iter()
         .flat_map(|session| {
@@ -62,8 +88,26 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
                 .map(|path| format!("wrote {}", path.display())),
         );
     }
+    if let Some(out) = &args.report {
+        let two = robots.is_some();
+        let written = write_comparison(
+            [&args.a, &args.b],
+            &comparison,
+            two,
+            &args.page,
+            (out, global),
+        );
+        let page = written.map_err(|failure| failure.with_warnings(&warnings))?;
+        let missing = page.missing();
+        warnings.push(format!("wrote {}, report {}", out.display(), page.number));
+        if !missing.is_empty() {
+            warnings.push(format!(
+                "the report lacks, after ISO/IEC 17025: {}",
+                missing.join("; ")
+            ));
+        }
+    }
     let differs = comparison.agreement == StiffnessAgreement::Differs;
-    let robots = two_robots(&a, &b);
     let report = ComparisonReport::new(&comparison, robots.is_some());
     let mut text = report.text(&a.name, &b.name);
     if let Some(words) = robots {

@@ -54,6 +54,18 @@ pub enum CliError {
         )
     )]
     NoParquet,
+    /// A report that exists already.
+    #[error("{path} exists already")]
+    #[diagnostic(
+        code(stiffbench::output::exists),
+        help(
+            "name another file with --out FILE (compare: --report FILE); a report is never written over"
+        )
+    )]
+    ReportExists {
+        /// The file.
+        path: PathBuf,
+    },
     /// A robot file that exists already.
     #[error("{path} exists already")]
     #[diagnostic(
@@ -154,6 +166,9 @@ const EXIT_CODES: &[(&str, u8)] = &[
     ("stiffbench::output::exists", 13),
     ("stiffbench::output", 14),
     ("stiffbench::procedure", 10),
+    ("stiffbench::report::not_a_report", 11),
+    ("stiffbench::report::other_template", 11),
+    ("stiffbench::report", 10),
     ("stiffbench::robot", 10),
     ("stiffbench::structure", 10),
     ("stiffbench::stiffness", 10),

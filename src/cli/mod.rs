@@ -41,6 +41,7 @@ mod procedure;
 pub mod progress;
 #[cfg(unix)]
 pub mod rehearsal;
+pub mod report;
 mod robot;
 mod robot_args;
 mod robot_new;
@@ -159,6 +160,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Prove(args) => args.run("prove", "prove"),
         Command::Reference(args) => args.run("reference", "reference"),
         Command::Instrument(args) => instrument::run(&args, global),
+        Command::Report(args) => report::run(&args, global),
         Command::Ports(args) => ports::run(&args, global),
         Command::Trace(args) => trace::run(&args, global),
         Command::Completions { shell } => Ok(outcome::completions(shell)),

@@ -97,16 +97,6 @@ pub const RESERVED: &[Reserved] = &[
         purpose: "lists, shows and checks procedures",
         today: "stiffbench session plan --procedure NAME|FILE",
     },
-    Reserved {
-        command: "report",
-        purpose: "writes one document of a session and its results",
-        today: "stiffbench stiffness DATA, stiffbench fit DATA --figures FOLDER and stiffbench diagnose DATA --out FOLDER",
-    },
-    Reserved {
-        command: "report verify",
-        purpose: "compares a report with the session it was made of",
-        today: "stiffbench session verify SESSION",
-    },
 ];
 
 /// Options of every command that may stand before its name.

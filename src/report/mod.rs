@@ -22,6 +22,7 @@ mod load_case_fit;
 mod load_case_page;
 mod map;
 mod model_export;
+pub mod page;
 pub mod paper;
 mod prediction;
 mod program;

@@ -27,6 +27,7 @@ mod permissions;
 mod physics;
 mod positions;
 mod predict;
+mod report;
 mod results;
 mod robots;
 mod session;

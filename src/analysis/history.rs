@@ -1,0 +1,107 @@
+//! What the journal of a session tells besides its readings, and the hashes of its files.
+
+use std::path::Path;
+
+use jiff::Timestamp;
+
+use crate::session::{Event, SessionEnd, SessionState, read_journal};
+
+use super::data::LoadedSession;
+use super::files::{ReadError, read_bytes};
+use super::hash::sha256;
+
+/// Files of a session folder that a report names, if they are there.
+const FILES: [&str; 9] = [
+    "session.toml",
+    "readings.csv",
+    "journal.jsonl",
+    "robot.toml",
+    "raw/force.trace",
+    "raw/displacement.trace",
+    "raw/displacement-x.trace",
+    "raw/displacement-y.trace",
+    "raw/displacement-z.trace",
+];
+
+/// What the journal of a session tells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SessionHistory {
+    /// Where the session stands.
+    pub state: SessionState,
+    /// When it began.
+    pub began: Option<Timestamp>,
+    /// Interruptions, lost lines and what else was not as planned, in the order of the journal.
+    pub incidents: Vec<String>,
+}
+
+impl SessionHistory {
+    /// Whether every planned reading was taken or left out.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let ended = self.state.ended.as_ref();
+        ended.is_some_and(|ended| ended.outcome == SessionEnd::Complete)
+    }
+}
+
+impl LoadedSession {
+    /// What its journal tells; `None` without a journal.
+    ///
+    /// # Errors
+    /// For a journal that cannot be read.
+    pub fn history(&self) -> Result<Option<SessionHistory>, ReadError> {
+        let path = self.folder.join("journal.jsonl");
+        if self.header.is_none() || !path.is_file() {
+            return Ok(None);
+        }
+        let journal = read_journal(&read_bytes(&path)?);
+        let records = &journal.records;
+        Ok(Some(SessionHistory {
+            state: SessionState::fold(records),
+            began: records.first().map(|record| record.utc),
+            incidents: records
+                .iter()
+                .filter_map(|record| incident(&record.event))
+                .collect(),
+        }))
+    }
+
+    /// Name and SHA-256 of its files; of a single file that one.
+    ///
+    /// # Errors
+    /// For a file that cannot be read.
+    pub fn file_hashes(&self) -> Result<Vec<(String, String)>, ReadError> {
+        if self.header.is_none() {
+            return Ok(vec![(self.short_name(), self.sha256.clone())]);
+        }
+        let present = FILES.iter().map(|name| (name, self.folder.join(name)));
+        present
+            .filter(|(_, path)| path.is_file())
+            .map(|(name, path)| Ok(((*name).to_owned(), file_hash(&path)?)))
+            .collect()
+    }
+}
+
+fn file_hash(path: &Path) -> Result<String, ReadError> {
+    Ok(sha256(read_bytes(path)?))
+}
+
+/// An event that was not planned, in words.
+fn incident(event: &Event) -> Option<String> {
+    match event {
+        Event::Resumed(_) => Some("the session was interrupted and resumed".to_owned()),
+        Event::Superseded(one) => Some(format!(
+            "reading {} was repeated: {}",
+            one.number, one.reason
+        )),
+        Event::Flagged(flagged) => Some(format!(
+            "{} reading(s) were flagged: {}",
+            flagged.numbers.len(),
+            flagged.flag
+        )),
+        Event::Link(link) if link.lost => Some(format!("{} gauge: {}", link.channel, link.text)),
+        Event::Gap(gap) => Some(format!("nothing ran for {:.0} s", gap.seconds)),
+        Event::ClockJump(jump) => Some(format!("the clock was set by {:.0} s", jump.seconds)),
+        Event::CalibrationWarning(warning) => Some(warning.text.clone()),
+        _ => None,
+    }
+}

@@ -1,0 +1,116 @@
+//! The arguments of `report`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+
+use crate::cli::args::ModelArgs;
+
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "docs/report.md explains the report and every key of report.toml.\n\nExamples:\n  stiffbench report my-session\n  stiffbench report my-session --train P1,P3 --details report.toml --details laboratory.toml\n  stiffbench report readings.csv --robot my-robot.toml --out report.html\n  stiffbench report my-session --format markdown\n  stiffbench report verify my-session/report.html my-session"
+)]
+pub(in crate::cli) struct ReportArgs {
+    /// What is done with a report that exists.
+    #[command(subcommand)]
+    pub(super) command: Option<ReportCommand>,
+    /// What a report is made of.
+    #[command(flatten)]
+    pub(super) make: MakeArgs,
+}
+
+/// What can be done with a report.
+#[derive(Debug, Subcommand)]
+pub(super) enum ReportCommand {
+    /// Check every number of a report: against the data in the page, and against the session
+    Verify(VerifyArgs),
+}
+
+/// Arguments that make a report.
+#[derive(Debug, Args)]
+pub(super) struct MakeArgs {
+    /// Session folder or readings file; further ones of the same robot are fitted and diagnosed together
+    #[arg(required_unless_present_any = ["details_template", "print_template"], value_name = "DATA")]
+    pub(super) data: Vec<PathBuf>,
+    /// Robot, mechanism and factors.
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    /// Poses to fit, comma-separated; the others are held out [default: all, assessed by leaving each out in turn]
+    #[arg(long, value_delimiter = ',')]
+    pub(super) train: Option<Vec<String>>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Leave out the diagnosis
+    #[arg(long)]
+    pub(super) no_diagnosis: bool,
+    /// The file to write, never over another [default: report.html in the session folder, or beside the readings file]
+    #[arg(long, value_name = "FILE")]
+    pub(super) out: Option<PathBuf>,
+    /// Form of the file
+    #[arg(long, value_enum, default_value_t = PageFormat::Html)]
+    pub(super) format: PageFormat,
+    /// Write the figures into this folder too
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) figures: Option<PathBuf>,
+    /// What reports share.
+    #[command(flatten)]
+    pub(super) page: PageArgs,
+    /// Print a report.toml to be filled in
+    #[arg(long)]
+    pub(super) details_template: bool,
+    /// Print the template of the format
+    #[arg(long)]
+    pub(super) print_template: bool,
+}
+
+/// Options of every report.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Args)]
+pub(in crate::cli) struct PageArgs {
+    /// Statements on laboratory, customer, item and requirements; more than once: later files go first
+    #[arg(long, value_name = "FILE")]
+    pub(super) details: Vec<PathBuf>,
+    /// Day of issue, YYYY-MM-DD [default: SOURCE_DATE_EPOCH, else the last day of the session]
+    #[arg(long, value_name = "DATE")]
+    pub(super) issued: Option<jiff::civil::Date>,
+    /// Number of the report that this one replaces
+    #[arg(long, value_name = "NUMBER", requires = "reason")]
+    pub(super) amends: Option<String>,
+    /// Why the report is replaced
+    #[arg(long, value_name = "TEXT", requires = "amends")]
+    pub(super) reason: Option<String>,
+    /// Template of your own instead of the usual one
+    #[arg(long, value_name = "FILE")]
+    pub(super) template: Option<PathBuf>,
+}
+
+/// Arguments of `report verify`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes: 0 verified; 30 something differs; 11 the file is no report, or of another template.\n\nExamples:\n  stiffbench report verify report.html\n  stiffbench report verify report.html my-session\n  stiffbench report verify report.html my-session --robot my-robot.toml"
+)]
+pub(super) struct VerifyArgs {
+    /// HTML file that stiffbench report wrote
+    pub(super) page: PathBuf,
+    /// The data that the report was made of, in the same order
+    #[arg(value_name = "SESSION")]
+    pub(super) sessions: Vec<PathBuf>,
+    /// Robot and model, where they lie elsewhere than when the report was made.
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    /// The template of the report, if it was not the usual one
+    #[arg(long, value_name = "FILE")]
+    pub(super) template: Option<PathBuf>,
+}
+
+/// Form of a report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum PageFormat {
+    /// One HTML file with figures and data
+    Html,
+    /// Text with tables, for pasting
+    Markdown,
+}

@@ -1,0 +1,188 @@
+//! A report is made and written.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use crate::analysis::{AnalysisError, Inputs};
+use crate::cli::args::{Global, ModelArgs};
+use crate::cli::failure::Failure;
+use crate::cli::figure_files::write;
+use crate::cli::outcome::Outcome;
+use crate::report::page::{
+    PageSettings, PageSource, PageTemplate, ReportPage, comparison_page, session_page,
+};
+use crate::stiffness::Comparison;
+
+use super::args::{MakeArgs, PageArgs, PageFormat};
+use super::{check_new, template, write_new};
+
+/// A report that is wanted.
+#[derive(Debug)]
+pub struct ReportRequest {
+    /// The sessions or readings files.
+    pub data: Vec<PathBuf>,
+    /// Robot, mechanism, factors and effects.
+    pub model: ModelArgs,
+    /// Every other option.
+    pub settings: PageSettings,
+    /// The template.
+    pub template: PageTemplate,
+    /// The file to write; it must not exist.
+    pub out: PathBuf,
+}
+
+/// Makes a report and writes it.
+///
+/// # Errors
+/// For data, a model or a template that cannot be used, and a file that exists or cannot be written.
+pub fn write_report(request: &ReportRequest) -> Result<ReportPage, Failure> {
+    check_new(&request.out)?;
+    let source = PageSource::open_joined(&request.data, request.settings.trust_csv)?;
+    write_page(request, &source)
+}
+
+fn write_page(request: &ReportRequest, source: &PageSource) -> Result<ReportPage, Failure> {
+    let choice = request.model.choice()?;
+    let hash = request.template.sha256();
+    let page = session_page(source, &choice, &request.settings, &hash)?;
+    let rendered = request.template.render(&page)?;
+    write_new(&request.out, &rendered.text)?;
+    Ok(page)
+}
+
+/// Makes a report as the options say.
+pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> {
+    let markdown = args.format == PageFormat::Markdown;
+    let settings = PageSettings {
+        robot: args.model.robot.clone(),
+        mechanism: args.model.mechanism.clone(),
+        factors: args.model.factors.clone(),
+        model: (args.model.model.as_ref()).map(|path| path.display().to_string()),
+        effects: args.model.effects.clone(),
+        train: args.train.clone(),
+        seed: args.seed,
+        no_diagnosis: args.no_diagnosis,
+        trust_csv: global.trust_csv,
+        ..PageSettings::default()
+    };
+    let request = ReportRequest {
+        out: args
+            .out
+            .clone()
+            .unwrap_or_else(|| usual_file(&args.data, markdown)),
+        template: template(args.page.template.as_deref(), markdown)?,
+        settings: args.page.clone().into_settings(settings)?,
+        model: args.model.clone(),
+        data: args.data.clone(),
+    };
+    check_new(&request.out)?;
+    let source = PageSource::open_joined(&request.data, request.settings.trust_csv)?;
+    refuse_overdue(&source, global)?;
+    let page = write_page(&request, &source)?;
+    if let Some(folder) = &args.figures {
+        for figure in page.figures.all() {
+            let svg = figure
+                .svg
+                .replacen("<svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"", 1);
+            write(&folder.join(format!("{}.svg", figure.name)), svg.as_bytes())?;
+        }
+    }
+    Ok(outcome(&page, &request, &source))
+}
+
+/// A report of the difference of two sessions, as a file.
+pub(in crate::cli) fn write_comparison(
+    data: [&Path; 2],
+    comparison: &Comparison,
+    two_robots: bool,
+    args: &PageArgs,
+    (out, global): (&Path, &Global),
+) -> Result<ReportPage, Failure> {
+    check_new(out)?;
+    let settings = PageSettings {
+        trust_csv: global.trust_csv,
+        ..PageSettings::default()
+    };
+    let settings = args.clone().into_settings(settings)?;
+    let template = template(args.template.as_deref(), false)?;
+    let source = PageSource::open(&data.map(Path::to_owned), settings.trust_csv)?;
+    let page = comparison_page(
+        &source,
+        comparison,
+        two_robots,
+        &settings,
+        &template.sha256(),
+    );
+    write_new(out, &template.render(&page)?.text)?;
+    Ok(page)
+}
+
+/// Under `--strict` no report is made of readings of a gauge whose calibration had run out.
+fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), AnalysisError> {
+    let overdue = source.overdue();
+    if global.strict && !overdue.is_empty() {
+        let instruments = overdue.join(", ");
+        return Err(AnalysisError::CalibrationOverdue { instruments });
+    }
+    Ok(())
+}
+
+/// `report.html` in a session folder, or beside a file.
+fn usual_file(data: &[PathBuf], markdown: bool) -> PathBuf {
+    let ending = if markdown { "md" } else { "html" };
+    let Some(last) = data.last() else {
+        return PathBuf::from(format!("report.{ending}"));
+    };
+    if last.is_dir() {
+        return last.join(format!("report.{ending}"));
+    }
+    let stem = last.file_stem().unwrap_or_default().to_string_lossy();
+    last.with_file_name(format!("{stem}-report.{ending}"))
+}
+
+fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> Outcome {
+    let mut text = format!("Report {}: {}\n", page.number, page.title);
+    let headline = &page.headline;
+    let lines = headline.stiffness.iter();
+    let lines = lines.chain(&headline.conformity).chain(&headline.verdict);
+    for line in lines.chain(&headline.validation) {
+        let _ = writeln!(text, "{line}");
+    }
+    if !page.marks.is_empty() {
+        let _ = writeln!(text, "Across the page: {}", page.marks.join(", "));
+    }
+    let missing = page.missing();
+    if !missing.is_empty() {
+        text.push_str("\nMissing after ISO/IEC 17025:2017, 7.8.2.1, and marked on the page (report.toml states them, see --details-template):\n");
+        for item in &missing {
+            let _ = writeln!(text, "  {item}");
+        }
+    }
+    for line in &page.left_out {
+        let _ = writeln!(text, "Not in the report: {line}");
+    }
+    let data: Vec<String> = request
+        .data
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let _ = writeln!(text, "\nWritten: {}", request.out.display());
+    if !request.template.is_markdown {
+        let _ = writeln!(
+            text,
+            "Next: stiffbench report verify {} {}",
+            request.out.display(),
+            data.join(" ")
+        );
+    }
+    let inputs = source
+        .sessions
+        .iter()
+        .fold(Inputs::default(), Inputs::with_session);
+    let sessions = source.sessions.iter();
+    let warnings = sessions.flat_map(|session| session.warnings.iter().cloned());
+    Outcome::new("report", text, page)
+        .with_inputs(inputs)
+        .with_warnings(warnings.collect())
+        .with_strict_exit(u8::from(!missing.is_empty()))
+}

@@ -1,0 +1,83 @@
+//! `stiffbench report verify`.
+
+use std::path::PathBuf;
+
+use crate::analysis::{ArgumentError, read_text};
+use crate::cli::args::{Global, ModelArgs};
+use crate::cli::compare::compared;
+use crate::cli::failure::Failure;
+use crate::cli::outcome::Outcome;
+use crate::report::page::{
+    PageSettings, PageSource, PageTemplate, ReadPage, ReportPage, comparison_page, read_page,
+    session_page,
+};
+
+use super::args::VerifyArgs;
+use super::template;
+
+/// Exit code for a report that is not as it was rendered.
+const DIFFERS: u8 = 30;
+
+/// Verifies a report from itself and, if sessions are named, from them.
+pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure> {
+    let name = args.page.display().to_string();
+    let page = read_page(&name, read_text(&args.page)?)?;
+    let template = template(args.template.as_deref(), false)?;
+    let settings = page.settings.clone().unwrap_or_default();
+    let check = if args.sessions.is_empty() || page.settings.is_none() {
+        page.check(&template)?
+    } else {
+        let again = again(&page, args, &settings, &template, global)?;
+        page.check_against(&again, &template)?
+    };
+    let exit = if check.good { 0 } else { DIFFERS };
+    Ok(Outcome::new("report-verify", check.text(), check).with_exit(exit))
+}
+
+/// The report worked out again from its sessions.
+fn again(
+    page: &ReadPage,
+    args: &VerifyArgs,
+    settings: &PageSettings,
+    template: &PageTemplate,
+    global: &Global,
+) -> Result<ReportPage, Failure> {
+    let trust_csv = settings.trust_csv || global.trust_csv;
+    let hash = template.sha256();
+    if page.is_comparison() {
+        let [a, b] = args.sessions.as_slice() else {
+            return Err(ArgumentError::new(
+                "SESSION",
+                "the report compares two sessions",
+                "name both, in the order of the report",
+            )
+            .into());
+        };
+        let source = PageSource::open(&[a.clone(), b.clone()], trust_csv)?;
+        let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;
+        let two = robots.is_some();
+        return Ok(comparison_page(&source, &comparison, two, settings, &hash));
+    }
+    let source = PageSource::open_joined(&args.sessions, trust_csv)?;
+    let model = recorded(&args.model, settings);
+    Ok(session_page(&source, &model.choice()?, settings, &hash)?)
+}
+
+/// The options of the report; those that are given now go first.
+fn recorded(given: &ModelArgs, settings: &PageSettings) -> ModelArgs {
+    let model = settings.model.as_ref().map(PathBuf::from);
+    ModelArgs {
+        robot: given.robot.clone().or_else(|| settings.robot.clone()),
+        mechanism: given
+            .mechanism
+            .clone()
+            .or_else(|| settings.mechanism.clone()),
+        factors: given.factors.clone().or_else(|| settings.factors.clone()),
+        model: given.model.clone().or(model),
+        effects: if given.effects.is_empty() {
+            settings.effects.clone()
+        } else {
+            given.effects.clone()
+        },
+    }
+}

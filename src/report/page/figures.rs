@@ -1,0 +1,82 @@
+//! The figures of a report.
+
+use crate::analysis::DiagnosisReport;
+use crate::fit::FitOutcome;
+use crate::plot::Figure;
+use crate::report::{diagnosis_figures, fit_figures, load_displacement_figure};
+use crate::stiffness::StiffnessTable;
+
+use super::PageFigure;
+use super::packed::lean;
+use super::session::stiffness_words;
+
+/// Figures of a diagnosis that a report has, by the beginning of their names, the most important first.
+const OF_DIAGNOSIS: [&str; 8] = [
+    "mismatch_map",
+    "found_law",
+    "load_displacement",
+    "misfit_shares",
+    "held_out_error",
+    "evidence_bars",
+    "detection_limits",
+    "residuals_before_after",
+];
+
+fn page_figure(name: impl Into<String>, figure: &Figure) -> PageFigure {
+    PageFigure {
+        name: name.into(),
+        title: figure.title.clone(),
+        svg: lean(&figure.to_svg()),
+    }
+}
+
+/// Load against displacement; with the stiffness of each cell in its panel where the session is one.
+pub(super) fn readings_figure(sessions: &[(&str, &StiffnessTable)]) -> PageFigure {
+    let mut figure = load_displacement_figure(sessions);
+    if let [(_, table)] = sessions {
+        for panel in &mut figure.panels {
+            let cell = table.cells.iter().find(|row| {
+                let cell = &row.cell;
+                let title = format!("{}, {} (", cell.pose, cell.direction);
+                panel.title.starts_with(&title)
+            });
+            if let Some(row) = cell {
+                panel.title = format!(
+                    "{} {}: {} N/µm",
+                    row.cell.pose,
+                    row.cell.direction,
+                    stiffness_words(row)
+                );
+            }
+        }
+        figure
+            .caption
+            .push_str(" Above each panel: K ± U for 95 %.");
+    }
+    page_figure("load-displacement", &figure)
+}
+
+/// Measured against fitted stiffness, and the factors.
+pub(super) fn figures_of_fit(
+    outcome: &FitOutcome,
+    table: Option<&StiffnessTable>,
+    range: [f64; 2],
+) -> Vec<PageFigure> {
+    let figures = fit_figures(outcome, table, range);
+    vec![
+        page_figure("stiffness", &figures.comparison),
+        page_figure("factors", &figures.factors),
+    ]
+}
+
+/// Where model and readings differ, before and after what was found.
+pub(super) fn figures_of_diagnosis(report: &DiagnosisReport) -> Vec<PageFigure> {
+    let all = diagnosis_figures(report);
+    let wanted = OF_DIAGNOSIS.iter().flat_map(|wanted| {
+        let own = all.iter();
+        own.filter(move |(name, _)| name.starts_with(wanted))
+    });
+    wanted
+        .map(|(name, figure)| page_figure(name, figure))
+        .collect()
+}

@@ -1,0 +1,129 @@
+//! The answer of a report: stiffness, verdict, what to do.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::blocks::{TextBlock, under};
+use super::conformity::ConformityStatement;
+use super::model::{PageComparison, PageDiagnosis, PageFit};
+use super::session::{PageCell, PageSession};
+
+/// So many cells are named one by one.
+const FEW_CELLS: usize = 3;
+
+/// So many checks by hand are named.
+const CHECKS: usize = 3;
+
+/// The answer of a report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PageHeadline {
+    /// Stiffness with its expanded uncertainty and k.
+    pub stiffness: Vec<String>,
+    /// The verdict on the model, or of the comparison.
+    pub verdict: Option<String>,
+    /// How well the fitted model predicts.
+    pub validation: Option<String>,
+    /// The statement of conformity.
+    pub conformity: Option<String>,
+    /// What to do next.
+    pub next: Vec<String>,
+}
+
+/// What a headline is made of.
+pub(super) struct HeadlineParts<'a> {
+    pub(super) sessions: &'a [PageSession],
+    pub(super) comparison: Option<&'a PageComparison>,
+    pub(super) fit: Option<&'a PageFit>,
+    pub(super) diagnosis: Option<&'a PageDiagnosis>,
+    pub(super) conformity: Option<&'a ConformityStatement>,
+}
+
+impl HeadlineParts<'_> {
+    pub(super) fn headline(&self) -> PageHeadline {
+        let several = self.sessions.len() > 1;
+        let stiffness = self.sessions.iter().map(|session| {
+            let name = if several {
+                format!("{}: ", session.name)
+            } else {
+                String::new()
+            };
+            name + &stiffness(&session.results)
+        });
+        let verdict = self.diagnosis.map(|diagnosis| diagnosis.headline.clone());
+        PageHeadline {
+            stiffness: stiffness.collect(),
+            verdict: self
+                .comparison
+                .map(|comparison| comparison.verdict.clone())
+                .or(verdict),
+            validation: self.fit.and_then(|fit| fit.validation.clone()),
+            conformity: self.conformity.map(|one| one.sentence.clone()),
+            next: self.next(),
+        }
+    }
+
+    /// What to check by hand and to measure next; of a report without diagnosis nothing.
+    fn next(&self) -> Vec<String> {
+        let Some(diagnosis) = self.diagnosis else {
+            return Vec::new();
+        };
+        let checks = diagnosis.numbers.findings.iter();
+        let checks = checks.filter_map(|finding| finding.check.as_ref());
+        let mut next: Vec<String> = Vec::new();
+        for check in checks.map(|check| format!("To check by hand: {check}.")) {
+            if !next.contains(&check) && next.len() < CHECKS {
+                next.push(check);
+            }
+        }
+        for block in under(&diagnosis.text, "What to measure next") {
+            match block {
+                TextBlock::List { items } => next.extend(items.iter().cloned()),
+                TextBlock::Paragraph { text } => next.push(text.clone()),
+                _ => {}
+            }
+        }
+        next.truncate(CHECKS + 2);
+        next
+    }
+}
+
+fn stiffness(cells: &[PageCell]) -> String {
+    let known: Vec<&PageCell> = cells.iter().filter(|cell| value(cell).is_some()).collect();
+    if known.is_empty() {
+        return "No stiffness can be given.".to_owned();
+    }
+    if known.len() <= FEW_CELLS {
+        let each: Vec<String> = known.iter().map(|cell| words(cell)).collect();
+        return format!("K = {}.", each.join("; K = "));
+    }
+    let by_value = |a: &&&PageCell, b: &&&PageCell| {
+        let [a, b] = [a, b].map(|cell| value(cell).unwrap_or(f64::NAN));
+        a.total_cmp(&b)
+    };
+    let ends = [known.iter().min_by(by_value), known.iter().max_by(by_value)];
+    let [low, high] = ends.map(|cell| cell.map_or_else(String::new, |cell| words(cell)));
+    format!(
+        "{} poses and directions. Smallest: K = {low}. Largest: K = {high}.",
+        known.len()
+    )
+}
+
+fn value(cell: &PageCell) -> Option<f64> {
+    cell.stiffness.parse().ok()
+}
+
+fn words(cell: &PageCell) -> String {
+    let PageCell {
+        pose,
+        direction,
+        stiffness,
+        expanded,
+        k,
+        ..
+    } = cell;
+    if cell.reason.is_some() {
+        return format!("{stiffness} N/µm without an uncertainty ({pose} {direction})");
+    }
+    // No line ends between a number and its unit.
+    format!("({stiffness} ± {expanded})\u{a0}N/µm, k\u{a0}=\u{a0}{k} ({pose} {direction})")
+}

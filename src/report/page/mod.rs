@@ -1,0 +1,242 @@
+//! A report: one document of sessions and of what follows from them, as data. A template turns the data into HTML or Markdown.
+//!
+//! What a reader sees is a function of the embedded data and the template, of nothing else. So a page can be verified from itself:
+//! its data are rendered again and the bytes compared.
+
+mod blocks;
+mod build;
+mod conformity;
+mod details;
+mod error;
+mod figures;
+mod headline;
+mod model;
+mod packed;
+mod session;
+mod template;
+mod verify;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::sha256;
+
+pub use blocks::{TextBlock, text_blocks};
+pub use build::{PageSource, comparison_page, session_page};
+pub use conformity::{
+    ConformityDecision, ConformityStatement, DecisionRule, JudgedRequirement, Requirement, decide,
+};
+pub use details::{
+    CustomerDetails, DETAILS_TEMPLATE, ItemDetails, LaboratoryDetails, MethodDetails, PageDetails,
+    PageItem,
+};
+pub use error::ReportError;
+pub use headline::PageHeadline;
+pub use model::{PageComparison, PageDiagnosis, PageFit, PageModel};
+pub use session::{PageBudget, PageCell, PageEntry, PageGauge, PageSession};
+pub use template::{PageTemplate, RenderedPage, html_template, markdown_template};
+pub use verify::{PageCheck, PageDifference, ReadPage, read_page};
+
+/// What a report was made with: every option that changes it. A report is worked out again from its sessions with the same.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct PageSettings {
+    /// `--robot`.
+    pub robot: Option<String>,
+    /// `--mechanism`.
+    pub mechanism: Option<String>,
+    /// `--factors`.
+    pub factors: Option<String>,
+    /// `--model`.
+    pub model: Option<String>,
+    /// `--effect`.
+    pub effects: Vec<String>,
+    /// `--train`.
+    pub train: Option<Vec<String>>,
+    /// `--seed`.
+    pub seed: u64,
+    /// `--no-diagnosis`.
+    pub no_diagnosis: bool,
+    /// `--trust-csv`.
+    pub trust_csv: bool,
+    /// The day of issue, if one was given.
+    pub issued: Option<String>,
+    /// `--amends` with `--reason`.
+    pub amends: Option<PageAmendment>,
+    /// What `--details` state.
+    pub details: PageDetails,
+}
+
+/// The report that one replaces.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct PageAmendment {
+    /// Its number.
+    pub number: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// The program that made a report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PageProgram {
+    /// Its name.
+    pub name: &'static str,
+    /// Its version.
+    pub version: &'static str,
+    /// SHA-256 of the template.
+    pub template_sha256: String,
+}
+
+/// A text that is printed as it is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PrintedText {
+    /// The text.
+    pub text: String,
+}
+
+/// A figure of a report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PageFigure {
+    /// Name, also of its file.
+    pub name: String,
+    /// What it shows.
+    pub title: String,
+    /// Its SVG; in JSON deflated (zlib) and in base64. A template gets the SVG itself.
+    #[serde(serialize_with = "packed::pack")]
+    pub svg: String,
+}
+
+/// The figures of a report by the section that they stand in.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct PageFigures {
+    /// Load against displacement.
+    pub readings: Vec<PageFigure>,
+    /// Of the fit.
+    pub fit: Vec<PageFigure>,
+    /// Of the diagnosis.
+    pub diagnosis: Vec<PageFigure>,
+}
+
+impl PageFigures {
+    /// All, in the order of the report.
+    pub fn all(&self) -> impl Iterator<Item = &PageFigure> {
+        let all = self.readings.iter().chain(&self.fit);
+        all.chain(&self.diagnosis)
+    }
+
+    /// Leaves out what exceeds so many bytes of SVG, the least important first; what was left out.
+    fn shed(&mut self, bytes: usize) -> Vec<String> {
+        let mut left = bytes;
+        let mut titles = Vec::new();
+        for section in [&mut self.readings, &mut self.fit, &mut self.diagnosis] {
+            section.retain(|figure| {
+                let fits = figure.svg.len() <= left;
+                if fits {
+                    left -= figure.svg.len();
+                } else {
+                    titles.push(figure.title.clone());
+                }
+                fits
+            });
+        }
+        titles
+    }
+}
+
+/// A report.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ReportPage {
+    /// The form of these data.
+    pub schema: &'static str,
+    /// Title.
+    pub title: String,
+    /// Number of the report, from its content.
+    pub number: String,
+    /// Day of issue.
+    pub issued: Option<String>,
+    /// The report that this one replaces.
+    pub replaces: Option<PageAmendment>,
+    /// Words across the page: what a reader must not overlook.
+    pub marks: Vec<&'static str>,
+    /// What each of them means, in a sentence.
+    pub mark_sentences: Vec<&'static str>,
+    /// The answer.
+    pub headline: PageHeadline,
+    /// Items of ISO/IEC 17025:2017, 7.8.2.1.
+    pub items: Vec<PageItem>,
+    /// The statement of conformity, if a rule and requirements are stated.
+    pub conformity: Option<ConformityStatement>,
+    /// The sessions.
+    pub sessions: Vec<PageSession>,
+    /// The difference of two sessions.
+    pub comparison: Option<PageComparison>,
+    /// Robot, mechanism and factors.
+    pub model: Option<PageModel>,
+    /// The fit.
+    pub fit: Option<PageFit>,
+    /// The diagnosis.
+    pub diagnosis: Option<PageDiagnosis>,
+    /// Parts that are missing, with the reason.
+    pub left_out: Vec<String>,
+    /// The figures.
+    pub figures: PageFigures,
+    /// Every option.
+    pub settings: PageSettings,
+    /// The program.
+    pub program: PageProgram,
+}
+
+impl ReportPage {
+    /// Items that nothing states, in words.
+    #[must_use]
+    pub fn missing(&self) -> Vec<String> {
+        let open = self.items.iter().filter(|item| item.value.is_none());
+        open.map(|item| format!("{}) {} ({})", item.clause, item.name, item.key))
+            .collect()
+    }
+
+    /// The same with its number, which follows from everything else.
+    #[must_use]
+    pub(super) fn numbered(self) -> Self {
+        let mut page = self.fitted_to_a_megabyte();
+        page.set_number(String::new());
+        let last = page.sessions.iter().filter_map(PageSession::last_day).max();
+        let day = last.map_or_else(|| "undated".to_owned(), |day| day.replace('-', ""));
+        let json = serde_json::to_string(&page).unwrap_or_default();
+        page.set_number(page_number(&day, &json));
+        page
+    }
+
+    /// Without the figures that would make the page larger than a megabyte; the report states which.
+    fn fitted_to_a_megabyte(mut self) -> Self {
+        const LARGEST: usize = 1_000_000;
+        // Of style and fixed words.
+        const TEMPLATE: usize = 30_000;
+        let figures = std::mem::take(&mut self.figures);
+        // Numbers stand in the text too.
+        let others = 3 * serde_json::to_string(&self).unwrap_or_default().len() / 2 + TEMPLATE;
+        self.figures = figures;
+        // A drawing stands in the data too, at most at a fifth of its size.
+        let room = 5 * LARGEST.saturating_sub(others) / 6;
+        let titles = self.figures.shed(room);
+        self.left_out.extend(titles.into_iter().map(|title| {
+            format!(
+                "Figure: {title}. The page would exceed 1 MB; stiffbench fit and diagnose draw it."
+            )
+        }));
+        self
+    }
+
+    fn set_number(&mut self, number: String) {
+        for item in self.items.iter_mut().filter(|item| item.key.is_empty()) {
+            item.value = Some(number.clone());
+        }
+        self.number = number;
+    }
+}
+
+/// The number of a report from the day of its last reading and its data without number.
+fn page_number(day: &str, json: &str) -> String {
+    let digits: String = sha256(json).chars().take(10).collect();
+    format!("SB-{day}-{digits}")
+}

@@ -1,0 +1,139 @@
+//! The model of a report: fit, diagnosis, and the comparison of two sessions.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
+use crate::fit::{FitOutcome, FittedCell};
+use crate::report::{
+    ComparisonReport, ComparisonVerdict, DiagnosisSummary, FitReport, diagnosis_page, significant,
+};
+
+use super::blocks::{TextBlock, text_blocks};
+
+/// Robot, mechanism and factors.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PageModel {
+    /// Name of the robot.
+    pub robot: String,
+    /// SHA-256 of its file.
+    pub robot_sha256: String,
+    /// The mechanism.
+    pub mechanism: String,
+    /// Name of the factor set.
+    pub factors: String,
+    /// SHA-256 of the factors.
+    pub factors_sha256: String,
+}
+
+/// A fit with its validation.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PageFit {
+    /// How well it predicts cells that it did not see.
+    pub validation: Option<String>,
+    /// Parameters, cells and what to think of them.
+    pub text: Vec<TextBlock>,
+    /// All numbers.
+    pub numbers: FitReport,
+}
+
+/// A diagnosis.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PageDiagnosis {
+    /// The verdict in a sentence.
+    pub headline: String,
+    /// What is missing, where, how sure, what to do next.
+    pub text: Vec<TextBlock>,
+    /// All numbers.
+    pub numbers: DiagnosisSummary,
+}
+
+/// The comparison of two sessions.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PageComparison {
+    /// Whether they agree.
+    pub verdict: String,
+    /// Differences cell by cell, and the rule.
+    pub text: Vec<TextBlock>,
+    /// All numbers.
+    pub numbers: ComparisonReport,
+}
+
+impl From<&ResolvedModel> for PageModel {
+    fn from(model: &ResolvedModel) -> Self {
+        Self {
+            robot: model.robot.name.clone(),
+            robot_sha256: sha256(&model.source.text),
+            mechanism: model.mechanism.clone(),
+            factors: model.factors_name.clone(),
+            factors_sha256: sha256(model.factors.to_toml()),
+        }
+    }
+}
+
+impl PageFit {
+    pub(super) fn new(outcome: &FitOutcome, numbers: FitReport) -> Self {
+        let held_out = outcome.cells.iter().filter(|cell| cell.held_out).count();
+        let left_out = |cell: &FittedCell| cell.predicted_without_its_pose_n_per_m.is_some();
+        let each = outcome.cells.iter().all(left_out);
+        let what = if held_out > 0 {
+            format!("over {held_out} poses and directions that the fit did not see")
+        } else if !each {
+            "over the poses and directions that it was fitted to".to_owned()
+        } else {
+            "over all poses and directions, each predicted without its own pose".to_owned()
+        };
+        let largest = outcome.max_error_percent();
+        Self {
+            validation: largest.map(|percent| {
+                format!(
+                    "The fitted model differs from the measured stiffness by at most {} % {what}.",
+                    significant(percent, 2)
+                )
+            }),
+            text: text_blocks(&numbers.text(&outcome.warnings)),
+            numbers,
+        }
+    }
+}
+
+impl From<&DiagnosisReport> for PageDiagnosis {
+    fn from(report: &DiagnosisReport) -> Self {
+        let numbers = DiagnosisSummary::from(report);
+        Self {
+            headline: numbers.headline.clone(),
+            text: with_procedures_named(text_blocks(&diagnosis_page(report))),
+            numbers,
+        }
+    }
+}
+
+impl PageComparison {
+    pub(super) fn new(numbers: ComparisonReport, [a, b]: [&str; 2]) -> Self {
+        let verdict = match numbers.verdict {
+            ComparisonVerdict::Agrees => "The sessions agree.",
+            ComparisonVerdict::Differs => "The sessions differ.",
+            ComparisonVerdict::NothingToCompare => "There is nothing to compare.",
+        };
+        Self {
+            verdict: verdict.to_owned(),
+            text: text_blocks(&numbers.text(a, b)),
+            numbers,
+        }
+    }
+}
+
+/// Where the procedures are that a diagnosis names: they are files of another command.
+fn with_procedures_named(mut blocks: Vec<TextBlock>) -> Vec<TextBlock> {
+    for block in &mut blocks {
+        if let TextBlock::List { items } = block {
+            for item in items {
+                *item = item.replace(
+                    " Procedure: ",
+                    " stiffbench diagnose SESSION writes its procedure: ",
+                );
+            }
+        }
+    }
+    blocks
+}

@@ -1,0 +1,88 @@
+//! Drawings as they stand in the data of a page: deflated, in base64. So a page holds them twice and stays small.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use miniz_oxide::deflate::compress_to_vec_zlib;
+use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
+use serde::Serializer;
+use serde_json::Value;
+
+/// Level of compression.
+const LEVEL: u8 = 9;
+/// No drawing is larger, bytes.
+const LARGEST: usize = 8 << 20;
+/// Fonts of the drawings.
+const FONTS: &str = " font-family=\"DejaVu Sans, Verdana, sans-serif\"";
+/// The same as a property of the whole drawing.
+const FONTS_OF_ALL: &str = " style=\"font-family:DejaVu Sans,Verdana,sans-serif\"";
+/// What is said by leaving it out; the last is of the namespace, which inline SVG does not need: a page names no address.
+const USUAL: [&str; 5] = [
+    " opacity=\"1\"",
+    " stroke=\"none\" stroke-width=\"0\"",
+    " stroke=\"none\"",
+    " text-anchor=\"start\"",
+    " xmlns=\"http://www.w3.org/2000/svg\"",
+];
+
+/// A drawing for a page, without what goes without saying.
+pub(super) fn lean(svg: &str) -> String {
+    let mut lean = svg.replace(FONTS, "");
+    for usual in USUAL {
+        lean = lean.replace(usual, "");
+    }
+    let start = lean.find("<svg").unwrap_or(0);
+    let drawing = lean[start..].trim_end();
+    drawing.replacen("<svg", &format!("<svg{FONTS_OF_ALL}"), 1)
+}
+
+/// Writes a drawing into the data of a page.
+pub(super) fn pack<S: Serializer>(svg: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    let packed = compress_to_vec_zlib(svg.as_bytes(), LEVEL);
+    serializer.serialize_str(&STANDARD.encode(packed))
+}
+
+/// Puts the drawings themselves in the place of packed ones; of what is no drawing nothing is left.
+pub(super) fn unpack_all(data: &mut Value) {
+    let sections = data.get_mut("figures").and_then(Value::as_object_mut);
+    let figures = sections
+        .into_iter()
+        .flat_map(|sections| sections.values_mut());
+    let figures = figures.filter_map(Value::as_array_mut).flatten();
+    for svg in figures.filter_map(|figure| figure.get_mut("svg")) {
+        let text = svg.as_str().and_then(unpack).unwrap_or_default();
+        *svg = Value::String(text);
+    }
+}
+
+fn unpack(packed: &str) -> Option<String> {
+    let bytes = STANDARD.decode(packed).ok()?;
+    let text = decompress_to_vec_zlib_with_limit(&bytes, LARGEST).ok()?;
+    String::from_utf8(text).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_drawing_is_the_same_afterwards_and_rubbish_is_none() {
+        let svg = "<svg><text>1.5 µm</text></svg>";
+        let packed = pack(svg, serde_json::value::Serializer).unwrap();
+        let figures = json!({"readings": [{"svg": packed}, {"svg": "no base64!"}]});
+        let mut data = json!({"figures": figures});
+        unpack_all(&mut data);
+        assert_eq!(data["figures"]["readings"][0]["svg"], svg);
+        assert_eq!(data["figures"]["readings"][1]["svg"], "");
+        assert!(unpack("AAAA").is_none());
+    }
+
+    #[test]
+    fn a_lean_drawing_keeps_its_fonts_and_names_no_address() {
+        let svg = format!(
+            "<?xml?><svg width=\"1\" xmlns=\"http://www.w3.org/2000/svg\"><text{FONTS} opacity=\"1\">a</text></svg>\n"
+        );
+        let expected = format!("<svg{FONTS_OF_ALL} width=\"1\"><text>a</text></svg>");
+        assert_eq!(lean(&svg), expected);
+    }
+}

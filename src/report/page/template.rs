@@ -1,0 +1,148 @@
+//! Templates: data to HTML or Markdown.
+
+use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value, context};
+use serde_json::Value as Json;
+
+use crate::analysis::sha256;
+
+use super::ReportPage;
+use super::error::ReportError;
+use super::packed::unpack_all;
+
+/// What stands before the data in a page.
+pub(super) const DATA_BEGINS: &str = "id=\"stiffbench-data\">";
+/// What stands behind them.
+pub(super) const DATA_ENDS: &str = "</script>";
+
+/// A template of reports.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PageTemplate {
+    /// Its name, for messages.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// Whether it makes Markdown, else HTML.
+    pub is_markdown: bool,
+}
+
+/// A report as a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RenderedPage {
+    /// The text of the file.
+    pub text: String,
+    /// SHA-256 of its data, as printed on it.
+    pub data_sha256: String,
+}
+
+/// The template of HTML pages that comes with the program.
+#[must_use]
+pub fn html_template() -> PageTemplate {
+    PageTemplate {
+        name: "report.html".to_owned(),
+        text: include_str!("../../../data/report/report.html").to_owned(),
+        is_markdown: false,
+    }
+}
+
+/// The template of Markdown that comes with the program.
+#[must_use]
+pub fn markdown_template() -> PageTemplate {
+    PageTemplate {
+        name: "report.md".to_owned(),
+        text: include_str!("../../../data/report/report.md").to_owned(),
+        is_markdown: true,
+    }
+}
+
+impl PageTemplate {
+    /// SHA-256 of its text.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        sha256(&self.text)
+    }
+
+    /// A report as a file.
+    ///
+    /// # Errors
+    /// [`ReportError::Template`] with the line, and [`ReportError::TemplateLacks`] if the page could not be verified.
+    pub fn render(&self, page: &ReportPage) -> Result<RenderedPage, ReportError> {
+        let json = embedded(page);
+        let rendered = self.render_json(&json)?;
+        let lacks = |part| ReportError::TemplateLacks {
+            template: self.name.clone(),
+            part,
+        };
+        if !self.is_markdown {
+            let (_, rest) = rendered
+                .text
+                .split_once(DATA_BEGINS)
+                .ok_or_else(|| lacks("the data of the report"))?;
+            if !rest.starts_with(&json) {
+                return Err(lacks("the data of the report"));
+            }
+            if !rendered.text.contains(&rendered.data_sha256) {
+                return Err(lacks("the SHA-256 of the data"));
+            }
+        }
+        Ok(rendered)
+    }
+
+    /// The page of data as they stand in one.
+    pub(super) fn render_json(&self, json: &str) -> Result<RenderedPage, ReportError> {
+        let mut data: Json = serde_json::from_str(json).map_err(|error| ReportError::Template {
+            place: self.name.clone(),
+            problem: error.to_string(),
+        })?;
+        unpack_all(&mut data);
+        let data_sha256 = sha256(json);
+        let mut environment = Environment::new();
+        environment.set_undefined_behavior(UndefinedBehavior::SemiStrict);
+        environment.set_trim_blocks(true);
+        environment.set_lstrip_blocks(true);
+        let escape = if self.is_markdown {
+            AutoEscape::None
+        } else {
+            AutoEscape::Html
+        };
+        environment.set_auto_escape_callback(move |_| escape);
+        environment.add_filter("cell", markdown_cell);
+        let text = environment
+            .render_named_str(
+                &self.name,
+                &self.text,
+                context! {
+                    data_json => json,
+                    data_sha256 => data_sha256,
+                    ..Value::from_serialize(&data)
+                },
+            )
+            .map_err(|error| self.error(&error))?;
+        Ok(RenderedPage { text, data_sha256 })
+    }
+
+    /// An error of the template with its place.
+    fn error(&self, error: &minijinja::Error) -> ReportError {
+        let name = error.name().unwrap_or(&self.name);
+        let place = error
+            .line()
+            .map_or_else(|| name.to_owned(), |line| format!("{name}:{line}"));
+        let kind = error.kind().to_string();
+        ReportError::Template {
+            place,
+            problem: error
+                .detail()
+                .map_or_else(|| kind.clone(), |detail| format!("{kind}: {detail}")),
+        }
+    }
+}
+
+/// The data as they stand in a page: no `<`, so that no element ends them.
+fn embedded(page: &ReportPage) -> String {
+    let json = serde_json::to_string(page).unwrap_or_default();
+    json.replace('<', "\\u003c")
+}
+
+/// A text for a cell of a Markdown table.
+fn markdown_cell(text: &str) -> String {
+    text.replace('|', "\\|").replace('\n', " ")
+}

@@ -1,0 +1,468 @@
+//! Reports: what a page holds, what is marked on it, and that no changed digit goes unnoticed.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+
+use stiffbench_test_files::desk::{Desk, assert_output_contains};
+
+use super::{desk, five_columns};
+
+/// A desk with `session` and its `report.html`, of two poses, without diagnosis.
+fn desk_with_report(options: &str) -> Desk {
+    let desk = desk();
+    desk.run("simulate session --poses P1,P3 --seed 4")
+        .succeeds();
+    desk.run(&format!("report session --no-diagnosis {options}"))
+        .succeeds();
+    desk
+}
+
+/// Every item of a report, stated.
+const DETAILS: &str = "authorised_by = \"A. Nyone\"\nexternal_providers = \"not applicable\"\nperformed = 2026-11-20\n\
+    [laboratory]\nname = \"Lab\"\naddress = \"Street 1\"\nlocation = \"Hall 3\"\n[customer]\nname = \"C\"\ncontact = \"Road 2\"\n\
+    [item]\ndescription = \"robot\"\nidentification = \"4711\"\ncondition = \"good\"\nreceived = 2026-11-18\n\
+    [method]\nreference = \"LI 12\"\nsampling = \"not applicable\"\ndeviations = \"none\"\n";
+
+#[test]
+fn a_page_stands_alone_is_small_and_has_the_same_bytes_twice() {
+    let desk = desk_with_report("");
+    let page = desk.read("session/report.html");
+    for outside in [
+        "http:", "https:", "src=", "@import", "url(", "<link", "href=",
+    ] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(page.len() < 1_000_000, "{}", page.len());
+    assert!(page.matches("<svg").count() >= 3);
+    desk.run("report session --no-diagnosis --out again.html")
+        .succeeds();
+    assert_eq!(page, desk.read("again.html"));
+    // The same session elsewhere gives the same page.
+    let elsewhere = desk.path("elsewhere");
+    std::fs::create_dir(&elsewhere).unwrap();
+    for name in ["session.toml", "readings.csv", "robot.toml"] {
+        std::fs::copy(desk.path("session").join(name), elsewhere.join(name)).unwrap();
+    }
+    desk.run("report elsewhere --no-diagnosis --out third.html")
+        .succeeds();
+    assert_eq!(page, desk.read("third.html"));
+}
+
+#[test]
+fn a_report_with_a_diagnosis_names_the_verdict_and_is_below_a_megabyte() {
+    let desk = desk();
+    desk.run("simulate session --poses P1,P2,P3 --seed 4")
+        .succeeds();
+    let data = desk.data("report session --train P1,P3");
+    let verdict = data["headline"]["verdict"].as_str().unwrap();
+    let page = desk.read("session/report.html");
+    assert!(page.contains("What the model leaves out"));
+    assert!(page.contains(&verdict[..20]), "{verdict}");
+    assert!(page.len() < 1_000_000, "{}", page.len());
+    assert!(data["fit"]["numbers"]["cells"].is_array());
+    desk.run("report verify session/report.html session")
+        .succeeds();
+}
+
+#[test]
+fn each_of_200_changed_digits_is_found() {
+    let desk = desk_with_report("");
+    let page = desk.read("session/report.html");
+    let digits: Vec<usize> = printed_digits(&page);
+    assert!(digits.len() > 3000, "{}", digits.len());
+    let mut rng = ChaCha8Rng::seed_from_u64(26);
+    for _ in 0..200 {
+        let at = digits[rng.random_range(0..digits.len())];
+        let old = page.as_bytes()[at] - b'0';
+        let new = (old + rng.random_range(1..10_u8)) % 10;
+        let mut changed = page.clone();
+        changed.replace_range(at..=at, &new.to_string());
+        let read = stiffbench::report::page::read_page("page", changed).unwrap();
+        let template = stiffbench::report::page::html_template();
+        let check = read.check(&template).unwrap();
+        assert!(!check.good, "byte {at}: {old} to {new} was not found");
+        assert!(!check.differences[0].place.is_empty());
+    }
+}
+
+/// Bytes of digits that are printed: text, tables and drawings, and the embedded data.
+fn printed_digits(page: &str) -> Vec<usize> {
+    let body = page.find("<body>").unwrap();
+    let digits = page.bytes().enumerate().skip(body);
+    digits
+        .filter(|(_, byte)| byte.is_ascii_digit())
+        .map(|(at, _)| at)
+        .collect()
+}
+
+#[test]
+fn a_changed_number_is_named_with_its_line_and_what_it_was() {
+    let desk = desk_with_report("");
+    let page = desk.read("session/report.html");
+    let row = page.find("<tr><td>P1</td><td>x lateral").unwrap();
+    let cell = row + page[row..].find("<td>0.0").unwrap() + "<td>0.0".len();
+    let mut changed = page.clone();
+    changed.replace_range(cell..=cell, "9");
+    desk.write("changed.html", &changed);
+    let run = desk.run("report verify changed.html").exits_with(30);
+    let line = page[..cell].matches('\n').count() + 1;
+    assert!(
+        run.stdout.contains(&format!("line {line} ")) && run.stdout.contains("0.09"),
+        "{}",
+        run.stdout
+    );
+    let data = desk.run("report verify changed.html --json").exits_with(30);
+    assert_eq!(data.json()["data"]["good"], false);
+    desk.run("report verify session/report.html").succeeds();
+}
+
+#[test]
+fn a_report_is_held_against_its_session() {
+    let desk = desk_with_report("");
+    let run = desk.run("report verify session/report.html session --json");
+    let data = run.succeeds().json()["data"].clone();
+    assert_eq!(
+        (&data["from_session"], &data["byte_by_byte"]),
+        (&Value::Bool(true), &Value::Bool(true))
+    );
+    desk.run("simulate other --poses P1,P3 --seed 5").succeeds();
+    let run = desk
+        .run("report verify session/report.html other")
+        .exits_with(30);
+    assert!(run.stdout.contains("NOT VERIFIED"), "{}", run.stdout);
+    assert!(
+        run.stdout.contains("/headline/stiffness/0"),
+        "{}",
+        run.stdout
+    );
+}
+
+#[test]
+fn missing_items_are_listed_and_marked_and_stated_ones_are_not() {
+    let desk = desk_with_report("--out bare.html");
+    let run = desk
+        .run("report session --no-diagnosis --out more.html")
+        .succeeds();
+    for item in [
+        "laboratory.name",
+        "customer.name",
+        "item.received",
+        "--issued DATE",
+    ] {
+        assert!(run.stdout.contains(item), "{item}: {}", run.stdout);
+    }
+    assert!(desk.read("bare.html").contains(">missing</span>"));
+    assert!(!desk.read("bare.html").contains("not applicable"));
+    desk.write("details.toml", DETAILS);
+    let options = "--details details.toml --issued 2026-11-25 --out full.html";
+    let data = desk.data(&format!("report session --no-diagnosis {options}"));
+    let open = data["items"].as_array().unwrap().iter();
+    assert_eq!(open.filter(|item| item["value"].is_null()).count(), 0);
+    let page = desk.read("full.html");
+    assert!(
+        page.contains("Hall 3") && page.contains("2026-11-18") && page.contains("not applicable")
+    );
+    assert!(!page.contains(">missing</span>"));
+}
+
+#[test]
+fn the_template_of_details_can_be_used_and_wrong_details_are_placed() {
+    let desk = desk_with_report("");
+    let template = desk.run("report --details-template").succeeds().stdout;
+    desk.write("report.toml", &template);
+    desk.run("report session --no-diagnosis --details report.toml --out full.html")
+        .succeeds();
+    desk.write("wrong.toml", "[laboratory]\nadress = \"Lab\"\n");
+    let command = "report session --no-diagnosis --details wrong.toml --out no.html";
+    let error = desk.refusal(command, 10, "stiffbench::report::details");
+    assert_output_contains(&error, &["wrong.toml:2:1", "adress", "`address` meant"]);
+    desk.write(
+        "wrong.toml",
+        "[[requirement]]\npose = \"P1\"\ndirection = \"x\"\n",
+    );
+    let error = desk.refusal(command, 10, "stiffbench::report::details");
+    assert_output_contains(&error, &["at_least_N_per_um"]);
+    assert!(!desk.path("no.html").exists());
+}
+
+#[test]
+fn pass_and_fail_follow_the_decision_rule() {
+    let desk = desk_with_report("");
+    let data = desk.data("stiffness session");
+    let cell = &data["cells"][0]["stiffness_regression"];
+    let (value, expanded) = (cell["value"].as_f64().unwrap(), cell["U"].as_f64().unwrap());
+    let decided = |rule: &str, limit: f64, out: &str| {
+        let details = format!(
+            "{rule}[[requirement]]\npose = \"P1\"\ndirection = \"x\"\nat_least_N_per_um = {limit}\n"
+        );
+        desk.write("details.toml", &details);
+        let command = format!("report session --no-diagnosis --details details.toml --out {out}");
+        let data = desk.data(&command);
+        data["conformity"]["requirements"][0]["decision"].clone()
+    };
+    let guard = "decision_rule = \"guard-band\"\n";
+    assert_eq!(decided(guard, value - 2.0 * expanded, "a.html"), "pass");
+    assert_eq!(
+        decided(guard, value - 0.5 * expanded, "b.html"),
+        "conditional-pass"
+    );
+    assert_eq!(
+        decided(guard, value + 0.5 * expanded, "c.html"),
+        "conditional-fail"
+    );
+    assert_eq!(decided(guard, value + 2.0 * expanded, "d.html"), "fail");
+    let simple = "decision_rule = \"simple-acceptance\"\n";
+    assert_eq!(decided(simple, value - 0.5 * expanded, "e.html"), "pass");
+    assert_eq!(decided("", value, "f.html"), Value::Null);
+    assert!(desk.read("f.html").contains("no statement of conformity"));
+    assert!(desk.read("b.html").contains("conditional pass"));
+}
+
+#[test]
+fn what_a_reader_must_not_overlook_stands_across_the_page() {
+    let desk = desk_with_report("");
+    assert!(
+        desk.read("session/report.html")
+            .contains("<span>SIMULATED</span>")
+    );
+    desk.write("bare.csv", &five_columns(&["P1", "P3"], 3));
+    desk.run("report bare.csv --robot hp-robot --no-diagnosis")
+        .succeeds();
+    assert!(
+        desk.read("bare-report.html")
+            .contains("<span>NOT PROTECTED</span>")
+    );
+    // Without a robot there is stiffness, and the page states what is not in it.
+    let run = desk.run("report bare.csv --out alone.html").succeeds();
+    assert!(run.stdout.contains("no robot is named"), "{}", run.stdout);
+    desk.run("report verify alone.html bare.csv").succeeds();
+}
+
+#[cfg(unix)]
+#[test]
+fn an_emulated_session_that_was_stopped_is_partial() {
+    let desk = desk();
+    desk.write(
+        "short.toml",
+        "schema = \"stiffbench/procedure/1\"\nname = \"short\"\nposes = [\"P1\"]\ndirections = [\"x\"]\nloads_N = [-10, -20, -30]\nrepeats = 2\n",
+    );
+    let options = "--emulated --seed 5 --speed 600 --robot hp-robot --procedure short.toml --no-input --answer temperature=21";
+    // The question of the sign check has no answer, so that the session ends as partial.
+    let run = desk.run(&format!("session run whole {options}"));
+    if run.code != 0 {
+        assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+    }
+    desk.run("report whole --no-diagnosis").succeeds();
+    let page = desk.read("whole/report.html");
+    assert!(page.contains("EMULATED"));
+    assert_eq!(
+        page.contains("<span>PARTIAL · EMULATED</span>"),
+        run.code != 0
+    );
+    desk.run("report verify whole/report.html whole").succeeds();
+}
+
+#[test]
+fn a_replacement_names_the_report_and_the_reason() {
+    let desk = desk_with_report("--out first.html");
+    desk.command(
+        "report session --no-diagnosis --out second.html --amends SB-20261120-0123456789 --reason",
+    )
+    .arg("wrong serial number")
+    .assert()
+    .success();
+    let page = desk.read("second.html");
+    assert!(page.contains("This report replaces report SB-20261120-0123456789."));
+    assert!(page.contains("wrong serial number"));
+    desk.run("report session --amends SB-1").exits_with(2);
+    desk.run("report session --reason because").exits_with(2);
+}
+
+#[test]
+fn the_day_of_issue_is_never_that_of_the_clock() {
+    let desk = desk_with_report("--issued 2026-11-25 --out a.html");
+    assert!(desk.read("a.html").contains("issued 2026-11-25"));
+    desk.command("report session --no-diagnosis --out b.html")
+        .env("SOURCE_DATE_EPOCH", "1700000000")
+        .assert()
+        .success();
+    assert!(desk.read("b.html").contains("issued 2023-11-14"));
+    desk.command("report session --no-diagnosis --out c.html")
+        .env("SOURCE_DATE_EPOCH", "yesterday")
+        .assert()
+        .code(2);
+}
+
+#[test]
+fn nothing_is_written_over() {
+    let desk = desk_with_report("");
+    let before = desk.read("session/report.html");
+    let error = desk.refusal(
+        "report session --no-diagnosis",
+        13,
+        "stiffbench::output::exists",
+    );
+    assert_output_contains(&error, &["--out"]);
+    assert_eq!(before, desk.read("session/report.html"));
+}
+
+#[test]
+fn a_template_of_your_own_is_used_and_its_errors_have_lines() {
+    let desk = desk_with_report("");
+    let usual = desk.run("report --print-template").succeeds().stdout;
+    desk.write(
+        "own.html",
+        &usual.replace("<h1>{{ title }}</h1>", "<h1>Ours: {{ title }}</h1>"),
+    );
+    desk.run("report session --no-diagnosis --template own.html --out own-report.html")
+        .succeeds();
+    assert!(desk.read("own-report.html").contains("<h1>Ours: "));
+    desk.run("report verify own-report.html session --template own.html")
+        .succeeds();
+    desk.refusal(
+        "report verify own-report.html",
+        11,
+        "stiffbench::report::other_template",
+    );
+    desk.write("own.html", "one\ntwo {{ nothing.such }}\n");
+    let command = "report session --no-diagnosis --template own.html --out no.html";
+    let error = desk.refusal(command, 10, "stiffbench::report::template");
+    assert_output_contains(&error, &["own.html:2"]);
+    desk.write("own.html", "<p>{{ title }}</p>\n");
+    desk.refusal(command, 10, "stiffbench::report::template_lacks");
+    assert!(!desk.path("no.html").exists());
+}
+
+#[test]
+fn what_is_no_report_is_refused() {
+    let desk = desk_with_report("");
+    desk.write("page.html", "<html></html>\n");
+    desk.refusal(
+        "report verify page.html",
+        11,
+        "stiffbench::report::not_a_report",
+    );
+    desk.refusal("report verify nothing.html", 11, "stiffbench::input::read");
+    desk.refusal("report nothing", 11, "stiffbench::input::not_found");
+}
+
+#[test]
+fn markdown_has_the_tables_and_figures_beside_it() {
+    let desk = desk_with_report("--format markdown --figures figures");
+    let text = desk.read("session/report.md");
+    assert!(text.contains("| pose | direction | runs | K, N/µm |"));
+    assert!(text.contains("| P1 | x lateral |"));
+    assert!(!text.contains('<') && !text.contains("{{"), "{text}");
+    assert!(
+        desk.read("figures/load-displacement.svg")
+            .starts_with("<svg xmlns=")
+    );
+}
+
+#[test]
+fn two_sessions_are_compared_in_a_report() {
+    let desk = desk();
+    desk.run("simulate one --poses P1 --seed 4").succeeds();
+    desk.run("simulate two --poses P1 --seed 5").succeeds();
+    desk.run("compare one two --report difference.html")
+        .succeeds();
+    let page = desk.read("difference.html");
+    assert!(page.contains("The sessions agree.") && page.contains("<h2>Comparison</h2>"));
+    desk.run("report verify difference.html one two").succeeds();
+    desk.refusal(
+        "compare one two --issued 2026-11-25",
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.run("report verify difference.html two one")
+        .exits_with(30);
+    desk.refusal(
+        "report verify difference.html one",
+        2,
+        "stiffbench::usage::argument",
+    );
+}
+
+#[test]
+fn marked_up_names_do_no_harm() {
+    let desk = desk_with_report("");
+    desk.write(
+        "details.toml",
+        "title = \"</script><b>x\"\n[laboratory]\nname = \"<i>Lab & Co\"\n",
+    );
+    desk.run("report session --no-diagnosis --details details.toml --out odd.html")
+        .succeeds();
+    let page = desk.read("odd.html");
+    assert!(!page.contains("<i>Lab") && !page.contains("</script><b>"));
+    desk.run("report verify odd.html session").succeeds();
+}
+
+#[test]
+fn dark_paper_and_print_have_styles() {
+    let page = desk_with_report("").read("session/report.html");
+    for style in [
+        "prefers-color-scheme: dark",
+        "@media print",
+        "size: A4",
+        "counter(pages)",
+        "max-width: 40rem",
+    ] {
+        assert!(page.contains(style), "{style}");
+    }
+    assert!(page.contains("End of report SB-"));
+    assert!(!page.contains("<script>") && !page.contains(" onload="));
+}
+
+/// Relative luminance of a colour `#rrggbb` (WCAG 2.2).
+fn luminance(colour: &str) -> f64 {
+    let part = |at: usize| {
+        let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
+        if value <= 0.040_45 {
+            value / 12.92
+        } else {
+            ((value + 0.055) / 1.055).powf(2.4)
+        }
+    };
+    0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5)
+}
+
+#[test]
+fn text_has_contrast_on_light_dark_and_printed_paper() {
+    let template = stiffbench::report::page::html_template().text;
+    let schemes: Vec<&str> = template.split(":root {").skip(1).collect();
+    assert_eq!(schemes.len(), 3);
+    // What is not set again is that of the light scheme.
+    let colour = |scheme: &str, name: &str| {
+        let value = scheme.split(&format!("--{name}: ")).nth(1);
+        let value = value.map(|rest| rest.split(';').next().unwrap().to_owned())?;
+        let short = value.len() == 4;
+        Some(if short {
+            value
+                .chars()
+                .skip(1)
+                .fold("#".to_owned(), |all, c| format!("{all}{c}{c}"))
+        } else {
+            value
+        })
+    };
+    for scheme in schemes
+        .iter()
+        .map(|scheme| scheme.split('}').next().unwrap())
+    {
+        for (ink, paper) in [
+            ("ink", "paper"),
+            ("ink", "tint"),
+            ("quiet", "paper"),
+            ("quiet", "tint"),
+            ("warn", "paper"),
+            ("warn", "warn-tint"),
+        ] {
+            let [ink_value, paper_value] =
+                [ink, paper].map(|name| luminance(&colour(scheme, name).unwrap()));
+            let (light, dark) = (ink_value.max(paper_value), ink_value.min(paper_value));
+            let contrast = (light + 0.05) / (dark + 0.05);
+            assert!(contrast >= 4.5, "{ink} on {paper}: {contrast}");
+        }
+    }
+}
