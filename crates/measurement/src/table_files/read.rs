@@ -15,6 +15,7 @@ use super::names::{in_brackets, name_and_unit};
 use super::records::{TextRecord, lines, split};
 use super::sheet;
 use super::table::{FileRow, MachineTable};
+use super::unit_cells::{name_units_of_cells, take_units_off};
 use crate::readings::DecimalSign;
 
 /// What the caller knows of a file; the rest is found from the file.
@@ -28,6 +29,22 @@ pub struct TableFileOptions {
     pub sheet: Option<String>,
     /// Names of columns that the caller needs, as in the file or without their units.
     pub columns: Vec<String>,
+    /// What is done about numbers such as `1.010`, where nothing in the file shows what the mark means.
+    pub three_digits: ThreeDigits,
+    /// Take cells such as `12.3 N`, and columns of units beside their numbers, as numbers with a unit: logs of gauges have them.
+    pub units_in_cells: bool,
+}
+
+/// What is done about numbers with one mark and three digits behind it, where no other number shows the decimal sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ThreeDigits {
+    /// A point is the decimal sign; a comma is refused.
+    #[default]
+    RefuseComma,
+    /// Both are refused.
+    Refuse,
+    /// The mark is the decimal sign.
+    Decimal,
 }
 
 /// Name of the column that numbers segments.
@@ -79,6 +96,9 @@ pub fn read_table_file(
     }
     let (delimiter, told_line) = delimiter(&lines, options);
     let mut records = split(&lines, delimiter, usize::MAX);
+    if options.units_in_cells {
+        take_units_off(&mut records);
+    }
     if told_line {
         records[0].is_comment = true;
     }
@@ -124,7 +144,10 @@ fn delimiter(lines: &[&str], options: &TableFileOptions) -> (FieldDelimiter, boo
     }
     let mut best = (i64::MIN, FieldDelimiter::Comma);
     for delimiter in FieldDelimiter::ALL {
-        let records = split(lines, delimiter, find::SEARCHED);
+        let mut records = split(lines, delimiter, find::SEARCHED);
+        if options.units_in_cells {
+            take_units_off(&mut records);
+        }
         let score = find::score(&records, &options.columns);
         let is_there = delimiter
             .sign()
@@ -207,7 +230,10 @@ fn assemble(
         }
     }
     mark_numeric(&mut columns, &records, &parts);
-    let marks = number_marks(source, &columns, &records, &parts, told.decimal)?;
+    if options.units_in_cells {
+        name_units_of_cells(source, &mut columns, &records, &parts)?;
+    }
+    let marks = number_marks(source, &columns, &records, &parts, told.decimal, options)?;
     if told.program == Some("LabVIEW measurement file") {
         complete_labview(&mut columns, &mut records, &parts, marks);
     }
@@ -363,9 +389,10 @@ fn number_marks(
     records: &[TextRecord],
     parts: &TableParts,
     told: Option<DecimalSign>,
+    options: &TableFileOptions,
 ) -> Result<NumberMarks, TableFileError> {
-    // Where each decimal sign, and a comma that may be either, was first seen: line, column, cell.
-    let mut seen: [Option<(u32, usize, &str)>; 3] = [None; 3];
+    // Where each decimal sign, and a mark that may be either, was first seen: line, column, cell.
+    let mut seen: [Option<(u32, usize, &str)>; 4] = [None; 4];
     let cells = || {
         parts.rows.iter().flat_map(|(index, _)| {
             let record = &records[*index];
@@ -382,13 +409,14 @@ fn number_marks(
             Some(DecimalHint::Sign(DecimalSign::Point)) => 0,
             Some(DecimalHint::Sign(DecimalSign::Comma)) => 1,
             Some(DecimalHint::Either(DecimalSign::Comma)) => 2,
+            Some(DecimalHint::Either(DecimalSign::Point)) => 3,
             _ => continue,
         };
         seen[place].get_or_insert((line, column, cell));
     }
     let decimal = match (told, seen) {
         (Some(told), _) => told,
-        (None, [Some(point), Some(comma), _]) => {
+        (None, [Some(point), Some(comma), ..]) => {
             let (later, first) = if point.0 > comma.0 {
                 (point, comma)
             } else {
@@ -402,14 +430,25 @@ fn number_marks(
                 first_line: first.0,
             });
         }
-        (None, [_, Some(_), _]) => DecimalSign::Comma,
-        (None, [None, None, Some((line, column, value))]) => {
-            return Err(TableFileError::EitherDecimal {
-                file: source.to_owned(),
-                line,
-                column: columns[column].name.clone(),
-                value: value.to_owned(),
-            });
+        (None, [_, Some(_), ..]) => DecimalSign::Comma,
+        (None, [None, None, comma, point]) => {
+            let refused = match options.three_digits {
+                ThreeDigits::RefuseComma => comma,
+                ThreeDigits::Refuse => comma.or(point),
+                ThreeDigits::Decimal => None,
+            };
+            if let Some((line, column, value)) = refused {
+                return Err(TableFileError::EitherDecimal {
+                    file: source.to_owned(),
+                    line,
+                    column: columns[column].name.clone(),
+                    value: value.to_owned(),
+                });
+            }
+            match (comma, point) {
+                (Some(_), None) => DecimalSign::Comma,
+                _ => DecimalSign::Point,
+            }
         }
         _ => DecimalSign::Point,
     };
