@@ -37,12 +37,18 @@ struct NamedInput {
     sha256: String,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 struct DataInput {
     name: String,
     sha256: String,
     /// How the readings came about if they were not measured.
     origin: Option<String>,
+    /// The file that they were imported from, if they were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    imported: Option<String>,
+    /// Calibrations of gauges that were given beside the data.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    calibration: Vec<String>,
 }
 
 impl Inputs {
@@ -53,6 +59,8 @@ impl Inputs {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
             origin: session.origin(),
+            imported: session.header.as_ref().and_then(imported),
+            calibration: session.calibration.clone(),
         });
         self
     }
@@ -64,6 +72,7 @@ impl Inputs {
             name: loaded.name.clone(),
             sha256: loaded.sha256.clone(),
             origin: loaded.origin(),
+            ..DataInput::default()
         });
         self
     }
@@ -77,6 +86,7 @@ impl Inputs {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
             origin: session.table.origin.clone().or(origin),
+            ..DataInput::default()
         });
         self
     }
@@ -89,6 +99,7 @@ impl Inputs {
                 name: folder.display().to_string(),
                 sha256: sha256(table),
                 origin: header.origin.clone(),
+                ..DataInput::default()
             });
         }
         if let (Some(name), Some(hash)) = (&header.robot, &header.robot_sha256) {
@@ -108,6 +119,7 @@ impl Inputs {
             name: name.to_owned(),
             sha256: sha256.to_owned(),
             origin: None,
+            ..DataInput::default()
         });
         self
     }
@@ -205,11 +217,22 @@ impl NamedInput {
 impl DataInput {
     fn words(&self) -> String {
         let words = format!("{} ({})", self.name, short(&self.sha256));
-        match &self.origin {
-            Some(origin) => format!("{words}, NOT MEASURED: {origin}"),
-            None => words,
-        }
+        let origin = self.origin.iter();
+        let origin = origin.map(|origin| format!(", NOT MEASURED: {origin}"));
+        let imported = self.imported.iter().map(|words| format!(", {words}"));
+        let calibration = self.calibration.iter().map(|words| format!("; {words}"));
+        let marks: Vec<String> = origin.chain(imported).chain(calibration).collect();
+        words + &marks.concat()
     }
+}
+
+/// The mark of readings that no session measured.
+fn imported(header: &SessionHeader) -> Option<String> {
+    let record = header.import.as_ref()?;
+    let source = record.source.as_deref().unwrap_or("a file");
+    let hash = record.source_sha256.as_deref().map(short);
+    let hash = hash.map_or_else(String::new, |hash| format!(" ({hash})"));
+    Some(format!("imported from {source}{hash}, not protected"))
 }
 
 fn short(hash: &str) -> &str {

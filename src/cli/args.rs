@@ -6,13 +6,16 @@ use clap::builder::{RangedU64ValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{CalibrationCheck, OpenSettings};
+use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
 use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
 use crate::test_point::{Direction, PoseId};
 
+use super::calibration_args::CalibrationArgs;
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
+use super::failure::Failure;
+use super::import::ImportArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::model_export::ModelCommandArgs;
@@ -78,7 +81,18 @@ impl Global {
                 CalibrationCheck::Warn(today)
             },
             gauge_log: None,
+            gauges: GivenCalibration::default(),
         }
+    }
+}
+
+impl CalibrationArgs {
+    /// How data are opened, with what is known of the gauges.
+    pub(super) fn open_settings(&self, global: &Global) -> Result<OpenSettings, Failure> {
+        Ok(OpenSettings {
+            gauges: self.given()?,
+            ..global.open_settings()
+        })
     }
 }
 
@@ -102,6 +116,8 @@ pub(super) enum Command {
     Demo(DemoArgs),
     /// Look at a robot: show, check, compliance, workspace
     Robot(RobotArgs),
+    /// Tables of other programs to a session folder: CSV, TSV, LabVIEW, XLSX, testing machines, logs
+    Import(Box<ImportArgs>),
     /// Readings to stiffness with uncertainty
     Stiffness(StiffnessArgs),
     /// Fit the model's factors to measured stiffness, or joint springs to forces and displacements as vectors
@@ -234,6 +250,9 @@ pub(super) struct StiffnessArgs {
     /// For gauge logs.
     #[command(flatten)]
     pub(super) log: LogArgs,
+    /// Calibration of the gauges.
+    #[command(flatten)]
+    pub(super) calibration: CalibrationArgs,
 }
 
 /// Branches that count.
@@ -313,6 +332,9 @@ pub(super) struct FitArgs {
     /// Write the figures of the fit into this folder
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
+    /// Calibration of the gauges.
+    #[command(flatten)]
+    pub(super) calibration: CalibrationArgs,
 }
 
 /// Arguments of `significance`.

@@ -10,6 +10,7 @@ use crate::report::{ComparisonReport, load_displacement_figure};
 use crate::stiffness::{Branches, SameGauges, StiffnessAgreement, compare};
 
 use super::args::Global;
+use super::calibration_args::CalibrationArgs;
 use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::outcome::Outcome;
@@ -25,11 +26,14 @@ pub(super) struct CompareArgs {
     /// Write the load-displacement overlay as FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Calibration of the gauges, the same in both sessions.
+    #[command(flatten)]
+    calibration: CalibrationArgs,
 }
 
 /// The difference of two sessions.
 pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
-    let options = global.open_settings();
+    let options = args.calibration.open_settings(global)?;
     let [a, b] = [
         LoadedSession::open(&args.a, &options)?,
         LoadedSession::open(&args.b, &options)?,

@@ -1,6 +1,7 @@
 //! The command line: arguments, files, terminal. One file a subcommand; each returns an `Outcome`, and only this module prints.
 
 pub mod args;
+mod calibration_args;
 mod compare;
 mod demo;
 mod descriptions;
@@ -18,6 +19,7 @@ pub mod figure_files;
 mod fit;
 mod fit_load_cases;
 mod gauge;
+mod import;
 mod instrument;
 pub mod instrument_args;
 mod instrument_read;
@@ -121,6 +123,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Paper(args) => args.run("paper", "paper"),
         Command::Prove(args) => args.run("prove", "prove"),
         Command::Reference(args) => args.run("reference", "reference"),
+        Command::Import(args) => import::run(&args, global),
         Command::Instrument(args) => instrument::run(&args, global),
         Command::Ports(args) => ports::run(&args, global),
         Command::Trace(args) => trace::run(&args, global),

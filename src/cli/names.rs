@@ -108,11 +108,6 @@ pub const RESERVED: &[Reserved] = &[
         today: "stiffbench COMMAND --json, readings.csv in a session folder, stiffbench map --out FOLDER",
     },
     Reserved {
-        command: "import",
-        purpose: "turns the tables of other programs into a session folder",
-        today: "stiffbench stiffness FILE, with the columns that docs/readings.md names",
-    },
-    Reserved {
         command: "procedure",
         purpose: "lists, shows and checks procedures",
         today: "stiffbench session plan --procedure NAME|FILE",

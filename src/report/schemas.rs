@@ -25,6 +25,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("diagnosis", schema_of::<DiagnosisResult>()),
         ("emulate", schema_of::<EmulationReport>()),
         ("fit", schema_of::<FitResult>()),
+        ("import", schema_of::<super::ImportReport>()),
         ("instrument", schema_of::<InstrumentReport>()),
         ("instrument-check", schema_of::<InstrumentSummary>()),
         ("instrument-decode", schema_of::<DecodeReport>()),

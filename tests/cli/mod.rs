@@ -8,6 +8,7 @@ mod drawn;
 mod emulate;
 mod failures;
 mod files;
+mod import;
 mod inputs;
 mod instruments;
 #[cfg(unix)]

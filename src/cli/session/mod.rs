@@ -13,6 +13,7 @@ mod repair;
 mod repeats;
 
 pub(super) use args::SessionArgs;
+pub(super) use prepare::instrument_records;
 
 use crate::analysis::ArgumentError;
 use crate::session::Operator;

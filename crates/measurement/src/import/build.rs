@@ -60,7 +60,11 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
         let sign = if negative { -1.0 } else { 1.0 };
         let [force_n, displacement_m] = values[place].map(|value| sign * value);
         let file_row = &draft.table.rows[*row];
-        let warmth = |column| draft.table.number(file_row, column, temperature_unit(draft, column));
+        let warmth = |column| {
+            draft
+                .table
+                .number(file_row, column, temperature_unit(draft, column))
+        };
         imported.push(ImportedRow {
             pose: places[place].clone(),
             direction: axis,
@@ -100,7 +104,10 @@ fn measured(
             let time = draft.found.place(&ColumnRole::Time);
             let sign = sign(draft, FlippedSign::Displacement);
             let paired = log.displacements_m(&draft.table, time, notes)?;
-            paired.into_iter().map(|value| Some(sign * value?)).collect()
+            paired
+                .into_iter()
+                .map(|value| Some(sign * value?))
+                .collect()
         }
         None => {
             let (column, values) = column(
@@ -196,7 +203,10 @@ fn refuse_half_rows(
 }
 
 fn refuse_all_zero(draft: &ImportDraft, values: &[[f64; 2]]) -> Result<(), TableImportError> {
-    for (side, role) in [ColumnRole::Force, ColumnRole::Displacement].iter().enumerate() {
+    for (side, role) in [ColumnRole::Force, ColumnRole::Displacement]
+        .iter()
+        .enumerate()
+    {
         if values.iter().any(|pair| pair[side] != 0.0) {
             continue;
         }
@@ -205,7 +215,9 @@ fn refuse_all_zero(draft: &ImportDraft, values: &[[f64; 2]]) -> Result<(), Table
             file: draft.table.source.clone(),
             first: draft.table.layout.first_line,
             last: draft.table.layout.last_line,
-            column: column.map_or("displacement", |index| draft.name(index)).to_owned(),
+            column: column
+                .map_or("displacement", |index| draft.name(index))
+                .to_owned(),
             role: role.to_string(),
         });
     }
@@ -279,7 +291,11 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
     let unit = draft.unit(column, Kind::Time);
     let conversion = unit.and_then(|unit| Conversion::from_unit(Kind::Time, &unit));
     let conversion = conversion.unwrap_or(Conversion::NONE);
-    let time = |row: &usize| draft.table.number(&draft.table.rows[*row], column, conversion);
+    let time = |row: &usize| {
+        draft
+            .table
+            .number(&draft.table.rows[*row], column, conversion)
+    };
     Ok(rows.iter().map(time).collect::<Result<_, _>>()?)
 }
 
@@ -340,10 +356,13 @@ fn number_runs(
             let mut seen: Vec<&String> = Vec::new();
             for index in group {
                 let text = &texts[*index];
-                let place = seen.iter().position(|known| *known == text).unwrap_or_else(|| {
-                    seen.push(text);
-                    seen.len() - 1
-                });
+                let place = seen
+                    .iter()
+                    .position(|known| *known == text)
+                    .unwrap_or_else(|| {
+                        seen.push(text);
+                        seen.len() - 1
+                    });
                 let numbered = place as u32 + 1;
                 imported[*index].repeat = numbers.as_ref().map_or(numbered, |n| n[*index]);
             }
@@ -391,7 +410,9 @@ fn set_branches(
             imported[*index].branch = branch;
         }
     }
-    let unloading = imported.iter().filter(|row| row.branch == Branch::Unloading);
+    let unloading = imported
+        .iter()
+        .filter(|row| row.branch == Branch::Unloading);
     let unloading = unloading.count();
     if unloading > 0 {
         notes.push(ImportNote::BranchesFound { unloading });
@@ -429,7 +450,13 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
     let has_time = rows.iter().all(|row| row.time_s.is_some());
     let has_temperature = rows.iter().any(|row| row.temperature_deg_c.is_some());
     let mut names = vec![
-        "pose", "direction", "branch", "repeat", "force_N", "force_raw", "displacement_um",
+        "pose",
+        "direction",
+        "branch",
+        "repeat",
+        "force_N",
+        "force_raw",
+        "displacement_um",
         "displacement_raw",
     ];
     names.extend(has_time.then_some("t_s"));
@@ -448,14 +475,21 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
             number(row.displacement_m, 6),
             displacement_raw,
         ];
-        fields.extend(has_time.then(|| row.time_s.map_or_else(String::new, |time| number(time, 0))));
+        fields
+            .extend(has_time.then(|| row.time_s.map_or_else(String::new, |time| number(time, 0))));
         let warmth = row.temperature_deg_c;
         fields.extend(has_temperature.then(|| warmth.map_or_else(String::new, |t| number(t, 0))));
         output.write_record(&fields).map_err(failed)?;
     }
-    let bytes = output.into_inner().map_err(|error| failed(error.into_error().into()))?;
+    let bytes = output
+        .into_inner()
+        .map_err(|error| failed(error.into_error().into()))?;
     let options = ReadOptions::default();
-    Ok(read_readings(&draft.table.source, bytes.as_slice(), &options)?)
+    Ok(read_readings(
+        &draft.table.source,
+        bytes.as_slice(),
+        &options,
+    )?)
 }
 
 fn number(value: f64, shift: i32) -> String {

@@ -103,8 +103,8 @@ impl ImportDraft {
             let column = self.name(index).to_owned();
             missing.push(MissingPart::JointUnit { column });
         }
-        let has_direction = self.mapping.direction.is_some()
-            || self.found.place(&ColumnRole::Direction).is_some();
+        let has_direction =
+            self.mapping.direction.is_some() || self.found.place(&ColumnRole::Direction).is_some();
         if !has_direction {
             missing.push(MissingPart::Direction);
         }
@@ -155,7 +155,11 @@ impl ImportDraft {
     }
 
     pub(super) fn name(&self, index: usize) -> &str {
-        self.table.layout.columns.get(index).map_or("", |column| &column.name)
+        self.table
+            .layout
+            .columns
+            .get(index)
+            .map_or("", |column| &column.name)
     }
 
     /// The unit of a column of forces, displacements or times.
@@ -194,7 +198,9 @@ impl ImportDraft {
             }
         }
         for (role, places) in &self.found.candidates {
-            let same = places.iter().all(|index| self.name(*index) == self.name(places[0]));
+            let same = places
+                .iter()
+                .all(|index| self.name(*index) == self.name(places[0]));
             if let ([first, second, ..], true) = (places.as_slice(), same) {
                 let name = self.name(*first);
                 return Err(duplicate(&self.table, role, name, *first, *second));

@@ -128,7 +128,9 @@ pub enum TableImportError {
     #[error("{file}, line {line}, column `{column}`: no value{found}")]
     #[diagnostic(
         code(stiffbench::import::no_value),
-        help("complete the row, or delete it: rows without any value are left out, half a row is not")
+        help(
+            "complete the row, or delete it: rows without any value are left out, half a row is not"
+        )
     )]
     NoValue {
         /// The file.

@@ -39,10 +39,12 @@ impl FoundColumns {
 
     /// The columns of joint values, by variable.
     pub(super) fn joints(&self) -> impl Iterator<Item = (&str, usize)> {
-        self.places.iter().filter_map(|(role, (index, _))| match role {
-            ColumnRole::Joint(name) => Some((name.as_str(), *index)),
-            _ => None,
-        })
+        self.places
+            .iter()
+            .filter_map(|(role, (index, _))| match role {
+                ColumnRole::Joint(name) => Some((name.as_str(), *index)),
+                _ => None,
+            })
     }
 
     fn take_stated(
@@ -121,7 +123,9 @@ fn from_of(role: &ColumnRole, column: &FileColumn) -> GuessedFrom {
         unit: None,
         ..column.clone()
     };
-    let by_name = roles_of(&bare, false).iter().any(|(found, _)| found == role);
+    let by_name = roles_of(&bare, false)
+        .iter()
+        .any(|(found, _)| found == role);
     let is_read = matches!(role, ColumnRole::Force | ColumnRole::Displacement);
     if by_name || !is_read {
         GuessedFrom::Name
@@ -145,7 +149,10 @@ pub(super) fn column_of(
         &|column| plain(&column.name) == small || plain(&column.stem) == small,
     ];
     for is_same in same {
-        let mut found = columns.iter().enumerate().filter(|(_, column)| is_same(column));
+        let mut found = columns
+            .iter()
+            .enumerate()
+            .filter(|(_, column)| is_same(column));
         let Some((first, _)) = found.next() else {
             continue;
         };

@@ -36,18 +36,28 @@ pub(super) fn joint_unit(draft: &ImportDraft, index: usize) -> Option<JointValue
             is_guessed,
         })
     };
-    let length = column.unit.clone().filter(|unit| is_of(Kind::Displacement, unit));
+    let length = column
+        .unit
+        .clone()
+        .filter(|unit| is_of(Kind::Displacement, unit));
     let named = length.or_else(|| unit_of(stated, column, Kind::Angle));
     if let Some(name) = named {
         return of(name, false);
     }
     // The end of `joint_q1_deg` is its unit.
-    if let Some((_, end)) = column.stem.rsplit_once('_').filter(|(_, end)| is_of(Kind::Angle, end)) {
+    if let Some((_, end)) = column
+        .stem
+        .rsplit_once('_')
+        .filter(|(_, end)| is_of(Kind::Angle, end))
+    {
         return of(end.to_owned(), false);
     }
     let large = draft.found.joints().any(|(_, index)| {
         let values = draft.table.numbers(index).unwrap_or_default();
-        values.iter().flatten().any(|value| value.abs() > LARGEST_RAD)
+        values
+            .iter()
+            .flatten()
+            .any(|value| value.abs() > LARGEST_RAD)
     });
     large.then(|| of("deg".to_owned(), true)).flatten()
 }
@@ -112,7 +122,9 @@ impl JointPoses {
     ) -> Result<PoseId, TableImportError> {
         let same = |known: &PoseJoints| {
             let pairs = known.values.iter().zip(&values);
-            pairs.into_iter().all(|((_, a), (_, b))| (a - b).abs() < SAME)
+            pairs
+                .into_iter()
+                .all(|((_, a), (_, b))| (a - b).abs() < SAME)
         };
         if let Some(name) = name {
             let pose = PoseId::new(name);

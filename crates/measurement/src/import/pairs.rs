@@ -25,13 +25,14 @@ impl PairedLog {
     ) -> Result<Self, TableImportError> {
         let table = read_table_file(name, bytes, &mapping.of_file())?;
         let mut own = ImportMapping::default();
-        own.columns.displacement.clone_from(&mapping.columns.displacement);
+        own.columns
+            .displacement
+            .clone_from(&mapping.columns.displacement);
         let found = FoundColumns::find(&table, &own)?;
         let column = found.place(&ColumnRole::Displacement);
         let stated = mapping.units.displacement.as_ref();
-        let unit = column.and_then(|index| {
-            unit_of(stated, &table.layout.columns[index], Kind::Displacement)
-        });
+        let unit = column
+            .and_then(|index| unit_of(stated, &table.layout.columns[index], Kind::Displacement));
         Ok(Self { table, found, unit })
     }
 
@@ -68,11 +69,14 @@ impl PairedLog {
         let [wanted, known] = times(force, of_force, &self.table, time)?
             .ok_or_else(|| problem("one has times of day and the other seconds"))?;
         let conversion = self.unit.as_ref();
-        let conversion = conversion.and_then(|unit| Conversion::from_unit(Kind::Displacement, unit));
+        let conversion =
+            conversion.and_then(|unit| Conversion::from_unit(Kind::Displacement, unit));
         let column = self.found.place(&ColumnRole::Displacement).unwrap_or(0);
         let mut points = Vec::new();
         for (row, time) in self.table.rows.iter().zip(known) {
-            let value = self.table.number(row, column, conversion.unwrap_or(Conversion::NONE))?;
+            let value = self
+                .table
+                .number(row, column, conversion.unwrap_or(Conversion::NONE))?;
             points.extend(time.zip(value));
         }
         points.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -10,7 +10,9 @@ const LOADED: f64 = 0.5;
 ///
 /// Of the loads near zero between two loadings the last of the smallest begins the next run; a single one is where the next run begins.
 pub(super) fn runs_of(loads: &[f64]) -> Vec<u32> {
-    let largest = loads.iter().fold(0.0_f64, |largest, load| largest.max(load.abs()));
+    let largest = loads
+        .iter()
+        .fold(0.0_f64, |largest, load| largest.max(load.abs()));
     let mut starts = Vec::new();
     let mut was_loaded = false;
     let mut lowest: Option<usize> = None;
@@ -50,7 +52,10 @@ mod tests {
 
     #[test]
     fn steps_up_only_and_a_shared_zero() {
-        assert_eq!(runs_of(&[1.0, 10.0, 20.0, 1.0, 10.0, 20.0]), [1, 1, 1, 2, 2, 2]);
+        assert_eq!(
+            runs_of(&[1.0, 10.0, 20.0, 1.0, 10.0, 20.0]),
+            [1, 1, 1, 2, 2, 2]
+        );
         assert_eq!(runs_of(&[0.0, 20.0, 0.0, 20.0, 0.0]), [1, 1, 2, 2, 2]);
         assert_eq!(runs_of(&[-1.0, -20.0, -1.0, -20.0]), [1, 1, 2, 2]);
     }

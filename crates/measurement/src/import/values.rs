@@ -33,7 +33,9 @@ pub(super) fn texts(
     };
     let text = |row: &usize| {
         let found = draft.table.present(&draft.table.rows[*row], column);
-        found.map(str::to_owned).ok_or_else(|| no_value(draft, *row, column))
+        found
+            .map(str::to_owned)
+            .ok_or_else(|| no_value(draft, *row, column))
     };
     rows.iter().map(text).collect::<Result<_, _>>().map(Some)
 }
@@ -56,11 +58,31 @@ pub(super) fn direction(text: &str) -> Option<(Direction, bool)> {
 /// Loading or unloading, in the words of five languages.
 pub(super) fn branch(text: &str) -> Option<Branch> {
     const LOADING: [&str; 11] = [
-        "loading", "load", "up", "belastung", "belasten", "auf", "hin", "charge", "carico", "carga", "l",
+        "loading",
+        "load",
+        "up",
+        "belastung",
+        "belasten",
+        "auf",
+        "hin",
+        "charge",
+        "carico",
+        "carga",
+        "l",
     ];
     const UNLOADING: [&str; 12] = [
-        "unloading", "unload", "down", "entlastung", "entlasten", "ab", "ruck", "decharge", "scarico", "descarga",
-        "zuruck", "u",
+        "unloading",
+        "unload",
+        "down",
+        "entlastung",
+        "entlasten",
+        "ab",
+        "ruck",
+        "decharge",
+        "scarico",
+        "descarga",
+        "zuruck",
+        "u",
     ];
     let word = plain(text);
     if LOADING.contains(&word.as_str()) {

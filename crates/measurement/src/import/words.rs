@@ -18,7 +18,8 @@ const DIRECTION: &str =
 const REPEAT: &str = "repeat rep repetition wiederholung wdh ripetizione repeticion repetibilite run lauf essai prova ensayo versuch durchgang \
      cycle zyklus ciclo messung mesure misura medida segment";
 const BRANCH: &str = "branch ast branche ramo rama";
-const TIME: &str = "time zeit temps tempo tiempo timestamp zeitstempel uhrzeit heure ora hora date datum x_value";
+const TIME: &str =
+    "time zeit temps tempo tiempo timestamp zeitstempel uhrzeit heure ora hora date datum x_value";
 const TEMPERATURE: &str = "temperature temp temperatur temperatura";
 
 /// Words of columns that hold a plan, a limit or a rate rather than what was read.
@@ -65,7 +66,11 @@ pub(super) fn roles_of(column: &FileColumn, is_stamp: bool) -> Vec<RoleGuess> {
             (ColumnRole::Repeat, REPEAT),
             (ColumnRole::Branch, BRANCH),
         ];
-        roles.extend(named.into_iter().filter_map(|(role, list)| Some((role, sure(list)?))));
+        roles.extend(
+            named
+                .into_iter()
+                .filter_map(|(role, list)| Some((role, sure(list)?))),
+        );
         return roles;
     }
     if let Some(joint) = joint_name(&plain, &column.stem) {
@@ -76,7 +81,10 @@ pub(super) fn roles_of(column: &FileColumn, is_stamp: bool) -> Vec<RoleGuess> {
         return vec![(ColumnRole::Force, 1 + sure(FORCE).unwrap_or(0))];
     }
     if is_read && of_kind(Kind::Displacement) {
-        return vec![(ColumnRole::Displacement, 1 + sure(DISPLACEMENT).unwrap_or(0))];
+        return vec![(
+            ColumnRole::Displacement,
+            1 + sure(DISPLACEMENT).unwrap_or(0),
+        )];
     }
     let one_word = words.len() == 1;
     let letter = one_word && has(DISPLACEMENT_LETTERS, words[0]);
@@ -90,18 +98,28 @@ pub(super) fn roles_of(column: &FileColumn, is_stamp: bool) -> Vec<RoleGuess> {
         ),
         (ColumnRole::Repeat, sure(REPEAT)),
         (ColumnRole::Pose, sure(POSE)),
-        (ColumnRole::Time, sure(TIME).filter(|_| unit.is_none() || of_kind(Kind::Time))),
+        (
+            ColumnRole::Time,
+            sure(TIME).filter(|_| unit.is_none() || of_kind(Kind::Time)),
+        ),
         (ColumnRole::Time, of_kind(Kind::Time).then_some(1)),
         (ColumnRole::Temperature, sure(TEMPERATURE)),
         (ColumnRole::Direction, sure(DIRECTION)),
     ];
-    roles.extend(numeric.into_iter().filter_map(|(role, sure)| Some((role, sure?))));
+    roles.extend(
+        numeric
+            .into_iter()
+            .filter_map(|(role, sure)| Some((role, sure?))),
+    );
     roles
 }
 
 /// The variable of a column with joint values: `q1`, `J2`, `joint_J1`, `Achse 3`, `axis 1`, `theta2`.
 pub(super) fn joint_name(plain: &str, stem: &str) -> Option<String> {
-    if let Some(rest) = stem.get(..6).filter(|head| head.eq_ignore_ascii_case("joint_")) {
+    if let Some(rest) = stem
+        .get(..6)
+        .filter(|head| head.eq_ignore_ascii_case("joint_"))
+    {
         return Some(stem[rest.len()..].to_owned()).filter(|name| !name.is_empty());
     }
     const NAMES: [&str; 11] = [
@@ -148,25 +166,46 @@ mod tests {
             is_numeric,
         };
         let roles = roles_of(&column, false);
-        roles.into_iter().max_by_key(|(_, sure)| *sure).map(|(role, _)| role)
+        roles
+            .into_iter()
+            .max_by_key(|(_, sure)| *sure)
+            .map(|(role, _)| role)
     }
 
     #[test]
     fn columns_in_five_languages() {
         for (names, role) in [
-            ("Force,Kraft,Forza,Fuerza,Load,Last,Charge,Carico,Carga,Axial Force,Prüfkraft,F", ColumnRole::Force),
-            ("Displacement,Weg,Verschiebung,Déplacement,Spostamento,Desplazamiento,Travel,x", ColumnRole::Displacement),
-            ("Repeat,Wiederholung,Répétition,Ripetizione,Repetición,run", ColumnRole::Repeat),
+            (
+                "Force,Kraft,Forza,Fuerza,Load,Last,Charge,Carico,Carga,Axial Force,Prüfkraft,F",
+                ColumnRole::Force,
+            ),
+            (
+                "Displacement,Weg,Verschiebung,Déplacement,Spostamento,Desplazamiento,Travel,x",
+                ColumnRole::Displacement,
+            ),
+            (
+                "Repeat,Wiederholung,Répétition,Ripetizione,Repetición,run",
+                ColumnRole::Repeat,
+            ),
             ("Time,Zeit,Temps,Tempo,Tiempo,X_Value", ColumnRole::Time),
-            ("Temperature,Temperatur,Temperatura", ColumnRole::Temperature),
+            (
+                "Temperature,Temperatur,Temperatura",
+                ColumnRole::Temperature,
+            ),
         ] {
             for name in names.split(',') {
                 assert_eq!(best(name, None, true), Some(role.clone()), "{name}");
             }
         }
         for (names, role) in [
-            ("Pose,Posture,Posa,Postura,Position,Stellung", ColumnRole::Pose),
-            ("Direction,Richtung,Direzione,Dirección,Achse", ColumnRole::Direction),
+            (
+                "Pose,Posture,Posa,Postura,Position,Stellung",
+                ColumnRole::Pose,
+            ),
+            (
+                "Direction,Richtung,Direzione,Dirección,Achse",
+                ColumnRole::Direction,
+            ),
             ("branch,Ast,Branche", ColumnRole::Branch),
         ] {
             for name in names.split(',') {
@@ -178,10 +217,18 @@ mod tests {
     #[test]
     fn units_and_joints() {
         assert_eq!(best("Kanal 1", Some("kgf"), true), Some(ColumnRole::Force));
-        assert_eq!(best("Position", Some("mm"), true), Some(ColumnRole::Displacement));
+        assert_eq!(
+            best("Position", Some("mm"), true),
+            Some(ColumnRole::Displacement)
+        );
         assert_eq!(best("Position", None, true), Some(ColumnRole::Pose));
         assert_eq!(best("Soll-Kraft", Some("N"), true), None);
-        for (name, joint) in [("q1", "q1"), ("J2", "J2"), ("Achse 3", "q3"), ("joint_q4", "q4")] {
+        for (name, joint) in [
+            ("q1", "q1"),
+            ("J2", "J2"),
+            ("Achse 3", "q3"),
+            ("joint_q4", "q4"),
+        ] {
             let joint = ColumnRole::Joint(joint.to_owned());
             assert_eq!(best(name, Some("deg"), true), Some(joint), "{name}");
         }

@@ -81,7 +81,10 @@ fn take_units_beside(columns: &mut [FileColumn], records: &[TextRecord], parts: 
         if columns[index].is_numeric || !columns[index - 1].is_numeric {
             continue;
         }
-        let mut cells = parts.rows.iter().map(|(row, _)| records[*row].fields.get(index));
+        let mut cells = parts
+            .rows
+            .iter()
+            .map(|(row, _)| records[*row].fields.get(index));
         let Some(Some(unit)) = cells.next().filter(|unit| unit.is_some_and(is_unit)) else {
             continue;
         };
