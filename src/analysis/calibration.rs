@@ -101,6 +101,8 @@ impl GivenCalibration {
         ];
         for (side, (given, record, words)) in gauges.into_iter().enumerate() {
             if let Some((curve, source)) = &given.curve {
+                let beyond = values(table, side).filter(|value| curve.is_beyond(*value));
+                let beyond = beyond.count();
                 let largest = correct(table, side, curve);
                 done.push(format!(
                     "{} corrected by {source}, at most by {} {}",
@@ -108,8 +110,6 @@ impl GivenCalibration {
                     rounded(largest / words.si_per_unit),
                     words.unit
                 ));
-                let beyond = values(table, side).filter(|value| curve.is_beyond(*value));
-                let beyond = beyond.count();
                 if beyond > 0 {
                     warnings.push(format!(
                         "{beyond} readings of the {} lie beyond the points of {source}: they are corrected along its last line",

@@ -14,7 +14,6 @@ use super::calibration_args::CalibrationArgs;
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
-use super::failure::Failure;
 use super::import::ImportArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
@@ -83,16 +82,6 @@ impl Global {
             gauge_log: None,
             gauges: GivenCalibration::default(),
         }
-    }
-}
-
-impl CalibrationArgs {
-    /// How data are opened, with what is known of the gauges.
-    pub(super) fn open_settings(&self, global: &Global) -> Result<OpenSettings, Failure> {
-        Ok(OpenSettings {
-            gauges: self.given()?,
-            ..global.open_settings()
-        })
     }
 }
 

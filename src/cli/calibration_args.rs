@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::analysis::{
-    AnalysisError, ArgumentError, GaugeCalibration, GivenCalibration, read_bytes,
+    AnalysisError, ArgumentError, GaugeCalibration, GivenCalibration, OpenSettings, read_bytes,
 };
 use crate::calibration::CalibrationCurve;
 use crate::quantity::Kind;
 
+use super::args::Global;
 use super::failure::Failure;
 use super::session::instrument_records;
 
@@ -26,7 +27,7 @@ pub(super) struct CalibrationArgs {
     /// Table of the force gauge's certificate, with the columns applied, indicated, U and k: corrects the forces
     #[arg(long, value_name = "TABLE")]
     force_calibration: Option<PathBuf>,
-    /// The same of the displacement gauge
+    /// The same table of the displacement gauge: corrects the displacements
     #[arg(long, value_name = "TABLE")]
     displacement_calibration: Option<PathBuf>,
     /// Records of the gauges in the form of session.toml, in place of the session's
@@ -35,8 +36,16 @@ pub(super) struct CalibrationArgs {
 }
 
 impl CalibrationArgs {
+    /// How data are opened, with what is known of the gauges.
+    pub(super) fn open_settings(&self, global: &Global) -> Result<OpenSettings, Failure> {
+        Ok(OpenSettings {
+            gauges: self.given()?,
+            ..global.open_settings()
+        })
+    }
+
     /// What is given, with files read.
-    pub(super) fn given(&self) -> Result<GivenCalibration, Failure> {
+    fn given(&self) -> Result<GivenCalibration, Failure> {
         let records = self.instrument_records.as_deref();
         let (instruments, _) = instrument_records(records)?;
         Ok(GivenCalibration {

@@ -78,7 +78,7 @@ pub(super) struct ImportArgs {
     /// Log of the displacement gauge, paired by time with FILE, the log of the force gauge
     #[arg(long, value_name = "FILE")]
     displacement_log: Option<PathBuf>,
-    /// Robot that was measured: its file goes into the session, and columns named like its variables hold joint values
+    /// Name of a shipped robot, or a robot file: it goes into the session, and columns named like its variables hold joint values
     #[arg(long, value_name = "NAME|FILE")]
     robot: Option<String>,
     /// Records of the gauges in the form of session.toml

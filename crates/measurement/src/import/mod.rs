@@ -11,6 +11,7 @@ mod error;
 mod guess;
 mod joints;
 mod mapping;
+mod measured;
 mod note;
 mod pairs;
 mod runs;

@@ -143,7 +143,9 @@ pub enum TableFileError {
     )]
     #[diagnostic(
         code(stiffbench::table::either_decimal),
-        help("state it with --decimal comma or --decimal point; stiffbench import takes --thousands too")
+        help(
+            "state it with --decimal comma or --decimal point; stiffbench import takes --thousands too"
+        )
     )]
     EitherDecimal {
         /// The file.

@@ -11,6 +11,7 @@ mod error;
 mod find;
 mod labview;
 mod layout;
+mod marks;
 mod names;
 mod read;
 mod records;
