@@ -154,13 +154,10 @@ impl ImportMapping {
             self.joints.insert(variable.to_owned(), column);
             return Ok(());
         }
-        match self.columns.entry(role) {
-            Some(entry) => *entry = Some(column),
-            None => {
-                let role = role.to_owned();
-                return Err(TableImportError::UnknownRole { role });
-            }
-        }
+        let entry = self.columns.entry(role);
+        *entry.ok_or_else(|| TableImportError::UnknownRole {
+            role: role.to_owned(),
+        })? = Some(column);
         Ok(())
     }
 

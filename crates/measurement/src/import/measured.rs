@@ -10,32 +10,28 @@ use crate::readings::Conversion;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Forces and displacements in SI of the rows that have both, and which rows these are.
-#[expect(clippy::type_complexity, reason = "rows and their two values")]
 pub(super) fn measured(
     draft: &ImportDraft,
     notes: &mut Vec<ImportNote>,
 ) -> Result<(Vec<usize>, Vec<[f64; 2]>), TableImportError> {
     let (force, forces) = column(draft, &ColumnRole::Force, Kind::Force, FlippedSign::Force)?;
-    let displacements = match &draft.log {
-        Some(log) => {
-            let time = draft.found.place(&ColumnRole::Time);
-            let sign = sign(draft, FlippedSign::Displacement);
-            let paired = log.displacements_m(&draft.table, time, notes)?;
-            paired
-                .into_iter()
-                .map(|value| Some(sign * value?))
-                .collect()
-        }
-        None => {
-            let (column, values) = column(
-                draft,
-                &ColumnRole::Displacement,
-                Kind::Displacement,
-                FlippedSign::Displacement,
-            )?;
-            refuse_half_rows(draft, [force, column], [&forces, &values])?;
-            values
-        }
+    let displacements = if let Some(log) = &draft.log {
+        let time = draft.found.place(&ColumnRole::Time);
+        let sign = sign(draft, FlippedSign::Displacement);
+        let paired = log.displacements_m(&draft.table, time, notes)?;
+        paired
+            .into_iter()
+            .map(|value| Some(sign * value?))
+            .collect()
+    } else {
+        let (column, values) = column(
+            draft,
+            &ColumnRole::Displacement,
+            Kind::Displacement,
+            FlippedSign::Displacement,
+        )?;
+        refuse_half_rows(draft, [force, column], [&forces, &values])?;
+        values
     };
     let mut rows = Vec::new();
     let mut values = Vec::new();
@@ -77,7 +73,6 @@ pub(super) fn measured(
 }
 
 /// A column in SI.
-#[expect(clippy::type_complexity, reason = "a column and its values")]
 fn column(
     draft: &ImportDraft,
     role: &ColumnRole,

@@ -91,7 +91,6 @@ impl PairedLog {
 }
 
 /// Times of two tables, on one clock, s; `None` if they cannot be.
-#[expect(clippy::type_complexity, reason = "two columns of times")]
 fn times(
     a: &MachineTable,
     of_a: usize,

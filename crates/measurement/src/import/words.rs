@@ -130,9 +130,12 @@ pub(super) fn joint_name(plain: &str, stem: &str) -> Option<String> {
     let word = word.trim_end_matches([' ', '_', '-']);
     let is_number = number.len() <= 2 && number.bytes().all(|b| b.is_ascii_digit());
     let short = word.len() == 1;
-    (is_number && NAMES.contains(&word)).then(|| match short {
-        true => stem.trim().to_owned(),
-        false => format!("q{number}"),
+    (is_number && NAMES.contains(&word)).then(|| {
+        if short {
+            stem.trim().to_owned()
+        } else {
+            format!("q{number}")
+        }
     })
 }
 
