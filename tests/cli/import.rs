@@ -28,7 +28,7 @@ fn desk_with_files() -> Desk {
 fn cells(data: &Value) -> Vec<(String, f64, f64)> {
     let cells = data["cells"].as_array().unwrap();
     let of = |cell: &Value| {
-        let k = &cell["regression"]["stiffness"];
+        let k = &cell["stiffness_regression"];
         let name = format!(
             "{} {}",
             cell["pose"].as_str().unwrap(),
@@ -76,7 +76,7 @@ fn each_file_gives_its_stiffness_in_one_command() {
         assert_eq!(data["runs"], 3 * found.len(), "{file}");
         // A second command opens the folder and gives the same.
         let again = desk.data(&format!("stiffness {folder}"));
-        assert_eq!(cells(&again["data"]), found, "{file}");
+        assert_eq!(cells(&again), found, "{file}");
         files += 1;
     }
     assert!(files >= 15);
@@ -188,8 +188,8 @@ fn columns_are_named_by_name_or_number() {
     );
     let of =
         |map: &str, out: &str| desk.data(&format!("import a.csv --out {out} --direction x {map}"));
-    let guessed = cells(&of("", "s1")["data"]["stiffness"]);
-    let named = cells(&of("--map force=3,displacement=2", "s2")["data"]["stiffness"]);
+    let guessed = cells(&of("", "s1")["stiffness"]);
+    let named = cells(&of("--map force=3,displacement=2", "s2")["stiffness"]);
     assert_eq!(guessed, named);
     assert!((guessed[0].1 - 0.5).abs() < 0.01, "{guessed:?}");
     let error = desk.refusal(
@@ -220,7 +220,7 @@ fn a_sign_that_goes_against_the_force_is_said_and_turned() {
     let ran = desk.run("import a.csv --out s --direction x").succeeds();
     assert!(ran.stderr.contains("--flip displacement"), "{}", ran.stderr);
     let data = desk.data("import a.csv --out t --direction x --flip displacement");
-    assert!((cells(&data["data"]["stiffness"])[0].1 - 0.5).abs() < 0.01);
+    assert!((cells(&data["stiffness"])[0].1 - 0.5).abs() < 0.01);
 }
 
 #[test]
@@ -354,7 +354,7 @@ fn a_mark_that_may_be_either_is_settled_by_an_option() {
         ("--thousands point", "4040"),
         ("--decimal comma", "4040"),
     ] {
-        let out = options.replace(' ', "");
+        let out = options.replace([' ', '-'], "");
         desk.run(&format!("import a.csv --out {out} --direction y {options}"))
             .succeeds();
         let readings = desk.read(&format!("{out}/readings.csv"));
@@ -370,7 +370,7 @@ fn calibration_can_be_given_to_every_analysis() {
     let desk = desk_with_files();
     desk.run("import two-columns.csv --out s --direction y --units N,um")
         .succeeds();
-    let plain = cells(&desk.data("stiffness s")["data"]);
+    let plain = cells(&desk.data("stiffness s"));
     let run = desk
         .run("stiffness s --force-u 1N --displacement-u limit=1um --budget")
         .succeeds();
@@ -380,7 +380,7 @@ fn calibration_can_be_given_to_every_analysis() {
     ] {
         assert!(run.stdout.contains(words), "{}", run.stdout);
     }
-    let with = cells(&desk.data("stiffness s --force-u 1N")["data"]);
+    let with = cells(&desk.data("stiffness s --force-u 1N"));
     assert!((with[0].1 - plain[0].1).abs() < 1e-12);
     // U of the calibration is U/F_max of K, added in squares: 1 N of 50 N is 2 %.
     let added = (with[0].2.powi(2) - plain[0].2.powi(2)).max(0.0).sqrt() / plain[0].1;
@@ -399,7 +399,7 @@ fn calibration_can_be_given_to_every_analysis() {
         "{}",
         ran.stdout
     );
-    let corrected = cells(&desk.data("stiffness s --force-calibration force.csv")["data"]);
+    let corrected = cells(&desk.data("stiffness s --force-calibration force.csv"));
     assert!(
         (corrected[0].1 * 1.02 / plain[0].1 - 1.0).abs() < 1e-6,
         "{corrected:?} {plain:?}"

@@ -183,9 +183,7 @@ fn raw_texts(draft: &ImportDraft, row: usize) -> [String; 2] {
     })
 }
 
-type CellKey = (String, Direction);
-
-fn cell(row: &ImportedRow) -> CellKey {
+fn cell(row: &ImportedRow) -> (String, Direction) {
     (row.pose.clone(), row.direction)
 }
 

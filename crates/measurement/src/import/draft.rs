@@ -5,9 +5,9 @@ use super::columns::{ColumnGuess, ColumnRole, MissingPart};
 use super::error::{MissingParts, TableImportError};
 use super::guess::{FoundColumns, duplicate, quoted, unit_of};
 use super::joints::joint_unit;
+use super::keywords::is_of;
 use super::mapping::ImportMapping;
 use super::pairs::PairedLog;
-use super::words::is_of;
 use crate::table_files::{MachineTable, read_table_file};
 use stiffbench_units_and_text::quantity::Kind;
 

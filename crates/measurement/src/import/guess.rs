@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::columns::{ColumnRole, GuessedFrom};
 use super::error::TableImportError;
+use super::keywords::{is_of, plain, roles_of};
 use super::mapping::ImportMapping;
-use super::words::{is_of, plain, roles_of};
 use crate::table_files::{FileColumn, MachineTable};
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;

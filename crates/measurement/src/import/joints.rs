@@ -3,7 +3,7 @@
 use super::draft::ImportDraft;
 use super::error::TableImportError;
 use super::guess::unit_of;
-use super::words::is_of;
+use super::keywords::is_of;
 use crate::readings::{Conversion, JointColumn, JointUnit, PoseJoints};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::PoseId;

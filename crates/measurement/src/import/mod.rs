@@ -10,13 +10,13 @@ mod draft;
 mod error;
 mod guess;
 mod joints;
+mod keywords;
 mod mapping;
 mod measured;
 mod note;
 mod pairs;
 mod runs;
 mod values;
-mod words;
 
 pub use build::ImportedReadings;
 pub use columns::{ColumnGuess, GuessedFrom, MissingPart};

@@ -86,6 +86,7 @@ pub(super) fn roles_of(column: &FileColumn, is_stamp: bool) -> Vec<RoleGuess> {
             1 + sure(DISPLACEMENT).unwrap_or(0),
         )];
     }
+    let has_known_unit = Kind::ALL.into_iter().any(of_kind);
     let one_word = words.len() == 1;
     let letter = one_word && has(DISPLACEMENT_LETTERS, words[0]);
     let numeric = [
@@ -93,7 +94,7 @@ pub(super) fn roles_of(column: &FileColumn, is_stamp: bool) -> Vec<RoleGuess> {
         (
             ColumnRole::Displacement,
             sure(DISPLACEMENT)
-                .filter(|_| is_read && unit.is_none() && sure(POSE).is_none())
+                .filter(|_| is_read && !has_known_unit && sure(POSE).is_none())
                 .or(letter.then_some(1)),
         ),
         (ColumnRole::Repeat, sure(REPEAT)),
