@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use crate::analysis::{
-    ArgumentError, Inputs, LoadedSession, OpenSettings, doubts_about_stiffness, read_bytes,
-    read_text, robot_source, sha256,
+    ArgumentError, Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness,
+    read_bytes, read_text, robot_source, sha256,
 };
 use crate::import::{
     FlippedSign, ImportDraft, ImportMapping, ImportedReadings, MarkWord, MissingPart,
 };
+use crate::procedure::Procedure;
 use crate::readings::{ImportRecord, ProcedureRecord, SessionHeader, write_readings};
 use crate::report::{ImportReport, columns_text};
 use crate::robot::Robot;
@@ -143,6 +144,10 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     })?;
     let columns = draft.columns();
     let imported = draft.finish(&args.command())?;
+    let of_poses = robot
+        .as_ref()
+        .map(|robot| check_poses(robot, &imported))
+        .transpose()?;
     let source = SourceFile {
         name: file_name(&args.file),
         bytes: &bytes,
@@ -155,6 +160,7 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
         write_session(args, &imported, &source, log.as_ref(), robot.as_ref())?;
     let session = LoadedSession::open(&args.out, &OpenSettings::default())?;
     let stiffness = session.stiffness(Branches::LoadingOnly)?;
+    notes.extend(of_poses.unwrap_or_default());
     let of_import = imported.notes.iter().map(ToString::to_string);
     notes.extend(of_import.chain(doubts_about_stiffness(&stiffness)));
     let report = ImportReport {
@@ -297,6 +303,16 @@ fn pairs(map: &[String]) -> Result<Vec<(String, String)>, ArgumentError> {
         }
     }
     Ok(pairs)
+}
+
+/// Refuses joint values that the robot cannot have, and poses that it has with others; returns what a user should know of them.
+fn check_poses(robot: &SourceText, imported: &ImportedReadings) -> Result<Vec<String>, Failure> {
+    let stated = Procedure {
+        name: "of the import".to_owned(),
+        joint_values: imported.poses.clone(),
+        ..Procedure::default()
+    };
+    Ok(add_poses(&mut Robot::parse(robot)?, &stated)?)
 }
 
 /// Columns that are named like variables of the robot hold joint values.

@@ -1,5 +1,6 @@
 //! Files as people have them, each to K with its uncertainty in one command, and damaged ones refused with place and remedy.
 
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -242,6 +243,66 @@ fn joint_values_are_kept_and_become_poses_of_the_robot() {
     let header = desk.read("s/session.toml");
     assert!(header.contains("q1_deg = 45"), "{header}");
     assert!(header.contains("q2_deg = 60"), "{header}");
+}
+
+#[test]
+fn joint_values_are_the_poses_of_the_robot_in_every_analysis() {
+    let desk = desk();
+    desk.run(
+        "simulate sim --robot serial-arm --noise-free --poses P1,P2 --directions y --repeats 2",
+    )
+    .succeeds();
+    let readings = desk.read("sim/readings.csv");
+    let mut rows = csv::Reader::from_reader(readings.as_bytes());
+    let names = rows.headers().unwrap().clone();
+    let of = |name: &str| names.iter().position(|known| known == name).unwrap();
+    let (pose, repeat, force, travel) = (
+        of("pose"),
+        of("repeat"),
+        of("force_N"),
+        of("displacement_um"),
+    );
+    let mut text =
+        "THETA1;theta2 (deg);theta3;theta4;Richtung;Lauf;Kraft [N];Weg [um]\n".to_owned();
+    for row in rows.records() {
+        let row = row.unwrap();
+        let angles = if &row[pose] == "P1" {
+            "0;70;-30;-60"
+        } else {
+            "0;25;20;-10"
+        };
+        writeln!(
+            text,
+            "{angles};y;{};{};{}",
+            &row[repeat], &row[force], &row[travel]
+        )
+        .unwrap();
+    }
+    desk.write("angles.csv", &text);
+    let imported = desk.data("import angles.csv --out s --robot serial-arm");
+    assert_eq!(imported["poses"], serde_json::json!(["Q1", "Q2"]));
+    let fit = "--fix beam.A --fix beam.Iz --fix beam.J --json";
+    let value = |session: &str| {
+        let data = desk.run(&format!("fit {session} {fit}")).succeeds().json()["data"].clone();
+        data["factors"]["beam"]["Iy"]["value"]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{}", data["factors"]))
+    };
+    assert!((value("s") / value("sim") - 1.0).abs() < 1e-3);
+    // A pose that the robot has with other values.
+    desk.write(
+        "named.csv",
+        &text
+            .replace("THETA1", "pose;THETA1")
+            .replace("\n0;70", "\nP2;0;70")
+            .replace("\n0;25", "\nP1;0;25"),
+    );
+    let error = desk.refusal(
+        "import named.csv --out t --robot serial-arm",
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert_output_contains(&error, &["pose of this name with other joint values"]);
 }
 
 #[test]

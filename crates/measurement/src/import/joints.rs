@@ -70,7 +70,7 @@ pub(super) struct JointPoses {
 }
 
 impl JointPoses {
-    /// The pose of each row; `None` without columns of joint values.
+    /// The pose of each row; `None` without columns of joint values. Without names they become Q1, Q2, …: robot files call theirs P1, P2, ….
     ///
     /// # Errors
     /// For a cell that is no number, a row without one, and a pose with two sets of values.
@@ -150,7 +150,7 @@ impl JointPoses {
         if let Some(known) = self.poses.iter().find(|known| same(known)) {
             return Ok(known.pose.clone());
         }
-        let pose = PoseId::new(&format!("P{}", self.poses.len() + 1));
+        let pose = PoseId::new(&format!("Q{}", self.poses.len() + 1));
         self.poses.push(PoseJoints {
             pose: pose.clone(),
             values,
