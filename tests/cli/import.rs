@@ -35,7 +35,11 @@ fn cells(data: &Value) -> Vec<(String, f64, f64)> {
             cell["pose"].as_str().unwrap(),
             cell["direction"].as_str().unwrap()
         );
-        (name, k["value"].as_f64().unwrap(), k["U"].as_f64().unwrap())
+        (
+            name,
+            k["value"].as_f64().unwrap(),
+            k["U"].as_f64().unwrap_or_default(),
+        )
     };
     cells.iter().map(of).collect()
 }
