@@ -71,7 +71,7 @@ growth *arguments:
     cargo build --release --locked
     python3 benches/growth.py {{arguments}} target/release/stiffbench
 
-# A fuzz target (readings_csv, session_toml, instrument_bytes, instrument_description, journal) for a minute; needs nightly Rust and cargo-fuzz
+# A fuzz target (readings_csv, table_import, session_toml, instrument_bytes, instrument_description, journal) for a minute; needs nightly Rust and cargo-fuzz
 fuzz target="readings_csv" seconds="60":
     cargo +nightly fuzz run {{target}} -- -max_total_time={{seconds}}
 

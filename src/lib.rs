@@ -38,7 +38,7 @@ pub use stiffbench_diagnosis::{distribution, elastostatics, fit, mismatch, param
 pub use stiffbench_figures as plot;
 pub use stiffbench_gauges as instrument;
 pub use stiffbench_measurement::{
-    load_cases, procedure, readings, specimen, stiffness, table_files,
+    calibration, import, load_cases, procedure, readings, specimen, stiffness, table_files,
 };
 pub use stiffbench_numeric::{least_squares, reported, statistics, vector};
 pub use stiffbench_session as session;

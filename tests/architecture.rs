@@ -33,6 +33,8 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/measurement/src", "load_cases", &["readings"]),
     ("crates/measurement/src", "table_files", &["readings"]),
     ("crates/measurement/src", "specimen", &["readings", "table_files"]),
+    ("crates/measurement/src", "import", &["readings", "table_files", "specimen"]),
+    ("crates/measurement/src", "calibration", &["readings", "table_files"]),
     ("crates/measurement/src", "procedure", &["readings"]),
     ("crates/measurement/src", "stiffness", &["readings"]),
     ("crates/diagnosis/src", "search", &[]),

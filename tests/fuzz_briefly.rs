@@ -29,6 +29,8 @@ mod robot_file;
 mod robot_import;
 #[path = "../fuzz/bodies/session_toml.rs"]
 mod session_toml;
+#[path = "../fuzz/bodies/table_import.rs"]
+mod table_import;
 
 /// Inputs of each target, where nothing else is said: some seconds in a release build.
 const INPUTS: u64 = 3000;
@@ -127,6 +129,11 @@ fn journals() {
 #[test]
 fn tables_of_readings() {
     briefly(4, &files("data/sessions", ".csv"), 0, readings_csv::run);
+}
+
+#[test]
+fn tables_of_other_programs() {
+    briefly(8, &files("fixtures/imports", ""), 1, table_import::run);
 }
 
 #[test]

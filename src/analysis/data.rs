@@ -14,6 +14,7 @@ use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable, stiffness_table,
 };
 
+use super::calibration::GivenCalibration;
 use super::error::AnalysisError;
 use super::files::{first_line, read_bytes, read_text};
 use super::hash::sha256;
@@ -45,6 +46,8 @@ pub struct OpenSettings {
     pub calibration: CalibrationCheck,
     /// The file is a gauge's own log, which names neither pose nor direction.
     pub gauge_log: Option<GaugeLogOptions>,
+    /// Calibration of the gauges, beside what the session states.
+    pub gauges: GivenCalibration,
 }
 
 /// What is done about a gauge whose calibration is overdue.
@@ -74,6 +77,8 @@ pub struct LoadedSession {
     pub folder: PathBuf,
     /// What was assumed, and what a user should know.
     pub warnings: Vec<String>,
+    /// Calibrations that were given beside the session, in words.
+    pub calibration: Vec<String>,
 }
 
 /// Data to fit.
@@ -220,7 +225,7 @@ impl LoadedSession {
         if options.gauge_log.is_none() && LoadedLoadCases::is_at(path) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
-        let table = match &options.gauge_log {
+        let mut table = match &options.gauge_log {
             Some(log) => read_gauge_log(&name, bytes.as_slice(), log)?,
             None => read_readings(&name, bytes.as_slice(), &ReadOptions::default())?,
         };
@@ -230,13 +235,14 @@ impl LoadedSession {
             .map(|assumption| format!("assumed: {assumption}"))
             .collect();
         warnings.extend(table.notes.iter().map(ToString::to_string));
-        let header = session_header(&folder, &mut warnings)?;
+        let mut header = session_header(&folder, &mut warnings)?;
         if file.file_name().is_some_and(|name| name == "readings.csv")
             && options.gauge_log.is_none()
         {
             let check = compare_with_journal(&folder, &table, header.as_ref())?;
             check.judge(&file, options.trust_csv, &mut warnings)?;
         }
+        let calibration = options.gauges.apply(&mut table, &mut header, &mut warnings);
         let mut session = Self {
             name: path.display().to_string(),
             sha256: sha256(&bytes),
@@ -244,6 +250,7 @@ impl LoadedSession {
             header,
             folder,
             warnings,
+            calibration,
         };
         let read_off = session.gauges()?;
         session.warnings.extend(read_off.read_off());
@@ -269,6 +276,7 @@ impl LoadedSession {
             header: None,
             folder: PathBuf::new(),
             warnings: Vec::new(),
+            calibration: Vec::new(),
         })
     }
 

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use crate::calibration::CalibrationTableError;
 use crate::elastostatics::LoadCaseFitError;
 use crate::fit::{FitError, StiffnessListError};
+use crate::import::TableImportError;
 use crate::load_cases::LoadCaseError;
 use crate::mismatch::MismatchError;
 use crate::physics::{EffectError, ModelFileError};
@@ -239,6 +241,14 @@ pub enum AnalysisError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Effect(#[from] EffectError),
+    /// A calibration table.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    CalibrationTable(#[from] CalibrationTableError),
+    /// A table of another program.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    TableImport(#[from] TableImportError),
     /// A procedure.
     #[error(transparent)]
     #[diagnostic(transparent)]

@@ -40,12 +40,18 @@ struct NamedInput {
     from: Option<String>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 struct DataInput {
     name: String,
     sha256: String,
     /// How the readings came about if they were not measured.
     origin: Option<String>,
+    /// The file that they were imported from, if they were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    imported: Option<String>,
+    /// Calibrations of gauges that were given beside the data.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    calibration: Vec<String>,
 }
 
 impl Inputs {
@@ -56,6 +62,8 @@ impl Inputs {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
             origin: session.origin(),
+            imported: session.header.as_ref().and_then(imported),
+            calibration: session.calibration.clone(),
         });
         self
     }
@@ -67,6 +75,7 @@ impl Inputs {
             name: loaded.name.clone(),
             sha256: loaded.sha256.clone(),
             origin: loaded.origin(),
+            ..DataInput::default()
         });
         self
     }
@@ -80,6 +89,7 @@ impl Inputs {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
             origin: session.table.origin.clone().or(origin),
+            ..DataInput::default()
         });
         self
     }
@@ -92,6 +102,7 @@ impl Inputs {
                 name: folder.display().to_string(),
                 sha256: sha256(table),
                 origin: header.origin.clone(),
+                ..DataInput::default()
             });
         }
         if let (Some(name), Some(hash)) = (&header.robot, &header.robot_sha256) {
@@ -112,6 +123,7 @@ impl Inputs {
             name: name.to_owned(),
             sha256: sha256.to_owned(),
             origin: None,
+            ..DataInput::default()
         });
         self
     }
@@ -219,11 +231,22 @@ impl NamedInput {
 impl DataInput {
     fn words(&self) -> String {
         let words = format!("{} ({})", self.name, short(&self.sha256));
-        match &self.origin {
-            Some(origin) => format!("{words}, NOT MEASURED: {origin}"),
-            None => words,
-        }
+        let origin = self.origin.iter();
+        let origin = origin.map(|origin| format!(", NOT MEASURED: {origin}"));
+        let imported = self.imported.iter().map(|words| format!(", {words}"));
+        let calibration = self.calibration.iter().map(|words| format!("; {words}"));
+        let marks: Vec<String> = origin.chain(imported).chain(calibration).collect();
+        words + &marks.concat()
     }
+}
+
+/// The mark of readings that no session measured.
+fn imported(header: &SessionHeader) -> Option<String> {
+    let record = header.import.as_ref()?;
+    let source = record.source.as_deref().unwrap_or("a file");
+    let hash = record.source_sha256.as_deref().map(short);
+    let hash = hash.map_or_else(String::new, |hash| format!(" ({hash})"));
+    Some(format!("imported from {source}{hash}, not protected"))
 }
 
 fn short(hash: &str) -> &str {

@@ -50,6 +50,7 @@ impl LoadedLoadCases {
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         let bytes = read_bytes(&file)?;
         let name = file.display().to_string();
+        options.gauges.refuse(&name)?;
         let table = read_load_cases(&name, bytes.as_slice(), &ReadOptions::default())?;
         let mut warnings: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
         let header = session_header(&folder, &mut warnings)?;

@@ -18,6 +18,7 @@
 //! # }
 //! ```
 
+mod calibration;
 mod data;
 mod data_check;
 mod design;
@@ -41,6 +42,7 @@ mod robot_check;
 mod together;
 mod vectors;
 
+pub use calibration::{GaugeCalibration, GivenCalibration};
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
 pub use data_check::check_data;
 pub use design::{design, usual_plan};

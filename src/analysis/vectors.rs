@@ -49,6 +49,7 @@ impl VectorSession {
             return Ok(None);
         }
         let name = file.display().to_string();
+        options.gauges.refuse(&name)?;
         let table = read_vector_readings(&name, bytes.as_slice())?;
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         let mut warnings = Vec::new();

@@ -9,10 +9,12 @@ use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
 use crate::stiffness::Branches;
 use crate::test_point::{Direction, PoseId};
 
+use super::calibration_args::CalibrationArgs;
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
 pub use super::global::{Global, ProgressMode};
+use super::import::ImportArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::model_export::ModelCommandArgs;
@@ -52,6 +54,8 @@ pub(super) enum Command {
     Demo(DemoArgs),
     /// Look at a robot: show, check, compliance, workspace
     Robot(RobotArgs),
+    /// Tables of other programs to a session folder: CSV, TSV, LabVIEW, XLSX, testing machines, logs
+    Import(Box<ImportArgs>),
     /// Readings to stiffness with uncertainty
     Stiffness(StiffnessArgs),
     /// Fit the model's factors to measured stiffness, or joint springs to forces and displacements as vectors
@@ -201,6 +205,9 @@ pub(super) struct StiffnessArgs {
     /// For gauge logs.
     #[command(flatten)]
     pub(super) log: LogArgs,
+    /// Calibration of the gauges.
+    #[command(flatten)]
+    pub(super) calibration: CalibrationArgs,
 }
 
 /// Branches that count.
@@ -289,6 +296,9 @@ pub(super) struct FitArgs {
     /// Write the figures of the fit into this folder
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
+    /// Calibration of the gauges.
+    #[command(flatten)]
+    pub(super) calibration: CalibrationArgs,
 }
 
 /// Arguments of `significance`.

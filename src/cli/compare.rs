@@ -10,6 +10,7 @@ use crate::report::{ComparisonReport, load_displacement_figure};
 use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, compare};
 
 use super::args::Global;
+use super::calibration_args::CalibrationArgs;
 use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::outcome::Outcome;
@@ -32,6 +33,9 @@ pub(super) struct CompareArgs {
     /// What the report states.
     #[command(flatten)]
     page: PageArgs,
+    /// Calibration of the gauges, the same in both sessions.
+    #[command(flatten)]
+    calibration: CalibrationArgs,
 }
 
 /// The comparison of two sessions, the gauges they share, and words for sessions of two robots.
@@ -56,7 +60,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         )
         .into());
     }
-    let options = global.open_settings();
+    let options = args.calibration.open_settings(global)?;
     let [a, b] = [
         LoadedSession::open(&args.a, &options)?,
         LoadedSession::open(&args.b, &options)?,
@@ -94,7 +98,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
             [&args.a, &args.b],
             &comparison,
             two,
-            &args.page,
+            (&args.page, &args.calibration),
             (out, global),
         );
         let page = written.map_err(|failure| failure.with_warnings(&warnings))?;

@@ -42,12 +42,13 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         }
         return diagnose_specimen::run(args, &options, without);
     }
+    let settings = args.calibration.open_settings(global)?;
     if LoadedLoadCases::is_at(data(args)?) {
-        let loaded = LoadedLoadCases::open(data(args)?, &global.open_settings())?;
+        let loaded = LoadedLoadCases::open(data(args)?, &settings)?;
         return diagnose_load_cases::run(args, &loaded, global);
     }
-    let first = LoadedSession::open(data(args)?, &global.open_settings())?;
-    let sessions = open_together(first, &args.further, &global.open_settings())?;
+    let first = LoadedSession::open(data(args)?, &settings)?;
+    let sessions = open_together(first, &args.further, &settings)?;
     let warnings: Vec<String> = sessions
         .iter()
         .flat_map(|session| session.warnings.iter().cloned())

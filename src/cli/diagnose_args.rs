@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::args::ModelArgs;
+use super::calibration_args::CalibrationArgs;
 use super::parameter_args::ParameterArgs;
 use super::specimen_args::SpecimenArgs;
 
@@ -50,6 +51,9 @@ pub(super) struct DiagnoseArgs {
     /// Write no figures
     #[arg(long)]
     pub(super) no_figures: bool,
+    /// Calibration of the gauges.
+    #[command(flatten)]
+    pub(super) calibration: CalibrationArgs,
     /// Tables without a robot.
     #[command(flatten)]
     pub(super) specimen: SpecimenArgs,

@@ -143,7 +143,12 @@ pub enum CliError {
 /// Exit codes by the beginning of an error's code. The first that fits counts: single errors stand before their stage.
 const EXIT_CODES: &[(&str, u8)] = &[
     ("stiffbench::usage", 2),
+    ("stiffbench::calibration_table", 11),
     ("stiffbench::calibration", 12),
+    ("stiffbench::import::missing", 3),
+    ("stiffbench::import::unknown_role", 2),
+    ("stiffbench::import::unit", 2),
+    ("stiffbench::import", 11),
     ("stiffbench::fit::stiffness_list", 11),
     ("stiffbench::robot::model_parameter", 2),
     ("stiffbench::fit::bounds", 2),

@@ -22,7 +22,8 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         MethodArg::Paper => StiffnessMethod::PaperMean,
     };
     refuse_what_the_method_ignores(args)?;
-    let data = Data::open(&args.data, &global.open_settings())?;
+    let settings = args.calibration.open_settings(global)?;
+    let data = Data::open(&args.data, &settings)?;
     if let Data::LoadCases(loaded) = &data {
         return fit_load_cases::run(args, loaded, global);
     }
@@ -117,7 +118,11 @@ fn prepared(
                 )
                 .into());
             }
-            let sessions = open_together(*session, &args.further, &global.open_settings())?;
+            let sessions = open_together(
+                *session,
+                &args.further,
+                &args.calibration.open_settings(global)?,
+            )?;
             FitData::together(&sessions, &args.model.choice()?, method)?
         }
         Data::Stiffness { .. } if !args.further.is_empty() => {

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{CalibrationCheck, OpenSettings};
+use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
 
 /// Options of every subcommand.
 #[expect(clippy::struct_excessive_bools, reason = "one switch a flag")]
@@ -45,6 +45,7 @@ impl Global {
                 CalibrationCheck::Warn(today)
             },
             gauge_log: None,
+            gauges: GivenCalibration::default(),
         }
     }
 }

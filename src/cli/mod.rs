@@ -1,6 +1,7 @@
 //! The command line: arguments, files, terminal. One file a subcommand; each returns an `Outcome`, and only this module prints.
 
 pub mod args;
+mod calibration_args;
 mod compare;
 mod config;
 mod demo;
@@ -23,6 +24,7 @@ mod fit;
 mod fit_load_cases;
 mod gauge;
 mod global;
+mod import;
 mod instrument;
 pub mod instrument_args;
 mod instrument_read;
@@ -159,6 +161,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Paper(args) => args.run("paper", "paper"),
         Command::Prove(args) => args.run("prove", "prove"),
         Command::Reference(args) => args.run("reference", "reference"),
+        Command::Import(args) => import::run(&args, global),
         Command::Instrument(args) => instrument::run(&args, global),
         Command::Report(args) => report::run(&args, global),
         Command::Ports(args) => ports::run(&args, global),

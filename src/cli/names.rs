@@ -86,18 +86,11 @@ pub const RENAMED_OPTIONS: &[RenamedOption] = &[
 const RANGES: &[(&str, &str)] = &[("fit", "--bounds")];
 
 /// Names that are kept for commands to come.
-pub const RESERVED: &[Reserved] = &[
-    Reserved {
-        command: "import",
-        purpose: "turns the tables of other programs into a session folder",
-        today: "stiffbench stiffness FILE, with the columns that docs/readings.md names",
-    },
-    Reserved {
-        command: "procedure",
-        purpose: "lists, shows and checks procedures",
-        today: "stiffbench session plan --procedure NAME|FILE",
-    },
-];
+pub const RESERVED: &[Reserved] = &[Reserved {
+    command: "procedure",
+    purpose: "lists, shows and checks procedures",
+    today: "stiffbench session plan --procedure NAME|FILE",
+}];
 
 /// Options of every command that may stand before its name.
 const LEADING: &[&str] = &[

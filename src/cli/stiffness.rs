@@ -12,7 +12,7 @@ use super::outcome::Outcome;
 pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
     let options = OpenSettings {
         gauge_log: args.log.options()?,
-        ..global.open_settings()
+        ..args.calibration.open_settings(global)?
     };
     let branches = Branches::from(args.branches);
     if let Some(session) = VectorSession::open(&args.data, &options)? {

@@ -40,6 +40,8 @@ pub struct DemoTableVi {
 pub struct DemoConcealed {
     /// The session folder.
     pub session: PathBuf,
+    /// The report.
+    pub report: PathBuf,
     /// What was concealed, as an effect.
     pub concealed: String,
     /// Largest error in poses left out with which the usual validation passes, %.

@@ -15,6 +15,7 @@ mod explain;
 mod figures;
 mod fit;
 mod fit_report;
+mod import;
 mod instrument;
 mod load_case_diagnosis;
 mod load_case_figures;
@@ -64,6 +65,7 @@ pub use fit_report::{
     ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,
     PoseFitReport, TrialReport,
 };
+pub use import::{ImportReport, columns_text};
 pub use instrument::*;
 pub use load_case_diagnosis::{
     DiagnosisErrors, LoadCaseDiagnosisReport, LoadCaseFindingReport, LoadCaseRivalReport,

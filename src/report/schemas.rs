@@ -29,6 +29,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("explain", schema_of::<super::ExplainResult>()),
         ("export", schema_of::<super::DataExportReport>()),
         ("fit", schema_of::<FitResult>()),
+        ("import", schema_of::<super::ImportReport>()),
         ("instrument", schema_of::<InstrumentReport>()),
         ("instrument-check", schema_of::<InstrumentSummary>()),
         ("instrument-decode", schema_of::<DecodeReport>()),

@@ -12,6 +12,7 @@ mod explain;
 mod export;
 mod failures;
 mod files;
+mod import;
 mod inputs;
 mod instruments;
 #[cfg(unix)]

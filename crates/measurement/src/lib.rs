@@ -5,8 +5,12 @@
 //! - [`specimen`]: force against displacement of anything, without a robot.
 //! - [`procedure`]: which loads are applied where and in which order, as data.
 //! - [`table_files`]: tables as test machines, loggers, spreadsheets and people write them.
+//! - [`calibration`]: calibration of a gauge, given beside its readings.
+//! - [`import`]: tables of other programs to readings.
 //! - [`stiffness`]: readings to measured stiffness. Contains no model.
 
+pub mod calibration;
+pub mod import;
 pub mod load_cases;
 pub mod procedure;
 pub mod readings;

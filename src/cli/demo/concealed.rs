@@ -24,7 +24,7 @@ pub(super) struct SecondSession {
     pub(super) files: Vec<PathBuf>,
 }
 
-/// Simulates the session into a folder, fits, diagnoses, and fits again with what was found.
+/// Simulates the session into a folder, fits, diagnoses, fits again with what was found, and writes the report.
 pub(super) fn run(out: &Path, global: &Global) -> Result<SecondSession, Failure> {
     let folder = out.join("concealed-session");
     let diagnosis = out.join("diagnosis");
@@ -44,13 +44,21 @@ pub(super) fn run(out: &Path, global: &Global) -> Result<SecondSession, Failure>
     let found = run_words(&["diagnose", &session, "--out", &pages], global)?.into_data();
     let model = diagnosis.join("model.toml").display().to_string();
     let with_law = run_words(&[fit.as_slice(), &["--model", &model]].concat(), global)?.into_data();
+    let page = out.join("report.html");
+    let file = page.display().to_string();
+    run_words(
+        &["report", &session, "--train", "P1,P3", "--out", &file],
+        global,
+    )?;
     let files = found["files"].as_array().into_iter().flatten();
     let files = files.filter_map(|file| Some(PathBuf::from(file.as_str()?)));
     let files = files.chain(["session.toml", "readings.csv"].map(|name| folder.join(name)));
+    let files = files.chain([page.clone()]);
     Ok(SecondSession {
         files: files.collect(),
         report: DemoConcealed {
             session: folder,
+            report: page,
             concealed: CONCEALED.to_owned(),
             limit_percent: LIMIT_PERCENT,
             left_out_error_percent: without_law["max_error_percent"].as_f64(),
@@ -110,12 +118,14 @@ pub(super) fn story(report: &DemoConcealed, diagnosis: &Path) -> String {
         "A second session: the same robot, with play concealed in one joint (simulated: {session})\n\n\
          The usual validation {passes}: the largest error is {before}, the limit {limit:.0} %. The diagnosis names the play all the same:\n\n\
          \x20 {headline}\n\n{sizes}\n{table}\n\
-         The page, its figures and the model with the law: {diagnosis}\n",
+         The page, its figures and the model with the law: {diagnosis}\n\
+         The report to hand on, one file for any browser: {page}\n",
         session = report.session.display(),
         before = percent(report.left_out_error_percent),
         limit = report.limit_percent,
         headline = report.headline,
         table = rows.text(),
         diagnosis = diagnosis.display(),
+        page = report.report.display(),
     )
 }

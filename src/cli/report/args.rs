@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::ModelArgs;
+use crate::cli::calibration_args::CalibrationArgs;
 
 /// Arguments of `report`.
 #[derive(Debug, Args)]
@@ -59,6 +60,9 @@ pub(super) struct MakeArgs {
     /// What reports share.
     #[command(flatten)]
     pub(super) page: PageArgs,
+    /// Calibration of the gauges.
+    #[command(flatten)]
+    pub(super) calibration: CalibrationArgs,
     /// Print a report.toml to be filled in
     #[arg(long)]
     pub(super) details_template: bool,

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::analysis::{AnalysisError, Inputs};
+use crate::analysis::{AnalysisError, Inputs, OpenSettings};
 use crate::cli::args::{Global, ModelArgs};
+use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::write;
 use crate::cli::outcome::Outcome;
@@ -14,31 +15,20 @@ use crate::report::page::{
 use crate::stiffness::Comparison;
 
 use super::args::{MakeArgs, PageArgs, PageFormat};
-use super::{check_new, template, write_new};
+use super::{check_new, open_settings, template, write_new};
 
 /// A report that is wanted.
-#[derive(Debug)]
-pub struct ReportRequest {
+struct ReportRequest {
     /// The sessions or readings files.
-    pub data: Vec<PathBuf>,
-    /// Robot, mechanism, factors and effects.
-    pub model: ModelArgs,
+    data: Vec<PathBuf>,
+    model: ModelArgs,
+    /// How the data are opened.
+    open: OpenSettings,
     /// Every other option.
-    pub settings: PageSettings,
-    /// The template.
-    pub template: PageTemplate,
+    settings: PageSettings,
+    template: PageTemplate,
     /// The file to write; it must not exist.
-    pub out: PathBuf,
-}
-
-/// Makes a report and writes it.
-///
-/// # Errors
-/// For data, a model or a template that cannot be used, and a file that exists or cannot be written.
-pub fn write_report(request: &ReportRequest) -> Result<ReportPage, Failure> {
-    check_new(&request.out)?;
-    let source = PageSource::open_joined(&request.data, request.settings.trust_csv)?;
-    write_page(request, &source)
+    out: PathBuf,
 }
 
 fn write_page(request: &ReportRequest, source: &PageSource) -> Result<ReportPage, Failure> {
@@ -55,6 +45,7 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
     let markdown = args.format == PageFormat::Markdown;
     let settings = PageSettings {
         robot: args.model.robot.clone(),
+        default_robot: args.model.default_robot.clone(),
         mechanism: args.model.mechanism.clone(),
         factors: args.model.factors.clone(),
         model: (args.model.model.as_ref()).map(|path| path.display().to_string()),
@@ -63,6 +54,7 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
         seed: args.seed,
         no_diagnosis: args.no_diagnosis,
         trust_csv: global.trust_csv,
+        calibration: args.calibration.words(),
         ..PageSettings::default()
     };
     let request = ReportRequest {
@@ -72,11 +64,12 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
             .unwrap_or_else(|| usual_file(&args.data, markdown)),
         template: template(args.page.template.as_deref(), markdown)?,
         settings: args.page.clone().into_settings(settings)?,
+        open: open_settings(&args.calibration, global)?,
         model: args.model.clone(),
         data: args.data.clone(),
     };
     check_new(&request.out)?;
-    let source = PageSource::open_joined(&request.data, request.settings.trust_csv)?;
+    let source = PageSource::open_joined(&request.data, &request.open)?;
     refuse_overdue(&source, global)?;
     let page = write_page(&request, &source)?;
     if let Some(folder) = &args.figures {
@@ -95,17 +88,21 @@ pub(in crate::cli) fn write_comparison(
     data: [&Path; 2],
     comparison: &Comparison,
     two_robots: bool,
-    args: &PageArgs,
+    (args, calibration): (&PageArgs, &CalibrationArgs),
     (out, global): (&Path, &Global),
 ) -> Result<ReportPage, Failure> {
     check_new(out)?;
     let settings = PageSettings {
         trust_csv: global.trust_csv,
+        calibration: calibration.words(),
         ..PageSettings::default()
     };
     let settings = args.clone().into_settings(settings)?;
     let template = template(args.template.as_deref(), false)?;
-    let source = PageSource::open(&data.map(Path::to_owned), settings.trust_csv)?;
+    let source = PageSource::open(
+        &data.map(Path::to_owned),
+        &open_settings(calibration, global)?,
+    )?;
     let page = comparison_page(
         &source,
         comparison,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{ArgumentError, read_text};
+use crate::analysis::{ArgumentError, CalibrationCheck, OpenSettings, read_text};
 use crate::report::page::{
     DETAILS_TEMPLATE, PageAmendment, PageDetails, PageSettings, PageTemplate, html_template,
     markdown_template,
@@ -17,13 +17,13 @@ use crate::report::page::{
 use crate::source_text::SourceText;
 
 use super::args::Global;
+use super::calibration_args::CalibrationArgs;
 use super::failure::{CliError, Failure};
 use super::outcome::Outcome;
 use args::{PageFormat, ReportCommand};
 
 pub(super) use args::{PageArgs, ReportArgs};
 pub(super) use make::write_comparison;
-pub use make::{ReportRequest, write_report};
 
 /// Makes a report, or verifies one.
 pub(super) fn run(args: &ReportArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -39,6 +39,14 @@ pub(super) fn run(args: &ReportArgs, global: &Global) -> Result<Outcome, Failure
         return Ok(printed(&template(None, markdown)?.text));
     }
     make::run(make, global)
+}
+
+/// How the data of a report are opened: an overdue calibration stands on the page.
+fn open_settings(calibration: &CalibrationArgs, global: &Global) -> Result<OpenSettings, Failure> {
+    Ok(OpenSettings {
+        calibration: CalibrationCheck::None,
+        ..calibration.open_settings(global)?
+    })
 }
 
 /// A text as the whole output.

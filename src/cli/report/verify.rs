@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::args::{Global, ModelArgs};
+use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::compare::compared;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
@@ -13,7 +14,7 @@ use crate::report::page::{
 };
 
 use super::args::VerifyArgs;
-use super::template;
+use super::{open_settings, template};
 
 /// Exit code for a report that is not as it was rendered.
 const DIFFERS: u8 = 30;
@@ -42,7 +43,9 @@ fn again(
     template: &PageTemplate,
     global: &Global,
 ) -> Result<ReportPage, Failure> {
-    let trust_csv = settings.trust_csv || global.trust_csv;
+    let calibration = CalibrationArgs::of_words(&settings.calibration)?;
+    let mut options = open_settings(&calibration, global)?;
+    options.trust_csv |= settings.trust_csv;
     let hash = template.sha256();
     if page.is_comparison() {
         let [a, b] = args.sessions.as_slice() else {
@@ -53,12 +56,12 @@ fn again(
             )
             .into());
         };
-        let source = PageSource::open(&[a.clone(), b.clone()], trust_csv)?;
+        let source = PageSource::open(&[a.clone(), b.clone()], &options)?;
         let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;
         let two = robots.is_some();
         return Ok(comparison_page(&source, &comparison, two, settings, &hash));
     }
-    let source = PageSource::open_joined(&args.sessions, trust_csv)?;
+    let source = PageSource::open_joined(&args.sessions, &options)?;
     let model = recorded(&args.model, settings);
     Ok(session_page(&source, &model.choice()?, settings, &hash)?)
 }
@@ -79,5 +82,6 @@ fn recorded(given: &ModelArgs, settings: &PageSettings) -> ModelArgs {
         } else {
             given.effects.clone()
         },
+        default_robot: settings.default_robot.clone(),
     }
 }

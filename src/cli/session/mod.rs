@@ -14,6 +14,7 @@ mod repair;
 mod repeats;
 
 pub(super) use args::SessionArgs;
+pub(super) use prepare::instrument_records;
 
 use crate::session::Operator;
 

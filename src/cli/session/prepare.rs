@@ -42,7 +42,7 @@ pub(super) fn robot_of(
 }
 
 /// Instrument records from a file, and what a user should know of it.
-pub(super) fn instrument_records(
+pub(in crate::cli) fn instrument_records(
     path: Option<&Path>,
 ) -> Result<(Instruments, Vec<String>), Failure> {
     let Some(path) = path else {

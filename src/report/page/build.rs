@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::analysis::{
-    AnalysisError, CalibrationCheck, Data, DiagnoseSettings, FitData, FitSettings, LoadedSession,
-    ModelChoice, OpenSettings, SessionHistory, diagnose_together, open_together, resolve_together,
+    AnalysisError, Data, DiagnoseSettings, FitData, FitSettings, LoadedSession, ModelChoice,
+    OpenSettings, SessionHistory, diagnose_together, open_together, resolve_together,
 };
 use crate::report::{ComparisonReport, FitReport};
 use crate::stiffness::{Branches, Comparison, Method, StiffnessTable};
@@ -35,13 +35,8 @@ impl PageSource {
     ///
     /// # Errors
     /// For data that are not there or cannot be read, and a table that differs from its journal.
-    pub fn open(paths: &[PathBuf], trust_csv: bool) -> Result<Self, AnalysisError> {
-        let options = OpenSettings {
-            trust_csv,
-            calibration: CalibrationCheck::None,
-            gauge_log: None,
-        };
-        let opened: Result<Vec<_>, _> = paths.iter().map(|path| open(path, &options)).collect();
+    pub fn open(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
+        let opened: Result<Vec<_>, _> = paths.iter().map(|path| open(path, options)).collect();
         Self::of(opened?)
     }
 
@@ -49,17 +44,12 @@ impl PageSource {
     ///
     /// # Errors
     /// As [`open`](Self::open), and for sessions that do not go together.
-    pub fn open_joined(paths: &[PathBuf], trust_csv: bool) -> Result<Self, AnalysisError> {
-        let options = OpenSettings {
-            trust_csv,
-            calibration: CalibrationCheck::None,
-            gauge_log: None,
-        };
+    pub fn open_joined(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
         let Some((first, further)) = paths.split_first() else {
             return Self::of(Vec::new());
         };
-        let first = LoadedSession::open(first, &options)?;
-        let opened = open_together(first, further, &options)?;
+        let first = LoadedSession::open(first, options)?;
+        let opened = open_together(first, further, options)?;
         Self::of(opened.into_iter().map(called_by_short_name).collect())
     }
 
@@ -108,7 +98,11 @@ impl PageSource {
             .parts
             .iter()
             .any(|part| !part.protected && part.origin.is_none());
-        let imported = origin("imported");
+        let mut headers = self
+            .sessions
+            .iter()
+            .filter_map(|session| session.header.as_ref());
+        let imported = headers.any(|header| header.import.is_some());
         let marks = [
             (
                 partial,

@@ -43,6 +43,8 @@ pub use verify::{PageCheck, PageDifference, ReadPage, read_page};
 pub struct PageSettings {
     /// `--robot`.
     pub robot: Option<String>,
+    /// Robot of the configuration, and where it stands.
+    pub default_robot: Option<Vec<String>>,
     /// `--mechanism`.
     pub mechanism: Option<String>,
     /// `--factors`.
@@ -59,6 +61,8 @@ pub struct PageSettings {
     pub no_diagnosis: bool,
     /// `--trust-csv`.
     pub trust_csv: bool,
+    /// Options on the calibration of the gauges: names and values in turn.
+    pub calibration: Vec<String>,
     /// The day of issue, if one was given.
     pub issued: Option<String>,
     /// `--amends` with `--reason`.

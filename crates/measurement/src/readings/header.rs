@@ -121,6 +121,10 @@ impl ColumnHeader {
                     .to_owned(),
             );
         }
+        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+        advice.push(format!(
+            "stiffbench import {file} --out {stem}-session takes columns of other names"
+        ));
         let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
         let others: Vec<String> = others
             .iter()

@@ -41,7 +41,7 @@ pub use procedure_toml::PROCEDURE_SCHEMA;
 pub use reading::{Reading, ReadingStatus, ReadingText};
 pub use rows::Delimiter;
 pub use session_file::{
-    Environment, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
+    Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
     ProcedureRecord, ReadSession, RepeatOrder, SESSION_SCHEMA, SessionFileError,
     SessionFileProblem, SessionHeader, SettleRecord, ZeroScope,
 };

@@ -45,6 +45,19 @@ pub struct SessionHeader {
     pub procedure: Option<ProcedureRecord>,
     /// The gauges.
     pub instruments: Instruments,
+    /// The file that the readings were imported from, where they were not measured by a guided session.
+    pub import: Option<ImportRecord>,
+}
+
+/// Where imported readings come from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ImportRecord {
+    /// Name of the file, as it lies in the folder `raw` of the session.
+    pub source: Option<String>,
+    /// Its SHA-256, in hexadecimal.
+    pub source_sha256: Option<String>,
+    /// SHA-256 of the mapping of its columns, in hexadecimal.
+    pub mapping_sha256: Option<String>,
 }
 
 impl SessionHeader {

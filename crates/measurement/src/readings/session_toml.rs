@@ -4,8 +4,8 @@ use toml::Table;
 
 use super::procedure_toml::{procedure_table, read_procedure};
 use super::session_file::{
-    Environment, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, ReadSession,
-    SESSION_SCHEMA, SessionFileError, SessionHeader,
+    Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA,
+    ReadSession, SESSION_SCHEMA, SessionFileError, SessionHeader,
 };
 use super::toml_values::{date, day, put, put_number, put_text, quantity};
 use stiffbench_units_and_text::quantity::Kind;
@@ -90,6 +90,8 @@ impl SessionHeader {
         if !gauges.is_empty() {
             put(&mut table, "instruments", Some(toml::Value::Table(gauges)));
         }
+        let import = self.import.as_ref().map(import_table);
+        put(&mut table, "import", import.map(toml::Value::Table));
         table.to_string()
     }
 }
@@ -127,7 +129,27 @@ fn read_header(root: &Section<'_>, unknown: &mut Unknown) -> Read<SessionHeader>
         software: text("software")?,
         procedure,
         instruments: instruments.unwrap_or_default(),
+        import: root.read("import", |value| read_import(&value.table()?, unknown))?,
     })
+}
+
+fn read_import(section: &Section<'_>, unknown: &mut Unknown) -> Read<ImportRecord> {
+    let text = |key| section.read(key, TomlValue::text_or_digits);
+    let record = ImportRecord {
+        source: text("source")?,
+        source_sha256: text("source_sha256")?,
+        mapping_sha256: text("mapping_sha256")?,
+    };
+    unknown.extend(section.unknown());
+    Ok(record)
+}
+
+fn import_table(record: &ImportRecord) -> Table {
+    let mut table = Table::new();
+    put_text(&mut table, "source", record.source.as_ref());
+    put_text(&mut table, "source_sha256", record.source_sha256.as_ref());
+    put_text(&mut table, "mapping_sha256", record.mapping_sha256.as_ref());
+    table
 }
 
 /// A table, or a line of text.

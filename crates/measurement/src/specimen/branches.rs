@@ -4,9 +4,9 @@ use stiffbench_units_and_text::test_point::Branch;
 
 /// Branches and turns of the path of one run.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Path {
+pub(crate) struct Path {
     /// A branch for each value.
-    pub(super) branches: Vec<Branch>,
+    pub(crate) branches: Vec<Branch>,
     /// How often the path turns.
     pub(super) turns: u32,
     /// Whether it turns too often to have branches.
@@ -34,7 +34,7 @@ const LARGEST_NOISE: f64 = 0.25;
 /// to what went before. Away from `origin` is loading, towards it unloading, so that a cycle through both signs has two of each. With a
 /// turn in more than a third of the values the loads came in shuffled order and everything is loading: a branch needs three readings
 /// to be one.
-pub(super) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
+pub(crate) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
     let turn_share = turn_share.max(share_of_noise(values));
     let turns = turning_points(values, turn_share);
     if turns.len() * 3 > values.len() {

@@ -312,7 +312,7 @@ impl Header<'_> {
                 let (column, unit) = (name, unit.clone());
                 self.assumptions.push(match source {
                     StatedUnit::Name => SpecimenAssumption::UnitFromName { column, unit },
-                    StatedUnit::Row | StatedUnit::Header => {
+                    StatedUnit::Row | StatedUnit::Header | StatedUnit::Cells => {
                         SpecimenAssumption::UnitFromFile { column, unit }
                     }
                 });

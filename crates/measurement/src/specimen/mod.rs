@@ -19,4 +19,6 @@ pub use assumption::{ExcludedLines, Incomplete, SpecimenAssumption};
 pub use error::SpecimenError;
 pub use options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 pub use read::read_specimen;
+// The path of a load, for other readers of tables.
+pub(crate) use branches::follow;
 pub use table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};

@@ -13,6 +13,8 @@ pub enum StatedUnit {
     Row,
     /// In the lines above the table.
     Header,
+    /// Behind each number.
+    Cells,
 }
 
 /// A column of a table.

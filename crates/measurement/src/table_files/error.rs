@@ -139,11 +139,13 @@ pub enum TableFileError {
     },
     /// Numbers whose mark may be that of decimals or of thousands.
     #[error(
-        "{file}, line {line}, column `{column}`: the comma in `{value}` may be a decimal sign or stand between thousands"
+        "{file}, line {line}, column `{column}`: the mark in `{value}` may be a decimal sign or stand between thousands"
     )]
     #[diagnostic(
         code(stiffbench::table::either_decimal),
-        help("state it with --decimal comma or --decimal point")
+        help(
+            "state it with --decimal comma or --decimal point; stiffbench import takes --thousands too"
+        )
     )]
     EitherDecimal {
         /// The file.
@@ -154,6 +156,24 @@ pub enum TableFileError {
         column: String,
         /// The text found.
         value: String,
+    },
+    /// Cells of a column with different units.
+    #[error("{file}, line {line}, column `{column}`: the unit is {found}, and {expected} before")]
+    #[diagnostic(
+        code(stiffbench::table::mixed_units),
+        help("write all values of a column in one unit")
+    )]
+    MixedUnits {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The unit found.
+        found: String,
+        /// The unit of the lines before, or of the column's name.
+        expected: String,
     },
     /// A cell among times that is none.
     #[error("{file}, line {line}, column `{column}`: `{value}`, expected a time like the others")]
@@ -261,6 +281,7 @@ impl TableFileError {
             | Self::NotFinite { line, .. }
             | Self::MixedDecimals { line, .. }
             | Self::EitherDecimal { line, .. }
+            | Self::MixedUnits { line, .. }
             | Self::BadTime { line, .. }
             | Self::DayOrMonth { line, .. } => Some(*line),
             _ => None,

@@ -203,10 +203,16 @@ fn rows(records: &[TextRecord], mut parts: TableParts, first: usize) -> TablePar
         let is_last = end == records.len();
         let kept = if is_last {
             // Below the last segment: lines without any number, or short of the table with words among them.
-            of_segment
+            let kept = of_segment
                 .iter()
                 .rposition(|index| !is_footer(&records[*index], width))
-                .map_or(0, |last| last + 1)
+                .map_or(0, |last| last + 1);
+            // The row at which a file was cut off is no footer.
+            let last_two = kept.checked_sub(1).zip(of_segment.get(kept));
+            let is_cut = last_two.is_some_and(|(last, next)| {
+                is_cut_row(&records[of_segment[last]], &records[*next])
+            });
+            kept + usize::from(is_cut)
         } else {
             let rest = &of_segment[..];
             rest.iter()
@@ -249,6 +255,13 @@ fn is_footer(record: &TextRecord, width: usize) -> bool {
     has_words && (is_text_only || record.fields.len() < width || record.len() > width)
 }
 
+/// Whether a record is the beginning of a row like the one before it: the same kinds of cells, words among them.
+fn is_cut_row(row: &TextRecord, record: &TextRecord) -> bool {
+    let cells = record.len();
+    let alike = row.fields.iter().zip(&record.fields);
+    cells > 1 && cells < row.len() && alike.take(cells).all(|(a, b)| kind(a) == kind(b))
+}
+
 fn is_preamble(record: &TextRecord, width: usize) -> bool {
     labview::is_tag(record) || is_footer(record, width)
 }
@@ -289,6 +302,14 @@ mod tests {
     fn a_row_with_a_wrong_value_stays_a_row() {
         let found = parts("F,d\n1,x\n2,3\n4,\n5,error\n", &[]).unwrap();
         assert_eq!(found.rows.len(), 4);
+    }
+
+    #[test]
+    fn a_row_that_was_cut_off_stays_a_row() {
+        let text = "pose,F,d\nP1,1,2\nP1,2,4\nP1,3\n";
+        assert_eq!(parts(text, &[]).unwrap().rows.len(), 3);
+        let text = "F,d,n\n1,2,1\n2,4,1\nmaximum,2\n";
+        assert_eq!(parts(text, &[]).unwrap().rows.len(), 2);
     }
 
     #[test]

@@ -11,15 +11,17 @@ mod error;
 mod find;
 mod labview;
 mod layout;
+mod marks;
 mod names;
 mod read;
 mod records;
 mod sheet;
 mod table;
 mod times;
+mod unit_cells;
 
 pub use columns::{FileColumn, StatedUnit};
 pub use error::TableFileError;
 pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
-pub use read::{TableFileOptions, read_table_file};
+pub use read::{TableFileOptions, ThreeDigits, read_table_file};
 pub use table::{FileRow, MachineTable};

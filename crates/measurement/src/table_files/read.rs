@@ -4,17 +4,19 @@ use std::io::Read;
 
 use csv::StringRecord;
 
-use super::cell::{CellKind, DecimalHint, NumberForm, NumberMarks, kind};
+use super::cell::{CellKind, NumberMarks, kind};
 use super::columns::{FileColumn, StatedUnit};
 use super::decode::decode;
 use super::error::TableFileError;
 use super::find::{self, TableParts};
 use super::labview::{self, SegmentTags};
 use super::layout::{FieldDelimiter, FileLayout, TextEncoding};
+use super::marks::number_marks;
 use super::names::{in_brackets, name_and_unit};
 use super::records::{TextRecord, lines, split};
 use super::sheet;
 use super::table::{FileRow, MachineTable};
+use super::unit_cells::{name_units_of_cells, take_units_off};
 use crate::readings::DecimalSign;
 
 /// What the caller knows of a file; the rest is found from the file.
@@ -28,6 +30,22 @@ pub struct TableFileOptions {
     pub sheet: Option<String>,
     /// Names of columns that the caller needs, as in the file or without their units.
     pub columns: Vec<String>,
+    /// What is done about numbers such as `1.010`, where nothing in the file shows what the mark means.
+    pub three_digits: ThreeDigits,
+    /// Take cells such as `12.3 N`, and columns of units beside their numbers, as numbers with a unit: logs of gauges have them.
+    pub units_in_cells: bool,
+}
+
+/// What is done about numbers with one mark and three digits behind it, where no other number shows the decimal sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ThreeDigits {
+    /// A point is the decimal sign; a comma is refused.
+    #[default]
+    RefuseComma,
+    /// Both are refused.
+    Refuse,
+    /// The mark is the decimal sign.
+    Decimal,
 }
 
 /// Name of the column that numbers segments.
@@ -79,6 +97,9 @@ pub fn read_table_file(
     }
     let (delimiter, told_line) = delimiter(&lines, options);
     let mut records = split(&lines, delimiter, usize::MAX);
+    if options.units_in_cells {
+        take_units_off(&mut records);
+    }
     if told_line {
         records[0].is_comment = true;
     }
@@ -124,7 +145,10 @@ fn delimiter(lines: &[&str], options: &TableFileOptions) -> (FieldDelimiter, boo
     }
     let mut best = (i64::MIN, FieldDelimiter::Comma);
     for delimiter in FieldDelimiter::ALL {
-        let records = split(lines, delimiter, find::SEARCHED);
+        let mut records = split(lines, delimiter, find::SEARCHED);
+        if options.units_in_cells {
+            take_units_off(&mut records);
+        }
         let score = find::score(&records, &options.columns);
         let is_there = delimiter
             .sign()
@@ -207,7 +231,10 @@ fn assemble(
         }
     }
     mark_numeric(&mut columns, &records, &parts);
-    let marks = number_marks(source, &columns, &records, &parts, told.decimal)?;
+    if options.units_in_cells {
+        name_units_of_cells(source, &mut columns, &records, &parts)?;
+    }
+    let marks = number_marks(source, &columns, &records, &parts, told.decimal, options)?;
     if told.program == Some("LabVIEW measurement file") {
         complete_labview(&mut columns, &mut records, &parts, marks);
     }
@@ -354,73 +381,6 @@ fn mark_numeric(columns: &mut [FileColumn], records: &[TextRecord], parts: &Tabl
     for (column, [numbers, words]) in columns.iter_mut().zip(counts) {
         column.is_numeric = numbers > words;
     }
-}
-
-/// The decimal sign and that between thousands, from all numbers of the table.
-fn number_marks(
-    source: &str,
-    columns: &[FileColumn],
-    records: &[TextRecord],
-    parts: &TableParts,
-    told: Option<DecimalSign>,
-) -> Result<NumberMarks, TableFileError> {
-    // Where each decimal sign, and a comma that may be either, was first seen: line, column, cell.
-    let mut seen: [Option<(u32, usize, &str)>; 3] = [None; 3];
-    let cells = || {
-        parts.rows.iter().flat_map(|(index, _)| {
-            let record = &records[*index];
-            let numeric = record
-                .fields
-                .iter()
-                .enumerate()
-                .filter(|(c, _)| columns.get(*c).is_some_and(|c| c.is_numeric));
-            numeric.map(|(column, cell)| (record.line, column, cell))
-        })
-    };
-    for (line, column, cell) in cells() {
-        let place = match NumberForm::of(cell).map(|form| form.hint) {
-            Some(DecimalHint::Sign(DecimalSign::Point)) => 0,
-            Some(DecimalHint::Sign(DecimalSign::Comma)) => 1,
-            Some(DecimalHint::Either(DecimalSign::Comma)) => 2,
-            _ => continue,
-        };
-        seen[place].get_or_insert((line, column, cell));
-    }
-    let decimal = match (told, seen) {
-        (Some(told), _) => told,
-        (None, [Some(point), Some(comma), _]) => {
-            let (later, first) = if point.0 > comma.0 {
-                (point, comma)
-            } else {
-                (comma, point)
-            };
-            return Err(TableFileError::MixedDecimals {
-                file: source.to_owned(),
-                line: later.0,
-                column: columns[later.1].name.clone(),
-                value: later.2.to_owned(),
-                first_line: first.0,
-            });
-        }
-        (None, [_, Some(_), _]) => DecimalSign::Comma,
-        (None, [None, None, Some((line, column, value))]) => {
-            return Err(TableFileError::EitherDecimal {
-                file: source.to_owned(),
-                line,
-                column: columns[column].name.clone(),
-                value: value.to_owned(),
-            });
-        }
-        _ => DecimalSign::Point,
-    };
-    let mut marks = NumberMarks {
-        decimal,
-        thousands: None,
-    };
-    marks.thousands = cells()
-        .filter(|(_, _, cell)| NumberForm::of(cell).is_some())
-        .find_map(|(_, _, cell)| marks.thousands_of(cell));
-    Ok(marks)
 }
 
 /// Units and X columns that a LabVIEW file states above its segments.

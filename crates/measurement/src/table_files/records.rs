@@ -20,6 +20,8 @@ pub(super) struct TextRecord {
     pub(super) is_open: bool,
     /// Whether it starts with `#`.
     pub(super) is_comment: bool,
+    /// Units that were taken off its fields, with the place of the field.
+    pub(super) units: Vec<(usize, String)>,
 }
 
 impl TextRecord {
@@ -30,6 +32,7 @@ impl TextRecord {
             wide: None,
             is_open: false,
             is_comment: false,
+            units: Vec::new(),
         }
     }
 

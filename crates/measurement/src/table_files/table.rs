@@ -151,6 +151,38 @@ impl MachineTable {
         })
     }
 
+    /// The same of a column of each of two tables, both since the first time of this one.
+    ///
+    /// # Errors
+    /// As [`MachineTable::seconds`].
+    pub(crate) fn seconds_with(
+        &self,
+        column: usize,
+        other: &Self,
+        of_other: usize,
+    ) -> Result<[Vec<Option<f64>>; 2], TableFileError> {
+        let own = self.rows.iter().map(|row| self.present(row, column));
+        let cells = own.chain(other.rows.iter().map(|row| other.present(row, of_other)));
+        let Ok(mut first) = seconds_since_first(cells) else {
+            // The table that is wrong states its own line; a form that differs is stated with the other.
+            self.seconds(column)?;
+            other.seconds(of_other)?;
+            return Err(other.bad_time(0, of_other));
+        };
+        let second = first.split_off(self.rows.len());
+        Ok([first, second])
+    }
+
+    fn bad_time(&self, row: usize, column: usize) -> TableFileError {
+        let row = &self.rows[row];
+        TableFileError::BadTime {
+            file: self.source.clone(),
+            line: row.line,
+            column: self.name(column).to_owned(),
+            value: self.text(row, column).to_owned(),
+        }
+    }
+
     fn name(&self, column: usize) -> &str {
         self.layout
             .columns

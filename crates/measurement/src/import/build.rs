@@ -1,0 +1,385 @@
+//! Rows of a table to readings.
+
+use std::collections::HashMap;
+
+use super::columns::ColumnRole;
+use super::draft::ImportDraft;
+use super::error::TableImportError;
+use super::joints::JointPoses;
+use super::mapping::ImportMapping;
+use super::measured::measured;
+use super::note::ImportNote;
+use super::runs::{NEAR_ZERO, runs_of};
+use super::values::{branch, direction, texts};
+use crate::readings::{
+    Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, read_readings,
+    write_decimal,
+};
+use crate::specimen::{TURN_SHARE, follow};
+use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+/// Readings that were made of a table.
+#[derive(Debug)]
+pub struct ImportedReadings {
+    /// The readings.
+    pub table: ReadingTable,
+    /// Poses by their joint values, where the table has those.
+    pub poses: Vec<PoseJoints>,
+    /// What the columns were taken for: gives the same readings from the same file.
+    pub mapping: ImportMapping,
+    /// What was decided.
+    pub notes: Vec<ImportNote>,
+}
+
+/// A row with its values in SI.
+struct ImportedRow {
+    pose: String,
+    direction: Direction,
+    repeat: u32,
+    branch: Branch,
+    force_n: f64,
+    displacement_m: f64,
+    raw: [String; 2],
+    time_s: Option<f64>,
+    temperature_deg_c: Option<f64>,
+}
+
+pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImportError> {
+    let mut notes = vec![ImportNote::Layout(Box::new(draft.table.layout.clone()))];
+    let (rows, values) = measured(draft, &mut notes)?;
+    let (places, joints) = poses(draft, &rows, &mut notes)?;
+    let directions = directions(draft, &rows)?;
+    if directions.iter().any(|(_, negative)| *negative) {
+        notes.push(ImportNote::NegativeDirection);
+    }
+    let times = times(draft, &rows)?;
+    let temperature = draft.found.place(&ColumnRole::Temperature);
+    let mut imported = Vec::with_capacity(rows.len());
+    for (place, row) in rows.iter().enumerate() {
+        let (axis, negative) = directions[place];
+        let sign = if negative { -1.0 } else { 1.0 };
+        let [force_n, displacement_m] = values[place].map(|value| sign * value);
+        let file_row = &draft.table.rows[*row];
+        let warmth = |column| {
+            draft
+                .table
+                .number(file_row, column, temperature_unit(draft, column))
+        };
+        imported.push(ImportedRow {
+            pose: places[place].clone(),
+            direction: axis,
+            repeat: 1,
+            branch: Branch::Loading,
+            force_n,
+            displacement_m,
+            raw: raw_texts(draft, *row),
+            time_s: times[place],
+            temperature_deg_c: temperature.map(warmth).transpose()?.flatten(),
+        });
+    }
+    number_runs(draft, &rows, &mut imported, &mut notes)?;
+    set_branches(draft, &rows, &mut imported, &mut notes)?;
+    note_signs(draft, &imported, &mut notes);
+    let table = readings(draft, &imported)?;
+    let assumed = table.assumptions.iter();
+    let assumed = assumed.filter(|one| !matches!(one, Assumption::ColumnAbsent(_)));
+    notes.extend(assumed.cloned().map(ImportNote::Assumed));
+    Ok(ImportedReadings {
+        table,
+        poses: joints,
+        mapping: complete(draft),
+        notes,
+    })
+}
+
+/// The pose of each row, and the joint values of the poses.
+fn poses(
+    draft: &ImportDraft,
+    rows: &[usize],
+    notes: &mut Vec<ImportNote>,
+) -> Result<(Vec<String>, Vec<PoseJoints>), TableImportError> {
+    let named = texts(draft, &ColumnRole::Pose, rows)?;
+    if let Some((joints, of_rows)) = JointPoses::of_rows(draft, rows, named.as_deref())? {
+        if joints.are_guessed_degrees {
+            notes.push(ImportNote::JointsInDegrees);
+        }
+        if named.is_none() {
+            let poses = joints.poses.len();
+            notes.push(ImportNote::PosesFromJoints { poses });
+        }
+        let names = of_rows.iter().map(ToString::to_string).collect();
+        return Ok((names, joints.poses));
+    }
+    if let Some(named) = named {
+        return Ok((named, Vec::new()));
+    }
+    let pose = draft.mapping.pose.clone().unwrap_or_else(|| {
+        let pose = "P1".to_owned();
+        notes.push(ImportNote::OnePose { pose: pose.clone() });
+        pose
+    });
+    Ok((vec![pose; rows.len()], Vec::new()))
+}
+
+/// The direction of each row, and whether it has a minus sign.
+fn directions(
+    draft: &ImportDraft,
+    rows: &[usize],
+) -> Result<Vec<(Direction, bool)>, TableImportError> {
+    const EXPECTED: &str = "x, y or z";
+    let refused = |line, column: &str, value: &str| TableImportError::BadValue {
+        file: draft.table.source.clone(),
+        line,
+        column: column.to_owned(),
+        value: value.to_owned(),
+        expected: EXPECTED,
+    };
+    let named = texts(draft, &ColumnRole::Direction, rows)?;
+    let column = draft.found.place(&ColumnRole::Direction);
+    if let (Some(texts), Some(column), None) = (named, column, &draft.mapping.direction) {
+        let of = |(row, text): (&usize, &String)| {
+            let line = draft.table.rows[*row].line;
+            direction(text).ok_or_else(|| refused(line, draft.name(column), text))
+        };
+        return rows.iter().zip(&texts).map(of).collect();
+    }
+    let stated = draft.mapping.direction.as_deref().unwrap_or_default();
+    let one = direction(stated).ok_or_else(|| refused(1, "--direction", stated))?;
+    Ok(vec![one; rows.len()])
+}
+
+fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableImportError> {
+    let Some(column) = draft.found.place(&ColumnRole::Time) else {
+        return Ok(vec![None; rows.len()]);
+    };
+    if draft.table.is_time_stamp(column) {
+        let seconds = draft.table.seconds(column)?;
+        return Ok(rows.iter().map(|row| seconds[*row]).collect());
+    }
+    let unit = draft.unit(column, Kind::Time);
+    let conversion = unit.and_then(|unit| Conversion::from_unit(Kind::Time, &unit));
+    let conversion = conversion.unwrap_or(Conversion::NONE);
+    let time = |row: &usize| {
+        draft
+            .table
+            .number(&draft.table.rows[*row], column, conversion)
+    };
+    Ok(rows.iter().map(time).collect::<Result<_, _>>()?)
+}
+
+fn temperature_unit(draft: &ImportDraft, column: usize) -> Conversion {
+    let unit = draft.table.layout.columns[column].unit.as_deref();
+    let known = unit.and_then(|unit| Conversion::from_unit(Kind::Temperature, unit));
+    known.unwrap_or(Conversion::NONE)
+}
+
+/// Force and displacement as they stand in the file.
+fn raw_texts(draft: &ImportDraft, row: usize) -> [String; 2] {
+    [ColumnRole::Force, ColumnRole::Displacement].map(|role| {
+        let column = draft.found.place(&role);
+        let text = column.map(|column| draft.table.text(&draft.table.rows[row], column));
+        text.unwrap_or_default().to_owned()
+    })
+}
+
+fn cell(row: &ImportedRow) -> (String, Direction) {
+    (row.pose.clone(), row.direction)
+}
+
+/// Indices of the rows of each cell, or of each of its runs.
+fn grouped<K: std::hash::Hash + Eq>(
+    rows: &[ImportedRow],
+    key: impl Fn(&ImportedRow) -> K,
+) -> Vec<Vec<usize>> {
+    let mut places: HashMap<K, usize> = HashMap::new();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        let place = *places.entry(key(row)).or_insert_with(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[place].push(index);
+    }
+    groups
+}
+
+fn number_runs(
+    draft: &ImportDraft,
+    rows: &[usize],
+    imported: &mut [ImportedRow],
+    notes: &mut Vec<ImportNote>,
+) -> Result<(), TableImportError> {
+    let groups = grouped(imported, cell);
+    if let Some(texts) = texts(draft, &ColumnRole::Repeat, rows)? {
+        let number = |text: &String| text.parse::<u32>().ok().filter(|number| *number > 0);
+        let numbers: Option<Vec<u32>> = texts.iter().map(number).collect();
+        let column = draft.found.place(&ColumnRole::Repeat).unwrap_or(0);
+        if numbers.is_none() {
+            let column = draft.name(column).to_owned();
+            notes.push(ImportNote::RunsNumbered { column });
+        }
+        for group in &groups {
+            let mut seen: Vec<&String> = Vec::new();
+            for index in group {
+                let text = &texts[*index];
+                let place = seen
+                    .iter()
+                    .position(|known| *known == text)
+                    .unwrap_or_else(|| {
+                        seen.push(text);
+                        seen.len() - 1
+                    });
+                let numbered = place as u32 + 1;
+                imported[*index].repeat = numbers.as_ref().map_or(numbered, |n| n[*index]);
+            }
+        }
+        return Ok(());
+    }
+    let mut runs = 0;
+    for group in &groups {
+        let loads: Vec<f64> = group.iter().map(|index| imported[*index].force_n).collect();
+        let of_loads = runs_of(&loads);
+        runs += of_loads.last().copied().unwrap_or(0) as usize;
+        for (index, run) in group.iter().zip(of_loads) {
+            imported[*index].repeat = run;
+        }
+    }
+    let share = NEAR_ZERO;
+    notes.push(ImportNote::RunsFound { runs, share });
+    Ok(())
+}
+
+fn set_branches(
+    draft: &ImportDraft,
+    rows: &[usize],
+    imported: &mut [ImportedRow],
+    notes: &mut Vec<ImportNote>,
+) -> Result<(), TableImportError> {
+    if let (Some(texts), Some(column)) = (
+        texts(draft, &ColumnRole::Branch, rows)?,
+        draft.found.place(&ColumnRole::Branch),
+    ) {
+        for (place, text) in texts.iter().enumerate() {
+            imported[place].branch = branch(text).ok_or_else(|| TableImportError::BadValue {
+                file: draft.table.source.clone(),
+                line: draft.table.rows[rows[place]].line,
+                column: draft.name(column).to_owned(),
+                value: text.clone(),
+                expected: "loading or unloading",
+            })?;
+        }
+        return Ok(());
+    }
+    for run in grouped(imported, |row| (cell(row), row.repeat)) {
+        let loads: Vec<f64> = run.iter().map(|index| imported[*index].force_n).collect();
+        for (index, branch) in run.iter().zip(follow(&loads, 0.0, TURN_SHARE).branches) {
+            imported[*index].branch = branch;
+        }
+    }
+    let unloading = imported
+        .iter()
+        .filter(|row| row.branch == Branch::Unloading);
+    let unloading = unloading.count();
+    if unloading > 0 {
+        notes.push(ImportNote::BranchesFound { unloading });
+    }
+    Ok(())
+}
+
+/// Notes displacements that go against the forces in every cell.
+fn note_signs(draft: &ImportDraft, imported: &[ImportedRow], notes: &mut Vec<ImportNote>) {
+    if draft.mapping.flip.len() == 1 {
+        return;
+    }
+    let groups = grouped(imported, |row| (cell(row), row.repeat));
+    let against = groups.iter().filter(|group| {
+        let n = group.len() as f64;
+        let mean = |of: fn(&ImportedRow) -> f64| {
+            group.iter().map(|index| of(&imported[*index])).sum::<f64>() / n
+        };
+        let force = mean(|row| row.force_n);
+        let displacement = mean(|row| row.displacement_m);
+        let product = |index: &usize| {
+            let row = &imported[*index];
+            (row.force_n - force) * (row.displacement_m - displacement)
+        };
+        group.iter().map(product).sum::<f64>() < 0.0
+    });
+    if against.count() == groups.len() {
+        notes.push(ImportNote::AgainstForce);
+    }
+}
+
+/// The rows as `readings.csv`, through the reader of that form.
+fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, TableImportError> {
+    let failed = |error: csv::Error| ReadingsError::Write { error };
+    let has_time = rows.iter().all(|row| row.time_s.is_some());
+    let has_temperature = rows.iter().any(|row| row.temperature_deg_c.is_some());
+    let mut names = vec![
+        "pose",
+        "direction",
+        "branch",
+        "repeat",
+        "force_N",
+        "force_raw",
+        "displacement_um",
+        "displacement_raw",
+    ];
+    names.extend(has_time.then_some("t_s"));
+    names.extend(has_temperature.then_some("temp_degC"));
+    let mut output = csv::Writer::from_writer(Vec::new());
+    output.write_record(&names).map_err(failed)?;
+    for row in rows {
+        let [force_raw, displacement_raw] = row.raw.clone();
+        let mut fields = vec![
+            row.pose.clone(),
+            row.direction.to_string(),
+            row.branch.to_string(),
+            row.repeat.to_string(),
+            number(row.force_n, 0),
+            force_raw,
+            number(row.displacement_m, 6),
+            displacement_raw,
+        ];
+        fields
+            .extend(has_time.then(|| row.time_s.map_or_else(String::new, |time| number(time, 0))));
+        let warmth = row.temperature_deg_c;
+        fields.extend(has_temperature.then(|| warmth.map_or_else(String::new, |t| number(t, 0))));
+        output.write_record(&fields).map_err(failed)?;
+    }
+    let bytes = output
+        .into_inner()
+        .map_err(|error| failed(error.into_error().into()))?;
+    let options = ReadOptions::default();
+    Ok(read_readings(
+        &draft.table.source,
+        bytes.as_slice(),
+        &options,
+    )?)
+}
+
+fn number(value: f64, shift: i32) -> String {
+    let mut text = String::new();
+    write_decimal(value, shift, &mut text);
+    text
+}
+
+/// The mapping with what was guessed.
+fn complete(draft: &ImportDraft) -> ImportMapping {
+    let mut mapping = draft.mapping.clone();
+    for (role, (index, _)) in &draft.found.places {
+        let column = draft.name(*index).to_owned();
+        match role {
+            ColumnRole::Joint(name) => {
+                mapping.joints.entry(name.clone()).or_insert(column);
+            }
+            role => {
+                if let Some(entry) = mapping.columns.entry(&role.to_string()) {
+                    entry.get_or_insert(column);
+                }
+            }
+        }
+    }
+    mapping
+}

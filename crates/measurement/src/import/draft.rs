@@ -1,0 +1,237 @@
+//! A table with what its columns were taken for, before readings are made of it.
+
+use super::build::{ImportedReadings, build};
+use super::columns::{ColumnGuess, ColumnRole, MissingPart};
+use super::error::{MissingParts, TableImportError};
+use super::guess::{FoundColumns, duplicate, quoted, unit_of};
+use super::joints::joint_unit;
+use super::keywords::is_of;
+use super::mapping::ImportMapping;
+use super::pairs::PairedLog;
+use crate::table_files::{MachineTable, read_table_file};
+use stiffbench_units_and_text::quantity::Kind;
+
+/// Values of a column that are shown.
+const SHOWN: usize = 3;
+
+/// A table with what its columns were taken for.
+#[derive(Debug)]
+pub struct ImportDraft {
+    pub(super) table: MachineTable,
+    pub(super) mapping: ImportMapping,
+    pub(super) found: FoundColumns,
+    pub(super) log: Option<PairedLog>,
+}
+
+impl ImportDraft {
+    /// Reads a table and guesses its columns.
+    ///
+    /// # Arguments
+    /// - `source`: the name of the file, for messages.
+    /// - `bytes`: its bytes.
+    /// - `log`: name and bytes of a log of the displacement, where `bytes` are a log of the force alone.
+    /// - `mapping`: what is known of the columns.
+    ///
+    /// # Errors
+    /// [`TableImportError`] for a file that is no table, and for columns or units that cannot be.
+    pub fn read(
+        source: &str,
+        bytes: &[u8],
+        log: Option<(&str, &[u8])>,
+        mapping: &ImportMapping,
+    ) -> Result<Self, TableImportError> {
+        check_unit(mapping.units.force.as_ref(), Kind::Force, "force")?;
+        check_unit(
+            mapping.units.displacement.as_ref(),
+            Kind::Displacement,
+            "displacement",
+        )?;
+        check_unit(mapping.units.time.as_ref(), Kind::Time, "time")?;
+        check_unit(mapping.units.joint.as_ref(), Kind::Angle, "joint value")?;
+        let table = read_table_file(source, bytes, &mapping.of_file())?;
+        let mut of_force = mapping.clone();
+        if log.is_some() {
+            of_force.columns.displacement = None;
+        }
+        let found = FoundColumns::find(&table, &of_force)?;
+        let log = log
+            .map(|(name, bytes)| PairedLog::read(name, bytes, mapping))
+            .transpose()?;
+        let draft = Self {
+            table,
+            mapping: mapping.clone(),
+            found,
+            log,
+        };
+        draft.refuse_duplicates()?;
+        Ok(draft)
+    }
+
+    /// What is missing, in the order in which a person would be asked.
+    #[must_use]
+    pub fn missing(&self) -> Vec<MissingPart> {
+        let mut missing = Vec::new();
+        let names = |role: &ColumnRole| {
+            let places = self.found.candidates.get(role);
+            let names = places.into_iter().flatten();
+            names.map(|index| self.name(*index).to_owned()).collect()
+        };
+        match self.found.place(&ColumnRole::Force) {
+            None => missing.push(MissingPart::ForceColumn {
+                candidates: names(&ColumnRole::Force),
+            }),
+            Some(index) if self.unit(index, Kind::Force).is_none() => {
+                let column = self.name(index).to_owned();
+                missing.push(MissingPart::ForceUnit { column });
+            }
+            Some(_) => {}
+        }
+        match (&self.log, self.found.place(&ColumnRole::Displacement)) {
+            (Some(log), _) => missing.extend(log.missing()),
+            (None, None) => missing.push(MissingPart::DisplacementColumn {
+                candidates: names(&ColumnRole::Displacement),
+            }),
+            (None, Some(index)) if self.unit(index, Kind::Displacement).is_none() => {
+                let column = self.name(index).to_owned();
+                missing.push(MissingPart::DisplacementUnit { column });
+            }
+            (None, Some(_)) => {}
+        }
+        if let Some((_, index)) = self.found.joints().next()
+            && joint_unit(self, index).is_none()
+        {
+            let column = self.name(index).to_owned();
+            missing.push(MissingPart::JointUnit { column });
+        }
+        let has_direction =
+            self.mapping.direction.is_some() || self.found.place(&ColumnRole::Direction).is_some();
+        if !has_direction {
+            missing.push(MissingPart::Direction);
+        }
+        missing
+    }
+
+    /// The columns with what they were taken for.
+    #[must_use]
+    pub fn columns(&self) -> Vec<ColumnGuess> {
+        let columns = self.table.layout.columns.iter().enumerate();
+        columns
+            .map(|(index, column)| {
+                let mut places = self.found.places.iter();
+                let found = places.find(|(_, (place, _))| *place == index);
+                let rows = self.table.rows.iter().take(SHOWN);
+                ColumnGuess {
+                    name: column.name.clone(),
+                    role: found.map(|(role, _)| role.to_string()),
+                    unit: self.shown_unit(index, found.map(|(role, _)| role)),
+                    from: found.map(|(_, (_, from))| *from),
+                    first_values: rows
+                        .map(|row| self.table.text(row, index).to_owned())
+                        .collect(),
+                }
+            })
+            .collect()
+    }
+
+    /// The readings.
+    ///
+    /// # Errors
+    /// [`TableImportError::Missing`] if something is missing; otherwise for the first cell that is not as it must be.
+    pub fn finish(self, command: &str) -> Result<ImportedReadings, TableImportError> {
+        let missing = self.missing();
+        if !missing.is_empty() {
+            let mut options: Vec<&str> = missing.iter().map(MissingPart::option).collect();
+            options.dedup();
+            let names = self.table.layout.columns.iter();
+            return Err(TableImportError::Missing {
+                file: self.table.source.clone(),
+                line: self.table.layout.header_line.unwrap_or(1),
+                missing: MissingParts(missing.clone()),
+                found: quoted(names.map(|column| column.name.as_str())),
+                help: format!("{command} {}", options.join(" ")),
+            });
+        }
+        build(&self)
+    }
+
+    pub(super) fn name(&self, index: usize) -> &str {
+        self.table
+            .layout
+            .columns
+            .get(index)
+            .map_or("", |column| &column.name)
+    }
+
+    /// The unit of a column of forces, displacements or times.
+    pub(super) fn unit(&self, index: usize, kind: Kind) -> Option<String> {
+        let units = &self.mapping.units;
+        let stated = match kind {
+            Kind::Force => units.force.as_ref(),
+            Kind::Displacement => units.displacement.as_ref(),
+            Kind::Time => units.time.as_ref(),
+            Kind::Angle => units.joint.as_ref(),
+            _ => None,
+        };
+        unit_of(stated, &self.table.layout.columns[index], kind)
+    }
+
+    fn shown_unit(&self, index: usize, role: Option<&ColumnRole>) -> Option<String> {
+        let kind = match role {
+            Some(ColumnRole::Force) => Kind::Force,
+            Some(ColumnRole::Displacement) => Kind::Displacement,
+            Some(ColumnRole::Joint(_)) => return joint_unit(self, index).map(|unit| unit.name),
+            _ => return self.table.layout.columns[index].unit.clone(),
+        };
+        self.unit(index, kind)
+    }
+
+    /// Two columns of one name of which one was guessed: nothing shows which is meant.
+    fn refuse_duplicates(&self) -> Result<(), TableImportError> {
+        for (role, (index, _)) in &self.found.places {
+            let name = self.name(*index);
+            let columns = self.table.layout.columns.iter().enumerate();
+            let mut alike = columns.filter(|(other, c)| other != index && c.name == name);
+            let stated = self.mapping_names_number(role);
+            if let Some((other, _)) = alike.next().filter(|_| !stated && !name.is_empty()) {
+                let (first, second) = ((*index).min(other), (*index).max(other));
+                return Err(duplicate(&self.table, role, name, first, second));
+            }
+        }
+        for (role, places) in &self.found.candidates {
+            let same = places
+                .iter()
+                .all(|index| self.name(*index) == self.name(places[0]));
+            if let ([first, second, ..], true) = (places.as_slice(), same) {
+                let name = self.name(*first);
+                return Err(duplicate(&self.table, role, name, *first, *second));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a column is stated by its number.
+    fn mapping_names_number(&self, role: &ColumnRole) -> bool {
+        let mut columns = self.mapping.columns.clone();
+        let stated = match role {
+            ColumnRole::Joint(name) => self.mapping.joints.get(name).cloned(),
+            role => columns.entry(&role.to_string()).and_then(Option::take),
+        };
+        stated.is_some_and(|name| name.parse::<usize>().is_ok())
+    }
+}
+
+/// Refuses a unit of another quantity.
+pub(super) fn check_unit(
+    unit: Option<&String>,
+    kind: Kind,
+    quantity: &'static str,
+) -> Result<(), TableImportError> {
+    match unit.filter(|unit| !is_of(kind, unit)) {
+        None => Ok(()),
+        Some(unit) => Err(TableImportError::Unit {
+            unit: unit.clone(),
+            quantity,
+            accepted: kind.units(),
+        }),
+    }
+}

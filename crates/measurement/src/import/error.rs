@@ -1,0 +1,221 @@
+//! Why a table could not be imported.
+
+use std::fmt;
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+use super::columns::MissingPart;
+use crate::readings::ReadingsError;
+use crate::table_files::TableFileError;
+
+/// All that is missing, for one message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MissingParts(pub Vec<MissingPart>);
+
+impl fmt::Display for MissingParts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words: Vec<String> = self.0.iter().map(ToString::to_string).collect();
+        f.write_str(&words.join("; "))
+    }
+}
+
+/// Why a table could not be imported.
+#[derive(Debug, Error, Diagnostic)]
+pub enum TableImportError {
+    /// The file is no table that can be read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Table(#[from] TableFileError),
+    /// What was made of the table is refused as readings.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Readings(#[from] ReadingsError),
+    /// Something is missing that the file does not state.
+    #[error("{file}, line {line}: missing are {missing}; the columns are {found}")]
+    #[diagnostic(code(stiffbench::import::missing))]
+    Missing {
+        /// The file.
+        file: String,
+        /// Line of the column names.
+        line: u32,
+        /// All that is missing.
+        missing: MissingParts,
+        /// The columns, each in backquotes.
+        found: String,
+        /// The options that state it.
+        #[help]
+        help: String,
+    },
+    /// A column that is named and is not there.
+    #[error("{file}, line {line}: no column `{column}` for the {role}; the columns are {found}")]
+    #[diagnostic(code(stiffbench::import::unknown_column))]
+    UnknownColumn {
+        /// The file.
+        file: String,
+        /// Line of the column names.
+        line: u32,
+        /// The column.
+        column: String,
+        /// What it should be.
+        role: String,
+        /// The columns, each in backquotes.
+        found: String,
+        /// What could be meant.
+        #[help]
+        advice: String,
+    },
+    /// Two columns with one name, of which one is needed.
+    #[error("{file}, line {line}: columns {first} and {second} are both called `{column}`")]
+    #[diagnostic(
+        code(stiffbench::import::duplicate_column),
+        help("name the one that is meant by its number: --map {role}={first}")
+    )]
+    DuplicateColumn {
+        /// The file.
+        file: String,
+        /// Line of the column names.
+        line: u32,
+        /// The name.
+        column: String,
+        /// What it should be.
+        role: String,
+        /// Number of the first, from 1.
+        first: usize,
+        /// Number of the second.
+        second: usize,
+    },
+    /// One column for two things.
+    #[error("{file}: column `{column}` is named for the {first} and for the {second}")]
+    #[diagnostic(
+        code(stiffbench::import::same_column),
+        help("name another column with --map {second}=COLUMN")
+    )]
+    SameColumn {
+        /// The file.
+        file: String,
+        /// The column.
+        column: String,
+        /// What it should be.
+        first: String,
+        /// What it should be too.
+        second: String,
+    },
+    /// A name that no column can have as its meaning.
+    #[error("--map {role}: no column can be that")]
+    #[diagnostic(
+        code(stiffbench::import::unknown_role),
+        help(
+            "known are force, displacement, pose, direction, repeat, branch, time, temperature, and joint.NAME for joint values"
+        )
+    )]
+    UnknownRole {
+        /// The name.
+        role: String,
+    },
+    /// A unit of another quantity, or no unit.
+    #[error("`{unit}` is no unit of a {quantity}")]
+    #[diagnostic(code(stiffbench::import::unit), help("known are {accepted}"))]
+    Unit {
+        /// The unit.
+        unit: String,
+        /// The quantity.
+        quantity: &'static str,
+        /// Units of that quantity.
+        accepted: &'static str,
+    },
+    /// A row that lacks one of its values.
+    #[error("{file}, line {line}, column `{column}`: no value{found}")]
+    #[diagnostic(
+        code(stiffbench::import::no_value),
+        help(
+            "complete the row, or delete it: rows without any value are left out, half a row is not"
+        )
+    )]
+    NoValue {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// What stands there, in words; empty of an empty cell.
+        found: String,
+    },
+    /// A cell that holds something else.
+    #[error("{file}, line {line}, column `{column}`: `{value}`, expected {expected}")]
+    #[diagnostic(
+        code(stiffbench::import::bad_value),
+        help("correct the cell, or name another column with --map")
+    )]
+    BadValue {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// What stands there.
+        value: String,
+        /// What should.
+        expected: &'static str,
+    },
+    /// A column without any value other than zero.
+    #[error("{file}, lines {first} to {last}, column `{column}`: all values are 0")]
+    #[diagnostic(
+        code(stiffbench::import::all_zero),
+        help("the gauge was not recorded: name another column with --map {role}=COLUMN")
+    )]
+    AllZero {
+        /// The file.
+        file: String,
+        /// Its first row.
+        first: u32,
+        /// Its last row.
+        last: u32,
+        /// The column.
+        column: String,
+        /// What it was taken for.
+        role: String,
+    },
+    /// Nothing to import.
+    #[error("{file}, line {line}: no row has a force and a displacement")]
+    #[diagnostic(
+        code(stiffbench::import::no_rows),
+        help("rows of numbers must follow the names of the columns")
+    )]
+    NoRows {
+        /// The file.
+        file: String,
+        /// Line of the column names.
+        line: u32,
+    },
+    /// A mapping file that is none.
+    #[error("{file}, line {line}: no mapping: {problem}")]
+    #[diagnostic(
+        code(stiffbench::import::mapping),
+        help("mapping.toml in the folder of an import is one; docs/import.md describes it")
+    )]
+    Mapping {
+        /// The file.
+        file: String,
+        /// The line.
+        line: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Two logs without common times.
+    #[error("{first} and {second} cannot be paired: {problem}")]
+    #[diagnostic(
+        code(stiffbench::import::pairs),
+        help("both logs need a column of times of the same clock; name it with --map time=COLUMN")
+    )]
+    Pairs {
+        /// The log of the force.
+        first: String,
+        /// The log of the displacement.
+        second: String,
+        /// What is wrong.
+        problem: &'static str,
+    },
+}

@@ -1,0 +1,160 @@
+//! Joint values in columns: rows with the same values are one pose.
+
+use super::draft::ImportDraft;
+use super::error::TableImportError;
+use super::guess::unit_of;
+use super::keywords::is_of;
+use crate::readings::{Conversion, JointColumn, JointUnit, PoseJoints};
+use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::test_point::PoseId;
+
+/// Values of a joint within this of each other are the same: encoders of robots show less, rad or m.
+const SAME: f64 = 2e-4;
+
+/// Joint values beyond this are no radians: a little more than a whole turn.
+const LARGEST_RAD: f64 = 7.0;
+
+/// The unit of joint values.
+pub(super) struct JointValueUnit {
+    pub(super) name: String,
+    pub(super) unit: JointUnit,
+    pub(super) conversion: Conversion,
+    /// Whether only the size of the values shows it.
+    pub(super) is_guessed: bool,
+}
+
+/// The unit of a column of joint values; `None` where nothing shows it.
+pub(super) fn joint_unit(draft: &ImportDraft, index: usize) -> Option<JointValueUnit> {
+    let column = &draft.table.layout.columns[index];
+    let stated = draft.mapping.units.joint.as_ref();
+    let of = |name: String, is_guessed| {
+        let (unit, conversion) = JointUnit::of(&name)?;
+        Some(JointValueUnit {
+            name,
+            unit,
+            conversion,
+            is_guessed,
+        })
+    };
+    let length = column
+        .unit
+        .clone()
+        .filter(|unit| is_of(Kind::Displacement, unit));
+    let named = length.or_else(|| unit_of(stated, column, Kind::Angle));
+    if let Some(name) = named {
+        return of(name, false);
+    }
+    // The end of `joint_q1_deg` is its unit.
+    if let Some((_, end)) = column
+        .stem
+        .rsplit_once('_')
+        .filter(|(_, end)| is_of(Kind::Angle, end))
+    {
+        return of(end.to_owned(), false);
+    }
+    let large = draft.found.joints().any(|(_, index)| {
+        let values = draft.table.numbers(index).unwrap_or_default();
+        values
+            .iter()
+            .flatten()
+            .any(|value| value.abs() > LARGEST_RAD)
+    });
+    large.then(|| of("deg".to_owned(), true)).flatten()
+}
+
+/// Poses by joint values, in the order in which they appear.
+#[derive(Debug, Default)]
+pub(super) struct JointPoses {
+    pub(super) poses: Vec<PoseJoints>,
+    pub(super) are_guessed_degrees: bool,
+}
+
+impl JointPoses {
+    /// The pose of each row; `None` without columns of joint values. Without names they become Q1, Q2, …: robot files call theirs P1, P2, ….
+    ///
+    /// # Errors
+    /// For a cell that is no number, a row without one, and a pose with two sets of values.
+    pub(super) fn of_rows(
+        draft: &ImportDraft,
+        rows: &[usize],
+        names: Option<&[String]>,
+    ) -> Result<Option<(Self, Vec<PoseId>)>, TableImportError> {
+        let mut columns = Vec::new();
+        let mut poses = Self::default();
+        for (variable, index) in draft.found.joints() {
+            let Some(unit) = joint_unit(draft, index) else {
+                continue;
+            };
+            poses.are_guessed_degrees |= unit.is_guessed;
+            let column = JointColumn {
+                variable: variable.to_owned(),
+                unit: unit.unit,
+            };
+            columns.push((column, index, unit.conversion));
+        }
+        if columns.is_empty() {
+            return Ok(None);
+        }
+        let mut of_rows = Vec::new();
+        for (place, row) in rows.iter().enumerate() {
+            let mut values = Vec::new();
+            for (column, index, conversion) in &columns {
+                let file_row = &draft.table.rows[*row];
+                let value = draft.table.number(file_row, *index, *conversion)?;
+                let Some(value) = value else {
+                    return Err(super::values::no_value(draft, *row, *index));
+                };
+                values.push((column.clone(), value));
+            }
+            let name = names.map(|names| names[place].as_str());
+            of_rows.push(poses.pose(draft, *row, columns[0].1, values, name)?);
+        }
+        Ok(Some((poses, of_rows)))
+    }
+
+    fn pose(
+        &mut self,
+        draft: &ImportDraft,
+        row: usize,
+        column: usize,
+        values: Vec<(JointColumn, f64)>,
+        name: Option<&str>,
+    ) -> Result<PoseId, TableImportError> {
+        let same = |known: &PoseJoints| {
+            let pairs = known.values.iter().zip(&values);
+            pairs
+                .into_iter()
+                .all(|((_, a), (_, b))| (a - b).abs() < SAME)
+        };
+        if let Some(name) = name {
+            let pose = PoseId::new(name);
+            match self.poses.iter().find(|known| known.pose == pose) {
+                Some(known) if !same(known) => {
+                    let file_row = &draft.table.rows[row];
+                    return Err(TableImportError::BadValue {
+                        file: draft.table.source.clone(),
+                        line: file_row.line,
+                        column: draft.name(column).to_owned(),
+                        value: draft.table.text(file_row, column).to_owned(),
+                        expected: "the joint values of the other rows of this pose",
+                    });
+                }
+                Some(_) => {}
+                None => self.poses.push(PoseJoints {
+                    pose: pose.clone(),
+                    values,
+                }),
+            }
+            return Ok(pose);
+        }
+        if let Some(known) = self.poses.iter().find(|known| same(known)) {
+            return Ok(known.pose.clone());
+        }
+        let pose = PoseId::new(&format!("Q{}", self.poses.len() + 1));
+        self.poses.push(PoseJoints {
+            pose: pose.clone(),
+            values,
+        });
+        Ok(pose)
+    }
+}

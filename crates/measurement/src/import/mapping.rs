@@ -1,0 +1,188 @@
+//! What the columns of a file mean, as a small TOML file.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+use super::error::TableImportError;
+use crate::readings::DecimalSign;
+use crate::table_files::{TableFileOptions, ThreeDigits};
+
+/// The schema of mapping files.
+pub const MAPPING_SCHEMA: &str = "stiffbench/mapping/1";
+
+/// What the columns of a file mean; what is absent is guessed.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ImportMapping {
+    /// [`MAPPING_SCHEMA`].
+    pub schema: String,
+    /// Pose of all rows, where no column names it.
+    pub pose: Option<String>,
+    /// Direction of all rows, where no column names it.
+    pub direction: Option<String>,
+    /// Quantities whose sign is turned.
+    pub flip: Vec<FlippedSign>,
+    /// The decimal sign.
+    pub decimal: Option<MarkWord>,
+    /// The mark between thousands.
+    pub thousands: Option<MarkWord>,
+    /// The sheet of a spreadsheet.
+    pub sheet: Option<String>,
+    /// The columns.
+    pub columns: MappedColumns,
+    /// Units, where the file states none or a wrong one.
+    pub units: MappedUnits,
+    /// Columns of joint values, by the variable of the robot.
+    pub joints: IndexMap<String, String>,
+}
+
+/// A quantity whose sign is turned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FlippedSign {
+    /// The force.
+    Force,
+    /// The displacement.
+    Displacement,
+}
+
+/// A mark in a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MarkWord {
+    /// `.`
+    Point,
+    /// `,`
+    Comma,
+    /// No mark; of thousands only.
+    None,
+}
+
+/// Names of columns, as they stand in the file or without their units, or their numbers from 1.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MappedColumns {
+    /// The force.
+    pub force: Option<String>,
+    /// The displacement.
+    pub displacement: Option<String>,
+    /// The pose.
+    pub pose: Option<String>,
+    /// The direction.
+    pub direction: Option<String>,
+    /// What tells runs apart.
+    pub repeat: Option<String>,
+    /// Loading or unloading.
+    pub branch: Option<String>,
+    /// The time.
+    pub time: Option<String>,
+    /// The temperature.
+    pub temperature: Option<String>,
+}
+
+impl MappedColumns {
+    /// The entry of a role; `None` for a name that is no role.
+    pub(super) fn entry(&mut self, role: &str) -> Option<&mut Option<String>> {
+        Some(match role {
+            "force" => &mut self.force,
+            "displacement" => &mut self.displacement,
+            "pose" => &mut self.pose,
+            "direction" => &mut self.direction,
+            "repeat" | "run" => &mut self.repeat,
+            "branch" => &mut self.branch,
+            "time" => &mut self.time,
+            "temperature" => &mut self.temperature,
+            _ => return None,
+        })
+    }
+}
+
+/// Units of columns.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MappedUnits {
+    /// Of the force.
+    pub force: Option<String>,
+    /// Of the displacement.
+    pub displacement: Option<String>,
+    /// Of the time.
+    pub time: Option<String>,
+    /// Of joint values.
+    pub joint: Option<String>,
+}
+
+impl ImportMapping {
+    /// Reads a mapping file.
+    ///
+    /// # Errors
+    /// [`TableImportError::Mapping`] for a text that is no such file, with its line.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, TableImportError> {
+        let refused = |line: usize, problem: String| TableImportError::Mapping {
+            file: file.to_owned(),
+            line,
+            problem,
+        };
+        let mapping: Self = toml::from_str(text).map_err(|error| {
+            let before = error.span().and_then(|span| text.get(..span.start));
+            let line = before.map_or(0, |before| before.matches('\n').count()) + 1;
+            refused(line, error.message().to_owned())
+        })?;
+        if mapping.schema != MAPPING_SCHEMA {
+            let problem = format!("schema `{}`, expected `{MAPPING_SCHEMA}`", mapping.schema);
+            return Err(refused(1, problem));
+        }
+        Ok(mapping)
+    }
+
+    /// The mapping as a file.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let stated = Self {
+            schema: MAPPING_SCHEMA.to_owned(),
+            ..self.clone()
+        };
+        toml::to_string(&stated).unwrap_or_default()
+    }
+
+    /// States a column, as `force=Kraft` or `joint.q1=Achse 1`.
+    ///
+    /// # Errors
+    /// [`TableImportError::UnknownRole`] for a name that is no role.
+    pub fn set(&mut self, role: &str, column: &str) -> Result<(), TableImportError> {
+        let column = column.trim().to_owned();
+        if let Some(variable) = role.strip_prefix("joint.") {
+            self.joints.insert(variable.to_owned(), column);
+            return Ok(());
+        }
+        let entry = self.columns.entry(role);
+        *entry.ok_or_else(|| TableImportError::UnknownRole {
+            role: role.to_owned(),
+        })? = Some(column);
+        Ok(())
+    }
+
+    /// How the table is read.
+    pub(super) fn of_file(&self) -> TableFileOptions {
+        let decimal = match (self.decimal, self.thousands) {
+            (Some(MarkWord::Comma), _) | (None, Some(MarkWord::Point)) => Some(DecimalSign::Comma),
+            (Some(MarkWord::Point), _) | (None, Some(MarkWord::Comma)) => Some(DecimalSign::Point),
+            _ => None,
+        };
+        let mark_is_decimal = self.thousands == Some(MarkWord::None);
+        TableFileOptions {
+            decimal,
+            sheet: self.sheet.clone(),
+            three_digits: if mark_is_decimal {
+                ThreeDigits::Decimal
+            } else {
+                ThreeDigits::Refuse
+            },
+            units_in_cells: true,
+            ..TableFileOptions::default()
+        }
+    }
+
+    pub(super) fn flips(&self, sign: FlippedSign) -> bool {
+        self.flip.contains(&sign)
+    }
+}

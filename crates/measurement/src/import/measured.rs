@@ -1,0 +1,137 @@
+//! Forces and displacements in SI.
+
+use super::columns::ColumnRole;
+use super::draft::ImportDraft;
+use super::error::TableImportError;
+use super::mapping::FlippedSign;
+use super::note::ImportNote;
+use super::values::no_value;
+use crate::readings::Conversion;
+use stiffbench_units_and_text::quantity::Kind;
+
+/// Forces and displacements in SI of the rows that have both, and which rows these are.
+pub(super) fn measured(
+    draft: &ImportDraft,
+    notes: &mut Vec<ImportNote>,
+) -> Result<(Vec<usize>, Vec<[f64; 2]>), TableImportError> {
+    let (force, forces) = column(draft, &ColumnRole::Force, Kind::Force, FlippedSign::Force)?;
+    let displacements = if let Some(log) = &draft.log {
+        let time = draft.found.place(&ColumnRole::Time);
+        let sign = sign(draft, FlippedSign::Displacement);
+        let paired = log.displacements_m(&draft.table, time, notes)?;
+        paired
+            .into_iter()
+            .map(|value| Some(sign * value?))
+            .collect()
+    } else {
+        let (column, values) = column(
+            draft,
+            &ColumnRole::Displacement,
+            Kind::Displacement,
+            FlippedSign::Displacement,
+        )?;
+        refuse_half_rows(draft, [force, column], [&forces, &values])?;
+        values
+    };
+    let mut rows = Vec::new();
+    let mut values = Vec::new();
+    let (mut left_out, mut first) = (0, 0);
+    for (row, pair) in forces.iter().zip(&displacements).enumerate() {
+        if let (Some(force), Some(displacement)) = pair {
+            rows.push(row);
+            values.push([*force, *displacement]);
+        } else {
+            left_out += 1;
+            if first == 0 {
+                first = draft.table.rows[row].line;
+            }
+        }
+    }
+    if left_out > 0 {
+        let (rows, line) = (left_out, first);
+        notes.push(match draft.log {
+            Some(_) => ImportNote::NotPaired { rows, line },
+            None => ImportNote::BlankRows { rows, line },
+        });
+    }
+    if rows.is_empty() {
+        return Err(TableImportError::NoRows {
+            file: draft.table.source.clone(),
+            line: draft.table.layout.header_line.unwrap_or(1),
+        });
+    }
+    refuse_all_zero(draft, &values)?;
+    for (flip, what) in [
+        (FlippedSign::Force, "force"),
+        (FlippedSign::Displacement, "displacement"),
+    ] {
+        if draft.mapping.flips(flip) {
+            notes.push(ImportNote::Flipped { what });
+        }
+    }
+    Ok((rows, values))
+}
+
+/// A column in SI.
+fn column(
+    draft: &ImportDraft,
+    role: &ColumnRole,
+    kind: Kind,
+    flip: FlippedSign,
+) -> Result<(usize, Vec<Option<f64>>), TableImportError> {
+    let column = draft.found.place(role).unwrap_or(0);
+    let unit = draft.unit(column, kind);
+    let conversion = unit.and_then(|unit| Conversion::from_unit(kind, &unit));
+    let conversion = conversion.unwrap_or(Conversion::NONE);
+    let sign = sign(draft, flip);
+    let mut values = Vec::with_capacity(draft.table.rows.len());
+    for row in &draft.table.rows {
+        let value = draft.table.number(row, column, conversion)?;
+        values.push(value.map(|value| sign * value));
+    }
+    Ok((column, values))
+}
+
+fn sign(draft: &ImportDraft, flip: FlippedSign) -> f64 {
+    if draft.mapping.flips(flip) { -1.0 } else { 1.0 }
+}
+
+/// A row with one of its two values, or with a word for none, is damaged.
+fn refuse_half_rows(
+    draft: &ImportDraft,
+    columns: [usize; 2],
+    values: [&[Option<f64>]; 2],
+) -> Result<(), TableImportError> {
+    for (row, file_row) in draft.table.rows.iter().enumerate() {
+        for side in 0..2 {
+            let word = !draft.table.text(file_row, columns[side]).is_empty();
+            let half = values[1 - side][row].is_some();
+            if values[side][row].is_none() && (half || word) {
+                return Err(no_value(draft, row, columns[side]));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn refuse_all_zero(draft: &ImportDraft, values: &[[f64; 2]]) -> Result<(), TableImportError> {
+    for (side, role) in [ColumnRole::Force, ColumnRole::Displacement]
+        .iter()
+        .enumerate()
+    {
+        if values.iter().any(|pair| pair[side] != 0.0) {
+            continue;
+        }
+        let column = draft.found.place(role);
+        return Err(TableImportError::AllZero {
+            file: draft.table.source.clone(),
+            first: draft.table.layout.first_line,
+            last: draft.table.layout.last_line,
+            column: column
+                .map_or("displacement", |index| draft.name(index))
+                .to_owned(),
+            role: role.to_string(),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,28 @@
+//! Tables of other programs to readings: which column is what, in which unit, and where runs begin.
+//!
+//! [`ImportDraft::read`] reads a table, guesses its columns from their names in six languages and from their units, and lists what is
+//! missing. [`ImportDraft::finish`] makes readings of it. Whatever is guessed can be stated instead ([`ImportMapping`]), and what was
+//! guessed is given back as such a mapping, for the next file of the same form.
+
+mod build;
+mod columns;
+mod draft;
+mod error;
+mod guess;
+mod joints;
+mod keywords;
+mod mapping;
+mod measured;
+mod note;
+mod pairs;
+mod runs;
+mod values;
+
+pub use build::ImportedReadings;
+pub use columns::{ColumnGuess, GuessedFrom, MissingPart};
+pub use draft::ImportDraft;
+pub use error::{MissingParts, TableImportError};
+pub use mapping::{
+    FlippedSign, ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord,
+};
+pub use note::ImportNote;

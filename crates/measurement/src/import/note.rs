@@ -1,0 +1,116 @@
+//! What an import decided.
+
+use std::fmt;
+
+use crate::readings::Assumption;
+use crate::table_files::FileLayout;
+
+/// Something that the file leaves open and the import decided.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ImportNote {
+    /// What in the file was taken for what.
+    Layout(Box<FileLayout>),
+    /// No column names poses.
+    OnePose {
+        /// The pose taken.
+        pose: String,
+    },
+    /// Runs were found in the path of the load.
+    RunsFound {
+        /// How many.
+        runs: usize,
+        /// Share of the largest load below which a run may begin.
+        share: f64,
+    },
+    /// What tells runs apart is no number; they were numbered.
+    RunsNumbered {
+        /// The column.
+        column: String,
+    },
+    /// Unloading was found in the path of the load.
+    BranchesFound {
+        /// Readings while the load is taken off.
+        unloading: usize,
+    },
+    /// Rows with the same joint values became a pose.
+    PosesFromJoints {
+        /// How many.
+        poses: usize,
+    },
+    /// Joint values without a unit were taken as degrees.
+    JointsInDegrees,
+    /// Rows without force and displacement.
+    BlankRows {
+        /// How many.
+        rows: usize,
+        /// The first line.
+        line: u32,
+    },
+    /// Readings of the force outside the times of the displacement.
+    NotPaired {
+        /// How many.
+        rows: usize,
+        /// The first line.
+        line: u32,
+    },
+    /// Displacements were interpolated at the times of the forces.
+    Paired {
+        /// How many.
+        rows: usize,
+    },
+    /// The sign of a quantity was turned.
+    Flipped {
+        /// `force` or `displacement`.
+        what: &'static str,
+    },
+    /// The readings of a direction with a minus sign were turned.
+    NegativeDirection,
+    /// Displacements go against the forces throughout.
+    AgainstForce,
+    /// What the reader of readings assumed.
+    Assumed(Assumption),
+}
+
+impl fmt::Display for ImportNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Layout(layout) => layout.fmt(f),
+            Self::OnePose { pose } => {
+                write!(f, "no column names poses: all readings are of {pose} (--pose NAME)")
+            }
+            Self::RunsFound { runs, share } => write!(
+                f,
+                "no column numbers runs: {runs} runs found; a run begins where the load is lowest between two loadings, below {:.0} % of the largest",
+                100.0 * share
+            ),
+            Self::RunsNumbered { column } => {
+                write!(f, "the texts in column `{column}` became repeats 1, 2, … in the order in which they appear")
+            }
+            Self::BranchesFound { unloading } => {
+                write!(f, "{unloading} readings after the largest load of a run are unloading")
+            }
+            Self::PosesFromJoints { poses } => {
+                write!(f, "rows with the same joint values became a pose each: {poses} poses")
+            }
+            Self::JointsInDegrees => f.write_str("joint values have no unit and exceed 2 pi: taken as degrees (--joint-unit)"),
+            Self::BlankRows { rows, line } => {
+                write!(f, "{rows} rows without force and displacement are left out, first in line {line}")
+            }
+            Self::NotPaired { rows, line } => write!(
+                f,
+                "{rows} forces lie outside the times of the displacements and are left out, first in line {line}"
+            ),
+            Self::Paired { rows } => {
+                write!(f, "{rows} displacements were interpolated at the times of the forces")
+            }
+            Self::Flipped { what } => write!(f, "the sign of every {what} was turned"),
+            Self::NegativeDirection => f.write_str(
+                "a direction with a minus sign: force and displacement of its rows were turned to count along the positive axis",
+            ),
+            Self::AgainstForce => f.write_str(
+                "the displacement goes against the force throughout; if one gauge counts the other way, import again with --flip displacement",
+            ),
+            Self::Assumed(assumption) => assumption.fmt(f),
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! A log of the force and a log of the displacement, paired by their times.
+
+use super::columns::{ColumnRole, MissingPart};
+use super::error::TableImportError;
+use super::guess::{FoundColumns, unit_of};
+use super::mapping::ImportMapping;
+use super::note::ImportNote;
+use crate::readings::Conversion;
+use crate::table_files::{MachineTable, read_table_file};
+use stiffbench_units_and_text::quantity::Kind;
+
+/// The log of the displacement.
+#[derive(Debug)]
+pub(super) struct PairedLog {
+    table: MachineTable,
+    found: FoundColumns,
+    unit: Option<String>,
+}
+
+impl PairedLog {
+    pub(super) fn read(
+        name: &str,
+        bytes: &[u8],
+        mapping: &ImportMapping,
+    ) -> Result<Self, TableImportError> {
+        let table = read_table_file(name, bytes, &mapping.of_file())?;
+        let mut own = ImportMapping::default();
+        own.columns
+            .displacement
+            .clone_from(&mapping.columns.displacement);
+        let found = FoundColumns::find(&table, &own)?;
+        let column = found.place(&ColumnRole::Displacement);
+        let stated = mapping.units.displacement.as_ref();
+        let unit = column
+            .and_then(|index| unit_of(stated, &table.layout.columns[index], Kind::Displacement));
+        Ok(Self { table, found, unit })
+    }
+
+    /// What the log does not state.
+    pub(super) fn missing(&self) -> Option<MissingPart> {
+        let Some(index) = self.found.place(&ColumnRole::Displacement) else {
+            return Some(MissingPart::DisplacementColumn {
+                candidates: Vec::new(),
+            });
+        };
+        self.unit.is_none().then(|| MissingPart::DisplacementUnit {
+            column: self.table.layout.columns[index].name.clone(),
+        })
+    }
+
+    /// The displacement at the time of each row of the log of the force, m; `None` outside the times of this log.
+    ///
+    /// # Errors
+    /// For logs without times, and cells that are no numbers.
+    pub(super) fn displacements_m(
+        &self,
+        force: &MachineTable,
+        force_time: Option<usize>,
+        notes: &mut Vec<ImportNote>,
+    ) -> Result<Vec<Option<f64>>, TableImportError> {
+        let problem = |problem| TableImportError::Pairs {
+            first: force.source.clone(),
+            second: self.table.source.clone(),
+            problem,
+        };
+        let (Some(of_force), Some(time)) = (force_time, self.found.place(&ColumnRole::Time)) else {
+            return Err(problem("one of them has no column of times"));
+        };
+        let [wanted, known] = times(force, of_force, &self.table, time)?
+            .ok_or_else(|| problem("one has times of day and the other seconds"))?;
+        let conversion = self.unit.as_ref();
+        let conversion =
+            conversion.and_then(|unit| Conversion::from_unit(Kind::Displacement, unit));
+        let column = self.found.place(&ColumnRole::Displacement).unwrap_or(0);
+        let mut points = Vec::new();
+        for (row, time) in self.table.rows.iter().zip(known) {
+            let value = self
+                .table
+                .number(row, column, conversion.unwrap_or(Conversion::NONE))?;
+            points.extend(time.zip(value));
+        }
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let paired: Vec<_> = wanted.iter().map(|time| at(&points, (*time)?)).collect();
+        let rows = paired.iter().flatten().count();
+        if rows == 0 {
+            return Err(problem("their times do not overlap"));
+        }
+        notes.push(ImportNote::Paired { rows });
+        Ok(paired)
+    }
+}
+
+/// Times of two tables, on one clock, s; `None` if they cannot be.
+fn times(
+    a: &MachineTable,
+    of_a: usize,
+    b: &MachineTable,
+    of_b: usize,
+) -> Result<Option<[Vec<Option<f64>>; 2]>, TableImportError> {
+    match (a.is_time_stamp(of_a), b.is_time_stamp(of_b)) {
+        (true, true) => Ok(Some(a.seconds_with(of_a, b, of_b)?)),
+        (false, false) => Ok(Some([a.numbers(of_a)?, b.numbers(of_b)?])),
+        _ => Ok(None),
+    }
+}
+
+/// The value at a time, on the line between its neighbours; `None` outside.
+fn at(points: &[(f64, f64)], time: f64) -> Option<f64> {
+    let next = points.partition_point(|(known, _)| *known < time);
+    let (t1, y1) = *points.get(next)?;
+    if t1 == time {
+        return Some(y1);
+    }
+    let (t0, y0) = *points.get(next.checked_sub(1)?)?;
+    Some(y0 + (y1 - y0) * (time - t0) / (t1 - t0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::at;
+
+    #[test]
+    fn values_lie_on_the_line_between_neighbours() {
+        let points = [(0.0, 1.0), (1.0, 3.0), (1.0, 5.0)];
+        assert_eq!(at(&points, 0.5), Some(2.0));
+        assert_eq!(at(&points, 0.0), Some(1.0));
+        assert_eq!(at(&points, 1.0), Some(3.0));
+        assert_eq!((at(&points, 1.1), at(&points, -0.1)), (None, None));
+        assert_eq!(at(&[], 0.0), None);
+    }
+}

@@ -1,0 +1,111 @@
+//! Cells to what they mean, each with its place where it means nothing.
+
+use super::columns::ColumnRole;
+use super::draft::ImportDraft;
+use super::error::TableImportError;
+use super::keywords::plain;
+use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+/// An error about a cell without a value.
+pub(super) fn no_value(draft: &ImportDraft, row: usize, column: usize) -> TableImportError {
+    let file_row = &draft.table.rows[row];
+    let text = draft.table.text(file_row, column);
+    TableImportError::NoValue {
+        file: draft.table.source.clone(),
+        line: file_row.line,
+        column: draft.name(column).to_owned(),
+        found: if text.is_empty() {
+            String::new()
+        } else {
+            format!(": `{text}`")
+        },
+    }
+}
+
+/// The texts of a column that every row must have; `None` without such a column.
+pub(super) fn texts(
+    draft: &ImportDraft,
+    role: &ColumnRole,
+    rows: &[usize],
+) -> Result<Option<Vec<String>>, TableImportError> {
+    let Some(column) = draft.found.place(role) else {
+        return Ok(None);
+    };
+    let text = |row: &usize| {
+        let found = draft.table.present(&draft.table.rows[*row], column);
+        found
+            .map(str::to_owned)
+            .ok_or_else(|| no_value(draft, *row, column))
+    };
+    rows.iter().map(text).collect::<Result<_, _>>().map(Some)
+}
+
+/// A direction and whether it has a minus sign: `y`, `-Y`, `z-Richtung`, `vertical`.
+pub(super) fn direction(text: &str) -> Option<(Direction, bool)> {
+    let text = plain(text);
+    let is_negative = text.starts_with(['-', '−']);
+    let word = text.trim_start_matches(['-', '−', '+']);
+    let first = word.split(|c: char| !c.is_alphanumeric()).next()?;
+    let axis = match first {
+        "x" | "lateral" | "seitlich" => Direction::X,
+        "y" | "vertical" | "vertikal" | "verticale" => Direction::Y,
+        "z" | "radial" | "radiale" => Direction::Z,
+        _ => return None,
+    };
+    Some((axis, is_negative))
+}
+
+/// Loading or unloading, in the words of five languages.
+pub(super) fn branch(text: &str) -> Option<Branch> {
+    const LOADING: [&str; 11] = [
+        "loading",
+        "load",
+        "up",
+        "belastung",
+        "belasten",
+        "auf",
+        "hin",
+        "charge",
+        "carico",
+        "carga",
+        "l",
+    ];
+    const UNLOADING: [&str; 12] = [
+        "unloading",
+        "unload",
+        "down",
+        "entlastung",
+        "entlasten",
+        "ab",
+        "ruck",
+        "decharge",
+        "scarico",
+        "descarga",
+        "zuruck",
+        "u",
+    ];
+    let word = plain(text);
+    if LOADING.contains(&word.as_str()) {
+        Some(Branch::Loading)
+    } else if UNLOADING.contains(&word.as_str()) {
+        Some(Branch::Unloading)
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_and_branches() {
+        assert_eq!(direction("-Y"), Some((Direction::Y, true)));
+        assert_eq!(direction("z-Richtung"), Some((Direction::Z, false)));
+        assert_eq!(direction("up"), None);
+        assert_eq!(branch("Entlastung"), Some(Branch::Unloading));
+        assert_eq!(branch("Rück"), Some(Branch::Unloading));
+        assert_eq!(branch("carga"), Some(Branch::Loading));
+        assert_eq!(branch("?"), None);
+    }
+}

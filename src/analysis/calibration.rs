@@ -1,0 +1,177 @@
+//! Calibrations of gauges that are given beside a session.
+
+use crate::calibration::CalibrationCurve;
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader};
+
+use super::error::ArgumentError;
+
+/// Coverage factor of uncertainties that the command line states (GUM 6.3.3).
+const K: f64 = 2.0;
+
+/// What is given of one gauge; what is absent stays as the session states it.
+#[derive(Debug, Clone, Default)]
+pub struct GaugeCalibration {
+    /// Expanded uncertainty for k = 2, N or m, with the option that states it.
+    pub expanded_uncertainty: Option<(f64, String)>,
+    /// Curve that corrects the readings, with the option that states it.
+    pub curve: Option<(CalibrationCurve, String)>,
+}
+
+/// What is given of the gauges.
+#[derive(Debug, Clone, Default)]
+pub struct GivenCalibration {
+    /// The force gauge.
+    pub force: GaugeCalibration,
+    /// The displacement gauge.
+    pub displacement: GaugeCalibration,
+    /// Instrument records that take the place of those of the session, with the file.
+    pub records: Option<(Instruments, String)>,
+}
+
+/// A gauge, for words.
+struct GaugeWords {
+    name: &'static str,
+    unit: &'static str,
+    si_per_unit: f64,
+}
+
+const FORCE: GaugeWords = GaugeWords {
+    name: "force gauge",
+    unit: "N",
+    si_per_unit: 1.0,
+};
+
+const DISPLACEMENT: GaugeWords = GaugeWords {
+    name: "displacement gauge",
+    unit: "um",
+    si_per_unit: METRES_PER_MICROMETRE,
+};
+
+impl GivenCalibration {
+    /// Whether nothing is given.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        let gauges = [&self.force, &self.displacement];
+        let none = |gauge: &&GaugeCalibration| {
+            gauge.expanded_uncertainty.is_none() && gauge.curve.is_none()
+        };
+        self.records.is_none() && gauges.iter().all(none)
+    }
+
+    /// Refuses calibrations beside data that have no gauge along the load.
+    ///
+    /// # Errors
+    /// If any is given.
+    pub fn refuse(&self, data: &str) -> Result<(), ArgumentError> {
+        if self.is_empty() {
+            return Ok(());
+        }
+        Err(ArgumentError::new(
+            "--force-u, --displacement-u, --force-calibration, --displacement-calibration, --instrument-records",
+            format!("{data} has no single displacement gauge along the load"),
+            "leave them out",
+        ))
+    }
+
+    /// Corrects the readings and states the uncertainties; returns what was done, in words.
+    pub(super) fn apply(
+        &self,
+        table: &mut ReadingTable,
+        header: &mut Option<SessionHeader>,
+        warnings: &mut Vec<String>,
+    ) -> Vec<String> {
+        let mut done = Vec::new();
+        if self.is_empty() {
+            return done;
+        }
+        let header = header.get_or_insert_with(SessionHeader::default);
+        if let Some((records, file)) = &self.records {
+            header.instruments = records.clone();
+            done.push(format!("instrument records of {file}"));
+        }
+        let instruments = &mut header.instruments;
+        let gauges = [
+            (&self.force, &mut instruments.force, FORCE),
+            (
+                &self.displacement,
+                &mut instruments.displacement,
+                DISPLACEMENT,
+            ),
+        ];
+        for (side, (given, record, words)) in gauges.into_iter().enumerate() {
+            if let Some((curve, source)) = &given.curve {
+                let beyond = values(table, side).filter(|value| curve.is_beyond(*value));
+                let beyond = beyond.count();
+                let largest = correct(table, side, curve);
+                done.push(format!(
+                    "{} corrected by {source}, at most by {} {}",
+                    words.name,
+                    rounded(largest / words.si_per_unit),
+                    words.unit
+                ));
+                if beyond > 0 {
+                    warnings.push(format!(
+                        "{beyond} readings of the {} lie beyond the points of {source}: they are corrected along its last line",
+                        words.name
+                    ));
+                }
+                state(
+                    record,
+                    K * curve.standard_uncertainty(),
+                    &words,
+                    source,
+                    &mut done,
+                );
+            }
+            if let Some((expanded, source)) = &given.expanded_uncertainty {
+                state(record, *expanded, &words, source, &mut done);
+            }
+        }
+        done
+    }
+}
+
+fn values(table: &ReadingTable, side: usize) -> impl Iterator<Item = f64> {
+    let readings = table.readings.iter();
+    readings.map(move |reading| [reading.force_n, reading.displacement_m][side])
+}
+
+/// Corrects the readings of a gauge, and returns the largest correction. The gauge's own texts stay.
+fn correct(table: &mut ReadingTable, side: usize, curve: &CalibrationCurve) -> f64 {
+    let mut largest = 0.0_f64;
+    for reading in &mut table.readings {
+        let value = if side == 0 {
+            &mut reading.force_n
+        } else {
+            &mut reading.displacement_m
+        };
+        let corrected = curve.corrected(*value);
+        largest = largest.max((corrected - *value).abs());
+        *value = corrected;
+    }
+    largest
+}
+
+fn state(
+    record: &mut Option<InstrumentRecord>,
+    expanded: f64,
+    words: &GaugeWords,
+    source: &str,
+    done: &mut Vec<String>,
+) {
+    let record = record.get_or_insert_with(InstrumentRecord::default);
+    record.expanded_uncertainty = Some(expanded);
+    record.k = Some(K);
+    done.push(format!(
+        "{}: U = {} {}, k = 2 ({source})",
+        words.name,
+        rounded(expanded / words.si_per_unit),
+        words.unit
+    ));
+}
+
+/// Without the digits that only the conversion of units left.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}

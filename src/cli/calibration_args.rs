@@ -1,0 +1,178 @@
+//! Calibration of the gauges, as options of every analysis that opens readings.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Parser};
+
+use crate::analysis::{
+    AnalysisError, ArgumentError, GaugeCalibration, GivenCalibration, OpenSettings, read_bytes,
+};
+use crate::calibration::CalibrationCurve;
+use crate::quantity::Kind;
+
+use super::args::Global;
+use super::failure::Failure;
+use super::session::instrument_records;
+
+/// Calibration of the gauges.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Calibration of the gauges")]
+pub(super) struct CalibrationArgs {
+    /// Expanded uncertainty of the force gauge for k = 2, common to all its readings, for example 0.3N; limit=0.3N for limits of error, within which every value is as likely
+    #[arg(long, value_name = "U")]
+    force_u: Option<String>,
+    /// Expanded uncertainty of the displacement gauge for k = 2, for example 3um; limit=3um for limits of error
+    #[arg(long, value_name = "U")]
+    displacement_u: Option<String>,
+    /// Table of the force gauge's certificate, with the columns applied, indicated, U and k: corrects the forces
+    #[arg(long, value_name = "TABLE")]
+    force_calibration: Option<PathBuf>,
+    /// The same table of the displacement gauge: corrects the displacements
+    #[arg(long, value_name = "TABLE")]
+    displacement_calibration: Option<PathBuf>,
+    /// Records of the gauges in the form of session.toml, in place of the session's
+    #[arg(long, value_name = "FILE")]
+    instrument_records: Option<PathBuf>,
+}
+
+/// Options on calibration alone, as a report records them.
+#[derive(Debug, Parser)]
+#[command(no_binary_name = true)]
+struct RecordedCalibration {
+    #[command(flatten)]
+    options: CalibrationArgs,
+}
+
+impl CalibrationArgs {
+    /// The options as they are typed: names and values in turn.
+    pub(super) fn words(&self) -> Vec<String> {
+        let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+        let options = [
+            ("--force-u", self.force_u.clone()),
+            ("--displacement-u", self.displacement_u.clone()),
+            ("--force-calibration", path(&self.force_calibration)),
+            (
+                "--displacement-calibration",
+                path(&self.displacement_calibration),
+            ),
+            ("--instrument-records", path(&self.instrument_records)),
+        ];
+        let given = options
+            .into_iter()
+            .filter_map(|(name, value)| Some([name.to_owned(), value?]));
+        given.flatten().collect()
+    }
+
+    /// The options from their words.
+    pub(super) fn of_words(words: &[String]) -> Result<Self, ArgumentError> {
+        let parsed = RecordedCalibration::try_parse_from(words);
+        parsed.map(|recorded| recorded.options).map_err(|error| {
+            ArgumentError::new(
+                "the calibration that the report records",
+                error.to_string(),
+                "make the report anew",
+            )
+        })
+    }
+
+    /// How data are opened, with what is known of the gauges.
+    pub(super) fn open_settings(&self, global: &Global) -> Result<OpenSettings, Failure> {
+        Ok(OpenSettings {
+            gauges: self.given()?,
+            ..global.open_settings()
+        })
+    }
+
+    /// What is given, with files read.
+    fn given(&self) -> Result<GivenCalibration, Failure> {
+        let records = self.instrument_records.as_deref();
+        let (instruments, _) = instrument_records(records)?;
+        Ok(GivenCalibration {
+            force: gauge(
+                ("--force-u", self.force_u.as_deref()),
+                ("--force-calibration", self.force_calibration.as_deref()),
+                Kind::Force,
+            )?,
+            displacement: gauge(
+                ("--displacement-u", self.displacement_u.as_deref()),
+                (
+                    "--displacement-calibration",
+                    self.displacement_calibration.as_deref(),
+                ),
+                Kind::Displacement,
+            )?,
+            records: records.map(|path| (instruments, path.display().to_string())),
+        })
+    }
+}
+
+fn gauge(
+    (u_option, u): (&str, Option<&str>),
+    (table_option, table): (&str, Option<&Path>),
+    kind: Kind,
+) -> Result<GaugeCalibration, Failure> {
+    let expanded = u.map(|text| expanded(u_option, text, kind)).transpose()?;
+    let curve = table.map(|path| -> Result<_, AnalysisError> {
+        let name = path.display().to_string();
+        let curve = CalibrationCurve::read(&name, &read_bytes(path)?, kind)?;
+        Ok((curve, format!("{table_option} {name}")))
+    });
+    Ok(GaugeCalibration {
+        expanded_uncertainty: expanded
+            .map(|value| (value, format!("{u_option} {}", u.unwrap_or_default()))),
+        curve: curve.transpose()?,
+    })
+}
+
+/// `0.3N`, or `limit=0.3N`: half the width of a rectangle, whose standard uncertainty is a/√3 (GUM 4.3.7), here as U for k = 2.
+fn expanded(option: &str, text: &str, kind: Kind) -> Result<f64, ArgumentError> {
+    let example = if kind == Kind::Force { "0.3N" } else { "3um" };
+    let refused = |problem: &str| {
+        ArgumentError::new(
+            format!("{option} {text}"),
+            problem,
+            format!("{option} {example}, or {option} limit={example}"),
+        )
+    };
+    let (is_limit, value) = match text.strip_prefix("limit=") {
+        Some(value) => (true, value),
+        None => (false, text),
+    };
+    let end = value
+        .rfind(|c: char| c.is_ascii_digit())
+        .map_or(0, |place| place + 1);
+    let (number, unit) = value.split_at(end);
+    let number: f64 = number
+        .trim()
+        .parse()
+        .map_err(|_| refused("not a number with a unit"))?;
+    let factor = kind.si_factor(unit.trim());
+    let factor =
+        factor.ok_or_else(|| refused(&format!("the unit must be one of {}", kind.units())))?;
+    if !(number.is_finite() && number >= 0.0) {
+        return Err(refused("an uncertainty is not below zero"));
+    }
+    let factor = if is_limit {
+        factor * 2.0 / 3_f64.sqrt()
+    } else {
+        factor
+    };
+    Ok(number * factor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uncertainties_have_units() {
+        let of = |text, kind| expanded("--u", text, kind);
+        assert!((of("0.3N", Kind::Force).unwrap() - 0.3).abs() < 1e-15);
+        assert!((of("3 um", Kind::Displacement).unwrap() - 3e-6).abs() < 1e-18);
+        // A rectangle of half width a has u = a/√3, and U = 2u.
+        assert!((of("limit=3N", Kind::Force).unwrap() - 2.0 * 3_f64.sqrt()).abs() < 1e-12);
+        for text in ["0.3", "N", "-1N", "0.3mm", "", "limit="] {
+            assert!(of(text, Kind::Force).is_err(), "{text}");
+        }
+    }
+}

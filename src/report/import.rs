@@ -1,0 +1,82 @@
+//! An import: what the columns of a file were taken for, and what became of them.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::import::{ColumnGuess, GuessedFrom};
+use crate::stiffness::StiffnessTable;
+
+use super::stiffness::stiffness_text;
+use super::text::AlignedTable;
+
+/// A table that became a session folder.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ImportReport {
+    /// The session folder.
+    pub folder: PathBuf,
+    /// The file that was imported.
+    pub source: String,
+    /// Its SHA-256, in hexadecimal.
+    pub source_sha256: String,
+    /// SHA-256 of the mapping of its columns, in hexadecimal.
+    pub mapping_sha256: String,
+    /// The columns of the file and what they were taken for.
+    pub columns: Vec<ColumnGuess>,
+    /// Number of readings.
+    pub readings: usize,
+    /// Number of runs.
+    pub runs: usize,
+    /// Poses, in the order in which they appear.
+    pub poses: Vec<String>,
+    /// Stiffness of the readings.
+    pub stiffness: StiffnessTable,
+}
+
+impl ImportReport {
+    /// The import in words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = columns_text(&self.columns);
+        let _ = writeln!(
+            text,
+            "\n{} readings in {} runs, poses {}, are in {}.\n",
+            self.readings,
+            self.runs,
+            self.poses.join(", "),
+            self.folder.display()
+        );
+        text.push_str(&stiffness_text(&self.stiffness, false));
+        let folder = self.folder.display();
+        let _ = writeln!(
+            text,
+            "\nNext: stiffbench stiffness {folder}, and with a robot (--robot FILE) stiffbench fit {folder} and stiffbench diagnose {folder}.\n\
+             The next file of the same form: stiffbench import FILE --out FOLDER --mapping {folder}/mapping.toml"
+        );
+        text
+    }
+}
+
+/// The first rows of a file, and what its columns were taken for.
+#[must_use]
+pub fn columns_text(columns: &[ColumnGuess]) -> String {
+    let mut table = AlignedTable::new(&["column", "first values", "taken as", "unit", "by"]);
+    for column in columns {
+        let by = match column.from {
+            Some(GuessedFrom::Stated) => "option or mapping",
+            Some(GuessedFrom::Name) => "its name",
+            Some(GuessedFrom::Unit) => "its unit",
+            None => "",
+        };
+        table.row([
+            column.name.clone(),
+            column.first_values.join("  "),
+            column.role.clone().unwrap_or_else(|| "not used".to_owned()),
+            column.unit.clone().unwrap_or_default(),
+            by.to_owned(),
+        ]);
+    }
+    table.text()
+}
