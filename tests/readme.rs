@@ -69,6 +69,11 @@ fn commands_of_the_tour_run() {
 }
 
 #[test]
+fn commands_of_the_tutorial_run() {
+    commands_run("docs/tutorial.md");
+}
+
+#[test]
 fn commands_for_maps_run() {
     commands_run("docs/stiffness-map.md");
 }
@@ -179,11 +184,13 @@ fn links_of_the_pages_lead_to_files() {
 fn the_book_lists_every_page() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
     let listed = targets(&summary);
-    let files = fs::read_dir(root().join("docs")).unwrap();
-    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
-    let pages = names.filter(|name| name.ends_with(".md") && name != "SUMMARY.md");
-    let missing: Vec<String> = pages
-        .filter(|name| !listed.contains(&name.as_str()))
+    let is_listed = |page: &Path| {
+        let name = page.strip_prefix("docs").ok().and_then(Path::to_str);
+        name.is_none_or(|name| name == "SUMMARY.md" || listed.contains(&name))
+    };
+    let missing: Vec<PathBuf> = pages()
+        .into_iter()
+        .filter(|page| !is_listed(page))
         .collect();
     assert!(missing.is_empty(), "{missing:?}");
 }

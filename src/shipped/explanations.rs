@@ -4,8 +4,9 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 
 /// Files of explanations of error codes; keys are codes without `stiffbench::`.
-const ERRORS: [&str; 4] = [
+const ERRORS: [&str; 5] = [
     include_str!("../../data/explanations/files.toml"),
+    include_str!("../../data/explanations/imports.toml"),
     include_str!("../../data/explanations/bench.toml"),
     include_str!("../../data/explanations/model.toml"),
     include_str!("../../data/explanations/program.toml"),

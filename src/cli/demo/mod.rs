@@ -7,6 +7,7 @@ mod measure;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use indexmap::IndexMap;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::report::{
@@ -116,13 +117,10 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     let second = concealed::run(&out, global)?;
     let story = concealed::story(&second.report, &out.join("diagnosis"));
     files.extend(second.files);
-    let listing: Vec<String> = files
-        .iter()
-        .map(|path| format!("  {}", path.display()))
-        .collect();
+    let listing = folders(&files);
     let text = format!(
         "{text}\n{story}\nWritten:\n{}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
-        listing.join("\n"),
+        listing,
         folder.display()
     );
     let data = DemoReport {
@@ -139,6 +137,19 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     Ok(Outcome::new("demo", text, data)
         .with_inputs(prepared.inputs)
         .with_warnings(prepared.warnings))
+}
+
+/// The folders of files, each with their number.
+fn folders(files: &[PathBuf]) -> String {
+    let mut counts: IndexMap<&Path, usize> = IndexMap::new();
+    for folder in files.iter().filter_map(|file| file.parent()) {
+        *counts.entry(folder).or_default() += 1;
+    }
+    let line = |(folder, count): (&Path, usize)| {
+        let noun = if count == 1 { "file" } else { "files" };
+        format!("  {}: {count} {noun}", folder.display())
+    };
+    counts.into_iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Makes the folder, or the first of `FOLDER-2`, `FOLDER-3` … that is not there or empty: nothing is ever written over.
