@@ -75,6 +75,22 @@ growth *arguments:
 fuzz target="readings_csv" seconds="60":
     cargo +nightly fuzz run {{target}} -- -max_total_time={{seconds}}
 
+# The program as one static file for any Linux, without Parquet: target/x86_64-unknown-linux-musl/dist/stiffbench
+dist:
+    rustup target add x86_64-unknown-linux-musl
+    cargo build --locked --profile dist --target x86_64-unknown-linux-musl --bin stiffbench
+    ls -l target/x86_64-unknown-linux-musl/dist/stiffbench
+
+# Whether the program compiles for other systems
+systems:
+    rustup target add x86_64-pc-windows-gnu x86_64-apple-darwin
+    cargo check --locked --target x86_64-pc-windows-gnu --bin stiffbench
+    cargo check --locked --target x86_64-apple-darwin --bin stiffbench
+
+# The pages as a book, in target/book (needs mdbook)
+book:
+    mdbook build docs
+
 # Everything that must pass
 ci:
     .ci/run

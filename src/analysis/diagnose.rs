@@ -184,13 +184,14 @@ pub fn diagnose_together(
         mut bad_readings,
         marked: mut marked_readings,
         tails_dof,
+        unloaded_shift_m,
         mut sessions,
     } = lay_out(sessions, model, parameters, options.keep_outliers)?;
     let mut baseline = baseline(model, model.mechanism()?, &poses, parameters)?;
     baseline.add_variant(&model.physics.effects)?;
     baseline.suspect_file();
     step();
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = unloaded_shift_m.map(shifted).into_iter().collect();
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
         seed: options.seed,
@@ -293,6 +294,13 @@ fn leave_out(observations: &mut Observations, bad: &BadReading) -> Vec<MarkedRea
 }
 
 /// A reading that the search leaves out, though it is not bad, in words.
+fn shifted(shift_m: f64) -> String {
+    format!(
+        "the displacement gauge was not zeroed without load, where it shows up to {:.1} um: displacements are counted from there",
+        shift_m * 1e6
+    )
+}
+
 fn far_but_not_rare(reading: &BadReading) -> String {
     let off_m = reading.value_m - reading.expected_m;
     format!(

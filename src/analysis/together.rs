@@ -88,6 +88,8 @@ pub(super) struct LaidOut {
     pub(super) bad_readings: Vec<BadReading>,
     pub(super) marked: Vec<MarkedReading>,
     pub(super) tails_dof: Option<f64>,
+    /// Largest displacement without load from which a cell counts, m, of sessions whose gauge was not zeroed there.
+    pub(super) unloaded_shift_m: Option<f64>,
     /// Empty of one session.
     pub(super) sessions: Vec<SessionShare>,
 }
@@ -106,8 +108,11 @@ pub(super) fn lay_out(
     let mut marked_readings = Vec::new();
     let several = sessions.len() > 1;
     let mut tails_dof: Option<f64> = None;
+    let mut unloaded_shift_m: Option<f64> = None;
     for (session, name) in sessions.iter().zip(&names) {
         let observations = Observations::new(&session.table, session.header.as_ref());
+        let shifts = [unloaded_shift_m, observations.unloaded_shift_m];
+        unloaded_shift_m = shifts.into_iter().flatten().reduce(f64::max);
         let mut baseline = baseline(model, mechanism, &observations.poses, parameters)?;
         baseline.add_variant(&model.physics.effects)?;
         let screened = screen_data(&baseline, &observations, &KnownNoise::Nothing)?;
@@ -185,6 +190,7 @@ pub(super) fn lay_out(
         bad_readings,
         marked: marked_readings,
         tails_dof,
+        unloaded_shift_m,
         sessions: shares,
     })
 }

@@ -519,3 +519,55 @@ fn what_cannot_be_diagnosed_is_refused() {
         "stiffbench::output::write",
     );
 }
+
+/// A table whose gauge reads `zero_um` of its cell where nothing is loaded.
+fn zeroed_elsewhere(table: &str, zero_um: impl Fn(&str) -> f64) -> String {
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let place = |name: &str| header.iter().position(|column| column == name).unwrap();
+    let (direction, displacement) = (place("direction"), place("displacement_um"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(&header).unwrap();
+    for row in reader.records() {
+        let row = row.unwrap();
+        let read: f64 = row[displacement].parse().unwrap();
+        let shifted = (read + zero_um(&row[direction])).to_string();
+        let cells = row.iter().enumerate();
+        let cells = cells.map(|(i, cell)| if i == displacement { &shifted } else { cell });
+        writer.write_record(cells).unwrap();
+    }
+    String::from_utf8(writer.into_inner().unwrap()).unwrap()
+}
+
+#[test]
+fn a_gauge_that_was_not_zeroed_without_load_is_not_missing_physics() {
+    let desk = desk();
+    desk.run("simulate bench --seed 7").succeeds();
+    let table = desk.read("bench/readings.csv");
+    // Under a preload of 1 N, whose displacement depends on the direction.
+    let shifted = zeroed_elsewhere(
+        &table,
+        |direction| {
+            if direction == "y" { 38.0 } else { 5.0 }
+        },
+    );
+    desk.write("zeroed.csv", &table);
+    desk.write("preloaded.csv", &shifted);
+    let said = |file: &str| {
+        let ran = desk.run(&format!("diagnose {file} --robot hp-robot --json"));
+        let answer = ran.json();
+        let noted = answer["warnings"].to_string();
+        assert_eq!(answer["data"]["verdict"], "nothing-missing", "{file}");
+        let factor = answer["data"]["factors"][1]["after"].clone();
+        (factor, noted.contains("not zeroed without load"))
+    };
+    let (factor, noted) = said("zeroed.csv");
+    assert!(!noted);
+    let (shifted_factor, noted) = said("preloaded.csv");
+    assert!(noted);
+    // Slopes do not change. The mean of the zeros of a cell no longer takes part in the fit: a small part of the interval.
+    let value = |factor: &Value| factor["value"].as_f64().unwrap();
+    let [low, high] = [0, 1].map(|end| factor["ci95"][end].as_f64().unwrap());
+    let change = (value(&shifted_factor) - value(&factor)).abs();
+    assert!(change < 0.25 * (high - low), "{shifted_factor} {factor}");
+}

@@ -67,6 +67,7 @@ mod stratum;
 mod tails;
 mod trace;
 mod trial;
+mod unloaded_zero;
 mod verdict;
 mod white_laws;
 mod wrong_cells;

@@ -88,6 +88,8 @@ pub struct Observations {
     pub free_zeros: bool,
     /// The sessions, where they are several.
     pub sessions: Vec<ObservedSession>,
+    /// Largest displacement of a cell without load, m, from which it counts, where the gauge was not zeroed there.
+    pub unloaded_shift_m: Option<f64>,
     /// What they were taken of.
     pub bench: TestObject,
     /// What tells when a reading was taken.
@@ -156,7 +158,7 @@ impl Observations {
             force_n: step(instruments.and_then(|i| i.force.as_ref())),
             displacement_m: step(instruments.and_then(|i| i.displacement.as_ref())),
         };
-        Self {
+        let mut observations = Self {
             poses,
             cells: layout.cells,
             runs: layout.runs,
@@ -165,7 +167,9 @@ impl Observations {
             displacement_m: layout.displacement_m,
             release_n: header.and_then(SessionHeader::release_n),
             ..Self::without_readings(steps, recorded)
-        }
+        };
+        observations.unloaded_shift_m = observations.count_from_unloaded();
+        observations
     }
 
     /// No reading yet, of a robot whose gauges are zeroed.
@@ -182,6 +186,7 @@ impl Observations {
             recorded,
             free_zeros: false,
             sessions: Vec::new(),
+            unloaded_shift_m: None,
             bench: TestObject::Robot,
             clock: ReadingClock::Times,
             histories: Vec::new(),
