@@ -34,6 +34,7 @@ pub enum TextBlock {
 /// The parts of a text whose tables are Markdown and whose headings are capitals.
 #[must_use]
 pub fn text_blocks(text: &str) -> Vec<TextBlock> {
+    let text = with_micro_signs(text);
     let mut blocks: Vec<TextBlock> = Vec::new();
     let mut continues = false;
     for line in text.lines() {
@@ -63,6 +64,25 @@ pub fn text_blocks(text: &str) -> Vec<TextBlock> {
         }
     }
     blocks
+}
+
+/// A text whose units `um` and `urad`, as a terminal prints them, have the micro sign.
+#[must_use]
+pub(super) fn with_micro_signs(text: &str) -> String {
+    let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some((before, found)) = rest.split_once('u') {
+        out.push_str(before);
+        let begins = !is_word(out.chars().next_back());
+        let mut ends = ["rad", "m"]
+            .iter()
+            .filter_map(|unit| found.strip_prefix(unit));
+        let is_unit = begins && ends.any(|behind| !is_word(behind.chars().next()));
+        out.push(if is_unit { 'µ' } else { 'u' });
+        rest = found;
+    }
+    out + rest
 }
 
 /// Continues the last paragraph or entry, or begins a paragraph.
@@ -127,6 +147,24 @@ pub(super) fn under<'a>(blocks: &'a [TextBlock], heading: &str) -> &'a [TextBloc
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_units_get_the_micro_sign() {
+        for (plain, set) in [
+            (
+                "play 18.5 urad, up to 31.4 um at the end",
+                "play 18.5 µrad, up to 31.4 µm at the end",
+            ),
+            (
+                "K, N/um; maximum, spread_um, um_x, humus",
+                "K, N/µm; maximum, spread_um, um_x, humus",
+            ),
+            ("um", "µm"),
+            ("", ""),
+        ] {
+            assert_eq!(with_micro_signs(plain), set);
+        }
+    }
 
     #[test]
     fn headings_paragraphs_lists_and_tables_are_found() {

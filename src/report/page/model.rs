@@ -9,7 +9,7 @@ use crate::report::{
     ComparisonReport, ComparisonVerdict, DiagnosisSummary, FitReport, diagnosis_page, significant,
 };
 
-use super::blocks::{TextBlock, text_blocks};
+use super::blocks::{TextBlock, text_blocks, with_micro_signs};
 
 /// Robot, mechanism and factors.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -101,7 +101,7 @@ impl From<&DiagnosisReport> for PageDiagnosis {
     fn from(report: &DiagnosisReport) -> Self {
         let numbers = DiagnosisSummary::from(report);
         Self {
-            headline: numbers.headline.clone(),
+            headline: with_micro_signs(&numbers.headline),
             text: with_procedures_named(text_blocks(&diagnosis_page(report))),
             numbers,
         }
