@@ -140,6 +140,7 @@ fn values(table: &ReadingTable, side: usize) -> impl Iterator<Item = f64> {
 /// Corrects the readings of a gauge, and returns the largest correction. The gauge's own texts stay.
 fn correct(table: &mut ReadingTable, side: usize, curve: &CalibrationCurve) -> f64 {
     let mut largest = 0.0_f64;
+    let are_planned = side == 0 && table.readings.iter().all(|one| one.force_n == one.target_n);
     for reading in &mut table.readings {
         let value = if side == 0 {
             &mut reading.force_n
@@ -149,6 +150,10 @@ fn correct(table: &mut ReadingTable, side: usize, curve: &CalibrationCurve) -> f
         let corrected = curve.corrected(*value);
         largest = largest.max((corrected - *value).abs());
         *value = corrected;
+        // Dead weights, or forces that were only planned, have no step of a display before and none after.
+        if are_planned {
+            reading.target_n = corrected;
+        }
     }
     largest
 }

@@ -50,6 +50,7 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
     let (rows, values) = measured(draft, &mut notes)?;
     let (places, joints) = poses(draft, &rows, &mut notes)?;
     let directions = directions(draft, &rows)?;
+    notes.extend(stated_over_columns(draft));
     if directions.iter().any(|(_, negative)| *negative) {
         notes.push(ImportNote::NegativeDirection);
     }
@@ -111,7 +112,7 @@ fn poses(
         let names = of_rows.iter().map(ToString::to_string).collect();
         return Ok((names, joints.poses));
     }
-    if let Some(named) = named {
+    if let Some(named) = named.filter(|_| draft.mapping.pose.is_none()) {
         return Ok((named, Vec::new()));
     }
     let pose = draft.mapping.pose.clone().unwrap_or_else(|| {
@@ -120,6 +121,23 @@ fn poses(
         pose
     });
     Ok((vec![pose; rows.len()], Vec::new()))
+}
+
+/// Columns of poses and directions that an option overrules.
+fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> {
+    let stated = [
+        ("--pose", draft.mapping.pose.clone(), ColumnRole::Pose),
+        (
+            "--direction",
+            draft.mapping.direction.clone(),
+            ColumnRole::Direction,
+        ),
+    ];
+    stated.into_iter().filter_map(|(option, value, role)| {
+        let column = draft.name(draft.found.place(&role)?).to_owned();
+        let option = format!("{option} {}", value?);
+        Some(ImportNote::OptionOverColumn { option, column })
+    })
 }
 
 /// The direction of each row, and whether it has a minus sign.
@@ -155,6 +173,9 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
     };
     if draft.table.is_time_stamp(column) {
         let seconds = draft.table.seconds(column)?;
+        if are_all_equal(&seconds) {
+            return Ok(vec![None; rows.len()]);
+        }
         return Ok(rows.iter().map(|row| seconds[*row]).collect());
     }
     let unit = draft.unit(column, Kind::Time);
@@ -166,6 +187,13 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
             .number(&draft.table.rows[*row], column, conversion)
     };
     Ok(rows.iter().map(time).collect::<Result<_, _>>()?)
+}
+
+/// Whether times tell nothing: a column of dates, whose times of day stand in another.
+pub(super) fn are_all_equal(times: &[Option<f64>]) -> bool {
+    let mut known = times.iter().flatten();
+    let first = known.next();
+    known.clone().next().is_some() && known.all(|time| Some(time) == first)
 }
 
 fn temperature_unit(draft: &ImportDraft, column: usize) -> Conversion {

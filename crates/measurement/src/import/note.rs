@@ -58,6 +58,13 @@ pub enum ImportNote {
         /// How many.
         rows: usize,
     },
+    /// A column was not read, for an option states its value.
+    OptionOverColumn {
+        /// The option with its value.
+        option: String,
+        /// The column.
+        column: String,
+    },
     /// The sign of a quantity was turned.
     Flipped {
         /// `force` or `displacement`.
@@ -98,10 +105,13 @@ impl fmt::Display for ImportNote {
             }
             Self::NotPaired { rows, line } => write!(
                 f,
-                "{rows} forces lie outside the times of the displacements and are left out, first in line {line}"
+                "{rows} forces lie outside the times of the displacements, or in a gap of them, and are left out, first in line {line}"
             ),
             Self::Paired { rows } => {
                 write!(f, "{rows} displacements were interpolated at the times of the forces")
+            }
+            Self::OptionOverColumn { option, column } => {
+                write!(f, "{option} holds for all readings: column `{column}` is not read")
             }
             Self::Flipped { what } => write!(f, "the sign of every {what} was turned"),
             Self::NegativeDirection => f.write_str(

@@ -1,5 +1,6 @@
 //! A log of the force and a log of the displacement, paired by their times.
 
+use super::build::are_all_equal;
 use super::columns::{ColumnRole, MissingPart};
 use super::error::TableImportError;
 use super::guess::{FoundColumns, unit_of};
@@ -7,6 +8,7 @@ use super::mapping::ImportMapping;
 use super::note::ImportNote;
 use crate::readings::Conversion;
 use crate::table_files::{MachineTable, read_table_file};
+use stiffbench_numeric::statistics::median;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// The log of the displacement.
@@ -68,6 +70,11 @@ impl PairedLog {
         };
         let [wanted, known] = times(force, of_force, &self.table, time)?
             .ok_or_else(|| problem("one has times of day and the other seconds"))?;
+        if are_all_equal(&wanted) || are_all_equal(&known) {
+            return Err(problem(
+                "all times of one of them are equal, as of a column of dates beside one of times",
+            ));
+        }
         let conversion = self.unit.as_ref();
         let conversion =
             conversion.and_then(|unit| Conversion::from_unit(Kind::Displacement, unit));
@@ -80,7 +87,11 @@ impl PairedLog {
             points.extend(time.zip(value));
         }
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let paired: Vec<_> = wanted.iter().map(|time| at(&points, (*time)?)).collect();
+        let longest = GAP * usual_interval(&points);
+        let paired: Vec<_> = wanted
+            .iter()
+            .map(|time| at(&points, longest, (*time)?))
+            .collect();
         let rows = paired.iter().flatten().count();
         if rows == 0 {
             return Err(problem("their times do not overlap"));
@@ -104,14 +115,26 @@ fn times(
     }
 }
 
-/// The value at a time, on the line between its neighbours; `None` outside.
-fn at(points: &[(f64, f64)], time: f64) -> Option<f64> {
+/// Usual intervals beyond which a log has a gap, in which nothing is known.
+const GAP: f64 = 5.0;
+
+/// The median interval of a log, s.
+fn usual_interval(points: &[(f64, f64)]) -> f64 {
+    let mut intervals: Vec<f64> = points.windows(2).map(|two| two[1].0 - two[0].0).collect();
+    median(&mut intervals).unwrap_or_default()
+}
+
+/// The value at a time, on the line between its neighbours; `None` outside, and between neighbours that are further apart than `longest`.
+fn at(points: &[(f64, f64)], longest: f64, time: f64) -> Option<f64> {
     let next = points.partition_point(|(known, _)| *known < time);
     let (t1, y1) = *points.get(next)?;
     if t1 == time {
         return Some(y1);
     }
     let (t0, y0) = *points.get(next.checked_sub(1)?)?;
+    if t1 - t0 > longest {
+        return None;
+    }
     Some(y0 + (y1 - y0) * (time - t0) / (t1 - t0))
 }
 
@@ -122,10 +145,14 @@ mod tests {
     #[test]
     fn values_lie_on_the_line_between_neighbours() {
         let points = [(0.0, 1.0), (1.0, 3.0), (1.0, 5.0)];
-        assert_eq!(at(&points, 0.5), Some(2.0));
-        assert_eq!(at(&points, 0.0), Some(1.0));
-        assert_eq!(at(&points, 1.0), Some(3.0));
-        assert_eq!((at(&points, 1.1), at(&points, -0.1)), (None, None));
-        assert_eq!(at(&[], 0.0), None);
+        assert_eq!(at(&points, 2.0, 0.5), Some(2.0));
+        assert_eq!(at(&points, 2.0, 0.0), Some(1.0));
+        assert_eq!(at(&points, 2.0, 1.0), Some(3.0));
+        assert_eq!(
+            (at(&points, 2.0, 1.1), at(&points, 2.0, -0.1)),
+            (None, None)
+        );
+        assert_eq!(at(&[], 2.0, 0.0), None);
+        assert_eq!(at(&points, 0.5, 0.5), None);
     }
 }
