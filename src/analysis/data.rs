@@ -283,12 +283,7 @@ impl LoadedSession {
     /// Its identifier, else the last part of its name: not a path, so that it is called the same wherever it lies.
     #[must_use]
     pub fn short_name(&self) -> String {
-        let id = self.header.as_ref().and_then(|header| header.id.clone());
-        id.or_else(|| {
-            let file_name = Path::new(&self.name).file_name()?;
-            Some(file_name.to_string_lossy().into_owned())
-        })
-        .unwrap_or_else(|| self.name.clone())
+        short_name(self.header.as_ref(), &self.name)
     }
 
     /// The gauges' resolution and calibration, as far as the session states them; a resolution that it does not is that of its readings.
@@ -362,4 +357,14 @@ pub(super) fn check_calibration(
     }
     warnings.push(format!("calibration overdue: {instruments}"));
     Ok(())
+}
+
+/// The identifier of a session, else the last part of its name.
+pub(super) fn short_name(header: Option<&SessionHeader>, name: &str) -> String {
+    let id = header.and_then(|header| header.id.clone());
+    id.or_else(|| {
+        let file_name = Path::new(name).file_name()?;
+        Some(file_name.to_string_lossy().into_owned())
+    })
+    .unwrap_or_else(|| name.to_owned())
 }

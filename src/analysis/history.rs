@@ -4,11 +4,13 @@ use std::path::Path;
 
 use jiff::Timestamp;
 
+use crate::readings::SessionHeader;
 use crate::session::{Event, SessionEnd, SessionState, read_journal};
 
 use super::data::LoadedSession;
 use super::files::{ReadError, read_bytes};
 use super::hash::sha256;
+use super::vectors::SessionTable;
 
 /// Files of a session folder that a report names, if they are there.
 const FILES: [&str; 9] = [
@@ -49,20 +51,7 @@ impl LoadedSession {
     /// # Errors
     /// For a journal that cannot be read.
     pub fn history(&self) -> Result<Option<SessionHistory>, ReadError> {
-        let path = self.folder.join("journal.jsonl");
-        if self.header.is_none() || !path.is_file() {
-            return Ok(None);
-        }
-        let journal = read_journal(&read_bytes(&path)?);
-        let records = &journal.records;
-        Ok(Some(SessionHistory {
-            state: SessionState::fold(records),
-            began: records.first().map(|record| record.utc),
-            incidents: records
-                .iter()
-                .filter_map(|record| incident(&record.event))
-                .collect(),
-        }))
+        history_in(&self.folder, self.header.as_ref())
     }
 
     /// Name and SHA-256 of its files; of a single file that one.
@@ -70,15 +59,61 @@ impl LoadedSession {
     /// # Errors
     /// For a file that cannot be read.
     pub fn file_hashes(&self) -> Result<Vec<(String, String)>, ReadError> {
-        if self.header.is_none() {
-            return Ok(vec![(self.short_name(), self.sha256.clone())]);
-        }
-        let present = FILES.iter().map(|name| (name, self.folder.join(name)));
-        present
-            .filter(|(_, path)| path.is_file())
-            .map(|(name, path)| Ok(((*name).to_owned(), file_hash(&path)?)))
-            .collect()
+        hashes_in(&self.folder, self.header.as_ref())
+            .unwrap_or_else(|| Ok(vec![(self.short_name(), self.sha256.clone())]))
     }
+}
+
+impl<T> SessionTable<T> {
+    /// What its journal tells; `None` without a journal.
+    ///
+    /// # Errors
+    /// For a journal that cannot be read.
+    pub fn history(&self) -> Result<Option<SessionHistory>, ReadError> {
+        history_in(&self.folder, self.header.as_ref())
+    }
+
+    /// Name and SHA-256 of its files; of a single file that one.
+    ///
+    /// # Errors
+    /// For a file that cannot be read.
+    pub fn file_hashes(&self) -> Result<Vec<(String, String)>, ReadError> {
+        hashes_in(&self.folder, self.header.as_ref())
+            .unwrap_or_else(|| Ok(vec![(self.short_name(), self.sha256.clone())]))
+    }
+}
+
+fn history_in(
+    folder: &Path,
+    header: Option<&SessionHeader>,
+) -> Result<Option<SessionHistory>, ReadError> {
+    let path = folder.join("journal.jsonl");
+    if header.is_none() || !path.is_file() {
+        return Ok(None);
+    }
+    let journal = read_journal(&read_bytes(&path)?);
+    let records = &journal.records;
+    Ok(Some(SessionHistory {
+        state: SessionState::fold(records),
+        began: records.first().map(|record| record.utc),
+        incidents: records
+            .iter()
+            .filter_map(|record| incident(&record.event))
+            .collect(),
+    }))
+}
+
+/// The files of a session folder; `None` of a file without one.
+fn hashes_in(
+    folder: &Path,
+    header: Option<&SessionHeader>,
+) -> Option<Result<Vec<(String, String)>, ReadError>> {
+    header?;
+    let present = FILES.iter().map(|name| (name, folder.join(name)));
+    let hashes = present
+        .filter(|(_, path)| path.is_file())
+        .map(|(name, path)| Ok(((*name).to_owned(), file_hash(&path)?)));
+    Some(hashes.collect())
 }
 
 fn file_hash(path: &Path) -> Result<String, ReadError> {

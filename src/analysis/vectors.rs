@@ -7,7 +7,7 @@ use crate::readings::{
 };
 use crate::stiffness::{Branches, VectorStiffness, vector_stiffness};
 
-use super::data::{OpenSettings, check_calibration, readings_file, session_header};
+use super::data::{OpenSettings, check_calibration, readings_file, session_header, short_name};
 use super::error::AnalysisError;
 use super::files::read_bytes;
 use super::hash::sha256;
@@ -28,6 +28,14 @@ pub struct SessionTable<T> {
     pub folder: PathBuf,
     /// What was assumed, and what a user should know.
     pub warnings: Vec<String>,
+}
+
+impl<T> SessionTable<T> {
+    /// Its identifier, else the last part of its name: not a path, so that it is called the same wherever it lies.
+    #[must_use]
+    pub fn short_name(&self) -> String {
+        short_name(self.header.as_ref(), &self.name)
+    }
 }
 
 /// Readings of vectors with the session they belong to.

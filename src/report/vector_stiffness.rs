@@ -115,7 +115,7 @@ impl VectorStiffnessReport {
         text.push_str(
             "\nDisplacement along the base axes per force along the load: the slope over the loads of each run, averaged over the runs. U is the\n\
              expanded uncertainty for 95 % from the scatter between runs, of a single run from its residuals; calibration is not in it.\n\
-             - : no gauge along this axis, or too few runs.\n",
+             A dash: no gauge along this axis, or too few runs.\n",
         );
         if let Some(static_compliance) = &self.static_compliance {
             text.push_str(&static_text(static_compliance));

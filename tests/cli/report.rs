@@ -466,3 +466,38 @@ fn text_has_contrast_on_light_dark_and_printed_paper() {
         }
     }
 }
+
+#[test]
+fn load_cases_have_a_report_with_springs_and_it_can_be_verified() {
+    let desk = desk();
+    let cases = stiffbench_test_files::repository().join("data/load-cases/fanuc-r2000ic");
+    let (cases, to) = (cases.display(), "--robot fanuc-r2000ic --out fanuc.html");
+    let data = desk.data(&format!("report {cases} {to}"));
+    let springs = data["headline"]["stiffness"][0].as_str().unwrap();
+    // The fit prints 860896 N*m/rad.
+    assert!(springs.contains("joint.J1\u{a0}861"), "{springs}");
+    assert!(
+        data["headline"]["validation"]
+            .as_str()
+            .unwrap()
+            .contains("rigid robot")
+    );
+    assert_eq!(data["sessions"][0]["load_cases"], 43);
+    assert_eq!(
+        data["diagnosis"]["numbers"]["findings"][0]["name"],
+        "joint.J3.y"
+    );
+    let page = desk.read("fanuc.html");
+    assert!(!page.contains("Uncertainty budget"));
+    assert!(page.contains("Residual vectors"));
+    desk.run(&format!("report verify fanuc.html {cases}"))
+        .succeeds();
+    // One digit of a compliance in the embedded data and the text.
+    std::fs::write(
+        desk.path("changed.html"),
+        page.replacen("860896", "860897", 1),
+    )
+    .unwrap();
+    desk.run(&format!("report verify changed.html {cases}"))
+        .exits_with(30);
+}

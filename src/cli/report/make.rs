@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::analysis::{AnalysisError, Inputs, OpenSettings};
+use crate::analysis::{AnalysisError, OpenSettings};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::failure::Failure;
@@ -172,14 +172,8 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
             data.join(" ")
         );
     }
-    let inputs = source
-        .sessions
-        .iter()
-        .fold(Inputs::default(), Inputs::with_session);
-    let sessions = source.sessions.iter();
-    let warnings = sessions.flat_map(|session| session.warnings.iter().cloned());
     Outcome::new("report", text, page)
-        .with_inputs(inputs)
-        .with_warnings(warnings.collect())
+        .with_inputs(source.inputs())
+        .with_warnings(source.warnings())
         .with_strict_exit(u8::from(!missing.is_empty()))
 }

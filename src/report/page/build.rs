@@ -1,168 +1,27 @@
 //! From sessions and settings to the data of a report.
 
-use std::path::{Path, PathBuf};
-
 use crate::analysis::{
-    AnalysisError, Data, DiagnoseSettings, FitData, FitSettings, LoadedSession, ModelChoice,
-    OpenSettings, SessionHistory, diagnose_together, open_together, resolve_together,
+    AnalysisError, Data, DiagnoseSettings, FitData, FitSettings, ModelChoice, diagnose_together,
+    resolve_together,
 };
 use crate::report::{ComparisonReport, FitReport};
-use crate::stiffness::{Branches, Comparison, Method, StiffnessTable};
+use crate::stiffness::{Comparison, Method, StiffnessTable};
 
 use super::conformity::conformity;
 use super::details::{KnownItems, page_items};
 use super::figures::{figures_of_diagnosis, figures_of_fit, readings_figure};
 use super::headline::HeadlineParts;
+use super::load_cases::add_load_case_model;
 use super::model::{PageComparison, PageDiagnosis, PageFit, PageModel};
 use super::session::PageSession;
+use super::source::PageSource;
 use super::{PageFigures, PageProgram, PageSettings, ReportPage};
+
+/// Why a report that was asked for without a diagnosis has none.
+pub(super) const NO_DIAGNOSIS: &str = "Diagnosis: not asked for (--no-diagnosis).";
 
 /// The schema of the data of a report.
 const SCHEMA: &str = "stiffbench/report/1";
-
-/// The sessions of a report, opened.
-#[derive(Debug)]
-pub struct PageSource {
-    /// The sessions, in the order in which they were named. Each is called by its identifier or file name, wherever it lies.
-    pub sessions: Vec<LoadedSession>,
-    tables: Vec<StiffnessTable>,
-    histories: Vec<Option<SessionHistory>>,
-    parts: Vec<PageSession>,
-}
-
-impl PageSource {
-    /// Opens sessions and computes their stiffness.
-    ///
-    /// # Errors
-    /// For data that are not there or cannot be read, and a table that differs from its journal.
-    pub fn open(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
-        let opened: Result<Vec<_>, _> = paths.iter().map(|path| open(path, options)).collect();
-        Self::of(opened?)
-    }
-
-    /// Opens sessions of one robot that are fitted and diagnosed together.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open), and for sessions that do not go together.
-    pub fn open_joined(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
-        let Some((first, further)) = paths.split_first() else {
-            return Self::of(Vec::new());
-        };
-        let first = LoadedSession::open(first, options)?;
-        let opened = open_together(first, further, options)?;
-        Self::of(opened.into_iter().map(called_by_short_name).collect())
-    }
-
-    fn of(sessions: Vec<LoadedSession>) -> Result<Self, AnalysisError> {
-        let (mut tables, mut histories, mut parts) = (Vec::new(), Vec::new(), Vec::new());
-        for session in &sessions {
-            let table = session.stiffness(Branches::LoadingOnly)?;
-            let history = session.history()?;
-            let files = session.file_hashes()?;
-            parts.push(PageSession::new(
-                session,
-                table.clone(),
-                history.as_ref(),
-                &files,
-            ));
-            tables.push(table);
-            histories.push(history);
-        }
-        Ok(Self {
-            sessions,
-            tables,
-            histories,
-            parts,
-        })
-    }
-
-    /// Gauges whose calibration had run out when they were used.
-    #[must_use]
-    pub fn overdue(&self) -> Vec<String> {
-        let gauges = self.parts.iter().flat_map(|part| {
-            let overdue = part.gauges.iter().filter(|gauge| gauge.overdue);
-            overdue.map(|gauge| format!("{} of {} (due {})", gauge.name, part.name, gauge.due))
-        });
-        gauges.collect()
-    }
-
-    /// What a reader must not overlook, each with a sentence.
-    fn marks(&self) -> Vec<(&'static str, &'static str)> {
-        let origin = |word: &str| {
-            let origins = self.sessions.iter().filter_map(LoadedSession::origin);
-            origins.into_iter().any(|origin| origin.contains(word))
-        };
-        let partial = self.histories.iter().flatten();
-        let partial = partial.into_iter().any(|history| !history.is_complete());
-        let unprotected = self
-            .parts
-            .iter()
-            .any(|part| !part.protected && part.origin.is_none());
-        let mut headers = self
-            .sessions
-            .iter()
-            .filter_map(|session| session.header.as_ref());
-        let imported = headers.any(|header| header.import.is_some());
-        let marks = [
-            (
-                partial,
-                "PARTIAL",
-                "The session is not complete: planned readings are missing.",
-            ),
-            (
-                origin("emulated"),
-                "EMULATED",
-                "The readings come from emulated gauges; nothing was measured.",
-            ),
-            (
-                origin("simulated"),
-                "SIMULATED",
-                "The readings were simulated; nothing was measured.",
-            ),
-            (
-                imported,
-                "IMPORTED, NOT PROTECTED",
-                "The readings were imported from another program; no journal protects them.",
-            ),
-            (
-                unprotected && !imported,
-                "NOT PROTECTED",
-                "No journal protects the readings: they may have been changed.",
-            ),
-        ];
-        let true_ones = marks.into_iter().filter(|(is_true, ..)| *is_true);
-        true_ones.map(|(_, mark, words)| (mark, words)).collect()
-    }
-}
-
-fn open(path: &Path, options: &OpenSettings) -> Result<LoadedSession, AnalysisError> {
-    LoadedSession::open(path, options).map(called_by_short_name)
-}
-
-/// The session called by its identifier, in its notes too, so that a report is the same wherever the session lies.
-fn called_by_short_name(mut session: LoadedSession) -> LoadedSession {
-    let short = session.short_name();
-    let path = std::mem::replace(&mut session.name, short.clone());
-    for warning in &mut session.warnings {
-        *warning = renamed(warning, &path, &short);
-    }
-    session
-}
-
-/// A text with a path, where it stands as a word, put under another name.
-fn renamed(text: &str, path: &str, name: &str) -> String {
-    let is_edge = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || "-_.".contains(c));
-    let (mut renamed, mut rest) = (String::new(), text);
-    while let Some(at) = rest.find(path).filter(|_| !path.is_empty()) {
-        let (before, behind) = (&rest[..at], &rest[at + path.len()..]);
-        let before_it = before.chars().last().or_else(|| renamed.chars().last());
-        let is_word = is_edge(before_it) && is_edge(behind.chars().next());
-        renamed.push_str(before);
-        renamed.push_str(if is_word { name } else { path });
-        rest = behind;
-    }
-    renamed + rest
-}
 
 /// The report of one session, or of several of one robot.
 ///
@@ -176,8 +35,20 @@ pub fn session_page(
     template_sha256: &str,
 ) -> Result<ReportPage, AnalysisError> {
     let mut page = bare_page(source, settings, template_sha256);
-    add_model(&mut page, source, choice, settings)?;
-    Ok(finished(page, source))
+    let answered = if source.load_cases.is_empty() {
+        add_model(&mut page, source, choice, settings)
+    } else {
+        add_load_case_model(&mut page, &source.load_cases, choice, settings)
+    };
+    match answered {
+        Ok(()) => {}
+        Err(AnalysisError::NoRobot { .. }) => {
+            let why = "Fit and diagnosis: no robot is named (--robot).";
+            page.left_out.push(why.to_owned());
+        }
+        Err(error) => return Err(error),
+    }
+    Ok(finished(page))
 }
 
 /// The report of the difference of two sessions.
@@ -198,7 +69,7 @@ pub fn comparison_page(
             .map_or("", |part| part.name.as_str())
     };
     page.comparison = Some(PageComparison::new(numbers, [name(0), name(1)]));
-    finished(page, source)
+    finished(page)
 }
 
 /// All but model, comparison and headline.
@@ -217,7 +88,7 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         diagnosis: None,
         conformity: None,
     };
-    let names: Vec<&str> = named.iter().map(|(name, _)| *name).collect();
+    let names: Vec<&str> = source.parts.iter().map(|part| part.name.as_str()).collect();
     let title = format!("Stiffness of {}", names.join(" and "));
     ReportPage {
         schema: SCHEMA,
@@ -237,7 +108,10 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         diagnosis: None,
         left_out: Vec::new(),
         figures: PageFigures {
-            readings: vec![readings_figure(&named)],
+            readings: (!named.is_empty())
+                .then(|| readings_figure(&named))
+                .into_iter()
+                .collect(),
             ..PageFigures::default()
         },
         settings: settings.clone(),
@@ -256,15 +130,7 @@ fn add_model(
     choice: &ModelChoice,
     settings: &PageSettings,
 ) -> Result<(), AnalysisError> {
-    let model = match resolve_together(&source.sessions, choice) {
-        Ok(model) => model,
-        Err(AnalysisError::NoRobot { .. }) => {
-            let why = "Fit and diagnosis: no robot is named (--robot).";
-            page.left_out.push(why.to_owned());
-            return Ok(());
-        }
-        Err(error) => return Err(error),
-    };
+    let model = resolve_together(&source.sessions, choice)?;
     page.model = Some(PageModel::from(&model));
     let fitted = fitted(source, choice, settings);
     match fitted {
@@ -278,8 +144,7 @@ fn add_model(
         Err(error) => page.left_out.push(format!("Fit: {}.", in_words(&error))),
     }
     if settings.no_diagnosis {
-        page.left_out
-            .push("Diagnosis: not asked for (--no-diagnosis).".to_owned());
+        page.left_out.push(NO_DIAGNOSIS.to_owned());
         return Ok(());
     }
     let diagnose = DiagnoseSettings {
@@ -323,7 +188,7 @@ fn fitted(
 }
 
 /// An error with its causes in one sentence.
-fn in_words(error: &dyn std::error::Error) -> String {
+pub(super) fn in_words(error: &dyn std::error::Error) -> String {
     let mut words = error.to_string();
     let mut cause = error.source();
     while let Some(next) = cause {
@@ -337,10 +202,10 @@ fn in_words(error: &dyn std::error::Error) -> String {
 }
 
 /// With items, statement of conformity, headline and number.
-fn finished(mut page: ReportPage, source: &PageSource) -> ReportPage {
+fn finished(mut page: ReportPage) -> ReportPage {
     let details = &page.settings.details;
-    if let ([table], None) = (source.tables.as_slice(), &page.comparison) {
-        page.conformity = conformity(details.decision_rule, &details.requirements, table);
+    if let ([session], None) = (page.sessions.as_slice(), &page.comparison) {
+        page.conformity = conformity(details.decision_rule, &details.requirements, session);
     }
     let last_day = page.sessions.iter().filter_map(PageSession::last_day).max();
     page.issued = page.issued.clone().or_else(|| last_day.map(str::to_owned));
@@ -374,17 +239,4 @@ fn finished(mut page: ReportPage, source: &PageSource) -> ReportPage {
     }
     .headline();
     page.numbered()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::renamed;
-
-    #[test]
-    fn a_path_is_renamed_as_a_word_only() {
-        let text = "e/readings.csv:3: the value e is held; see/e.toml";
-        let expected = "id/readings.csv:3: the value id is held; see/e.toml";
-        assert_eq!(renamed(text, "e", "id"), expected);
-        assert_eq!(renamed("a b", "", "id"), "a b");
-    }
 }

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::load_direction::LoadDirection;
 use crate::report::significant;
-use crate::stiffness::{Method, StiffnessTable};
-use crate::test_point::Direction;
+
+use super::session::PageSession;
 
 /// How a limit is applied to a value with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -73,8 +73,10 @@ impl Requirement {
         {
             return Some(format!("{cell}: a limit must be a number above zero"));
         }
-        if self.direction.parse::<Direction>().is_err() {
-            return Some(format!("{cell}: the direction must be x, y or z"));
+        if self.direction.parse::<LoadDirection>().is_err() {
+            return Some(format!(
+                "{cell}: the direction must be x, y or z, or that of a load such as -y or (0,0.6,0.8)"
+            ));
         }
         (limits.len() == 2 && limits[0] > limits[1])
             .then(|| format!("{cell}: at_least_N_per_um is above at_most_N_per_um"))
@@ -186,12 +188,12 @@ pub fn decide(
 pub(super) fn conformity(
     rule: Option<DecisionRule>,
     requirements: &[Requirement],
-    table: &StiffnessTable,
+    session: &PageSession,
 ) -> Option<ConformityStatement> {
     let rule = rule.filter(|_| !requirements.is_empty())?;
     let judged: Vec<JudgedRequirement> = requirements
         .iter()
-        .map(|requirement| judged(rule, requirement, table))
+        .map(|requirement| judged(rule, requirement, session))
         .collect();
     let count = |decision| {
         let same = judged.iter().filter(|one| one.decision == decision);
@@ -220,15 +222,9 @@ pub(super) fn conformity(
 fn judged(
     rule: DecisionRule,
     requirement: &Requirement,
-    table: &StiffnessTable,
+    session: &PageSession,
 ) -> JudgedRequirement {
-    let cell = table.cells.iter().find(|row| {
-        row.cell.pose.as_str() == requirement.pose
-            && row.cell.direction.to_string() == requirement.direction
-    });
-    let estimate = cell.and_then(|row| row.by(Method::Regression).ok());
-    let value = estimate.map(|found| found.estimate.value / N_PER_UM);
-    let expanded = estimate.and_then(|found| Some(found.estimate.expanded_95()? / N_PER_UM));
+    let [value, expanded] = session.stiffness_n_per_um(&requirement.pose, &requirement.direction);
     let limits = [requirement.at_least, requirement.at_most];
     let decision = decide(rule, value, expanded, limits);
     JudgedRequirement {

@@ -8,7 +8,7 @@ use crate::stiffness::StiffnessTable;
 
 use super::PageFigure;
 use super::packed::lean;
-use super::session::stiffness_words;
+use super::results::stiffness_words;
 
 /// Figures of a diagnosis that a report has, by the beginning of their names, the most important first.
 const OF_DIAGNOSIS: [&str; 8] = [
@@ -22,7 +22,7 @@ const OF_DIAGNOSIS: [&str; 8] = [
     "residuals_before_after",
 ];
 
-fn page_figure(name: impl Into<String>, figure: &Figure) -> PageFigure {
+pub(super) fn page_figure(name: impl Into<String>, figure: &Figure) -> PageFigure {
     PageFigure {
         name: name.into(),
         title: figure.title.clone(),

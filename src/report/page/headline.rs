@@ -1,12 +1,16 @@
 //! The answer of a report: stiffness, verdict, what to do.
 
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
+
+use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, NextLoadCase, significant};
 
 use super::blocks::{TextBlock, under};
 use super::conformity::ConformityStatement;
 use super::model::{PageComparison, PageDiagnosis, PageFit};
-use super::session::{PageCell, PageSession};
+use super::results::PageCell;
+use super::session::PageSession;
 
 /// So many cells are named one by one.
 const FEW_CELLS: usize = 3;
@@ -41,7 +45,9 @@ pub(super) struct HeadlineParts<'a> {
 impl HeadlineParts<'_> {
     pub(super) fn headline(&self) -> PageHeadline {
         let several = self.sessions.len() > 1;
-        let stiffness = self.sessions.iter().map(|session| {
+        let of_cells =
+            |session: &&PageSession| session.load_cases.is_none() || !session.results.is_empty();
+        let stiffness = self.sessions.iter().filter(of_cells).map(|session| {
             let name = if several {
                 format!("{}: ", session.name)
             } else {
@@ -49,9 +55,13 @@ impl HeadlineParts<'_> {
             };
             name + &stiffness(&session.results)
         });
+        let springs = match self.fit.map(|fit| &fit.numbers) {
+            Some(FitResult::LoadCases(fit)) => springs(fit),
+            _ => Vec::new(),
+        };
         let verdict = self.diagnosis.map(|diagnosis| diagnosis.headline.clone());
         PageHeadline {
-            stiffness: stiffness.collect(),
+            stiffness: stiffness.chain(springs).collect(),
             verdict: self
                 .comparison
                 .map(|comparison| comparison.verdict.clone())
@@ -67,9 +77,16 @@ impl HeadlineParts<'_> {
         let Some(diagnosis) = self.diagnosis else {
             return Vec::new();
         };
-        let checks = diagnosis.numbers.findings.iter();
+        let findings = match &diagnosis.numbers {
+            DiagnosisResult::Session(summary) => &summary.findings[..],
+            _ => &[],
+        };
+        let checks = findings.iter();
         let checks = checks.filter_map(|finding| finding.check.as_ref());
         let mut next: Vec<String> = Vec::new();
+        if let Some(FitResult::LoadCases(fit)) = self.fit.map(|fit| &fit.numbers) {
+            next.extend(fit.next.iter().map(next_load_case));
+        }
         for check in checks.map(|check| format!("To check by hand: {check}.")) {
             if !next.contains(&check) && next.len() < CHECKS {
                 next.push(check);
@@ -105,6 +122,48 @@ fn stiffness(cells: &[PageCell]) -> String {
     format!(
         "{} poses and directions. Smallest: K = {low}. Largest: K = {high}.",
         known.len()
+    )
+}
+
+/// The springs that were determined, with the intervals of their stiffness, a line for each unit.
+fn springs(fit: &LoadCaseFitReport) -> Vec<String> {
+    let mut lines: IndexMap<&str, Vec<String>> = IndexMap::new();
+    for one in &fit.parameters {
+        let (Some(stiffness), Some([low, high])) = (one.stiffness, one.stiffness_ci95) else {
+            continue;
+        };
+        let (scale, unit) = match one.stiffness_unit.as_deref() {
+            Some("N*m/rad") => (1e3, "kN·m/rad"),
+            Some("N/m") => (1e6, "N/µm"),
+            _ => continue,
+        };
+        let words = |value: f64| significant(value / scale, 3);
+        let low = low.map_or_else(|| "0".to_owned(), words);
+        let high = high.map_or_else(|| "no upper limit".to_owned(), words);
+        let name = &one.parameter.name;
+        let spring = format!("{name} {} ({low} to {high})", words(stiffness));
+        lines
+            .entry(unit)
+            .or_default()
+            .push(spring.replace(' ', "\u{a0}"));
+    }
+    let lines = lines.iter();
+    lines
+        .map(|(unit, springs)| format!("K in {unit}, with 95 % intervals: {}.", springs.join("; ")))
+        .collect()
+}
+
+fn next_load_case(next: &NextLoadCase) -> String {
+    let joints = next.joints_deg.iter();
+    let joints: Vec<String> = joints
+        .map(|(name, value)| format!("{name} {value}"))
+        .collect();
+    format!(
+        "To measure next: {} N along {} in pose {} ({}).",
+        significant(next.force_n, 3),
+        next.direction,
+        next.pose,
+        joints.join(", ")
     )
 }
 

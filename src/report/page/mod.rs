@@ -10,9 +10,12 @@ mod details;
 mod error;
 mod figures;
 mod headline;
+mod load_cases;
 mod model;
 mod packed;
+mod results;
 mod session;
+mod source;
 mod template;
 mod verify;
 
@@ -22,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::sha256;
 
 pub use blocks::{TextBlock, text_blocks};
-pub use build::{PageSource, comparison_page, session_page};
+pub use build::{comparison_page, session_page};
 pub use conformity::{
     ConformityDecision, ConformityStatement, DecisionRule, JudgedRequirement, Requirement, decide,
 };
@@ -33,7 +36,9 @@ pub use details::{
 pub use error::ReportError;
 pub use headline::PageHeadline;
 pub use model::{PageComparison, PageDiagnosis, PageFit, PageModel};
-pub use session::{PageBudget, PageCell, PageEntry, PageGauge, PageSession};
+pub use results::{PageBudget, PageBudgetRow, PageBudgetSource, PageCell};
+pub use session::{PageEntry, PageGauge, PageSession};
+pub use source::PageSource;
 pub use template::{PageTemplate, RenderedPage, html_template, markdown_template};
 pub use verify::{PageCheck, PageDifference, ReadPage, read_page};
 

@@ -4,9 +4,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
+use crate::elastostatics::{LoadCaseDiagnosis, LoadCaseFit};
 use crate::fit::{FitOutcome, FittedCell};
 use crate::report::{
-    ComparisonReport, ComparisonVerdict, DiagnosisSummary, FitReport, diagnosis_page, significant,
+    ComparisonReport, ComparisonVerdict, DiagnosisResult, DiagnosisSummary, FitReport, FitResult,
+    LoadCaseDiagnosisReport, LoadCaseFitReport, diagnosis_page, load_case_fit_text,
+    next_load_cases_text, significant,
 };
 
 use super::blocks::{TextBlock, text_blocks, with_micro_signs};
@@ -34,7 +37,7 @@ pub struct PageFit {
     /// Parameters, cells and what to think of them.
     pub text: Vec<TextBlock>,
     /// All numbers.
-    pub numbers: FitReport,
+    pub numbers: FitResult,
 }
 
 /// A diagnosis.
@@ -45,7 +48,7 @@ pub struct PageDiagnosis {
     /// What is missing, where, how sure, what to do next.
     pub text: Vec<TextBlock>,
     /// All numbers.
-    pub numbers: DiagnosisSummary,
+    pub numbers: DiagnosisResult,
 }
 
 /// The comparison of two sessions.
@@ -92,7 +95,34 @@ impl PageFit {
                 )
             }),
             text: text_blocks(&numbers.text(&outcome.warnings)),
-            numbers,
+            numbers: FitResult::Cells(Box::new(numbers)),
+        }
+    }
+
+    pub(super) fn of_load_cases(fit: &LoadCaseFit, numbers: LoadCaseFitReport) -> Self {
+        let text = load_case_fit_text(fit) + &next_load_cases_text(&numbers);
+        let rms = numbers.rms;
+        let validation = rms.rigid_um.zip(rms.unseen_um).map(|(rigid, unseen)| {
+            let [rigid, unseen] = [rigid, unseen].map(|rms| significant(rms, 3));
+            format!(
+                "In poses that the fit did not see the model differs from the measured displacements by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
+            )
+        });
+        Self {
+            validation,
+            text: text_blocks(&text),
+            numbers: FitResult::LoadCases(Box::new(numbers)),
+        }
+    }
+}
+
+impl PageDiagnosis {
+    pub(super) fn of_load_cases(diagnosis: &LoadCaseDiagnosis, seed: u64) -> Self {
+        let numbers = LoadCaseDiagnosisReport::new(diagnosis, seed);
+        Self {
+            headline: with_micro_signs(&numbers.headline),
+            text: text_blocks(&numbers.text()),
+            numbers: DiagnosisResult::LoadCases(Box::new(numbers)),
         }
     }
 }
@@ -103,7 +133,7 @@ impl From<&DiagnosisReport> for PageDiagnosis {
         Self {
             headline: with_micro_signs(&numbers.headline),
             text: with_procedures_named(text_blocks(&diagnosis_page(report))),
-            numbers,
+            numbers: DiagnosisResult::Session(Box::new(numbers)),
         }
     }
 }

@@ -3,13 +3,18 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{LoadedSession, SessionHistory, doubts_about_stiffness};
+use crate::analysis::{
+    LoadedLoadCases, LoadedSession, SessionHistory, VectorSession, doubts_about_stiffness,
+};
 use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
 };
-use crate::readings::InstrumentRecord;
-use crate::report::significant;
-use crate::stiffness::{CellStiffness, Method, RowUse, StiffnessTable, format_value_uncertainty};
+use crate::readings::{InstrumentRecord, SessionHeader};
+use crate::report::{VectorStiffnessReport, significant};
+use crate::stiffness::{Branches, Method, StiffnessTable};
+
+use super::blocks::{TextBlock, text_blocks};
+use super::results::{PageBudget, PageCell, page_cell};
 
 /// A word with its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -21,46 +26,12 @@ pub struct PageEntry {
 }
 
 impl PageEntry {
-    fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
+    pub(super) fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
         Self {
             name: name.into(),
             value: value.into(),
         }
     }
-}
-
-/// The stiffness of a cell as printed.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct PageCell {
-    /// The pose.
-    pub pose: String,
-    /// The direction.
-    pub direction: String,
-    /// The direction in a word.
-    pub direction_word: String,
-    /// Number of runs.
-    pub runs: usize,
-    /// Stiffness, N/µm; a dash where there is none.
-    pub stiffness: String,
-    /// Expanded uncertainty, N/µm; a dash where there is none.
-    pub expanded: String,
-    /// Coverage factor for 95 %.
-    pub k: String,
-    /// Effective degrees of freedom.
-    pub dof: String,
-    /// Expanded uncertainty in percent of the stiffness.
-    pub percent: String,
-    /// Why there is no stiffness or no uncertainty.
-    pub reason: Option<String>,
-}
-
-/// The uncertainty budget of a cell as printed.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct PageBudget {
-    /// Pose and direction.
-    pub cell: String,
-    /// Its rows: source, type, distribution, contribution in N/µm, degrees of freedom, share in percent.
-    pub rows: Vec<[String; 6]>,
 }
 
 /// A gauge as printed.
@@ -103,10 +74,16 @@ pub struct PageSession {
     pub performed: Option<String>,
     /// Number of readings that count.
     pub readings: usize,
+    /// Number of load cases; `null` of readings along the load.
+    pub load_cases: Option<usize>,
+    /// Whether the readings come from another program.
+    pub imported: bool,
     /// Stiffness of every cell.
     pub results: Vec<PageCell>,
-    /// Uncertainty of every cell.
-    pub budgets: Vec<PageBudget>,
+    /// Their uncertainty.
+    pub budget: PageBudget,
+    /// Further results: compliance along the axes of the base.
+    pub further: Vec<TextBlock>,
     /// Procedure, operator, place, environment.
     pub conditions: Vec<PageEntry>,
     /// The gauges.
@@ -115,8 +92,10 @@ pub struct PageSession {
     pub deviations: Vec<String>,
     /// Name and SHA-256 of every file.
     pub files: Vec<PageEntry>,
-    /// All numbers of the stiffness.
-    pub numbers: StiffnessTable,
+    /// All numbers of the stiffness; `null` of load cases.
+    pub numbers: Option<StiffnessTable>,
+    /// All numbers of the compliance along the axes of the base; `null` of readings along the load.
+    pub vectors: Option<VectorStiffnessReport>,
 }
 
 impl PageSession {
@@ -128,37 +107,90 @@ impl PageSession {
         history: Option<&SessionHistory>,
         files: &[(String, String)],
     ) -> Self {
-        let days = days(session, history);
-        let last_day = days.as_ref().map(|[_, last]| last.clone());
-        Self {
+        let readings = &session.table.readings;
+        let texts = readings.iter().filter_map(|reading| reading.text.as_ref());
+        let temperatures = readings
+            .iter()
+            .filter_map(|reading| reading.temperature_deg_c);
+        let mut page = SessionFacts {
             name: session.short_name(),
             origin: session.origin(),
-            complete: history.map(SessionHistory::is_complete),
-            protected: history.is_some(),
-            performed: days.map(|[first, last]| {
-                if first == last {
-                    first
-                } else {
-                    format!("{first} to {last}")
-                }
-            }),
-            readings: session
-                .table
-                .readings
-                .iter()
-                .filter(|r| r.is_accepted())
-                .count(),
-            results: table.cells.iter().map(page_cell).collect(),
-            budgets: table.cells.iter().filter_map(page_budget).collect(),
-            conditions: conditions(session, history),
-            gauges: gauges(session, last_day.as_deref()),
-            deviations: deviations(session, &table, history),
-            files: files
-                .iter()
-                .map(|(name, hash)| PageEntry::new(name, hash))
-                .collect(),
-            numbers: table,
+            header: session.header.as_ref(),
+            history,
+            files,
+            utc: texts.map(|text| &*text.utc).collect(),
+            temperatures_deg_c: temperatures.collect(),
         }
+        .page();
+        page.readings = readings.iter().filter(|one| one.is_accepted()).count();
+        page.results = table.cells.iter().map(page_cell).collect();
+        page.budget = PageBudget::from(&table);
+        page.deviations = deviations(session, &table, history);
+        page.numbers = Some(table);
+        page
+    }
+
+    /// Load cases; with their compliance where they are the runs of a session with displacement gauges along the base axes.
+    #[must_use]
+    pub fn of_load_cases(
+        loaded: &LoadedLoadCases,
+        vectors: Option<&VectorSession>,
+        history: Option<&SessionHistory>,
+        files: &[(String, String)],
+    ) -> Self {
+        let readings = vectors.map(|session| &session.table.readings[..]);
+        let readings = readings.unwrap_or_default();
+        let temperatures = readings
+            .iter()
+            .filter_map(|reading| reading.temperature_deg_c);
+        let mut page = SessionFacts {
+            name: loaded.short_name(),
+            origin: loaded.origin(),
+            header: loaded.header.as_ref(),
+            history,
+            files,
+            utc: readings
+                .iter()
+                .map(|reading| reading.utc.as_str())
+                .collect(),
+            temperatures_deg_c: temperatures.collect(),
+        }
+        .page();
+        page.load_cases = Some(loaded.table.cases.len());
+        page.deviations = of_history(history).collect();
+        page.deviations.extend(loaded.warnings.iter().cloned());
+        if let Some(session) = vectors {
+            let report = VectorStiffnessReport::new(
+                &session.stiffness(Branches::LoadingOnly),
+                session.procedure(),
+            );
+            page.readings = session.table.accepted().count();
+            page.results = report.cells.iter().map(PageCell::from).collect();
+            page.further = text_blocks(&report.text());
+            page.vectors = Some(report);
+        }
+        page
+    }
+
+    /// Stiffness and expanded uncertainty of a pose and direction, N/µm, as far as they are known.
+    #[must_use]
+    pub fn stiffness_n_per_um(&self, pose: &str, direction: &str) -> [Option<f64>; 2] {
+        if let Some(report) = &self.vectors {
+            let mut cells = report.cells.iter();
+            let cell = cells.find(|one| one.pose.as_str() == pose && one.direction == direction);
+            return cell.map_or([None; 2], |cell| {
+                [cell.stiffness.value, cell.stiffness.expanded_uncertainty]
+            });
+        }
+        let mut cells = self.numbers.iter().flat_map(|table| &table.cells);
+        let cell = cells.find(|row| {
+            row.cell.pose.as_str() == pose && row.cell.direction.to_string() == direction
+        });
+        let found = cell.and_then(|row| row.by(Method::Regression).ok());
+        found.map_or([None; 2], |found| {
+            let expanded = found.estimate.expanded_95();
+            [Some(found.estimate.value), expanded].map(|value| Some(value? / N_PER_UM))
+        })
     }
 
     /// The last day of the measurement.
@@ -179,109 +211,80 @@ impl PageSession {
     }
 }
 
-/// First and last day of the measurement.
-fn days(session: &LoadedSession, history: Option<&SessionHistory>) -> Option<[String; 2]> {
-    if let Some(history) = history {
-        let [began, ended] = [history.began?, history.state.last_utc?];
-        return Some([began, ended].map(|time| time.strftime("%Y-%m-%d").to_string()));
+/// What sessions of every form have.
+struct SessionFacts<'a> {
+    name: String,
+    origin: Option<String>,
+    header: Option<&'a SessionHeader>,
+    history: Option<&'a SessionHistory>,
+    files: &'a [(String, String)],
+    /// Times of the readings.
+    utc: Vec<&'a str>,
+    temperatures_deg_c: Vec<f64>,
+}
+
+impl SessionFacts<'_> {
+    /// A session without results.
+    fn page(self) -> PageSession {
+        let days = self.days();
+        let last_day = days.as_ref().map(|[_, last]| last.clone());
+        let files = self.files.iter();
+        let named = self.header.iter().flat_map(|one| one.instruments.named());
+        PageSession {
+            complete: self.history.map(SessionHistory::is_complete),
+            protected: self.history.is_some(),
+            performed: days.map(|[first, last]| {
+                if first == last {
+                    first
+                } else {
+                    format!("{first} to {last}")
+                }
+            }),
+            readings: 0,
+            load_cases: None,
+            imported: self.header.is_some_and(|header| header.import.is_some()),
+            results: Vec::new(),
+            budget: PageBudget::default(),
+            further: Vec::new(),
+            conditions: conditions(self.header, self.history, &self.temperatures_deg_c),
+            gauges: named
+                .map(|(name, record)| page_gauge(name, record, last_day.as_deref()))
+                .collect(),
+            deviations: Vec::new(),
+            files: files
+                .map(|(name, hash)| PageEntry::new(name, hash))
+                .collect(),
+            numbers: None,
+            vectors: None,
+            name: self.name,
+            origin: self.origin,
+        }
     }
-    let texts = session
-        .table
-        .readings
-        .iter()
-        .filter_map(|r| r.text.as_ref());
-    let mut days: Vec<String> = texts
-        .filter_map(|text| text.utc.get(..10).map(str::to_owned))
-        .collect();
-    days.sort_unstable();
-    Some([days.first()?.clone(), days.last()?.clone()])
-}
 
-/// Stiffness with its uncertainty in N/µm, both rounded to the digits that count.
-fn rounded(cell: &CellStiffness) -> Option<[String; 2]> {
-    let found = cell.by(Method::Regression).ok()?;
-    let expanded = found.estimate.expanded_95()? / N_PER_UM;
-    let both = format_value_uncertainty(found.estimate.value / N_PER_UM, expanded)?;
-    Some([both.value, both.uncertainty])
-}
-
-/// The stiffness of a cell in words: `0.01049 ± 0.00012`.
-pub(super) fn stiffness_words(cell: &CellStiffness) -> String {
-    match (rounded(cell), cell.by(Method::Regression)) {
-        (Some([value, expanded]), _) => format!("{value} ± {expanded}"),
-        (None, Ok(found)) => significant(found.estimate.value / N_PER_UM, 5),
-        (None, Err(_)) => "no stiffness".to_owned(),
-    }
-}
-
-fn page_cell(cell: &CellStiffness) -> PageCell {
-    let none = || "–".to_owned();
-    let found = cell.by(Method::Regression);
-    let estimate = found.as_ref().ok().map(|found| found.estimate);
-    let [stiffness, expanded] = rounded(cell).unwrap_or_else(|| {
-        let value = estimate.map(|one| significant(one.value / N_PER_UM, 5));
-        [value.unwrap_or_else(none), none()]
-    });
-    let known = estimate.filter(|one| one.expanded_95().is_some());
-    PageCell {
-        pose: cell.cell.pose.to_string(),
-        direction: cell.cell.direction.to_string(),
-        direction_word: cell.cell.direction.word().to_owned(),
-        runs: cell.n_runs,
-        stiffness,
-        expanded,
-        k: known
-            .and_then(|one| one.coverage_factor_95())
-            .map_or_else(none, |k| format!("{k:.2}")),
-        dof: known.map_or_else(none, |one| dof_words(one.dof.floor())),
-        percent: known
-            .and_then(|one| Some(100.0 * one.expanded_95()? / one.value.abs()))
-            .map_or_else(none, |percent| significant(percent, 2)),
-        reason: match found {
-            Err(reason) => Some(reason.to_string()),
-            Ok(found) if known.is_none() => Some(format!("no uncertainty: {}", found.basis)),
-            Ok(_) => None,
-        },
+    /// First and last day of the measurement.
+    fn days(&self) -> Option<[String; 2]> {
+        if let Some(history) = self.history {
+            let [began, ended] = [history.began?, history.state.last_utc?];
+            return Some([began, ended].map(|time| time.strftime("%Y-%m-%d").to_string()));
+        }
+        let days = self.utc.iter().filter_map(|utc| utc.get(..10));
+        let ends = days.fold(None, |ends: Option<[&str; 2]>, day| {
+            Some(ends.map_or([day; 2], |[first, last]| [first.min(day), last.max(day)]))
+        });
+        ends.map(|ends| ends.map(str::to_owned))
     }
 }
 
-fn dof_words(dof: f64) -> String {
-    if dof.is_finite() {
-        format!("{dof:.0}")
-    } else {
-        "∞".to_owned()
-    }
-}
-
-fn page_budget(cell: &CellStiffness) -> Option<PageBudget> {
-    let found = cell.by(Method::Regression).ok()?;
-    let rows = found.budget.rows.iter().map(|row| {
-        [
-            row.source.to_string(),
-            format!("{:?}", row.evaluation),
-            format!("{:?}", row.distribution).to_lowercase(),
-            match row.standing {
-                RowUse::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
-                RowUse::InRepeatability => "in repeatability".to_owned(),
-                RowUse::NotStated => "not stated".to_owned(),
-                RowUse::NoEffect => "no effect".to_owned(),
-            },
-            dof_words(row.dof),
-            format!("{:.1}", row.share_percent),
-        ]
-    });
-    Some(PageBudget {
-        cell: cell.cell.to_string(),
-        rows: rows.collect(),
-    })
-}
-
-fn conditions(session: &LoadedSession, history: Option<&SessionHistory>) -> Vec<PageEntry> {
+fn conditions(
+    header: Option<&SessionHeader>,
+    history: Option<&SessionHistory>,
+    temperatures_deg_c: &[f64],
+) -> Vec<PageEntry> {
     let mut entries = Vec::new();
     let mut add = |name: &str, value: Option<String>| {
         entries.extend(value.map(|value| PageEntry::new(name, value)));
     };
-    if let Some(header) = &session.header {
+    if let Some(header) = header {
         let procedure = header.procedure.as_ref();
         add("procedure", procedure.and_then(|one| one.name.clone()));
         add("what it does", procedure.and_then(|one| one.text.clone()));
@@ -303,24 +306,14 @@ fn conditions(session: &LoadedSession, history: Option<&SessionHistory>) -> Vec<
             start.map(|one| format!("{one} °C")),
         );
     }
-    let temperatures = session.table.readings.iter();
-    let temperatures = temperatures.filter_map(|reading| reading.temperature_deg_c);
-    let ends = temperatures.fold(None, |ends: Option<[f64; 2]>, next| {
-        Some(ends.map_or([next; 2], |[low, high]| [low.min(next), high.max(next)]))
+    let ends = (temperatures_deg_c.iter()).fold(None, |ends: Option<[f64; 2]>, next| {
+        Some(ends.map_or([*next; 2], |[low, high]| [low.min(*next), high.max(*next)]))
     });
     add(
         "temperature during the readings",
         ends.map(|[low, high]| format!("{low} °C to {high} °C")),
     );
     entries
-}
-
-fn gauges(session: &LoadedSession, day: Option<&str>) -> Vec<PageGauge> {
-    let header = session.header.iter();
-    let named = header.flat_map(|header| header.instruments.named());
-    named
-        .map(|(name, record)| page_gauge(name, record, day))
-        .collect()
 }
 
 fn page_gauge(name: &str, record: &InstrumentRecord, day: Option<&str>) -> PageGauge {
@@ -382,6 +375,15 @@ fn deviations(
             "{superseded} reading(s) superseded and {rejected} rejected do not count"
         ));
     }
+    all.extend(of_history(history));
+    all.extend(doubts_about_stiffness(table));
+    all.extend(session.warnings.iter().cloned());
+    all
+}
+
+/// What a journal tells that was not as planned.
+fn of_history(history: Option<&SessionHistory>) -> impl Iterator<Item = String> {
+    let mut all = Vec::new();
     if let Some(history) = history {
         if let Some(ended) = history
             .state
@@ -408,7 +410,5 @@ fn deviations(
         all.extend(notes.map(|(_, note)| format!("note of the operator: {}", note.text)));
         all.extend(history.incidents.iter().cloned());
     }
-    all.extend(doubts_about_stiffness(table));
-    all.extend(session.warnings.iter().cloned());
-    all
+    all.into_iter()
 }

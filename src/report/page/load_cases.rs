@@ -1,0 +1,79 @@
+//! Fit and diagnosis of load cases for a report.
+
+use crate::analysis::{
+    AnalysisError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, ModelChoice,
+    doubts_about_load_case_fit, doubts_about_load_cases,
+};
+use crate::report::{LoadCaseFitReport, load_case_figures};
+
+use super::build::{NO_DIAGNOSIS, in_words};
+use super::figures::page_figure;
+use super::model::{PageDiagnosis, PageFit, PageModel};
+use super::{PageSettings, ReportPage};
+
+/// Further load cases that are planned for what is open.
+const FURTHER: usize = 3;
+
+/// Fit and diagnosis of load cases of one robot, or why there are none.
+///
+/// # Errors
+/// For a model that cannot be resolved, training poses that the data do not have, and data of another robot.
+pub(super) fn add_load_case_model(
+    page: &mut ReportPage,
+    loaded: &[LoadedLoadCases],
+    choice: &ModelChoice,
+    settings: &PageSettings,
+) -> Result<(), AnalysisError> {
+    let Some((first, further)) = loaded.split_first() else {
+        return Ok(());
+    };
+    let mut data = LoadCaseData::new(first, choice)?;
+    for one in further {
+        data.join(one)?;
+    }
+    page.model = Some(PageModel::from(&data.model));
+    let fit_settings = LoadCaseSettings {
+        train: settings.train.clone(),
+        choice: data.usual_choice()?,
+        sigma: None,
+    };
+    let fit = match data.fit(&fit_settings) {
+        Ok(fit) => fit,
+        Err(error @ AnalysisError::Argument(_)) => return Err(error),
+        Err(error) => {
+            page.left_out.push(format!("Fit: {}.", in_words(&error)));
+            return Ok(());
+        }
+    };
+    let (planned, _) = data.plan(&fit, FURTHER)?;
+    let numbers = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
+    let figures = load_case_figures(&fit, &data.posed, &data.model.robot);
+    page.figures.fit = figures
+        .iter()
+        .map(|(name, figure)| page_figure(*name, figure))
+        .collect();
+    page.fit = Some(PageFit::of_load_cases(&fit, numbers));
+    let doubts = doubts_about_load_cases(&data.posed).into_iter();
+    let doubts: Vec<String> = doubts.chain(doubts_about_load_case_fit(&fit)).collect();
+    if let Some(session) = page.sessions.first_mut() {
+        session.deviations.extend(doubts);
+    }
+    if settings.no_diagnosis {
+        page.left_out.push(NO_DIAGNOSIS.to_owned());
+        return Ok(());
+    }
+    let all_poses = LoadCaseSettings {
+        train: None,
+        ..fit_settings
+    };
+    match data.diagnose(&all_poses, settings.seed) {
+        Ok(diagnosis) => {
+            page.diagnosis = Some(PageDiagnosis::of_load_cases(&diagnosis, settings.seed));
+        }
+        Err(error) => {
+            let why = format!("Diagnosis: {}.", in_words(&error));
+            page.left_out.push(why);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,223 @@
+//! The results of a session as printed: stiffness of every pose and direction, and its uncertainty budget.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::report::{VectorStiffnessCell, significant};
+use crate::stiffness::{
+    BudgetRow, CellStiffness, Method, RowUse, StiffnessTable, format_value_uncertainty,
+};
+
+use super::session::PageEntry;
+
+/// The stiffness of a cell as printed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PageCell {
+    /// The pose.
+    pub pose: String,
+    /// The direction.
+    pub direction: String,
+    /// The direction in a word.
+    pub direction_word: String,
+    /// Number of runs.
+    pub runs: usize,
+    /// Stiffness, N/µm; a dash where there is none.
+    pub stiffness: String,
+    /// Expanded uncertainty, N/µm; a dash where there is none.
+    pub expanded: String,
+    /// Coverage factor for 95 %.
+    pub k: String,
+    /// Effective degrees of freedom.
+    pub dof: String,
+    /// Expanded uncertainty in percent of the stiffness.
+    pub percent: String,
+    /// Why there is no stiffness or no uncertainty.
+    pub reason: Option<String>,
+}
+
+/// The uncertainty budget of a session as printed, standard uncertainties of K by regression.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct PageBudget {
+    /// The sources that count in any cell.
+    pub sources: Vec<PageBudgetSource>,
+    /// The cells.
+    pub rows: Vec<PageBudgetRow>,
+    /// The other sources, and why they do not count.
+    pub others: Vec<PageEntry>,
+}
+
+/// A source of uncertainty.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PageBudgetSource {
+    /// What it is.
+    pub name: String,
+    /// Type A or B.
+    pub evaluation: String,
+    /// Assumed distribution.
+    pub distribution: String,
+}
+
+/// The budget of a pose and direction.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct PageBudgetRow {
+    /// Pose and direction.
+    pub cell: String,
+    /// For each source the contribution, N/µm, with its share of the variance, or why there is none.
+    pub contributions: Vec<String>,
+    /// Combined standard uncertainty, N/µm.
+    pub combined: String,
+    /// Effective degrees of freedom.
+    pub dof: String,
+}
+
+/// Stiffness with its uncertainty in N/µm, both rounded to the digits that count.
+fn rounded(cell: &CellStiffness) -> Option<[String; 2]> {
+    let found = cell.by(Method::Regression).ok()?;
+    let expanded = found.estimate.expanded_95()? / N_PER_UM;
+    let both = format_value_uncertainty(found.estimate.value / N_PER_UM, expanded)?;
+    Some([both.value, both.uncertainty])
+}
+
+/// The stiffness of a cell in words: `0.01049 ± 0.00012`.
+pub(super) fn stiffness_words(cell: &CellStiffness) -> String {
+    match (rounded(cell), cell.by(Method::Regression)) {
+        (Some([value, expanded]), _) => format!("{value} ± {expanded}"),
+        (None, Ok(found)) => significant(found.estimate.value / N_PER_UM, 5),
+        (None, Err(_)) => "no stiffness".to_owned(),
+    }
+}
+
+pub(super) fn page_cell(cell: &CellStiffness) -> PageCell {
+    let none = || "–".to_owned();
+    let found = cell.by(Method::Regression);
+    let estimate = found.as_ref().ok().map(|found| found.estimate);
+    let [stiffness, expanded] = rounded(cell).unwrap_or_else(|| {
+        let value = estimate.map(|one| significant(one.value / N_PER_UM, 5));
+        [value.unwrap_or_else(none), none()]
+    });
+    let known = estimate.filter(|one| one.expanded_95().is_some());
+    PageCell {
+        pose: cell.cell.pose.to_string(),
+        direction: cell.cell.direction.to_string(),
+        direction_word: cell.cell.direction.word().to_owned(),
+        runs: cell.n_runs,
+        stiffness,
+        expanded,
+        k: known
+            .and_then(|one| one.coverage_factor_95())
+            .map_or_else(none, |k| format!("{k:.2}")),
+        dof: known.map_or_else(none, |one| dof_words(one.dof.floor())),
+        percent: known
+            .and_then(|one| Some(100.0 * one.expanded_95()? / one.value.abs()))
+            .map_or_else(none, |percent| significant(percent, 2)),
+        reason: match found {
+            Err(reason) => Some(reason.to_string()),
+            Ok(found) if known.is_none() => Some(format!("no uncertainty: {}", found.basis)),
+            Ok(_) => None,
+        },
+    }
+}
+
+fn dof_words(dof: f64) -> String {
+    if dof.is_finite() {
+        format!("{dof:.0}")
+    } else {
+        "∞".to_owned()
+    }
+}
+
+impl From<&VectorStiffnessCell> for PageCell {
+    fn from(cell: &VectorStiffnessCell) -> Self {
+        let none = || "–".to_owned();
+        let found = &cell.stiffness;
+        let both = found.value.zip(found.expanded_uncertainty);
+        let rounded = both.and_then(|(value, expanded)| format_value_uncertainty(value, expanded));
+        let alone = || {
+            let value = found.value.map(|value| significant(value, 5));
+            (value.unwrap_or_else(none), none())
+        };
+        let (stiffness, expanded) =
+            rounded.map_or_else(alone, |both| (both.value, both.uncertainty));
+        let percent = both.map(|(value, expanded)| significant(100.0 * expanded / value.abs(), 2));
+        Self {
+            pose: cell.pose.to_string(),
+            direction: cell.direction.clone(),
+            direction_word: String::new(),
+            runs: cell.runs,
+            stiffness,
+            expanded,
+            k: found.k.map_or_else(none, |k| format!("{k:.2}")),
+            dof: found.dof.map_or_else(none, |dof| dof_words(dof.floor())),
+            percent: percent.unwrap_or_else(none),
+            reason: found.reason.clone(),
+        }
+    }
+}
+
+impl From<&StiffnessTable> for PageBudget {
+    fn from(table: &StiffnessTable) -> Self {
+        let cells = table.cells.iter();
+        let found: Vec<_> = cells
+            .filter_map(|row| Some((row, row.by(Method::Regression).ok()?)))
+            .collect();
+        let Some((_, first)) = found.first() else {
+            return Self::default();
+        };
+        let places = 0..first.budget.rows.len();
+        let counts = |place: &usize| {
+            let mut rows = found
+                .iter()
+                .filter_map(|(_, one)| one.budget.rows.get(*place));
+            rows.any(|row| row.standing == RowUse::Counted)
+        };
+        let (counted, others): (Vec<usize>, Vec<usize>) = places.partition(counts);
+        let sources = counted.iter().map(|place| &first.budget.rows[*place]);
+        let rows = found.iter().map(|(row, one)| {
+            let of_row = counted
+                .iter()
+                .filter_map(|place| one.budget.rows.get(*place));
+            PageBudgetRow {
+                cell: row.cell.to_string(),
+                contributions: of_row.map(contribution).collect(),
+                combined: significant(one.estimate.standard_uncertainty / N_PER_UM, 3),
+                dof: dof_words(one.estimate.dof.floor()),
+            }
+        });
+        let others = others.iter().map(|place| &first.budget.rows[*place]);
+        Self {
+            sources: sources
+                .map(|row| PageBudgetSource {
+                    name: row.source.to_string(),
+                    evaluation: format!("{:?}", row.evaluation),
+                    distribution: format!("{:?}", row.distribution).to_lowercase(),
+                })
+                .collect(),
+            rows: rows.collect(),
+            others: others
+                .map(|row| PageEntry::new(row.source.to_string(), use_words(row.standing)))
+                .collect(),
+        }
+    }
+}
+
+/// A contribution with its share, or why it does not count.
+fn contribution(row: &BudgetRow) -> String {
+    match row.standing {
+        RowUse::Counted => format!(
+            "{} ({:.1} %)",
+            significant(row.contribution_n_per_m / N_PER_UM, 3),
+            row.share_percent
+        ),
+        other => use_words(other).to_owned(),
+    }
+}
+
+fn use_words(standing: RowUse) -> &'static str {
+    match standing {
+        RowUse::Counted => "counted",
+        RowUse::InRepeatability => "shows in the repeatability, counted there",
+        RowUse::NotStated => "not stated, not in U",
+        RowUse::NoEffect => "no effect on K by regression",
+    }
+}
