@@ -482,6 +482,8 @@ fn load_cases_have_a_report_with_springs_and_it_can_be_verified() {
             .unwrap()
             .contains("rigid robot")
     );
+    let improvement = data["headline"]["improvement"].as_str().unwrap();
+    assert!(improvement.contains("from 234 to 158 µm"), "{improvement}");
     assert_eq!(data["sessions"][0]["load_cases"], 43);
     assert_eq!(
         data["diagnosis"]["numbers"]["findings"][0]["name"],

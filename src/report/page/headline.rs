@@ -25,6 +25,8 @@ pub struct PageHeadline {
     pub stiffness: Vec<String>,
     /// The verdict on the model, or of the comparison.
     pub verdict: Option<String>,
+    /// By how much what is named improves the model in poses left out of the fit.
+    pub improvement: Option<String>,
     /// How well the fitted model predicts.
     pub validation: Option<String>,
     /// The statement of conformity.
@@ -66,6 +68,7 @@ impl HeadlineParts<'_> {
                 .comparison
                 .map(|comparison| comparison.verdict.clone())
                 .or(verdict),
+            improvement: (self.diagnosis).and_then(|one| improvement(&one.numbers)),
             validation: self.fit.and_then(|fit| fit.validation.clone()),
             conformity: self.conformity.map(|one| one.sentence.clone()),
             next: self.next(),
@@ -151,6 +154,31 @@ fn springs(fit: &LoadCaseFitReport) -> Vec<String> {
     lines
         .map(|(unit, springs)| format!("K in {unit}, with 95 % intervals: {}.", springs.join("; ")))
         .collect()
+}
+
+/// What is named against the model without it, in poses that neither was fitted to.
+fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
+    let (found, before, after, unit) = match diagnosis {
+        DiagnosisResult::Session(one) => (
+            !one.findings.is_empty(),
+            one.before.held_out_rms_percent?,
+            one.after.held_out_rms_percent?,
+            "% of the displacement",
+        ),
+        DiagnosisResult::LoadCases(one) => (
+            !one.findings.is_empty(),
+            one.rms.before_unseen_um?,
+            one.rms.after_unseen_um?,
+            "µm",
+        ),
+        DiagnosisResult::Specimen(_) => return None,
+    };
+    let [before, after] = [before, after].map(|rms| significant(rms, 3));
+    found.then(|| {
+        format!(
+            "With what is named the error in poses left out of the fit falls from {before} to {after} {unit} (root mean square)."
+        )
+    })
 }
 
 fn next_load_case(next: &NextLoadCase) -> String {
