@@ -5,8 +5,9 @@ use crate::fit::FitOutcome;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::stiffness::{Method, StiffnessTable};
 
-/// Stiffness of machines, N/m: 1 N/mm yields under a finger, 1000 N/um no robot reaches.
-const STIFFNESS_N_PER_M: [f64; 2] = [1e3, 1e9];
+/// Stiffness of robots at the tool, N/m: 1 N/mm yields under a finger; serial arms reach some N/um, and 10 N/um only parallel machines.
+/// A displacement in mm that is taken for um makes a usual arm a thousand times too stiff, and it falls out of this range.
+const STIFFNESS_N_PER_M: [f64; 2] = [1e3, 1e7];
 
 /// Stiffness of joints about their axis, N·m/rad: a hobby servo holds 10, the gears of the heaviest arms some 10^7.
 const JOINT_NM_PER_RAD: [f64; 2] = [10.0, 1e9];
@@ -54,12 +55,13 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
     let size = median.abs();
     if !(STIFFNESS_N_PER_M[0]..=STIFFNESS_N_PER_M[1]).contains(&size) {
         odd.push(format!(
-            "the stiffness of the middle cell is {:.3e} N/um, expected {:e} to {:e}: does the displacement have the unit that its column names?",
+            "the stiffness of the middle cell is {:.3e} N/um, and robots have {} to {}: is the unit of the displacement right (mm taken for um, or um for mm)?",
             size * METRES_PER_MICROMETRE,
             STIFFNESS_N_PER_M[0] * METRES_PER_MICROMETRE,
             STIFFNESS_N_PER_M[1] * METRES_PER_MICROMETRE
         ));
     }
+    odd.extend(ratios_that_differ(table));
     if let Some(run_slope) = &table.run_slope
         && let Some(p) = run_slope.evenness_p.filter(|p| *p < UNEVEN_P)
     {
@@ -90,6 +92,36 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
         ));
     }
     odd
+}
+
+/// Cells in which force over displacement and the slope differ by more than their uncertainties: the displacement does not count from the
+/// unloaded gauge, or loads are near zero.
+fn ratios_that_differ(table: &StiffnessTable) -> Option<String> {
+    /// A smaller difference matters to nobody.
+    const SHARE: f64 = 0.05;
+    let estimate = |row: &crate::stiffness::CellStiffness, method| {
+        let found = row.by(method).ok()?;
+        Some((found.estimate.value, found.estimate.expanded_95()?))
+    };
+    let differ: Vec<(String, f64, f64)> = table
+        .cells
+        .iter()
+        .filter_map(|row| {
+            let (slope, of_slope) = estimate(row, Method::Regression)?;
+            let (ratio, of_ratio) = estimate(row, Method::PaperMean)?;
+            let apart = (slope - ratio).abs();
+            (apart > of_slope.hypot(of_ratio).max(SHARE * slope.abs()))
+                .then(|| (row.cell.to_string(), slope, ratio))
+        })
+        .collect();
+    let (cell, slope, ratio) = differ.first()?;
+    Some(format!(
+        "in {} of {} cells the mean of F/d and the slope differ by more than their uncertainties (first {cell}: {:.4e} and {:.4e} N/um): the displacement did not count from the unloaded gauge, or loads are near zero; trust the slope",
+        differ.len(),
+        table.cells.len(),
+        ratio * METRES_PER_MICROMETRE,
+        slope * METRES_PER_MICROMETRE
+    ))
 }
 
 /// Doubts about a model that was fitted.

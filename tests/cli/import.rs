@@ -237,7 +237,11 @@ fn implausible_numbers_are_said() {
     );
     let ran = desk.run("import a.csv --out s --direction x").succeeds();
     assert!(ran.stderr.contains("um"), "{}", ran.stderr);
-    assert!(ran.stderr.contains("expected"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("robots have 0.001 to 10"),
+        "{}",
+        ran.stderr
+    );
 }
 
 #[test]
@@ -483,4 +487,146 @@ fn calibration_can_be_given_to_every_analysis() {
         11,
         "stiffbench::calibration_table::missing_column",
     );
+}
+
+/// The notes of an import of a table, which must succeed.
+fn notes_of(desk: &Desk, name: &str, table: &str, options: &str) -> (Value, String) {
+    desk.write(name, table);
+    let ran = desk.run(&format!(
+        "import {name} --out of-{name} --no-input --json {options}"
+    ));
+    let object = ran.succeeds().json();
+    (object["data"].clone(), object["warnings"].to_string())
+}
+
+#[test]
+fn dates_and_times_in_two_columns_are_one_time() {
+    let desk = desk();
+    // Around midnight: the times of day alone would go back.
+    let force = "Date;Time;Force [N]\n2026-11-24;23:59:58;0\n2026-11-24;23:59:59;10\n2026-11-25;00:00:00;20\n2026-11-25;00:00:01;30\n";
+    let travel = "Date;Time;Travel [um]\n2026-11-24;23:59:58;0\n2026-11-25;00:00:01;60\n";
+    desk.write("travel.csv", travel);
+    let (data, notes) = notes_of(
+        &desk,
+        "force.csv",
+        force,
+        "--displacement-log travel.csv --direction y",
+    );
+    assert!(notes.contains("`Date` and `Time` are one time"), "{notes}");
+    assert_eq!(data["readings"], 4);
+    let k = &data["stiffness"]["cells"][0]["stiffness_regression"]["value"];
+    assert!((k.as_f64().unwrap() - 0.5).abs() < 1e-9, "{k}");
+    let readings = desk.read("of-force.csv/readings.csv");
+    assert!(
+        readings.lines().last().unwrap().contains(",3"),
+        "{readings}"
+    );
+}
+
+#[test]
+fn a_unit_that_is_not_known_is_named_with_those_that_are() {
+    let desk = desk();
+    desk.write("t.csv", "Kraft [Zentner];Weg [mm]\n1;0,1\n2;0,2\n");
+    let error = desk.refusal(
+        "import t.csv --out o --no-input --pose Q7 --direction y",
+        3,
+        "stiffbench::import::missing",
+    );
+    assert_output_contains(
+        &error,
+        &[
+            "`Zentner` is not known",
+            "daN",
+            "kp",
+            "--force-unit UNIT",
+            "--direction y",
+        ],
+    );
+    for (unit, newtons) in [
+        ("daN", 10.0),
+        ("kp", 9.806_65),
+        ("kip", 4_448.221_615_260_5),
+    ] {
+        let table = format!("Force [{unit}],Travel [um]\n0,0\n1,10\n2,20\n3,30\n");
+        let name = format!("{unit}.csv");
+        let (data, _) = notes_of(&desk, &name, &table, "--direction y");
+        let k = data["stiffness"]["cells"][0]["stiffness_regression"]["value"]
+            .as_f64()
+            .unwrap();
+        assert!((k / (newtons / 10.0) - 1.0).abs() < 1e-9, "{unit}: {k}");
+    }
+}
+
+#[test]
+fn what_puts_an_import_in_doubt_is_noted_and_counts_under_strict() {
+    let desk = desk();
+    let steps = |loads: &[f64], offset: f64| -> String {
+        let rows = loads
+            .iter()
+            .map(|load| format!("{load},{}\n", 20.0 * load + offset));
+        format!("Force [N],Travel [um]\n{}", rows.collect::<String>())
+    };
+    for (name, loads, offset, options, words) in [
+        (
+            "zero.csv",
+            vec![0.0, 10.0, 0.0, 20.0, 0.0, 30.0, 0.0, 40.0],
+            0.0,
+            "",
+            "goes up and down more than once",
+        ),
+        (
+            "down.csv",
+            vec![40.0, 30.0, 20.0, 10.0, 40.0, 30.0, 20.0, 10.0],
+            0.0,
+            "",
+            "begin at the largest",
+        ),
+        (
+            "preload.csv",
+            vec![0.0, 25.0, 0.0, 20.0, 40.0, 0.0, 20.0, 40.0],
+            0.0,
+            "",
+            "do not reach the same load",
+        ),
+        (
+            "unit.csv",
+            vec![0.0, 10.0, 20.0, 0.0, 10.0, 20.0],
+            0.0,
+            "--units kN,mm",
+            "states N, and kN was named",
+        ),
+        (
+            "tare.csv",
+            vec![1.0, 10.0, 20.0, 1.0, 10.0, 20.0],
+            300.0,
+            "",
+            "mean of F/d and the slope differ",
+        ),
+    ] {
+        let (_, notes) = notes_of(
+            &desk,
+            name,
+            &steps(&loads, offset),
+            &format!("--direction y {options}"),
+        );
+        assert!(notes.contains(words), "{name}: {notes}");
+        desk.run(&format!(
+            "import {name} --out strict-{name} --no-input --direction y --strict {options}"
+        ))
+        .exits_with(1);
+    }
+    // Up, a little below zero at the start of each run, and nothing to doubt.
+    let (data, notes) = notes_of(
+        &desk,
+        "good.csv",
+        &steps(&[-0.2, 10.0, 20.0, -0.2, 10.0, 20.0], 0.0),
+        "--direction y",
+    );
+    assert!(
+        !notes.contains("uncertain") && !notes.contains("unloading"),
+        "{notes}"
+    );
+    assert_eq!(data["runs"], 2);
+    desk.run("import good.csv --out strict-good --no-input --direction y --strict")
+        .succeeds();
 }

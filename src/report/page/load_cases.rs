@@ -53,10 +53,10 @@ pub(super) fn add_load_case_model(
         .map(|(name, figure)| page_figure(*name, figure))
         .collect();
     page.fit = Some(PageFit::of_load_cases(&fit, numbers));
-    let doubts = doubts_about_load_cases(&data.posed).into_iter();
-    let doubts: Vec<String> = doubts.chain(doubts_about_load_case_fit(&fit)).collect();
+    let warnings = doubts_about_load_cases(&data.posed).into_iter();
+    let warnings: Vec<String> = warnings.chain(doubts_about_load_case_fit(&fit)).collect();
     if let Some(session) = page.sessions.first_mut() {
-        session.deviations.extend(doubts);
+        session.deviations.extend(warnings);
     }
     if settings.no_diagnosis {
         page.left_out.push(NO_DIAGNOSIS.to_owned());

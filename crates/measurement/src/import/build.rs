@@ -9,7 +9,7 @@ use super::joints::JointPoses;
 use super::mapping::ImportMapping;
 use super::measured::measured;
 use super::note::ImportNote;
-use super::runs::{NEAR_ZERO, runs_of};
+use super::runs::{NEAR_ZERO, doubt_of, runs_of};
 use super::values::{branch, direction, texts};
 use crate::readings::{
     Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, read_readings,
@@ -51,6 +51,7 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
     let (places, joints) = poses(draft, &rows, &mut notes)?;
     let directions = directions(draft, &rows)?;
     notes.extend(stated_over_columns(draft));
+    notes.extend(units_over_file(draft));
     if directions.iter().any(|(_, negative)| *negative) {
         notes.push(ImportNote::NegativeDirection);
     }
@@ -137,6 +138,28 @@ fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> 
         let column = draft.name(draft.found.place(&role)?).to_owned();
         let option = format!("{option} {}", value?);
         Some(ImportNote::OptionOverColumn { option, column })
+    })
+}
+
+/// Units of the file that an option or mapping overrules.
+fn units_over_file(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> {
+    let stated = [
+        (&draft.mapping.units.force, Kind::Force, ColumnRole::Force),
+        (
+            &draft.mapping.units.displacement,
+            Kind::Displacement,
+            ColumnRole::Displacement,
+        ),
+    ];
+    stated.into_iter().filter_map(|(unit, kind, role)| {
+        let column = &draft.table.layout.columns[draft.found.place(&role)?];
+        let (unit, of_file) = (unit.clone()?, column.unit.clone()?);
+        let differ = kind.si_factor(&unit) != kind.si_factor(&of_file);
+        differ.then(|| ImportNote::UnitOverFile {
+            unit,
+            column: column.name.clone(),
+            of_file,
+        })
     })
 }
 
@@ -264,10 +287,15 @@ fn number_runs(
         }
         return Ok(());
     }
-    let mut runs = 0;
+    let (mut runs, mut doubt) = (0, None);
     for group in &groups {
         let loads: Vec<f64> = group.iter().map(|index| imported[*index].force_n).collect();
         let of_loads = runs_of(&loads);
+        if doubt.is_none() {
+            let first = &imported[group[0]];
+            let cell = || format!("{} {}", first.pose, first.direction);
+            doubt = doubt_of(&loads, &of_loads).map(|why| (cell(), why));
+        }
         runs += of_loads.last().copied().unwrap_or(0) as usize;
         for (index, run) in group.iter().zip(of_loads) {
             imported[*index].repeat = run;
@@ -275,6 +303,7 @@ fn number_runs(
     }
     let share = NEAR_ZERO;
     notes.push(ImportNote::RunsFound { runs, share });
+    notes.extend(doubt.map(|(cell, why)| ImportNote::RunsUncertain { cell, why }));
     Ok(())
 }
 
@@ -300,7 +329,8 @@ fn set_branches(
         return Ok(());
     }
     for run in grouped(imported, |row| (cell(row), row.repeat)) {
-        let loads: Vec<f64> = run.iter().map(|index| imported[*index].force_n).collect();
+        let loads = run.iter().map(|index| imported[*index].force_n);
+        let loads = without_small_opposite(&loads.collect::<Vec<_>>());
         for (index, branch) in run.iter().zip(follow(&loads, 0.0, TURN_SHARE).branches) {
             imported[*index].branch = branch;
         }
@@ -313,6 +343,22 @@ fn set_branches(
         notes.push(ImportNote::BranchesFound { unloading });
     }
     Ok(())
+}
+
+/// Loads of which those near zero and of the other sign are zero: an unloaded gauge that shows a little less is not taken off.
+fn without_small_opposite(loads: &[f64]) -> Vec<f64> {
+    let largest = loads.iter().copied().fold(0.0_f64, |largest, load| {
+        if load.abs() > largest.abs() {
+            load
+        } else {
+            largest
+        }
+    });
+    let is_small = |load: f64| load * largest < 0.0 && load.abs() <= NEAR_ZERO * largest.abs();
+    let loads = loads.iter();
+    loads
+        .map(|load| if is_small(*load) { 0.0 } else { *load })
+        .collect()
 }
 
 /// Notes displacements that go against the forces in every cell.

@@ -4,6 +4,7 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_units_and_text::quantity::Kind;
 
 /// What a column holds.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -95,11 +96,15 @@ pub enum MissingPart {
     ForceUnit {
         /// Its column.
         column: String,
+        /// A unit that the file states and that is not known.
+        unknown: Option<String>,
     },
     /// The unit of the displacement.
     DisplacementUnit {
         /// Its column.
         column: String,
+        /// A unit that the file states and that is not known.
+        unknown: Option<String>,
     },
     /// Whether joint values are degrees or radians.
     JointUnit {
@@ -117,8 +122,8 @@ impl MissingPart {
         match self {
             Self::ForceColumn { .. } => "--map force=COLUMN",
             Self::DisplacementColumn { .. } => "--map displacement=COLUMN",
-            Self::ForceUnit { .. } => "--force-unit N",
-            Self::DisplacementUnit { .. } => "--displacement-unit mm",
+            Self::ForceUnit { .. } => "--force-unit UNIT",
+            Self::DisplacementUnit { .. } => "--displacement-unit UNIT",
             Self::JointUnit { .. } => "--joint-unit deg",
             Self::Direction => "--direction y",
         }
@@ -138,12 +143,23 @@ impl fmt::Display for MissingPart {
         match self {
             Self::ForceColumn { candidates } => column(f, "force", candidates),
             Self::DisplacementColumn { candidates } => column(f, "displacement", candidates),
-            Self::ForceUnit { column } => write!(f, "the unit of the force in `{column}`"),
-            Self::DisplacementUnit { column } => {
-                write!(f, "the unit of the displacement in `{column}`")
+            Self::ForceUnit { column, unknown } => {
+                write!(f, "the unit of the force in `{column}`")?;
+                unknown_unit(f, unknown.as_deref(), Kind::Force)
+            }
+            Self::DisplacementUnit { column, unknown } => {
+                write!(f, "the unit of the displacement in `{column}`")?;
+                unknown_unit(f, unknown.as_deref(), Kind::Displacement)
             }
             Self::JointUnit { column } => write!(f, "the unit of the joint values in `{column}`"),
             Self::Direction => f.write_str("the direction of the loads (x, y or z)"),
         }
+    }
+}
+
+fn unknown_unit(f: &mut fmt::Formatter<'_>, unit: Option<&str>, kind: Kind) -> fmt::Result {
+    match unit {
+        Some(unit) => write!(f, " (`{unit}` is not known; known are {})", kind.units()),
+        None => write!(f, " ({})", kind.units()),
     }
 }

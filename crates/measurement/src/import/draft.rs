@@ -81,8 +81,10 @@ impl ImportDraft {
                 candidates: names(&ColumnRole::Force),
             }),
             Some(index) if self.unit(index, Kind::Force).is_none() => {
-                let column = self.name(index).to_owned();
-                missing.push(MissingPart::ForceUnit { column });
+                missing.push(MissingPart::ForceUnit {
+                    column: self.name(index).to_owned(),
+                    unknown: self.table.layout.columns[index].unit.clone(),
+                });
             }
             Some(_) => {}
         }
@@ -92,8 +94,10 @@ impl ImportDraft {
                 candidates: names(&ColumnRole::Displacement),
             }),
             (None, Some(index)) if self.unit(index, Kind::Displacement).is_none() => {
-                let column = self.name(index).to_owned();
-                missing.push(MissingPart::DisplacementUnit { column });
+                missing.push(MissingPart::DisplacementUnit {
+                    column: self.name(index).to_owned(),
+                    unknown: self.table.layout.columns[index].unit.clone(),
+                });
             }
             (None, Some(_)) => {}
         }

@@ -26,3 +26,4 @@ pub use mapping::{
     FlippedSign, ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord,
 };
 pub use note::ImportNote;
+pub use runs::RunDoubt;

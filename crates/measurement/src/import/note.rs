@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::runs::RunDoubt;
 use crate::readings::Assumption;
 use crate::table_files::FileLayout;
 
@@ -65,6 +66,22 @@ pub enum ImportNote {
         /// The column.
         column: String,
     },
+    /// A unit of the file does not hold, for an option or mapping states another.
+    UnitOverFile {
+        /// The unit that holds.
+        unit: String,
+        /// The column.
+        column: String,
+        /// The unit that the file states.
+        of_file: String,
+    },
+    /// Where the runs begin was guessed, and may be guessed wrongly.
+    RunsUncertain {
+        /// The first pose and direction with such runs.
+        cell: String,
+        /// Why.
+        why: RunDoubt,
+    },
     /// The sign of a quantity was turned.
     Flipped {
         /// `force` or `displacement`.
@@ -76,6 +93,17 @@ pub enum ImportNote {
     AgainstForce,
     /// What the reader of readings assumed.
     Assumed(Assumption),
+}
+
+impl ImportNote {
+    /// Whether it puts the result in doubt.
+    #[must_use]
+    pub fn is_doubt(&self) -> bool {
+        matches!(
+            self,
+            Self::UnitOverFile { .. } | Self::RunsUncertain { .. } | Self::AgainstForce
+        )
+    }
 }
 
 impl fmt::Display for ImportNote {
@@ -113,6 +141,13 @@ impl fmt::Display for ImportNote {
             Self::OptionOverColumn { option, column } => {
                 write!(f, "{option} holds for all readings: column `{column}` is not read")
             }
+            Self::UnitOverFile { unit, column, of_file } => {
+                write!(f, "column `{column}` states {of_file}, and {unit} was named: its numbers are taken in {unit}")
+            }
+            Self::RunsUncertain { cell, why } => write!(
+                f,
+                "the runs are uncertain, first in {cell}: {why}; number them in a column and name it with --map repeat=COLUMN"
+            ),
             Self::Flipped { what } => write!(f, "the sign of every {what} was turned"),
             Self::NegativeDirection => f.write_str(
                 "a direction with a minus sign: force and displacement of its rows were turned to count along the positive axis",

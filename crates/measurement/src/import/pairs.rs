@@ -45,8 +45,10 @@ impl PairedLog {
                 candidates: Vec::new(),
             });
         };
+        let column = &self.table.layout.columns[index];
         self.unit.is_none().then(|| MissingPart::DisplacementUnit {
-            column: self.table.layout.columns[index].name.clone(),
+            column: column.name.clone(),
+            unknown: column.unit.clone(),
         })
     }
 

@@ -1,5 +1,7 @@
 //! Runs in the path of the load: where it comes back near zero, another begins.
 
+use std::fmt;
+
 /// A run may begin where the load is below this share of the largest.
 pub(super) const NEAR_ZERO: f64 = 0.15;
 
@@ -40,9 +42,96 @@ pub(super) fn runs_of(loads: &[f64]) -> Vec<u32> {
     (0..loads.len()).map(of).collect()
 }
 
+/// Why runs that were found in the path of the load may be others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RunDoubt {
+    /// Loads begin at the largest.
+    Descending,
+    /// Within a run the load goes up and down more than once.
+    SeveralTurns,
+    /// The runs do not reach the same load.
+    UnequalLoads,
+}
+
+impl fmt::Display for RunDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Descending => "the loads begin at the largest",
+            Self::SeveralTurns => "within one of them the load goes up and down more than once",
+            Self::UnequalLoads => "they do not reach the same load, as after preloading or with a return to zero behind each load",
+        })
+    }
+}
+
+/// Why the runs of a cell may be others than those found.
+pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
+    /// Runs that are meant alike reach this share of the largest load.
+    const ALIKE: f64 = 0.8;
+    let size = |loads: &[f64]| {
+        loads
+            .iter()
+            .fold(0.0_f64, |size, load| size.max(load.abs()))
+    };
+    let largest = size(loads);
+    let of_runs = runs.chunk_by(|a, b| a == b).scan(0, |begin, run| {
+        let here = &loads[*begin..*begin + run.len()];
+        *begin += run.len();
+        Some(here)
+    });
+    let of_runs: Vec<&[f64]> = of_runs.collect();
+    let first = of_runs.first()?;
+    if first.len() > 2 && first[0].abs() > ALIKE * largest {
+        return Some(RunDoubt::Descending);
+    }
+    if of_runs
+        .iter()
+        .any(|run| turns(run, NEAR_ZERO * largest) > 1)
+    {
+        return Some(RunDoubt::SeveralTurns);
+    }
+    let unequal = of_runs.iter().any(|run| size(run) < ALIKE * largest);
+    unequal.then_some(RunDoubt::UnequalLoads)
+}
+
+/// How often the size of the load turns by more than `least`.
+fn turns(loads: &[f64], least: f64) -> usize {
+    let Some(first) = loads.first().map(|load| load.abs()) else {
+        return 0;
+    };
+    let (mut extreme, mut rising, mut turns) = (first, true, 0);
+    for size in loads.iter().map(|load| load.abs()) {
+        let further = (size > extreme) == rising;
+        if further || size == extreme {
+            extreme = size;
+        } else if (size - extreme).abs() > least {
+            (extreme, rising) = (size, !rising);
+            turns += 1;
+        }
+    }
+    turns
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn orders_of_loads_that_are_not_one_way_up_and_down_are_doubted() {
+        let doubt = |loads: &[f64]| doubt_of(loads, &runs_of(loads));
+        let up_and_down = [0.0, 10.0, 20.0, 10.0, 0.0, 0.0, 10.0, 20.0, 10.0, 0.0];
+        assert_eq!(doubt(&up_and_down), None);
+        assert_eq!(doubt(&[-0.3, -10.0, -20.0, -0.3, -10.0, -20.0]), None);
+        assert_eq!(doubt(&[5.0]), None);
+        assert_eq!(doubt(&[]), None);
+        let back_to_zero = [0.0, 10.0, 0.0, 20.0, 0.0, 30.0, 0.0, 40.0];
+        assert_eq!(doubt(&back_to_zero), Some(RunDoubt::SeveralTurns));
+        let shuffled = [10.0, 40.0, 20.0, 30.0, 15.0];
+        assert_eq!(doubt(&shuffled), Some(RunDoubt::SeveralTurns));
+        let down = [40.0, 20.0, 0.0, 40.0, 20.0, 0.0];
+        assert_eq!(doubt(&down), Some(RunDoubt::Descending));
+        let preload = [0.0, 25.0, 0.0, 20.0, 40.0, 0.0, 20.0, 40.0];
+        assert_eq!(doubt(&preload), Some(RunDoubt::UnequalLoads));
+    }
 
     #[test]
     fn steps_up_and_down() {

@@ -259,14 +259,16 @@ fn assemble(
     let comments = listed(|record| record.is_comment);
     let layout = layout(&records, &parts, columns, told, marks);
     let rows = file_rows(&mut records, &parts, layout.columns.len(), numbered);
-    Ok(MachineTable {
+    let mut table = MachineTable {
         source: source.to_owned(),
         rows,
         layout,
         blank,
         comments,
         marks,
-    })
+    };
+    table.join_dates();
+    Ok(table)
 }
 
 fn layout(
@@ -297,6 +299,7 @@ fn layout(
         rows: parts.rows.len(),
         segments: parts.segments,
         other_lines: parts.others.iter().map(|index| line(*index)).collect(),
+        date_and_time: None,
         columns,
     }
 }

@@ -54,6 +54,46 @@ impl MachineTable {
         first.is_some_and(|text| NumberForm::of(text).is_none() && TimeStamp::parse(text).is_some())
     }
 
+    /// Joins a column of dates and a column of times of day, where the table has one of each: both hold the whole time then.
+    pub(super) fn join_dates(&mut self) {
+        let columns = 0..self.layout.columns.len();
+        let stamps = columns.filter(|column| self.is_time_stamp(*column));
+        let is_of_day = |column: &usize| {
+            let mut cells = self
+                .rows
+                .iter()
+                .filter_map(|row| self.present(row, *column));
+            cells.all(|text| TimeStamp::parse(text).is_some_and(TimeStamp::is_of_day))
+        };
+        let is_date = |column: &usize| {
+            let mut cells = self
+                .rows
+                .iter()
+                .filter_map(|row| self.present(row, *column));
+            cells.all(|text| TimeStamp::parse(text).is_some() && !text.contains(':'))
+        };
+        let (times, others): (Vec<usize>, Vec<usize>) = stamps.partition(is_of_day);
+        let dates: Vec<usize> = others.into_iter().filter(is_date).collect();
+        let (&[date], &[time]) = (dates.as_slice(), times.as_slice()) else {
+            return;
+        };
+        for row in &mut self.rows {
+            let [day, clock] = [date, time].map(|column| row.cells.get(column).unwrap_or(""));
+            if day.is_empty() || clock.is_empty() {
+                continue;
+            }
+            let joined = format!("{day} {clock}");
+            let cells = row.cells.iter().enumerate();
+            row.cells = cells
+                .map(|(column, text)| match column {
+                    column if column == date || column == time => joined.as_str(),
+                    _ => text,
+                })
+                .collect();
+        }
+        self.layout.date_and_time = Some([date, time].map(|column| self.name(column).to_owned()));
+    }
+
     /// The cell as a number after a change of unit; `None` if there is none.
     ///
     /// # Errors

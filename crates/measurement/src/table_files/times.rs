@@ -21,6 +21,11 @@ enum StampedDate {
 const DAY_S: f64 = 86_400.0;
 
 impl TimeStamp {
+    /// Whether it states no date.
+    pub(super) fn is_of_day(self) -> bool {
+        self.date == StampedDate::None
+    }
+
     /// `2024-01-31T10:05:00.25+01:00`, `2024-01-31 10:05`, `31.01.2024 10:05:00,25`, `1/31/2024 10:05:00 AM`, `10:05:00.25`.
     pub(super) fn parse(text: &str) -> Option<Self> {
         if text.len() < 4 || !text.starts_with(|c: char| c.is_ascii_digit()) {

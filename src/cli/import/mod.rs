@@ -1,17 +1,15 @@
 //! `stiffbench import`: a table of another program to a session folder.
 
-use std::io::{BufRead, IsTerminal};
-use std::path::{Path, PathBuf};
+mod args;
 
-use clap::{Args, ValueEnum};
+use std::io::{BufRead, IsTerminal};
+use std::path::Path;
 
 use crate::analysis::{
-    ArgumentError, Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness,
-    read_bytes, read_text, robot_source, sha256,
+    Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, read_bytes,
+    robot_source, sha256,
 };
-use crate::import::{
-    FlippedSign, ImportDraft, ImportMapping, ImportedReadings, MarkWord, MissingPart,
-};
+use crate::import::{ImportDraft, ImportMapping, ImportNote, ImportedReadings, MissingPart};
 use crate::procedure::Procedure;
 use crate::readings::{ImportRecord, ProcedureRecord, SessionHeader, write_readings};
 use crate::report::{ImportReport, columns_text};
@@ -26,98 +24,7 @@ use super::outcome::{Outcome, print_error};
 use super::session::instrument_records;
 use super::simulate::create_new;
 
-/// Arguments of `import`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  stiffbench import messung.csv --out messung --direction y\n  stiffbench import log.lvm --out log --map force=Channel_1,displacement=Channel_2 --units N,mm --pose P1 --direction y\n  stiffbench import tuesday.csv --out tuesday --mapping monday/mapping.toml\n  stiffbench import force.log --displacement-log travel.log --out logs --direction z"
-)]
-pub(super) struct ImportArgs {
-    /// Table of any program: CSV, TSV, LabVIEW, XLSX, exports of testing machines, logs of gauges
-    file: PathBuf,
-    /// Session folder to make
-    #[arg(long, value_name = "FOLDER")]
-    out: PathBuf,
-    /// What columns hold, WHAT=COLUMN,...: force, displacement, pose, direction, repeat, branch, time, temperature, joint.NAME; a column by its name or number
-    #[arg(long, value_name = "WHAT=COLUMN")]
-    map: Vec<String>,
-    /// Mapping of an earlier import, mapping.toml in its folder; the other options go before it
-    #[arg(long, value_name = "FILE")]
-    mapping: Option<PathBuf>,
-    /// Pose of all rows, where no column names it
-    #[arg(long)]
-    pose: Option<String>,
-    /// Direction of all rows: x, y, z, or -x for loads that count along the negative axis
-    #[arg(long, allow_hyphen_values = true)]
-    direction: Option<String>,
-    /// Units of force and displacement, for example kgf,mm
-    #[arg(long, value_name = "FORCE,DISPLACEMENT")]
-    units: Option<String>,
-    /// Unit of the force, where the file states none or a wrong one
-    #[arg(long, value_name = "UNIT")]
-    force_unit: Option<String>,
-    /// Unit of the displacement, where the file states none or a wrong one
-    #[arg(long, value_name = "UNIT")]
-    displacement_unit: Option<String>,
-    /// Unit of the time [default: that of the file, else s]
-    #[arg(long, value_name = "UNIT")]
-    time_unit: Option<String>,
-    /// Unit of joint values: deg or rad [default: that of the file]
-    #[arg(long, value_name = "UNIT")]
-    joint_unit: Option<String>,
-    /// Turn the sign of every force or displacement
-    #[arg(long, value_enum)]
-    flip: Vec<FlipChoice>,
-    /// Decimal sign of the numbers [default: found from all of them]
-    #[arg(long, value_enum)]
-    decimal: Option<DecimalMark>,
-    /// Mark between thousands; none: a mark with three digits behind it is the decimal sign
-    #[arg(long, value_enum)]
-    thousands: Option<ThousandsMark>,
-    /// Sheet of a spreadsheet [default: the only one with rows of numbers]
-    #[arg(long, value_name = "NAME")]
-    sheet: Option<String>,
-    /// Log of the displacement gauge, paired by time with FILE, the log of the force gauge
-    #[arg(long, value_name = "FILE")]
-    displacement_log: Option<PathBuf>,
-    /// Name of a shipped robot, or a robot file: it goes into the session, and columns named like its variables hold joint values
-    #[arg(long, value_name = "NAME|FILE")]
-    robot: Option<String>,
-    /// Records of the gauges in the form of session.toml
-    #[arg(long, value_name = "FILE")]
-    instrument_records: Option<PathBuf>,
-    /// Never wait for an answer
-    #[arg(long)]
-    no_input: bool,
-}
-
-/// A quantity whose sign is turned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FlipChoice {
-    /// Every force
-    Force,
-    /// Every displacement
-    Displacement,
-}
-
-/// The decimal sign.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum DecimalMark {
-    /// 1.5
-    Point,
-    /// 1,5
-    Comma,
-}
-
-/// The mark between thousands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ThousandsMark {
-    /// 1.000,5
-    Point,
-    /// 1,000.5
-    Comma,
-    /// 1.000 is one
-    None,
-}
+pub(super) use args::ImportArgs;
 
 /// Makes a session folder.
 pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -161,8 +68,10 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     let session = LoadedSession::open(&args.out, &OpenSettings::default())?;
     let stiffness = session.stiffness(Branches::LoadingOnly)?;
     notes.extend(of_poses.unwrap_or_default());
+    let warnings = doubts_about_stiffness(&stiffness);
+    let in_doubt = !warnings.is_empty() || imported.notes.iter().any(ImportNote::is_doubt);
     let of_import = imported.notes.iter().map(ToString::to_string);
-    notes.extend(of_import.chain(doubts_about_stiffness(&stiffness)));
+    notes.extend(of_import.chain(warnings));
     let report = ImportReport {
         folder: args.out.clone(),
         source: name,
@@ -177,7 +86,8 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     let inputs = Inputs::default().with_session(&session);
     Ok(Outcome::new("import", report.text(), report)
         .with_inputs(inputs)
-        .with_warnings(notes))
+        .with_warnings(notes)
+        .with_strict_exit(u8::from(in_doubt)))
 }
 
 /// A file as it goes into the folder `raw`.
@@ -191,118 +101,6 @@ fn file_name(path: &Path) -> String {
         || "source".to_owned(),
         |name| name.to_string_lossy().into_owned(),
     )
-}
-
-impl ImportArgs {
-    /// The command without what is missing, for messages.
-    fn command(&self) -> String {
-        format!(
-            "stiffbench import {} --out {}",
-            self.file.display(),
-            self.out.display()
-        )
-    }
-
-    /// What the options state of the columns, over the mapping that they name.
-    fn mapping(&self) -> Result<ImportMapping, Failure> {
-        let mut mapping = match &self.mapping {
-            Some(path) => ImportMapping::from_toml(&path.display().to_string(), &read_text(path)?)?,
-            None => ImportMapping::default(),
-        };
-        for (role, column) in pairs(&self.map)? {
-            mapping.set(&role, &column)?;
-        }
-        if let Some(units) = &self.units {
-            let (force, displacement) = units.split_once(',').ok_or_else(|| {
-                ArgumentError::new(
-                    format!("--units {units}"),
-                    "two units with a comma between them are needed",
-                    "--units kgf,mm",
-                )
-            })?;
-            mapping.units.force = Some(force.trim().to_owned());
-            mapping.units.displacement = Some(displacement.trim().to_owned());
-        }
-        let units = &mut mapping.units;
-        for (stated, unit) in [
-            (&self.force_unit, &mut units.force),
-            (&self.displacement_unit, &mut units.displacement),
-            (&self.time_unit, &mut units.time),
-            (&self.joint_unit, &mut units.joint),
-            (&self.pose, &mut mapping.pose),
-            (&self.direction, &mut mapping.direction),
-            (&self.sheet, &mut mapping.sheet),
-        ] {
-            if stated.is_some() {
-                unit.clone_from(stated);
-            }
-        }
-        if !self.flip.is_empty() {
-            mapping.flip = self.flip.iter().map(|flip| flip.word()).collect();
-        }
-        mapping.decimal = self.decimal.map(DecimalMark::word).or(mapping.decimal);
-        mapping.thousands = self
-            .thousands
-            .map(ThousandsMark::word)
-            .or(mapping.thousands);
-        Ok(mapping)
-    }
-}
-
-impl FlipChoice {
-    fn word(self) -> FlippedSign {
-        match self {
-            Self::Force => FlippedSign::Force,
-            Self::Displacement => FlippedSign::Displacement,
-        }
-    }
-}
-
-impl DecimalMark {
-    fn word(self) -> MarkWord {
-        match self {
-            Self::Point => MarkWord::Point,
-            Self::Comma => MarkWord::Comma,
-        }
-    }
-}
-
-impl ThousandsMark {
-    fn word(self) -> MarkWord {
-        match self {
-            Self::Point => MarkWord::Point,
-            Self::Comma => MarkWord::Comma,
-            Self::None => MarkWord::None,
-        }
-    }
-}
-
-/// `force=Kraft,displacement=Weg, mm`: a part without an equals sign belongs to the name before it.
-fn pairs(map: &[String]) -> Result<Vec<(String, String)>, ArgumentError> {
-    let mut pairs: Vec<(String, String)> = Vec::new();
-    for text in map {
-        let mut is_first = true;
-        for part in text.split(',') {
-            match (part.split_once('='), pairs.last_mut()) {
-                (Some((role, column)), _) => {
-                    pairs.push((role.trim().to_owned(), column.to_owned()));
-                }
-                (None, Some((_, column))) if !is_first => {
-                    column.push(',');
-                    column.push_str(part);
-                }
-                (None, _) => {
-                    return Err(ArgumentError::new(
-                        format!("--map {text}"),
-                        "an equals sign between what it is and the column is needed",
-                        "--map force=Kraft,displacement=Weg",
-                    ));
-                }
-            }
-            is_first = false;
-        }
-    }
-    Ok(pairs)
 }
 
 /// Refuses joint values that the robot cannot have, and poses that it has with others; returns what a user should know of them.

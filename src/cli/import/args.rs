@@ -1,0 +1,265 @@
+//! The arguments of `import`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use crate::analysis::{ArgumentError, read_text};
+use crate::cli::failure::Failure;
+use crate::import::{FlippedSign, ImportMapping, MarkWord};
+
+/// Arguments of `import`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench import messung.csv --out messung --direction y\n  stiffbench import log.lvm --out log --map force=Channel_1,displacement=Channel_2 --units N,mm --pose P1 --direction y\n  stiffbench import tuesday.csv --out tuesday --mapping monday/mapping.toml\n  stiffbench import force.log --displacement-log travel.log --out logs --direction z"
+)]
+pub(in crate::cli) struct ImportArgs {
+    /// Table of any program: CSV, TSV, LabVIEW, XLSX, exports of testing machines, logs of gauges
+    pub(super) file: PathBuf,
+    /// Session folder to make
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: PathBuf,
+    /// What columns hold, WHAT=COLUMN,...: force, displacement, pose, direction, repeat, branch, time, temperature, joint.NAME; a column by its name or number
+    #[arg(long, value_name = "WHAT=COLUMN")]
+    pub(super) map: Vec<String>,
+    /// Mapping of an earlier import, mapping.toml in its folder; the other options go before it
+    #[arg(long, value_name = "FILE")]
+    pub(super) mapping: Option<PathBuf>,
+    /// Pose of all rows, where no column names it
+    #[arg(long)]
+    pub(super) pose: Option<String>,
+    /// Direction of all rows: x, y, z, or -x for loads that count along the negative axis
+    #[arg(long, allow_hyphen_values = true)]
+    pub(super) direction: Option<String>,
+    /// Units of force and displacement, for example kgf,mm
+    #[arg(long, value_name = "FORCE,DISPLACEMENT")]
+    pub(super) units: Option<String>,
+    /// Unit of the force, where the file states none or a wrong one
+    #[arg(long, value_name = "UNIT")]
+    pub(super) force_unit: Option<String>,
+    /// Unit of the displacement, where the file states none or a wrong one
+    #[arg(long, value_name = "UNIT")]
+    pub(super) displacement_unit: Option<String>,
+    /// Unit of the time [default: that of the file, else s]
+    #[arg(long, value_name = "UNIT")]
+    pub(super) time_unit: Option<String>,
+    /// Unit of joint values: deg or rad [default: that of the file]
+    #[arg(long, value_name = "UNIT")]
+    pub(super) joint_unit: Option<String>,
+    /// Turn the sign of every force or displacement
+    #[arg(long, value_enum)]
+    flip: Vec<FlipChoice>,
+    /// Decimal sign of the numbers [default: found from all of them]
+    #[arg(long, value_enum)]
+    decimal: Option<DecimalMark>,
+    /// Mark between thousands; none: a mark with three digits behind it is the decimal sign
+    #[arg(long, value_enum)]
+    thousands: Option<ThousandsMark>,
+    /// Sheet of a spreadsheet [default: the only one with rows of numbers]
+    #[arg(long, value_name = "NAME")]
+    pub(super) sheet: Option<String>,
+    /// Log of the displacement gauge, paired by time with FILE, the log of the force gauge
+    #[arg(long, value_name = "FILE")]
+    pub(super) displacement_log: Option<PathBuf>,
+    /// Name of a shipped robot, or a robot file: it goes into the session, and columns named like its variables hold joint values
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) robot: Option<String>,
+    /// Records of the gauges in the form of session.toml
+    #[arg(long, value_name = "FILE")]
+    pub(super) instrument_records: Option<PathBuf>,
+    /// Never wait for an answer
+    #[arg(long)]
+    pub(super) no_input: bool,
+}
+
+/// A quantity whose sign is turned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FlipChoice {
+    /// Every force
+    Force,
+    /// Every displacement
+    Displacement,
+}
+
+/// The decimal sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DecimalMark {
+    /// 1.5
+    Point,
+    /// 1,5
+    Comma,
+}
+
+/// The mark between thousands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ThousandsMark {
+    /// 1.000,5
+    Point,
+    /// 1,000.5
+    Comma,
+    /// 1.000 is one
+    None,
+}
+
+impl ImportArgs {
+    /// The command without what is missing, for messages.
+    pub(super) fn command(&self) -> String {
+        let quoted = |word: &str| {
+            if word.is_empty()
+                || word.contains(|c: char| c.is_whitespace() || "\"'();&|*".contains(c))
+            {
+                format!("'{}'", word.replace('\'', "'\\''"))
+            } else {
+                word.to_owned()
+            }
+        };
+        let path = |path: &Path| quoted(&path.display().to_string());
+        let mut command = format!(
+            "stiffbench import {} --out {}",
+            path(&self.file),
+            path(&self.out)
+        );
+        let mut add = |option: &str, value: Option<String>| {
+            if let Some(value) = value {
+                let _ = write!(command, " --{option} {value}");
+            }
+        };
+        for map in &self.map {
+            add("map", Some(quoted(map)));
+        }
+        for (option, file) in [
+            ("mapping", &self.mapping),
+            ("displacement-log", &self.displacement_log),
+            ("instrument-records", &self.instrument_records),
+        ] {
+            add(option, file.as_deref().map(path));
+        }
+        for (option, word) in [
+            ("pose", &self.pose),
+            ("direction", &self.direction),
+            ("units", &self.units),
+            ("force-unit", &self.force_unit),
+            ("displacement-unit", &self.displacement_unit),
+            ("time-unit", &self.time_unit),
+            ("joint-unit", &self.joint_unit),
+            ("sheet", &self.sheet),
+            ("robot", &self.robot),
+        ] {
+            add(option, word.as_deref().map(quoted));
+        }
+        for flip in &self.flip {
+            add("flip", value_name(flip));
+        }
+        add("decimal", self.decimal.as_ref().and_then(value_name));
+        add("thousands", self.thousands.as_ref().and_then(value_name));
+        command
+    }
+
+    /// What the options state of the columns, over the mapping that they name.
+    pub(super) fn mapping(&self) -> Result<ImportMapping, Failure> {
+        let mut mapping = match &self.mapping {
+            Some(path) => ImportMapping::from_toml(&path.display().to_string(), &read_text(path)?)?,
+            None => ImportMapping::default(),
+        };
+        for (role, column) in pairs(&self.map)? {
+            mapping.set(&role, &column)?;
+        }
+        if let Some(units) = &self.units {
+            let (force, displacement) = units.split_once(',').ok_or_else(|| {
+                ArgumentError::new(
+                    format!("--units {units}"),
+                    "two units with a comma between them are needed",
+                    "--units kgf,mm",
+                )
+            })?;
+            mapping.units.force = Some(force.trim().to_owned());
+            mapping.units.displacement = Some(displacement.trim().to_owned());
+        }
+        let units = &mut mapping.units;
+        for (stated, unit) in [
+            (&self.force_unit, &mut units.force),
+            (&self.displacement_unit, &mut units.displacement),
+            (&self.time_unit, &mut units.time),
+            (&self.joint_unit, &mut units.joint),
+            (&self.pose, &mut mapping.pose),
+            (&self.direction, &mut mapping.direction),
+            (&self.sheet, &mut mapping.sheet),
+        ] {
+            if stated.is_some() {
+                unit.clone_from(stated);
+            }
+        }
+        if !self.flip.is_empty() {
+            mapping.flip = self.flip.iter().map(|flip| flip.word()).collect();
+        }
+        mapping.decimal = self.decimal.map(DecimalMark::word).or(mapping.decimal);
+        mapping.thousands = self
+            .thousands
+            .map(ThousandsMark::word)
+            .or(mapping.thousands);
+        Ok(mapping)
+    }
+}
+
+/// How a choice is written on the command line.
+fn value_name<T: ValueEnum>(choice: &T) -> Option<String> {
+    let value = choice.to_possible_value()?;
+    Some(value.get_name().to_owned())
+}
+
+impl FlipChoice {
+    fn word(self) -> FlippedSign {
+        match self {
+            Self::Force => FlippedSign::Force,
+            Self::Displacement => FlippedSign::Displacement,
+        }
+    }
+}
+
+impl DecimalMark {
+    fn word(self) -> MarkWord {
+        match self {
+            Self::Point => MarkWord::Point,
+            Self::Comma => MarkWord::Comma,
+        }
+    }
+}
+
+impl ThousandsMark {
+    fn word(self) -> MarkWord {
+        match self {
+            Self::Point => MarkWord::Point,
+            Self::Comma => MarkWord::Comma,
+            Self::None => MarkWord::None,
+        }
+    }
+}
+
+/// `force=Kraft,displacement=Weg, mm`: a part without an equals sign belongs to the name before it.
+fn pairs(map: &[String]) -> Result<Vec<(String, String)>, ArgumentError> {
+    let mut pairs: Vec<(String, String)> = Vec::new();
+    for text in map {
+        let mut is_first = true;
+        for part in text.split(',') {
+            match (part.split_once('='), pairs.last_mut()) {
+                (Some((role, column)), _) => {
+                    pairs.push((role.trim().to_owned(), column.to_owned()));
+                }
+                (None, Some((_, column))) if !is_first => {
+                    column.push(',');
+                    column.push_str(part);
+                }
+                (None, _) => {
+                    return Err(ArgumentError::new(
+                        format!("--map {text}"),
+                        "an equals sign between what it is and the column is needed",
+                        "--map force=Kraft,displacement=Weg",
+                    ));
+                }
+            }
+            is_first = false;
+        }
+    }
+    Ok(pairs)
+}
