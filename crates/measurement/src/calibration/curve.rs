@@ -93,6 +93,7 @@ impl CalibrationCurve {
         }
         let mut points: Vec<CalibrationPoint> =
             points.into_iter().map(|(_, point)| point).collect();
+        count_from_zero(&mut points);
         let is_mirrored = points[0].applied >= 0.0 && points[0].indicated >= 0.0;
         if is_mirrored && points[0].indicated > 0.0 {
             // A gauge that was zeroed shows nothing of nothing.
@@ -145,6 +146,17 @@ impl CalibrationCurve {
         };
         let ends = self.points.first().zip(self.points.last());
         ends.is_none_or(|(first, last)| size < first.indicated || size > last.indicated)
+    }
+}
+
+/// Takes the indication at zero load off all indications, where the table states it: readings count from the gauge zero, and so must the curve.
+fn count_from_zero(points: &mut [CalibrationPoint]) {
+    let at_zero = points.iter().find(|point| point.applied == 0.0);
+    let Some(zero) = at_zero.map(|point| point.indicated) else {
+        return;
+    };
+    for point in points {
+        point.indicated -= zero;
     }
 }
 
@@ -207,6 +219,32 @@ mod tests {
         }
         assert!((curve.standard_uncertainty() - 0.15).abs() < 1e-12);
         assert!(curve.is_beyond(-103.0) && !curve.is_beyond(-102.0));
+    }
+
+    #[test]
+    fn an_indication_at_zero_load_is_the_zero_of_the_curve() {
+        for zero in ["0.3", "-0.3"] {
+            let text =
+                format!("applied_N,indicated_N,U_N\n0,{zero},0.1\n10,10.3,0.1\n20,20.3,0.1\n");
+            let curve = CalibrationCurve::read("c.csv", text.as_bytes(), Kind::Force).unwrap();
+            let zero: f64 = zero.parse().unwrap();
+            assert_eq!(curve.corrected(0.0), 0.0);
+            // No dead band: a small reading of either sign keeps its size and sign.
+            let small = 0.1 * 10.0 / (10.3 - zero);
+            for (indicated, applied) in [(0.1, small), (-0.1, -small), (10.3 - zero, 10.0)] {
+                let found = curve.corrected(indicated);
+                assert!(
+                    (found - applied).abs() < 1e-9,
+                    "{zero}: {indicated} {found}"
+                );
+            }
+            assert!(!curve.is_beyond(0.1) && !curve.is_beyond(-0.1));
+        }
+        // A table of both signs too.
+        let text = "applied_N,indicated_N,U_N\n-10,-9.5,0.1\n0,0.5,0.1\n10,10.5,0.1\n";
+        let curve = CalibrationCurve::read("c.csv", text.as_bytes(), Kind::Force).unwrap();
+        assert!((curve.corrected(-10.0) + 10.0).abs() < 1e-9);
+        assert!((curve.corrected(2.0) - 2.0).abs() < 1e-9);
     }
 
     #[test]
