@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::stiffness::{
-    Method, NoStiffness, RowUse, StiffnessEstimate, StiffnessTable, format_value_uncertainty,
+    CellStiffness, Flag, Method, NoStiffness, RowUse, StiffnessEstimate, StiffnessTable,
+    format_value_uncertainty,
 };
 
 use super::text::{AlignedTable, significant};
@@ -73,7 +74,14 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
                 let _ = writeln!(text, "{}: no stiffness by {name}: {reason}", cell.cell);
             }
         }
-        for flag in &cell.flags {
+        if is_without_scatter(cell) {
+            let _ = writeln!(
+                text,
+                "{}: no uncertainty: the {} runs do not differ, and no step of the gauges is known",
+                cell.cell, cell.n_runs
+            );
+        }
+        for flag in flag_lines(cell) {
             let _ = writeln!(text, "flag, {}: {flag}", cell.cell);
         }
     }
@@ -88,6 +96,37 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
         text.push_str(&budgets(table));
     }
     text
+}
+
+/// Whether nothing is known of the uncertainty of the slope because no reading differs from its repeats.
+fn is_without_scatter(cell: &CellStiffness) -> bool {
+    let found = cell.by(Method::Regression);
+    found.is_ok_and(|found| found.estimate.standard_uncertainty == 0.0)
+}
+
+/// The flags of a cell, those of one rule in one line with their number.
+pub(super) fn flag_lines(cell: &CellStiffness) -> Vec<String> {
+    let mut rules: Vec<&str> = Vec::new();
+    for flag in &cell.flags {
+        if !rules.contains(&flag.rule()) {
+            rules.push(flag.rule());
+        }
+    }
+    let line = |rule: &str| {
+        let mut of_rule = cell.flags.iter().filter(|flag| flag.rule() == rule);
+        let first = of_rule.next()?;
+        let place = match first {
+            Flag::Outlier { place, .. } if place.line > 0 => {
+                format!(", first in line {}", place.line)
+            }
+            _ => ", first".to_owned(),
+        };
+        Some(match 1 + of_rule.count() {
+            1 => first.to_string(),
+            n => format!("{n} of {rule}{place}: {first}"),
+        })
+    };
+    rules.into_iter().filter_map(line).collect()
 }
 
 /// Value, U, k and dof of an estimate.

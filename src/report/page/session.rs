@@ -10,6 +10,7 @@ use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
 };
 use crate::readings::{InstrumentRecord, SessionHeader};
+use crate::report::stiffness::flag_lines;
 use crate::report::{VectorStiffnessReport, significant};
 use crate::stiffness::{Branches, Method, StiffnessTable};
 
@@ -362,11 +363,8 @@ fn deviations(
         ));
     }
     for cell in &table.cells {
-        all.extend(
-            cell.flags
-                .iter()
-                .map(|flag| format!("{}: {flag}", cell.cell)),
-        );
+        let flags = flag_lines(cell).into_iter();
+        all.extend(flags.map(|flag| format!("{}: {flag}", cell.cell)));
     }
     let excluded = &session.table.excluded;
     let (superseded, rejected) = (excluded.superseded.len(), excluded.rejected.len());

@@ -144,6 +144,12 @@ pub(super) struct BudgetInputs<'a> {
     pub(super) back_to_zero: Return,
 }
 
+/// Relative size of what the rounding of sums leaves; no scatter of readings is as small.
+const SUMS_ROUNDING: f64 = 1e-12;
+
+/// Beyond so many degrees of freedom Student's t is the normal distribution, and their number means nothing.
+const MANY_DOF: f64 = 1e6;
+
 /// Adds the rows of the gauges to a stiffness and combines them (GUM eqs. (10) and (G.2b)).
 pub(super) fn combine(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> StiffnessEstimate {
     let mut rows = vec![repeatability(bare)];
@@ -158,10 +164,12 @@ pub(super) fn combine(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Stiffn
             row.share_percent = 100.0 * row.contribution_n_per_m.powi(2) / variance;
         }
     }
+    // Runs that are equal digit for digit differ by the rounding of sums, which is no scatter.
+    let standard = Some(variance.sqrt()).filter(|u| *u > SUMS_ROUNDING * bare.value_n_per_m.abs());
     let estimate = match bare.type_a {
         Some(_) => Estimate {
             value: bare.value_n_per_m,
-            standard_uncertainty: variance.sqrt(),
+            standard_uncertainty: standard.unwrap_or(0.0),
             dof: effective_dof(&rows, |_| true),
         },
         None => Estimate::without_uncertainty(bare.value_n_per_m),
@@ -205,14 +213,15 @@ fn effective_dof(rows: &[BudgetRow], counts: fn(&BudgetRow) -> bool) -> f64 {
         .collect();
     // Readings without any scatter: their degrees of freedom still limit what is known.
     let without_scatter = parts.iter().all(|(u, _)| *u == 0.0);
-    if without_scatter {
+    let dof = if without_scatter {
         parts
             .iter()
             .map(|(_, dof)| *dof)
             .fold(f64::INFINITY, f64::min)
     } else {
         welch_satterthwaite(&parts)
-    }
+    };
+    if dof > MANY_DOF { f64::INFINITY } else { dof }
 }
 
 #[cfg(test)]
@@ -413,5 +422,29 @@ mod tests {
             assert!(estimate.type_b_n_per_m > 0.0);
             assert_eq!(estimate.ln_parts.independent, None);
         }
+    }
+
+    #[test]
+    fn equal_runs_have_no_scatter_and_their_figures_no_endless_digits() {
+        let readings: Vec<Reading> = (1..=3_u32)
+            .flat_map(|run| {
+                let of = [
+                    (0.0, 0.0),
+                    (10.0, 20.1e-6),
+                    (20.0, 40.7e-6),
+                    (30.0, 60.2e-6),
+                ];
+                (0..4_u32)
+                    .zip(of)
+                    .map(move |(step, (force, d))| reading(run, step, force, force, d))
+            })
+            .collect();
+        for estimate in estimates(&readings, &GaugePair::default()) {
+            assert_eq!(estimate.estimate.standard_uncertainty, 0.0);
+        }
+        // What the display leaves open is all that is left, and it is taken as known.
+        let [_, regression] = estimates(&readings, &gauges());
+        assert!(regression.estimate.standard_uncertainty > 0.0);
+        assert!(regression.estimate.dof.is_infinite());
     }
 }
