@@ -166,7 +166,7 @@ fn all_that_is_missing_is_named_at_once_with_the_line_to_use() {
             "the column of the displacement",
             "the direction",
             "`a`, `b`",
-            "stiffbench import a.csv --out s --map force=COLUMN --map displacement=COLUMN --direction y",
+            "stiffbench import a.csv --out s --map force=COLUMN --force-unit UNIT --map displacement=COLUMN --displacement-unit UNIT --direction y",
         ],
     );
     let error = desk.refusal(
@@ -512,7 +512,9 @@ fn dates_and_times_in_two_columns_are_one_time() {
         force,
         "--displacement-log travel.csv --direction y",
     );
-    assert!(notes.contains("`Date` and `Time` are one time"), "{notes}");
+    let roles = data["columns"].as_array().unwrap().iter();
+    let roles: Vec<&Value> = roles.map(|column| &column["role"]).collect();
+    assert_eq!(roles, ["date", "time", "force"], "{notes}");
     assert_eq!(data["readings"], 4);
     let k = &data["stiffness"]["cells"][0]["stiffness_regression"]["value"];
     assert!((k.as_f64().unwrap() - 0.5).abs() < 1e-9, "{k}");
@@ -535,7 +537,7 @@ fn a_unit_that_is_not_known_is_named_with_those_that_are() {
     assert_output_contains(
         &error,
         &[
-            "`Zentner` is not known",
+            "unit `Zentner` is not known for a force",
             "daN",
             "kp",
             "--force-unit UNIT",
@@ -593,7 +595,7 @@ fn what_puts_an_import_in_doubt_is_noted_and_counts_under_strict() {
             vec![0.0, 10.0, 20.0, 0.0, 10.0, 20.0],
             0.0,
             "--units kN,mm",
-            "states N, and kN was named",
+            "the file states N for column",
         ),
         (
             "tare.csv",

@@ -87,11 +87,11 @@ impl Kind {
     ///
     /// # Source
     /// BIPM, The International System of Units, 9th edition, tables 7 and 8; pound-force and kilogram-force from the exact
-    /// values in NIST SP 811 (2008), appendix B.8. Pounds per square inch and pound-force inches follow from these and the inch.
+    /// values in NIST SP 811 (2008), appendix B.8. `tonf` is none: it means 2000 lbf, 2240 lbf or 1000 kgf. Pounds per square inch and pound-force inches follow from these and the inch.
     #[must_use]
     pub fn si_factor(self, unit: &str) -> Option<f64> {
         let factor = match (self, unit) {
-            (Self::Force, "N") => 1.0,
+            (Self::Force, "N" | "newton" | "newtons" | "Newton" | "Newtons") => 1.0,
             (Self::Force, "mN") => 1e-3,
             (Self::Force, "uN" | "µN" | "μN") => 1e-6,
             (Self::Force, "nN") => 1e-9,
@@ -100,17 +100,18 @@ impl Kind {
             (Self::Force, "MN") => 1e6,
             (Self::Force, "gf" | "g") => 9.806_65e-3,
             (Self::Force, "kgf" | "kg" | "kp") => 9.806_65,
-            (Self::Force, "tf") => 9_806.65,
+            (Self::Force, "tf" | "t") => 9_806.65,
             (Self::Force, "lbf" | "lbF" | "lb" | "lbs") => 4.448_221_615_260_5,
             (Self::Force, "klbf" | "kip" | "kips") => 4_448.221_615_260_5,
             (Self::Force, "ozf" | "ozF" | "oz") => 0.278_013_850_953_781_2,
             (Self::Displacement, "m") => 1.0,
-            (Self::Displacement, "cm") => 1e-2,
             (Self::Displacement, "mm") => 1e-3,
+            (Self::Displacement, "cm") => 1e-2,
             (Self::Displacement, "um" | "µm" | "μm" | "micron" | "microns") => 1e-6,
             (Self::Displacement, "nm") => 1e-9,
-            (Self::Displacement, "in" | "inch") => 0.025_4,
-            (Self::Displacement, "mil" | "thou") => 2.54e-5,
+            (Self::Displacement, "in" | "inch" | "inches") => 0.025_4,
+            (Self::Displacement, "mil" | "mils" | "thou") => 2.54e-5,
+            (Self::Displacement, "uin" | "µin" | "μin") => 2.54e-8,
             (Self::Time, "s" | "sec" | "Sec" | "seconds") => 1.0,
             (Self::Time, "ms") => 1e-3,
             (Self::Time, "min") => 60.0,
@@ -152,8 +153,8 @@ impl Kind {
     #[must_use]
     pub fn units(self) -> &'static str {
         match self {
-            Self::Force => "N, mN, uN, nN, daN, kN, MN, gf, kgf, kp, tf, lbf, kip, ozf",
-            Self::Displacement => "um, mm, cm, m, nm, in, mil",
+            Self::Force => "N, mN, uN, nN, daN, kN, MN, gf, kgf, kp, tf, lbf, klbf, kip, ozf",
+            Self::Displacement => "um, mm, m, nm, cm, in, mil, uin",
             Self::Time => "s, ms, min, h, d",
             Self::Temperature => "degC, K, degF",
             Self::Torque => "N*m, N*mm, kN*m, lbf*in",
@@ -197,6 +198,11 @@ mod tests {
         near(Kind::Stress, "psi", lbf / (inch * inch));
         near(Kind::Stress, "ksi", 1000.0 * lbf / (inch * inch));
         near(Kind::Displacement, "mil", inch / 1000.0);
+        near(Kind::Displacement, "uin", inch / 1e6);
+        near(Kind::Force, "kip", 1000.0 * lbf);
+        near(Kind::Force, "kp", 9.806_65);
+        near(Kind::Force, "t", 9_806.65);
+        near(Kind::Force, "daN", 10.0);
         near(
             Kind::Angle,
             "arcmin",

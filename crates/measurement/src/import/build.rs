@@ -51,7 +51,6 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
     let (places, joints) = poses(draft, &rows, &mut notes)?;
     let directions = directions(draft, &rows)?;
     notes.extend(stated_over_columns(draft));
-    notes.extend(units_over_file(draft));
     if directions.iter().any(|(_, negative)| *negative) {
         notes.push(ImportNote::NegativeDirection);
     }
@@ -138,28 +137,6 @@ fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> 
         let column = draft.name(draft.found.place(&role)?).to_owned();
         let option = format!("{option} {}", value?);
         Some(ImportNote::OptionOverColumn { option, column })
-    })
-}
-
-/// Units of the file that an option or mapping overrules.
-fn units_over_file(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> {
-    let stated = [
-        (&draft.mapping.units.force, Kind::Force, ColumnRole::Force),
-        (
-            &draft.mapping.units.displacement,
-            Kind::Displacement,
-            ColumnRole::Displacement,
-        ),
-    ];
-    stated.into_iter().filter_map(|(unit, kind, role)| {
-        let column = &draft.table.layout.columns[draft.found.place(&role)?];
-        let (unit, of_file) = (unit.clone()?, column.unit.clone()?);
-        let differ = kind.si_factor(&unit) != kind.si_factor(&of_file);
-        differ.then(|| ImportNote::UnitOverFile {
-            unit,
-            column: column.name.clone(),
-            of_file,
-        })
     })
 }
 

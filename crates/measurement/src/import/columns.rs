@@ -15,6 +15,8 @@ pub(super) enum ColumnRole {
     Direction,
     Repeat,
     Branch,
+    /// Dates whose times of day stand in the column of the time.
+    Date,
     Time,
     Temperature,
     /// Values of this variable of the robot.
@@ -23,13 +25,14 @@ pub(super) enum ColumnRole {
 
 impl ColumnRole {
     /// All that `--map` can name, but for joints.
-    pub(super) const NAMED: [Self; 8] = [
+    pub(super) const NAMED: [Self; 9] = [
         Self::Force,
         Self::Displacement,
         Self::Pose,
         Self::Direction,
         Self::Repeat,
         Self::Branch,
+        Self::Date,
         Self::Time,
         Self::Temperature,
     ];
@@ -44,6 +47,7 @@ impl fmt::Display for ColumnRole {
             Self::Direction => "direction",
             Self::Repeat => "repeat",
             Self::Branch => "branch",
+            Self::Date => "date",
             Self::Time => "time",
             Self::Temperature => "temperature",
             Self::Joint(name) => return write!(f, "joint.{name}"),
@@ -68,7 +72,7 @@ pub enum GuessedFrom {
 pub struct ColumnGuess {
     /// Its name in the file.
     pub name: String,
-    /// What it was taken for: `force`, `displacement`, `pose`, `direction`, `repeat`, `branch`, `time`, `temperature` or `joint.NAME`;
+    /// What it was taken for: `force`, `displacement`, `pose`, `direction`, `repeat`, `branch`, `date`, `time`, `temperature` or `joint.NAME`;
     /// `null` of a column that is not used.
     pub role: Option<String>,
     /// Its unit, where it has one.
@@ -94,16 +98,16 @@ pub enum MissingPart {
     },
     /// The unit of the force.
     ForceUnit {
-        /// Its column.
-        column: String,
-        /// A unit that the file states and that is not known.
+        /// Its column, where that is known.
+        column: Option<String>,
+        /// What the file states and is no unit of a force.
         unknown: Option<String>,
     },
     /// The unit of the displacement.
     DisplacementUnit {
-        /// Its column.
-        column: String,
-        /// A unit that the file states and that is not known.
+        /// Its column, where that is known.
+        column: Option<String>,
+        /// What the file states and is no unit of a displacement.
         unknown: Option<String>,
     },
     /// Whether joint values are degrees or radians.
@@ -144,12 +148,11 @@ impl fmt::Display for MissingPart {
             Self::ForceColumn { candidates } => column(f, "force", candidates),
             Self::DisplacementColumn { candidates } => column(f, "displacement", candidates),
             Self::ForceUnit { column, unknown } => {
-                write!(f, "the unit of the force in `{column}`")?;
-                unknown_unit(f, unknown.as_deref(), Kind::Force)
+                unit(f, "force", Kind::Force, [column.as_ref(), unknown.as_ref()])
             }
             Self::DisplacementUnit { column, unknown } => {
-                write!(f, "the unit of the displacement in `{column}`")?;
-                unknown_unit(f, unknown.as_deref(), Kind::Displacement)
+                let texts = [column.as_ref(), unknown.as_ref()];
+                unit(f, "displacement", Kind::Displacement, texts)
             }
             Self::JointUnit { column } => write!(f, "the unit of the joint values in `{column}`"),
             Self::Direction => f.write_str("the direction of the loads (x, y or z)"),
@@ -157,9 +160,24 @@ impl fmt::Display for MissingPart {
     }
 }
 
-fn unknown_unit(f: &mut fmt::Formatter<'_>, unit: Option<&str>, kind: Kind) -> fmt::Result {
-    match unit {
-        Some(unit) => write!(f, " (`{unit}` is not known; known are {})", kind.units()),
-        None => write!(f, " ({})", kind.units()),
+/// A unit that is missing, of a column if that is known.
+fn unit(
+    f: &mut fmt::Formatter<'_>,
+    what: &str,
+    kind: Kind,
+    [column, unknown]: [Option<&String>; 2],
+) -> fmt::Result {
+    write!(f, "the unit of the {what}")?;
+    match column {
+        Some(column) => write!(f, " in `{column}`")?,
+        None => f.write_str(", which no column states")?,
     }
+    if let Some(unknown) = unknown {
+        write!(
+            f,
+            " (unit `{unknown}` is not known for a {what}; known are {})",
+            kind.units()
+        )?;
+    }
+    Ok(())
 }

@@ -48,12 +48,15 @@ impl ImportDraft {
         )?;
         check_unit(mapping.units.time.as_ref(), Kind::Time, "time")?;
         check_unit(mapping.units.joint.as_ref(), Kind::Angle, "joint value")?;
-        let table = read_table_file(source, bytes, &mapping.of_file())?;
+        let mut table = read_table_file(source, bytes, &mapping.of_file())?;
         let mut of_force = mapping.clone();
         if log.is_some() {
             of_force.columns.displacement = None;
         }
         let found = FoundColumns::find(&table, &of_force)?;
+        if let Some((dates, times)) = found.dates_and_times(&table) {
+            table.join_dates(dates, times);
+        }
         let log = log
             .map(|(name, bytes)| PairedLog::read(name, bytes, mapping))
             .transpose()?;
@@ -76,28 +79,33 @@ impl ImportDraft {
             let names = places.into_iter().flatten();
             names.map(|index| self.name(*index).to_owned()).collect()
         };
+        let none = |kind| !self.states_unit(kind);
         match self.found.place(&ColumnRole::Force) {
-            None => missing.push(MissingPart::ForceColumn {
-                candidates: names(&ColumnRole::Force),
-            }),
+            None => {
+                let candidates = names(&ColumnRole::Force);
+                missing.push(MissingPart::ForceColumn { candidates });
+                let (column, unknown) = (None, None);
+                let unit = MissingPart::ForceUnit { column, unknown };
+                missing.extend(none(Kind::Force).then_some(unit));
+            }
             Some(index) if self.unit(index, Kind::Force).is_none() => {
-                missing.push(MissingPart::ForceUnit {
-                    column: self.name(index).to_owned(),
-                    unknown: self.table.layout.columns[index].unit.clone(),
-                });
+                let (column, unknown) = self.without_unit(index);
+                missing.push(MissingPart::ForceUnit { column, unknown });
             }
             Some(_) => {}
         }
         match (&self.log, self.found.place(&ColumnRole::Displacement)) {
             (Some(log), _) => missing.extend(log.missing()),
-            (None, None) => missing.push(MissingPart::DisplacementColumn {
-                candidates: names(&ColumnRole::Displacement),
-            }),
+            (None, None) => {
+                let candidates = names(&ColumnRole::Displacement);
+                missing.push(MissingPart::DisplacementColumn { candidates });
+                let (column, unknown) = (None, None);
+                let unit = MissingPart::DisplacementUnit { column, unknown };
+                missing.extend(none(Kind::Displacement).then_some(unit));
+            }
             (None, Some(index)) if self.unit(index, Kind::Displacement).is_none() => {
-                missing.push(MissingPart::DisplacementUnit {
-                    column: self.name(index).to_owned(),
-                    unknown: self.table.layout.columns[index].unit.clone(),
-                });
+                let (column, unknown) = self.without_unit(index);
+                missing.push(MissingPart::DisplacementUnit { column, unknown });
             }
             (None, Some(_)) => {}
         }
@@ -177,6 +185,20 @@ impl ImportDraft {
             _ => None,
         };
         unit_of(stated, &self.table.layout.columns[index], kind)
+    }
+
+    /// Whether the mapping or a column states a unit of this kind.
+    fn states_unit(&self, kind: Kind) -> bool {
+        let columns = 0..self.table.layout.columns.len();
+        columns
+            .into_iter()
+            .any(|index| self.unit(index, kind).is_some())
+    }
+
+    /// Name of a column, and what it states in place of a unit.
+    fn without_unit(&self, index: usize) -> (Option<String>, Option<String>) {
+        let column = &self.table.layout.columns[index];
+        (Some(column.name.clone()), column.unit.clone())
     }
 
     fn shown_unit(&self, index: usize, role: Option<&ColumnRole>) -> Option<String> {

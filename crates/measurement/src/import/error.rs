@@ -106,7 +106,7 @@ pub enum TableImportError {
     #[diagnostic(
         code(stiffbench::import::unknown_role),
         help(
-            "known are force, displacement, pose, direction, repeat, branch, time, temperature, and joint.NAME for joint values"
+            "known are force, displacement, pose, direction, repeat, branch, date, time, temperature, and joint.NAME for joint values"
         )
     )]
     UnknownRole {

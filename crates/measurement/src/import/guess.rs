@@ -6,7 +6,7 @@ use super::columns::{ColumnRole, GuessedFrom};
 use super::error::TableImportError;
 use super::keywords::{is_of, plain, roles_of};
 use super::mapping::ImportMapping;
-use crate::table_files::{FileColumn, MachineTable};
+use crate::table_files::{FileColumn, MachineTable, StampKind};
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;
 
@@ -35,6 +35,15 @@ impl FoundColumns {
 
     pub(super) fn place(&self, role: &ColumnRole) -> Option<usize> {
         self.places.get(role).map(|(index, _)| *index)
+    }
+
+    /// The column of dates and that of the times of day that belong to them.
+    pub(super) fn dates_and_times(&self, table: &MachineTable) -> Option<(usize, usize)> {
+        let [dates, times] = [ColumnRole::Date, ColumnRole::Time].map(|role| self.place(&role));
+        let is = |column: &usize, kind| table.stamp_kind(*column) == Some(kind);
+        let times = times.filter(|column| is(column, StampKind::TimeOfDay))?;
+        let dates = dates.filter(|column| is(column, StampKind::Date))?;
+        Some((dates, times))
     }
 
     /// The columns of joint values, by variable.
@@ -81,7 +90,7 @@ impl FoundColumns {
             if self.places.values().any(|(place, _)| *place == index) {
                 continue;
             }
-            for (role, sure) in roles_of(column, table.is_time_stamp(index)) {
+            for (role, sure) in roles_of(column, table.stamp_kind(index)) {
                 guesses.entry(role).or_default().push((sure, index));
             }
         }
@@ -123,9 +132,7 @@ fn from_of(role: &ColumnRole, column: &FileColumn) -> GuessedFrom {
         unit: None,
         ..column.clone()
     };
-    let by_name = roles_of(&bare, false)
-        .iter()
-        .any(|(found, _)| found == role);
+    let by_name = roles_of(&bare, None).iter().any(|(found, _)| found == role);
     let is_read = matches!(role, ColumnRole::Force | ColumnRole::Displacement);
     if by_name || !is_read {
         GuessedFrom::Name

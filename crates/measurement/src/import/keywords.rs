@@ -4,7 +4,7 @@ use stiffbench_units_and_text::quantity::Kind;
 
 use super::columns::ColumnRole;
 use crate::readings::Conversion;
-use crate::table_files::FileColumn;
+use crate::table_files::{FileColumn, StampKind};
 
 const FORCE: &str = "force kraft fuerza forza load last charge carico carga effort prufkraft standardkraft normalkraft f";
 const DISPLACEMENT: &str = "displacement disp weg verschiebung deplacement spostamento desplazamiento deflection travel extension \
@@ -41,8 +41,8 @@ fn has(words: &str, word: &str) -> bool {
 /// The roles a column may have.
 ///
 /// # Arguments
-/// - `is_stamp`: whether its cells are times of day or dates.
-pub(super) fn roles_of(column: &FileColumn, is_stamp: bool) -> Vec<RoleGuess> {
+/// - `stamp`: what its cells state of a time, if they are no numbers.
+pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<RoleGuess> {
     let plain = plain(&column.stem);
     let words: Vec<&str> = plain
         .split(|c: char| !c.is_alphanumeric())
@@ -53,7 +53,10 @@ pub(super) fn roles_of(column: &FileColumn, is_stamp: bool) -> Vec<RoleGuess> {
         _ if words.iter().any(|word| has(list, word)) => Some(2),
         _ => None,
     };
-    if is_stamp || has(TIME, &plain) {
+    if stamp == Some(StampKind::Date) {
+        return vec![(ColumnRole::Date, 3)];
+    }
+    if stamp.is_some() || has(TIME, &plain) {
         return vec![(ColumnRole::Time, 3)];
     }
     let unit = column.unit.as_deref();
@@ -169,7 +172,7 @@ mod tests {
             unit_from: None,
             is_numeric,
         };
-        let roles = roles_of(&column, false);
+        let roles = roles_of(&column, None);
         roles
             .into_iter()
             .max_by_key(|(_, sure)| *sure)

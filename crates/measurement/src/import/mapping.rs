@@ -74,6 +74,8 @@ pub struct MappedColumns {
     pub repeat: Option<String>,
     /// Loading or unloading.
     pub branch: Option<String>,
+    /// The date, where `time` holds the time of day.
+    pub date: Option<String>,
     /// The time.
     pub time: Option<String>,
     /// The temperature.
@@ -90,6 +92,7 @@ impl MappedColumns {
             "direction" => &mut self.direction,
             "repeat" | "run" => &mut self.repeat,
             "branch" => &mut self.branch,
+            "date" => &mut self.date,
             "time" => &mut self.time,
             "temperature" => &mut self.temperature,
             _ => return None,

@@ -61,6 +61,13 @@ pub(super) fn measured(
         });
     }
     refuse_all_zero(draft, &values)?;
+    for (role, kind) in [
+        (ColumnRole::Force, Kind::Force),
+        (ColumnRole::Displacement, Kind::Displacement),
+    ] {
+        let column = draft.found.place(&role);
+        notes.extend(column.and_then(|column| unit_over_file(draft, column, kind)));
+    }
     for (flip, what) in [
         (FlippedSign::Force, "force"),
         (FlippedSign::Displacement, "displacement"),
@@ -70,6 +77,18 @@ pub(super) fn measured(
         }
     }
     Ok((rows, values))
+}
+
+/// A note on a unit that was stated over another of the file.
+fn unit_over_file(draft: &ImportDraft, column: usize, kind: Kind) -> Option<ImportNote> {
+    let of_file = draft.table.layout.columns[column].unit.clone()?;
+    let unit = draft.unit(column, kind)?;
+    let [known, stated] = [&of_file, &unit].map(|unit| Conversion::from_unit(kind, unit));
+    (known.is_some() && known != stated).then(|| ImportNote::UnitOverFile {
+        unit,
+        column: draft.name(column).to_owned(),
+        of_file,
+    })
 }
 
 /// A column in SI.

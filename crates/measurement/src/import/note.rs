@@ -66,13 +66,13 @@ pub enum ImportNote {
         /// The column.
         column: String,
     },
-    /// A unit of the file does not hold, for an option or mapping states another.
+    /// A unit was stated, and the file states another.
     UnitOverFile {
         /// The unit that holds.
         unit: String,
         /// The column.
         column: String,
-        /// The unit that the file states.
+        /// Its unit in the file.
         of_file: String,
     },
     /// Where the runs begin was guessed, and may be guessed wrongly.
@@ -141,9 +141,14 @@ impl fmt::Display for ImportNote {
             Self::OptionOverColumn { option, column } => {
                 write!(f, "{option} holds for all readings: column `{column}` is not read")
             }
-            Self::UnitOverFile { unit, column, of_file } => {
-                write!(f, "column `{column}` states {of_file}, and {unit} was named: its numbers are taken in {unit}")
-            }
+            Self::UnitOverFile {
+                unit,
+                column,
+                of_file,
+            } => write!(
+                f,
+                "the file states {of_file} for column `{column}`, and the options or the mapping {unit}: {unit} holds"
+            ),
             Self::RunsUncertain { cell, why } => write!(
                 f,
                 "the runs are uncertain, first in {cell}: {why}; number them in a column and name it with --map repeat=COLUMN"

@@ -25,12 +25,15 @@ impl PairedLog {
         bytes: &[u8],
         mapping: &ImportMapping,
     ) -> Result<Self, TableImportError> {
-        let table = read_table_file(name, bytes, &mapping.of_file())?;
+        let mut table = read_table_file(name, bytes, &mapping.of_file())?;
         let mut own = ImportMapping::default();
         own.columns
             .displacement
             .clone_from(&mapping.columns.displacement);
         let found = FoundColumns::find(&table, &own)?;
+        if let Some((dates, times)) = found.dates_and_times(&table) {
+            table.join_dates(dates, times);
+        }
         let column = found.place(&ColumnRole::Displacement);
         let stated = mapping.units.displacement.as_ref();
         let unit = column
@@ -47,7 +50,7 @@ impl PairedLog {
         };
         let column = &self.table.layout.columns[index];
         self.unit.is_none().then(|| MissingPart::DisplacementUnit {
-            column: column.name.clone(),
+            column: Some(column.name.clone()),
             unknown: column.unit.clone(),
         })
     }

@@ -62,7 +62,7 @@ impl Conversion {
         let unit = unit.trim();
         let forgiven = || {
             let alike = |known: &&str| {
-                !["mN", "nN", "MPa", "nm"].contains(known) && known.eq_ignore_ascii_case(unit)
+                !["mN", "MN", "nN", "MPa", "nm"].contains(known) && known.eq_ignore_ascii_case(unit)
             };
             let known = kind.units().split(", ").find(alike)?;
             Some((known, kind.si_factor(known)?))

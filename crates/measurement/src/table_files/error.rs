@@ -85,6 +85,25 @@ pub enum TableFileError {
         /// Number of fields.
         found: usize,
     },
+    /// Whole numbers between commas, in more fields than there are names, or without names in pairs.
+    #[error(
+        "{file}, line {line}: the commas in `{row}` may delimit fields or be decimal signs, and nothing shows which"
+    )]
+    #[diagnostic(
+        code(stiffbench::table::comma_or_decimal),
+        help(
+            "export with semicolons or tabs between the fields, or with decimal points, or put each number in quotes. If the numbers are whole, \
+             give every column a name"
+        )
+    )]
+    CommaOrDecimal {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The row.
+        row: String,
+    },
     /// A cell that should hold a number.
     #[error("{file}, line {line}, column `{column}`: `{value}`, expected a number")]
     #[diagnostic(
@@ -277,6 +296,7 @@ impl TableFileError {
             Self::NotText { line, .. }
             | Self::UnclosedQuote { line, .. }
             | Self::FieldCount { line, .. }
+            | Self::CommaOrDecimal { line, .. }
             | Self::BadNumber { line, .. }
             | Self::NotFinite { line, .. }
             | Self::MixedDecimals { line, .. }

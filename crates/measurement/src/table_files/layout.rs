@@ -109,8 +109,6 @@ pub struct FileLayout {
     pub segments: u32,
     /// Lines below the table, or between its segments, that hold something else.
     pub other_lines: Vec<u32>,
-    /// A column of dates and one of times of day that were joined to one time.
-    pub date_and_time: Option<[String; 2]>,
     /// The columns.
     pub columns: Vec<FileColumn>,
 }
@@ -170,9 +168,6 @@ impl fmt::Display for FileLayout {
         if let Some(first) = self.other_lines.first() {
             let n = self.other_lines.len();
             write!(f, "; {n} {lines}s from {first} on are no rows of it")?;
-        }
-        if let Some([date, time]) = &self.date_and_time {
-            write!(f, "; `{date}` and `{time}` are one time")?;
         }
         let units = self.columns.iter().filter_map(|column| {
             let unit = column.unit.as_ref()?;

@@ -87,3 +87,36 @@ pub(super) fn number_marks(
         .find_map(|(_, _, cell)| marks.thousands_of(cell));
     Ok(marks)
 }
+
+/// Refuses a table without names, delimited by commas, whose commas may be decimal signs: whole numbers alone, four fields or another even
+/// number, or rows of different length, or a line of fewer names right above.
+pub(super) fn refuse_decimal_commas(
+    source: &str,
+    records: &[TextRecord],
+    parts: &TableParts,
+) -> Result<(), TableFileError> {
+    let rows = || parts.rows.iter().map(|(index, _)| &records[*index]);
+    let is_whole = |cell: &str| {
+        let digits = cell.strip_prefix(['+', '-', '−']).unwrap_or(cell);
+        !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
+    };
+    let are_whole = |record: &TextRecord| record.fields.iter().all(is_whole);
+    let Some(first) = rows().next().filter(|_| parts.header.is_none()) else {
+        return Ok(());
+    };
+    let width = first.len();
+    let in_pairs = width > 2 && width % 2 == 0;
+    let uneven = rows().any(|row| row.len() != width);
+    let above = records
+        .iter()
+        .rfind(|record| record.line < first.line && !record.is_blank());
+    let fewer_names = above.is_some_and(|above| (2..width).contains(&above.len()));
+    if !(in_pairs || uneven || fewer_names) || !rows().all(are_whole) {
+        return Ok(());
+    }
+    Err(TableFileError::CommaOrDecimal {
+        file: source.to_owned(),
+        line: first.line,
+        row: first.fields.iter().collect::<Vec<_>>().join(","),
+    })
+}

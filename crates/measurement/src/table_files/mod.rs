@@ -25,3 +25,4 @@ pub use error::TableFileError;
 pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
 pub use read::{TableFileOptions, ThreeDigits, read_table_file};
 pub use table::{FileRow, MachineTable};
+pub use times::StampKind;

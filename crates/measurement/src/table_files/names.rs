@@ -5,10 +5,13 @@ use stiffbench_units_and_text::quantity::Kind;
 use crate::readings::Conversion;
 
 /// Whether a text is a unit of any kind that the program knows, capitals forgiven where they change nothing.
+///
+/// A `t` that does not stand in brackets is a time, as in `delta_t`, and no ton.
 pub(super) fn is_unit(text: &str) -> bool {
-    Kind::ALL
-        .iter()
-        .any(|kind| Conversion::from_unit(*kind, text).is_some())
+    text != "t"
+        && Kind::ALL
+            .iter()
+            .any(|kind| Conversion::from_unit(*kind, text).is_some())
 }
 
 /// Whether a text can only be a unit: one that is known, one in brackets, or one of the other words that machines write there.
@@ -81,6 +84,8 @@ mod tests {
             ("Axial Force N", "Axial Force", Some("N")),
             ("Load (Channel 1 of 2)", "Load (Channel 1 of 2)", None),
             ("Load (tonf)", "Load", Some("tonf")),
+            ("Last [t]", "Last", Some("t")),
+            ("delta_t", "delta_t", None),
             ("strain_um_m", "strain_um_m", None),
             ("d_per_m", "d_per_m", None),
             ("strain [µm/m]", "strain", Some("µm/m")),

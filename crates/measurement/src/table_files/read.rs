@@ -11,7 +11,7 @@ use super::error::TableFileError;
 use super::find::{self, TableParts};
 use super::labview::{self, SegmentTags};
 use super::layout::{FieldDelimiter, FileLayout, TextEncoding};
-use super::marks::number_marks;
+use super::marks::{number_marks, refuse_decimal_commas};
 use super::names::{in_brackets, name_and_unit};
 use super::records::{TextRecord, lines, split};
 use super::sheet;
@@ -217,6 +217,9 @@ fn assemble(
             line: open.line,
         });
     }
+    if told.delimiter == Some(FieldDelimiter::Comma) {
+        refuse_decimal_commas(source, &records, &parts)?;
+    }
     let mut columns = columns(&records, &parts);
     for (index, _) in &parts.rows {
         let (found, expected) = (records[*index].len(), columns.len());
@@ -259,16 +262,14 @@ fn assemble(
     let comments = listed(|record| record.is_comment);
     let layout = layout(&records, &parts, columns, told, marks);
     let rows = file_rows(&mut records, &parts, layout.columns.len(), numbered);
-    let mut table = MachineTable {
+    Ok(MachineTable {
         source: source.to_owned(),
         rows,
         layout,
         blank,
         comments,
         marks,
-    };
-    table.join_dates();
-    Ok(table)
+    })
 }
 
 fn layout(
@@ -299,7 +300,6 @@ fn layout(
         rows: parts.rows.len(),
         segments: parts.segments,
         other_lines: parts.others.iter().map(|index| line(*index)).collect(),
-        date_and_time: None,
         columns,
     }
 }

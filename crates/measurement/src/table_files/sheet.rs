@@ -107,9 +107,14 @@ fn text(cell: &Data) -> String {
         Data::Int(number) => number.to_string(),
         Data::Float(number) => number.to_string(),
         Data::Bool(value) => value.to_string(),
-        Data::DateTime(time) if time.is_duration() => clock(time.as_f64()),
+        Data::DateTime(time) if time.is_duration() || (0.0..1.0).contains(&time.as_f64()) => {
+            clock(time.as_f64())
+        }
         Data::DateTime(time) => {
             let (year, month, day, hour, minute, second, milli) = time.to_ymd_hms_milli();
+            if time.as_f64().fract() == 0.0 {
+                return format!("{year:04}-{month:02}-{day:02}");
+            }
             format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{milli:03}")
         }
     }

@@ -5,7 +5,7 @@ use csv::StringRecord;
 use super::cell::{CellFault, NumberForm, NumberMarks, is_absent};
 use super::error::TableFileError;
 use super::layout::FileLayout;
-use super::times::{StampFault, TimeStamp, seconds_since_first};
+use super::times::{StampFault, StampKind, TimeStamp, seconds_since_first};
 use crate::readings::{Conversion, DecimalSign, NumberFault, NumberReader};
 
 /// A row of a table.
@@ -50,48 +50,34 @@ impl MachineTable {
     /// Whether the first value of a column is a time or a date rather than a number.
     #[must_use]
     pub fn is_time_stamp(&self, column: usize) -> bool {
-        let first = self.rows.iter().find_map(|row| self.present(row, column));
-        first.is_some_and(|text| NumberForm::of(text).is_none() && TimeStamp::parse(text).is_some())
+        self.stamp_kind(column).is_some()
     }
 
-    /// Joins a column of dates and a column of times of day, where the table has one of each: both hold the whole time then.
-    pub(super) fn join_dates(&mut self) {
-        let columns = 0..self.layout.columns.len();
-        let stamps = columns.filter(|column| self.is_time_stamp(*column));
-        let is_of_day = |column: &usize| {
-            let mut cells = self
-                .rows
-                .iter()
-                .filter_map(|row| self.present(row, *column));
-            cells.all(|text| TimeStamp::parse(text).is_some_and(TimeStamp::is_of_day))
-        };
-        let is_date = |column: &usize| {
-            let mut cells = self
-                .rows
-                .iter()
-                .filter_map(|row| self.present(row, *column));
-            cells.all(|text| TimeStamp::parse(text).is_some() && !text.contains(':'))
-        };
-        let (times, others): (Vec<usize>, Vec<usize>) = stamps.partition(is_of_day);
-        let dates: Vec<usize> = others.into_iter().filter(is_date).collect();
-        let (&[date], &[time]) = (dates.as_slice(), times.as_slice()) else {
-            return;
-        };
+    /// What the first value of a column states of a time; `None` of a number and of words.
+    #[must_use]
+    pub fn stamp_kind(&self, column: usize) -> Option<StampKind> {
+        let first = self.rows.iter().find_map(|row| self.present(row, column));
+        let first = first.filter(|text| NumberForm::of(text).is_none())?;
+        TimeStamp::parse(first).map(TimeStamp::kind)
+    }
+
+    /// Puts dates before the times of day of another column. A row without a date has that of the row above.
+    pub(crate) fn join_dates(&mut self, dates: usize, times: usize) {
+        let mut date = String::new();
         for row in &mut self.rows {
-            let [day, clock] = [date, time].map(|column| row.cells.get(column).unwrap_or(""));
-            if day.is_empty() || clock.is_empty() {
-                continue;
+            let text = row.cells.get(dates).unwrap_or("");
+            if !is_absent(text) {
+                text.clone_into(&mut date);
             }
-            let joined = format!("{day} {clock}");
-            let cells = row.cells.iter().enumerate();
-            row.cells = cells
-                .map(|(column, text)| match column {
-                    column if column == date || column == time => joined.as_str(),
-                    _ => text,
-                })
-                .collect();
+            let joined = row.cells.iter().enumerate().map(|(column, cell)| {
+                if column == times && !is_absent(cell) {
+                    format!("{date} {cell}")
+                } else {
+                    cell.to_owned()
+                }
+            });
+            row.cells = joined.collect::<Vec<_>>().into();
         }
-        self.layout.date_and_time = Some([date, time].map(|column| self.name(column).to_owned()));
     }
 
     /// The cell as a number after a change of unit; `None` if there is none.

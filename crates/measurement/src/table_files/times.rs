@@ -6,6 +6,18 @@ pub(super) struct TimeStamp {
     date: StampedDate,
     /// Seconds since midnight, or since any zero where there is no date.
     seconds: f64,
+    kind: StampKind,
+}
+
+/// What a cell states of a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StampKind {
+    /// A date without a time of day.
+    Date,
+    /// A time of day, or one since any zero.
+    TimeOfDay,
+    /// Both.
+    DateAndTime,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,31 +33,35 @@ enum StampedDate {
 const DAY_S: f64 = 86_400.0;
 
 impl TimeStamp {
-    /// Whether it states no date.
-    pub(super) fn is_of_day(self) -> bool {
-        self.date == StampedDate::None
-    }
-
-    /// `2024-01-31T10:05:00.25+01:00`, `2024-01-31 10:05`, `31.01.2024 10:05:00,25`, `1/31/2024 10:05:00 AM`, `10:05:00.25`.
+    /// `2024-01-31T10:05:00.25+01:00`, `2024-01-31 10:05`, `31.01.2024 10:05:00,25`, `1/31/2024 10:05:00 AM`, `31.01.24`, `10:05:00.25`, `10:05 PM`.
     pub(super) fn parse(text: &str) -> Option<Self> {
         if text.len() < 4 || !text.starts_with(|c: char| c.is_ascii_digit()) {
             return None;
         }
-        if let Some(clock) = clock(text) {
+        if let Some(seconds) = zoned_clock(text) {
             return Some(Self {
                 date: StampedDate::None,
-                seconds: clock,
+                seconds,
+                kind: StampKind::TimeOfDay,
             });
         }
         let end = text.find(['T', 't', ' ']).unwrap_or(text.len());
         let date = date(&text[..end])?;
         let rest = text[end..].trim_start_matches(['T', 't', ' ']);
-        let seconds = if rest.is_empty() {
-            0.0
+        let (seconds, kind) = if rest.is_empty() {
+            (0.0, StampKind::Date)
         } else {
-            zoned_clock(rest)?
+            (zoned_clock(rest)?, StampKind::DateAndTime)
         };
-        Some(Self { date, seconds })
+        Some(Self {
+            date,
+            seconds,
+            kind,
+        })
+    }
+
+    pub(super) fn kind(self) -> StampKind {
+        self.kind
     }
 }
 
@@ -59,14 +75,22 @@ fn date(text: &str) -> Option<StampedDate> {
         return None;
     }
     let small = |text: &str| (text.len() <= 2).then(|| text.parse::<i8>().ok()).flatten();
-    let year = |text: &str| {
+    let whole_year = |text: &str| {
         (text.len() == 4)
             .then(|| text.parse::<i16>().ok())
             .flatten()
     };
-    if let Some(year) = year(a) {
+    if let Some(year) = whole_year(a) {
         return day(year, small(b)?, small(c)?);
     }
+    // `31.01.24`; with hyphens the year may come first.
+    let short_year = |text: &str| {
+        let short = text.len() == 2 && sign != '-';
+        short
+            .then(|| Some(2000 + text.parse::<i16>().ok()?))
+            .flatten()
+    };
+    let year = |text: &str| whole_year(text).or_else(|| short_year(text));
     let (first, second, year) = (small(a)?, small(b)?, year(c)?);
     if sign == '.' {
         return day(year, second, first);
@@ -250,6 +274,8 @@ mod tests {
             ["2/28/2024 11:59:59 PM", "2/29/2024 12:00:00.5 AM"],
             ["28/2/2024 23:59:59", "29/2/2024 00:00:00.5"],
             ["2024/02/28 23:59:59", "2024/02/29 0:00:00.5"],
+            ["28.02.24 23:59:59", "29.02.24 00:00:00.5"],
+            ["11:59:59 PM", "12:00:00.5 AM"],
             ["23:59:59", "00:00:00.5"],
             ["0:01:02.5", "0:01:04"],
         ] {
