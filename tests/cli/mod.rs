@@ -13,6 +13,7 @@ mod export;
 mod failures;
 mod files;
 mod import;
+mod in_process;
 mod inputs;
 mod instruments;
 #[cfg(unix)]
