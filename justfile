@@ -18,8 +18,8 @@ test *arguments:
 quick crate *arguments:
     cargo test --release --locked -p stiffbench-{{crate}} {{arguments}}
 
-# What takes too long for every change: all goldens and tests, every fault, the quick proof, solids, parquet (the whole proof is `just prove`)
-nightly: parquet
+# What takes too long for every change: all goldens and tests, every fault, the quick proof, solids, parquet, the Python wheel (the whole proof is `just prove`)
+nightly: parquet wheel
     .ci/run
     STIFFBENCH_GOLDENS=all cargo test --release --locked --test stiffbench --test validation goldens
     cargo test --release --locked -- --ignored
@@ -50,6 +50,11 @@ parquet:
     python3 -m venv target/parquet-check/venv
     target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
     target/parquet-check/venv/bin/python fixtures/parquet/check.py target/parquet-check
+
+# The Python wheel in python/target/check/wheel: built, installed in a fresh environment, tested, its size and its time for 50,000 poses against Rust
+wheel:
+    cargo build --release --locked
+    python/check.sh target/release/stiffbench
 
 # Write what every command prints and writes into fixtures/goldens and fixtures/goldens-validate again, and the schemas of results, and show every byte that has changed
 goldens:

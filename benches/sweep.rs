@@ -11,7 +11,9 @@
 //! - `exponents`: slopes of the logarithm of time against those of the number of poses and of elements, from the `points` listed;
 //! - `peak_gflops`: fused products in registers, one core, and the share of it that the solver reaches.
 //!
-//! Options: `--seconds N`, work per figure (default 0.5); `--springs` prints that section alone; other arguments are those that cargo passes, and are not read.
+//! Options: `--seconds N`, work per figure (default 0.5); `--springs` prints that section alone; `--batch FILE ROBOT` prints only the seconds
+//! in which `MapModel` solves the poses of a file (`python/bench.py` writes it and compares); other arguments are those that cargo passes,
+//! and are not read.
 
 #![expect(
     clippy::unwrap_used,
@@ -26,6 +28,9 @@ use std::time::Instant;
 use pulp::{Arch, Simd, WithSimd};
 use serde_json::json;
 
+use stiffbench::analysis::{ModelChoice, resolve};
+use stiffbench::distribution::{MapModel, MatrixKind};
+use stiffbench::physics::{ActingPhysics, Effect};
 use stiffbench::robot::{
     FittingFactors, JointModel, Keep, ModelParameter, Pose, PoseSweep, Robot, Swept, Theory,
 };
@@ -253,6 +258,47 @@ fn springs(seconds: f64) -> serde_json::Value {
     })
 }
 
+/// Least seconds for the poses of a file of 64-bit numbers, from a slice to a vector as Python asks for them.
+fn batch(file: &str, robot: &str, seconds: f64) -> serde_json::Value {
+    let bytes = std::fs::read(file).unwrap();
+    let numbers = bytes.chunks_exact(8);
+    let values: Vec<f64> = numbers
+        .map(|number| f64::from_le_bytes(number.try_into().unwrap()))
+        .collect();
+    let choice = ModelChoice {
+        robot: Some(robot.to_owned()),
+        ..ModelChoice::default()
+    };
+    let resolved = resolve(&choice, None).unwrap();
+    let springs = Effect::of_springs(&resolved.factors);
+    let mechanism = resolved.mechanism().unwrap();
+    let physics = ActingPhysics::new(&resolved.robot, mechanism, springs).unwrap();
+    let factors = resolved.factors.without_springs();
+    let model = MapModel::new(&resolved.robot, &physics, &factors, None).unwrap();
+    let time = |kind| {
+        best(seconds, || {
+            black_box(model.matrices(&values, kind).unwrap());
+        })
+    };
+    let of_poses = {
+        let sweep = PoseSweep::new(&resolved.robot, mechanism, &resolved.factors).unwrap();
+        let poses: Vec<Pose> = values
+            .chunks_exact(resolved.robot.variables.len())
+            .map(|row| Pose {
+                angles_deg: row.to_vec(),
+            })
+            .collect();
+        best(seconds, || {
+            black_box(sweep.run(&poses, Keep::Full));
+        })
+    };
+    json!({
+        "compliance": time(MatrixKind::Compliance),
+        "stiffness": time(MatrixKind::Stiffness),
+        "PoseSweep::run": of_poses,
+    })
+}
+
 /// Slope of ln y against ln x by least squares.
 fn exponent(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
@@ -352,6 +398,11 @@ impl WithSimd for Peak {
 fn main() {
     let mut arguments = std::env::args().skip_while(|argument| argument != "--seconds");
     let seconds: f64 = arguments.nth(1).map_or(0.5, |text| text.parse().unwrap());
+    let mut arguments = std::env::args().skip_while(|argument| argument != "--batch");
+    if let (Some(file), Some(robot)) = (arguments.nth(1), arguments.next()) {
+        println!("{}", batch(&file, &robot, seconds));
+        return;
+    }
     if std::env::args().any(|argument| argument == "--springs") {
         println!("{:#}", json!({ "springs": springs(seconds / 5.0) }));
         return;

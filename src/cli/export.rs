@@ -112,6 +112,11 @@ pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Fai
         .with_warnings(about.notes))
 }
 
+/// The tables of a session, not written.
+pub(super) fn tables(args: &DataExportArgs, global: &Global) -> Result<Vec<TidyTable>, Failure> {
+    Ok(open(args, global)?.tables)
+}
+
 /// Refuses a folder that holds something, and a file.
 fn check_free(folder: &Path) -> Result<(), CliError> {
     let is_free = std::fs::read_dir(folder)

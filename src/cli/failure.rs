@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use miette::Diagnostic;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::args::Global;
 use super::outcome::{envelope, not_printed, print_error, print_json};
@@ -259,21 +259,32 @@ impl Failure {
         causes.join(": ")
     }
 
+    /// The one object of `--json`.
+    fn json(&self, exit: u8) -> Value {
+        let mut object = envelope("error", false);
+        object["error"] = json!({
+            "code": self.code(),
+            "message": self.message(),
+            "help": self.report.help().map(|help| help.to_string()),
+            "exit_code": exit,
+        });
+        object["warnings"] = json!(self.warnings);
+        object
+    }
+
+    /// The object that the program prints for this failure with `--json`.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        self.json(self.exit_code(&[]))
+    }
+
     /// Prints the failure: JSON on standard output, or text on standard error. `more` gives the exit codes of errors that only the calling
     /// program has, by the beginning of their code.
     #[must_use]
     pub fn print(&self, global: &Global, more: &[(&str, u8)]) -> ExitCode {
         let exit = self.exit_code(more);
         if global.json {
-            let mut object = envelope("error", false);
-            object["error"] = json!({
-                "code": self.code(),
-                "message": self.message(),
-                "help": self.report.help().map(|help| help.to_string()),
-                "exit_code": exit,
-            });
-            object["warnings"] = json!(self.warnings);
-            if let Err(error) = print_json(&object) {
+            if let Err(error) = print_json(&self.json(exit)) {
                 return not_printed(&error);
             }
         } else {

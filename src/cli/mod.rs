@@ -62,8 +62,10 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
+use serde_json::Value;
 
 use crate::analysis::ArgumentError;
+use crate::export::tidy::TidyTable;
 use args::{Cli, Command, Global, ProgressMode};
 use failure::Failure;
 use outcome::Outcome;
@@ -97,6 +99,44 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(outcome) => outcome.print(&global),
         Err(failure) => failure.print(&global, &[]),
     }
+}
+
+/// Runs a command as it is typed, without the program's name before it, and returns the object that it prints with `--json` instead of
+/// printing it; the configuration counts as it does there. It is for other programs: no command that asks or waits belongs here.
+///
+/// # Errors
+/// The object of the failure; its `error` holds `code`, `message`, `help` and `exit_code`.
+pub fn json_of(words: impl IntoIterator<Item = OsString>) -> Result<Value, Value> {
+    let cli = parse_for_json(words)?;
+    let mut outcome = run(cli).map_err(|failure| failure.to_json())?;
+    Ok(outcome.json())
+}
+
+/// The tables that `stiffbench export` writes, for other programs; the words are those behind `stiffbench export`, without `--out`.
+///
+/// # Errors
+/// As [`json_of`].
+pub fn tables_of(words: impl IntoIterator<Item = OsString>) -> Result<Vec<TidyTable>, Value> {
+    // Nothing is written, and so any folder will do.
+    let command = ["export", "--out", "."].map(OsString::from);
+    let cli = parse_for_json(command.into_iter().chain(words))?;
+    let Command::Export(args) = &cli.command else {
+        return Ok(Vec::new());
+    };
+    export::tables(args, &cli.global).map_err(|failure| failure.to_json())
+}
+
+/// A command line that prints nothing.
+fn parse_for_json(words: impl IntoIterator<Item = OsString>) -> Result<Cli, Value> {
+    let all: Vec<OsString> = std::iter::once("stiffbench".into()).chain(words).collect();
+    let settled = names::replace_older_names(&all, &command()).map_err(|f| f.to_json())?;
+    let settled = config::with_settings(settled, &command());
+    let settled = settled.map_err(|error| Failure::from(error).to_json())?;
+    let parsed = Cli::try_parse_from(&settled.arguments);
+    let mut cli = parsed.map_err(|error| outcome::usage_json(&error, "stiffbench"))?;
+    cli.global.json = true;
+    cli.global.quiet = true;
+    Ok(cli)
 }
 
 /// The tree of commands and options as clap has it.

@@ -122,13 +122,18 @@ impl Outcome {
         }
     }
 
+    /// The one object of `--json`.
+    pub(super) fn json(&mut self) -> Value {
+        let mut object = envelope(self.kind, true);
+        object["inputs"] = json!(self.inputs);
+        object["data"] = self.data.take();
+        object["warnings"] = json!(self.warnings);
+        object
+    }
+
     fn write(&mut self, global: &Global) -> std::io::Result<()> {
         if global.json {
-            let mut object = envelope(self.kind, true);
-            object["inputs"] = json!(self.inputs);
-            object["data"] = self.data.take();
-            object["warnings"] = json!(self.warnings);
-            return print_json(&object);
+            return print_json(&self.json());
         }
         let heading = if self.bare {
             String::new()
@@ -206,21 +211,26 @@ pub(super) fn not_printed(error: &std::io::Error) -> ExitCode {
 pub fn print_usage(error: &clap::Error, arguments: &[OsString], program: &str) -> ExitCode {
     let failed = error.use_stderr();
     if failed && arguments.iter().any(|argument| argument == "--json") {
-        let mut object = envelope("error", false);
-        object["error"] = json!({
-            "code": "stiffbench::usage",
-            "message": usage_message(error),
-            "help": usage_tip(error).unwrap_or_else(|| format!("{program} --help lists the subcommands, {program} SUBCOMMAND --help its options")),
-            "exit_code": 2,
-        });
-        object["warnings"] = json!([]);
-        if let Err(error) = print_json(&object) {
+        if let Err(error) = print_json(&usage_json(error, program)) {
             return not_printed(&error);
         }
     } else {
         let _ = error.print();
     }
     ExitCode::from(if failed { 2 } else { 0 })
+}
+
+/// The object of `--json` for what clap says.
+pub(super) fn usage_json(error: &clap::Error, program: &str) -> Value {
+    let mut object = envelope("error", false);
+    object["error"] = json!({
+        "code": "stiffbench::usage",
+        "message": usage_message(error),
+        "help": usage_tip(error).unwrap_or_else(|| format!("{program} --help lists the subcommands, {program} SUBCOMMAND --help its options")),
+        "exit_code": 2,
+    });
+    object["warnings"] = json!([]);
+    object
 }
 
 /// The first paragraph of what clap says, in one line; what follows it there is the usage.

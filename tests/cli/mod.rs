@@ -14,6 +14,7 @@ mod failures;
 mod files;
 mod import;
 mod imported_sessions;
+mod in_process;
 mod inputs;
 mod instruments;
 #[cfg(unix)]

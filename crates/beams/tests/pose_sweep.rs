@@ -170,6 +170,32 @@ fn a_pose_has_the_same_result_alone_and_among_others() {
     assert!(diagonal.compliances.is_empty());
 }
 
+#[test]
+fn poses_in_one_slice_have_the_same_results() {
+    let robot = robot("hp-robot");
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let sweep = PoseSweep::new(&robot, robot.mechanism(None).unwrap(), &factors).unwrap();
+    for count in [0, 1, 9, 2049, 5000] {
+        let mut poses = lattice(&robot, count);
+        if let Some(pose) = poses.get_mut(7) {
+            pose.angles_deg = vec![0.0; 4];
+        }
+        let values: Vec<f64> = poses.iter().flat_map(|p| p.angles_deg.clone()).collect();
+        let mut found = vec![None; poses.len()];
+        let failed = sweep.run_into(&values, &mut found, |end_m, whole| Some((end_m, *whole)));
+        let together = sweep.run(&poses, Keep::Full);
+        let expected = together.poses.iter().zip(&together.compliances);
+        let expected = expected.map(|(pose, whole)| Some((pose.as_ref()?.end_m, (*whole)?)));
+        assert_eq!(found, expected.collect::<Vec<_>>());
+        let said = |failed: &[(usize, RobotError)]| -> Vec<(usize, String)> {
+            let failed = failed.iter();
+            failed.map(|(at, why)| (*at, why.to_string())).collect()
+        };
+        assert_eq!(said(&failed), said(&together.failed));
+        assert_eq!(failed.iter().any(|(at, _)| *at == 7), count > 7);
+    }
+}
+
 /// The worst case for double precision: mechanism F with the paper's factors. Here two solvers differ by 1e-9, and only a solution in
 /// extended precision tells how far each of them is off.
 #[test]

@@ -350,6 +350,53 @@ fn the_cartesian_stiffness_is_the_inverse_of_the_compliance() {
     }
 }
 
+#[test]
+fn a_batch_has_the_numbers_of_the_map() {
+    let robot = robot();
+    let poses = draw(&robot, &plan(Sampling::MonteCarlo, 300, 2));
+    // A joint that yields and a base that rocks.
+    let physics = physics(
+        &robot,
+        "C",
+        &["joint-compliance@A3:c=2e-5", "base-compliance@x:c=1e-6"],
+    );
+    let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+    let values: Vec<f64> = (0..poses.len())
+        .flat_map(|place| poses.pose(place).angles_deg)
+        .collect();
+    let ends = model.end_positions(&values).unwrap();
+    assert!(ends.failed.is_empty());
+    for kind in [MatrixKind::Compliance, MatrixKind::Stiffness] {
+        let map = StiffnessMap::with_matrix(&model, &poses, &[], Some(kind)).unwrap();
+        let batch = model.matrices(&values, kind).unwrap();
+        assert_eq!((map.len(), batch.results.len()), (300, 300));
+        for (row, matrix) in batch.results.iter().enumerate() {
+            assert_eq!(map.matrix(row).unwrap()[..], *matrix.as_flattened());
+            assert_eq!(map.end_m(row), ends.results[row]);
+        }
+    }
+}
+
+#[test]
+fn a_batch_marks_what_cannot_be_taken() {
+    let robot = robot();
+    let physics = physics(&robot, "F", &[]);
+    let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+    let mut values = robot.nominal_pose().angles_deg.repeat(3);
+    values[4..8].fill(0.0);
+    let batch = model.matrices(&values, MatrixKind::Compliance).unwrap();
+    assert_eq!(batch.failed.len(), 1);
+    assert_eq!(batch.failed[0].0, 1);
+    assert!(batch.results[1].as_flattened().iter().all(|c| c.is_nan()));
+    assert_eq!(batch.results[0], batch.results[2]);
+
+    let backlash = ["joint-backlash@A3:play=30urad,seat_moment=9N*m"];
+    let physics = self::physics(&robot, "F", &backlash);
+    let model = MapModel::new(&robot, &physics, &factors(&robot), Some(50.0)).unwrap();
+    let refused = model.matrices(&values, MatrixKind::Compliance);
+    assert!(matches!(refused, Err(NoMap::LinearOnly { .. })));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(30))]
 

@@ -170,6 +170,59 @@ impl<'a> PoseSweep<'a> {
         swept
     }
 
+    /// Solves poses whose values stand in one slice, and writes a result of each; returns the poses that have none, whose place in
+    /// `results` stays as it was, and why.
+    ///
+    /// # Arguments
+    /// - `values`: the values of a pose in the order of the robot's variables, degrees or m, behind those of the pose before.
+    /// - `result`: of the position of the end, m, and the compliance.
+    ///
+    /// # Panics
+    /// Unless there are as many values as `results` and variables ask for.
+    pub fn run_into<T: Send>(
+        &self,
+        values: &[f64],
+        results: &mut [T],
+        result: impl Fn([f64; 3], &Compliance6) -> T + Sync,
+    ) -> Vec<(usize, RobotError)> {
+        let width = self.robot.variables.len();
+        assert_eq!(values.len(), width * results.len(), "{width} values a pose");
+        let set = InstructionSet::for_poses(results.len());
+        let room = CHUNK.min(results.len());
+        let memory = || {
+            (
+                self.simd(set, set.lanes()),
+                vec![self.robot.nominal_pose(); room],
+                vec![None; room],
+                vec![None; room],
+            )
+        };
+        let chunks = results.par_chunks_mut(CHUNK).enumerate();
+        let failed: Vec<_> = chunks
+            .map_init(memory, |(simd, poses, found, whole), (place, results)| {
+                let start = place * CHUNK;
+                let count = results.len();
+                for (index, pose) in poses[..count].iter_mut().enumerate() {
+                    let begin = (start + index) * width;
+                    pose.angles_deg.copy_from_slice(&values[begin..][..width]);
+                }
+                let (found, whole) = (&mut found[..count], &mut whole[..count]);
+                found.fill(None);
+                let chunk = self.chunk(simd.as_deref_mut(), &poses[..count], found, whole);
+                for ((place, pose), compliance) in results.iter_mut().zip(found).zip(whole) {
+                    if let (Some(pose), Some(compliance)) = (pose, compliance) {
+                        *place = result(pose.end_m, compliance);
+                    }
+                }
+                let failed = chunk.failed.into_iter();
+                failed
+                    .map(|(index, error)| (start + index, error))
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        failed.into_iter().flatten().collect()
+    }
+
     /// Room for a number of poses, to place and solve them apart.
     ///
     /// `None` if every pose goes to the general solver.

@@ -18,8 +18,8 @@ pub use extreme::{Extreme, RefinedExtreme};
 pub use map::{
     ColumnStatistics, ColumnStudy, FitUncertainty, FittedCovariance, Level, MapColumn, MapModel,
     MatrixKind, MechanismStudy, NoMap, Quantile, RefinedStiffness, Region, SampledExtreme,
-    StiffnessMap, StudyPoses, Surface, cartesian_stiffness, column_statistics, fit_uncertainty,
-    regions, row_width,
+    SolvedBatch, StiffnessMap, StudyPoses, Surface, cartesian_stiffness, column_statistics,
+    fit_uncertainty, regions, row_width,
 };
 pub use plane::{MapPlane, NoPlaneAxis, PlaneAxis};
 pub use pose_set::{PosePlan, PoseSample, Sampling, Shard, variables_beside_the_plane};

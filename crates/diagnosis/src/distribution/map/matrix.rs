@@ -21,13 +21,17 @@ pub enum MatrixKind {
 }
 
 impl MatrixKind {
-    /// Writes the matrix row by row, SI; not a number where a stiffness has no inverse of the compliance.
-    pub(super) fn fill(self, compliance: &Compliance6, entries: &mut [f64]) {
-        let matrix = match self {
+    /// The matrix, SI; not a number where a stiffness has no inverse of the compliance.
+    pub(super) fn of(self, compliance: &Compliance6) -> [[f64; 6]; 6] {
+        match self {
             Self::Compliance => compliance.0,
             Self::Stiffness => cartesian_stiffness(compliance).unwrap_or([[f64::NAN; 6]; 6]),
-        };
-        for (entries, row) in entries.chunks_exact_mut(6).zip(matrix) {
+        }
+    }
+
+    /// Writes the matrix row by row.
+    pub(super) fn fill(self, compliance: &Compliance6, entries: &mut [f64]) {
+        for (entries, row) in entries.chunks_exact_mut(6).zip(self.of(compliance)) {
             entries.copy_from_slice(&row);
         }
     }

@@ -18,7 +18,7 @@ mod surface;
 pub use column::{MapColumn, row_width};
 pub use fit_uncertainty::{FitUncertainty, FittedCovariance, fit_uncertainty};
 pub use matrix::{MatrixKind, cartesian_stiffness};
-pub use model::{MapModel, NoMap};
+pub use model::{MapModel, NoMap, SolvedBatch};
 pub use refine::RefinedStiffness;
 pub use regions::{Level, Region, regions};
 pub use statistics::{ColumnStatistics, Quantile, SampledExtreme, column_statistics};

@@ -4,6 +4,7 @@
 //! serve through the general solver; laws that are not linear have the secant stiffness of a stated load along each axis, from the
 //! unloaded state. What is used is said ([`MapModel::method`]).
 
+mod batch;
 mod whole;
 
 use rayon::prelude::*;
@@ -20,6 +21,8 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::column::{MapColumn, fill_row, row_width};
 use super::matrix::MatrixKind;
+
+pub use batch::SolvedBatch;
 
 /// Poses that a thread takes at a time where each is solved alone.
 const CHUNK: usize = 256;
