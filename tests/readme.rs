@@ -180,6 +180,61 @@ fn links_of_the_pages_lead_to_files() {
     }
 }
 
+/// The anchors of a page: its headings as links name them.
+fn anchors(markdown: &str) -> Vec<String> {
+    let headings = prose(markdown).filter(|line| line.starts_with('#'));
+    let anchor = |line: &str| {
+        let text = line.trim_start_matches('#').trim().to_lowercase();
+        let kept = text
+            .chars()
+            .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        kept.collect::<String>().replace(' ', "-")
+    };
+    headings.map(anchor).collect()
+}
+
+/// Words of the questions that a newcomer asks first: each must be a question of the page.
+const FIRST_QUESTIONS: [&str; 11] = [
+    "Which robots",
+    "Which gauges",
+    "How many repeats",
+    "What does U hold",
+    "add a robot",
+    "add a gauge",
+    "add a law",
+    "my CSV",
+    "my testing machine",
+    "exit codes mean",
+    "sent anywhere",
+];
+
+/// The README leads to the questions, each question to a heading: two clicks.
+#[test]
+fn first_questions_are_answered_within_two_clicks() {
+    let text = |path: &str| fs::read_to_string(root().join(path)).unwrap();
+    assert!(text("README.md").contains("(docs/questions.md)"));
+    let page = text("docs/questions.md");
+    let answers: Vec<&str> = page
+        .split("\n\n")
+        .filter(|one| one.starts_with("**"))
+        .collect();
+    for words in FIRST_QUESTIONS {
+        let question = |answer: &&&str| answer.split("?**").next().unwrap().contains(words);
+        assert_eq!(answers.iter().filter(question).count(), 1, "{words}");
+    }
+    for answer in answers {
+        let links = answer.split("](").skip(1);
+        let links = links.filter_map(|rest| rest.split_once(')'));
+        let links: Vec<&str> = links.map(|(target, _)| target).collect();
+        assert!(!links.is_empty(), "{answer}");
+        for link in links {
+            let (file, anchor) = link.split_once('#').unwrap_or_else(|| panic!("{link}"));
+            let known = anchors(&text(&format!("docs/{file}")));
+            assert!(known.iter().any(|one| one == anchor), "{link}: {known:?}");
+        }
+    }
+}
+
 #[test]
 fn the_book_lists_every_page() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();

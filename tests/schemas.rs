@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use clap::Command;
 use serde_json::{Value, json};
 
 use stiffbench::report::schemas;
-use stiffbench_test_files::desk::assert_follows_schema;
+use stiffbench_test_files::desk::{Desk, assert_follows_schema};
 use stiffbench_test_files::schemas::are_published;
 
 fn root() -> &'static Path {
@@ -44,6 +45,47 @@ fn printed() -> Vec<Value> {
         }
     }
     found
+}
+
+/// The words of every command that is shown and has none below it that must be named, with a bad value for each argument that it needs.
+fn with_bad_arguments() -> Vec<String> {
+    fn walk(command: &Command, words: &str, found: &mut Vec<String>) {
+        let below = command.get_subcommands();
+        for below in below.filter(|below| !below.is_hide_set()) {
+            let mut words = format!("{words} {}", below.get_name());
+            walk(below, &words, found);
+            for argument in below.get_arguments().filter(|one| one.is_required_set()) {
+                let option = argument.get_long().map(|long| format!("--{long} "));
+                words += &format!(" {}absent/of-no-use", option.unwrap_or_default());
+            }
+            if !below.is_subcommand_required_set() {
+                found.push(words);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(&stiffbench::cli::command(), "", &mut found);
+    found
+}
+
+#[test]
+fn what_commands_print_on_failure_follows_the_schema() {
+    let mut codes = BTreeSet::new();
+    let commands = with_bad_arguments();
+    assert!(commands.len() > 30, "{commands:?}");
+    for words in commands {
+        let desk = Desk::new(env!("CARGO_BIN_EXE_stiffbench"));
+        // An option that there is not.
+        let usage = desk.run(&format!("{words} --no-such-option --json"));
+        let object = usage.exits_with(2).json();
+        assert_eq!(object["error"]["code"], "stiffbench::usage", "{words}");
+        // Arguments that are not there: what comes is of its schema, whether it is a failure or a result.
+        if words.contains("absent") {
+            let object = desk.run(&format!("{words} --json")).json();
+            codes.extend(object["error"]["code"].as_str().map(str::to_owned));
+        }
+    }
+    assert!(codes.len() >= 6, "{codes:?}");
 }
 
 #[test]

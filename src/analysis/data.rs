@@ -16,7 +16,7 @@ use crate::stiffness::{
 
 use super::calibration::GivenCalibration;
 use super::error::AnalysisError;
-use super::files::{first_line, read_bytes, read_text};
+use super::files::{first_line, folder_of, is_file, is_there, read_bytes, read_text, shown};
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
 use super::load_cases::LoadedLoadCases;
@@ -117,8 +117,8 @@ impl Data {
             let loaded = LoadedLoadCases::open(path, options)?;
             return Ok(Self::LoadCases(Box::new(loaded)));
         }
-        if path.is_file() && is_stiffness_list(&first_line(path)?) {
-            let name = path.display().to_string();
+        if is_file(path) && is_stiffness_list(&first_line(path)?) {
+            let name = shown(path);
             let text = read_text(path)?;
             return Ok(Self::Stiffness {
                 measured: read_stiffness_list(&name, &text)?,
@@ -169,7 +169,7 @@ pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
         let path = path.to_owned();
         return Err(AnalysisError::NoSession { path });
     }
-    if path.exists() {
+    if is_there(path) {
         return Ok(path.to_owned());
     }
     let shipped = SHIPPED_LISTS.map(|(name, _)| name);
@@ -208,7 +208,7 @@ impl LoadedSession {
     /// overdue calibration, as the options have it.
     pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
         // Displacements without repeats, which also can be a list, may be readings that lack the column.
-        let is_list = path.is_file() && first_line(path)?.contains("stiffness_N_per_um");
+        let is_list = is_file(path) && first_line(path)?.contains("stiffness_N_per_um");
         if shipped_list(path).is_some() || is_list {
             return Err(AnalysisError::NeedsReadings {
                 data: path.display().to_string(),
@@ -216,8 +216,8 @@ impl LoadedSession {
             });
         }
         let file = readings_file(path)?;
-        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
-        let name = file.display().to_string();
+        let folder = folder_of(&file);
+        let name = shown(&file);
         let bytes = read_bytes(&file)?;
         if options.gauge_log.is_none() && is_vector_table(&bytes) {
             return Err(AnalysisError::Vectors { path: file });
@@ -244,7 +244,7 @@ impl LoadedSession {
         }
         let calibration = options.gauges.apply(&mut table, &mut header, &mut warnings);
         let mut session = Self {
-            name: path.display().to_string(),
+            name: shown(path),
             sha256: sha256(&bytes),
             table,
             header,

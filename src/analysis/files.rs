@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use crate::nearest::nearest;
 
@@ -59,29 +60,70 @@ fn instead_of(path: &Path) -> String {
     }
 }
 
-/// A text file in UTF-8.
+/// Whether a path stands for standard input or standard output.
+#[must_use]
+pub fn is_dash(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// A path in words.
+#[must_use]
+pub fn shown(path: &Path) -> String {
+    if is_dash(path) {
+        "standard input".to_owned()
+    } else {
+        path.display().to_string()
+    }
+}
+
+/// The bytes of standard input. They are there once, and looked at by every reader that tries whether they are of its form.
+fn standard_input() -> std::io::Result<Vec<u8>> {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    if let Some(bytes) = BYTES.get() {
+        return Ok(bytes.clone());
+    }
+    let mut bytes = Vec::new();
+    std::io::stdin().lock().read_to_end(&mut bytes)?;
+    Ok(BYTES.get_or_init(|| bytes).clone())
+}
+
+/// A text file in UTF-8; `-` is standard input.
 ///
 /// # Errors
 /// For a file that is not there, may not be read or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, ReadError> {
-    fs::read_to_string(path).map_err(ReadError::of(path))
+    let bytes = read_bytes(path)?;
+    String::from_utf8(bytes)
+        .map_err(|error| std::io::Error::new(ErrorKind::InvalidData, error.utf8_error()))
+        .map_err(ReadError::of(path))
 }
 
-/// The bytes of a file.
+/// The bytes of a file; `-` is standard input.
 ///
 /// # Errors
 /// For a file that is not there or may not be read.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
-    fs::read(path).map_err(ReadError::of(path))
+    let read = if is_dash(path) {
+        standard_input()
+    } else {
+        fs::read(path)
+    };
+    read.map_err(ReadError::of(path))
 }
 
 /// The first line of a file, which shows its form.
 pub(super) fn first_line(path: &Path) -> Result<String, ReadError> {
-    let mut head = [0; 512];
-    let read = fs::File::open(path)
-        .and_then(|mut file| file.read(&mut head))
-        .map_err(ReadError::of(path))?;
-    let text = String::from_utf8_lossy(&head[..read]);
+    let mut head = Vec::new();
+    let most = 512;
+    if is_dash(path) {
+        head = read_bytes(path)?;
+        head.truncate(most);
+    } else {
+        fs::File::open(path)
+            .and_then(|file| file.take(most as u64).read_to_end(&mut head))
+            .map_err(ReadError::of(path))?;
+    }
+    let text = String::from_utf8_lossy(&head);
     Ok(text
         .trim_start_matches('\u{feff}')
         .lines()
@@ -92,5 +134,18 @@ pub(super) fn first_line(path: &Path) -> Result<String, ReadError> {
 
 /// Whether there is a file or folder of this name.
 pub(super) fn is_there(path: &Path) -> bool {
-    path.exists()
+    is_dash(path) || path.exists()
+}
+
+/// Whether there is a file of this name.
+pub(super) fn is_file(path: &Path) -> bool {
+    is_dash(path) || path.is_file()
+}
+
+/// The folder in which the other files of a session lie; beside standard input there are none.
+pub(super) fn folder_of(file: &Path) -> PathBuf {
+    if is_dash(file) {
+        return file.to_owned();
+    }
+    file.parent().map(Path::to_owned).unwrap_or_default()
 }

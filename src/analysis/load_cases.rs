@@ -18,7 +18,7 @@ use crate::test_point::PoseId;
 
 use super::data::{OpenSettings, readings_file, session_header};
 use super::error::{AnalysisError, ArgumentError};
-use super::files::read_bytes;
+use super::files::{folder_of, is_there, read_bytes, shown};
 use super::fit::training_poses;
 use super::hash::sha256;
 use super::inputs::Inputs;
@@ -47,15 +47,15 @@ impl LoadedLoadCases {
             return Self::of_runs(session);
         }
         let file = readings_file(path)?;
-        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+        let folder = folder_of(&file);
         let bytes = read_bytes(&file)?;
-        let name = file.display().to_string();
+        let name = shown(&file);
         options.gauges.refuse(&name)?;
         let table = read_load_cases(&name, bytes.as_slice(), &ReadOptions::default())?;
         let mut warnings: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
         let header = session_header(&folder, &mut warnings)?;
         Ok(Self {
-            name: path.display().to_string(),
+            name: shown(path),
             sha256: sha256(&bytes),
             table,
             header,
@@ -156,7 +156,7 @@ impl LoadCaseData {
         options: &OpenSettings,
     ) -> Result<(), AnalysisError> {
         for path in paths {
-            if path.exists() && !LoadedLoadCases::is_at(path) {
+            if is_there(path) && !LoadedLoadCases::is_at(path) {
                 return Err(ArgumentError::new(
                     path.display().to_string(),
                     "no load cases are there: loads and displacements as vectors, which the first data are",

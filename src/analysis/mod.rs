@@ -51,7 +51,7 @@ pub use diagnose::{
 };
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
-pub use files::{ReadError, read_bytes, read_text};
+pub use files::{ReadError, is_dash, read_bytes, read_text, shown};
 pub use fit::{FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics};
 pub use hash::sha256;
 pub use history::SessionHistory;

@@ -9,7 +9,7 @@ use crate::stiffness::{Branches, VectorStiffness, vector_stiffness};
 
 use super::data::{OpenSettings, check_calibration, readings_file, session_header, short_name};
 use super::error::AnalysisError;
-use super::files::read_bytes;
+use super::files::{folder_of, is_there, read_bytes, shown};
 use super::hash::sha256;
 use super::integrity::compare_vectors_with_journal;
 
@@ -48,7 +48,7 @@ impl VectorSession {
     /// For data that are not there or cannot be read, a table that differs from its journal, and an overdue calibration, as the options
     /// have it.
     pub fn open(path: &Path, options: &OpenSettings) -> Result<Option<Self>, AnalysisError> {
-        if options.gauge_log.is_some() || !path.exists() {
+        if options.gauge_log.is_some() || !is_there(path) {
             return Ok(None);
         }
         let file = readings_file(path)?;
@@ -56,10 +56,10 @@ impl VectorSession {
         if !is_vector_table(&bytes) {
             return Ok(None);
         }
-        let name = file.display().to_string();
+        let name = shown(&file);
         options.gauges.refuse(&name)?;
         let table = read_vector_readings(&name, bytes.as_slice())?;
-        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+        let folder = folder_of(&file);
         let mut warnings = Vec::new();
         let header = session_header(&folder, &mut warnings)?;
         if file.file_name().is_some_and(|name| name == "readings.csv") {
@@ -68,7 +68,7 @@ impl VectorSession {
         }
         check_calibration(header.as_ref(), options.calibration, &mut warnings)?;
         Ok(Some(Self {
-            name: path.display().to_string(),
+            name: shown(path),
             sha256: sha256(&bytes),
             table,
             header,

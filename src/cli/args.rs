@@ -36,7 +36,7 @@ use crate::analysis::ArgumentError;
     version,
     about,
     max_term_width = 110,
-    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, validated on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 3 a question has no answer under --no-input; 10 configuration, robot or session file invalid;\n11 input file invalid; 12 calibration overdue under --strict; 13 output exists; 14 output cannot be written; 20 instrument not found;\n21 instrument or session busy; 22 instrument lost; 23 instrument not permitted; 30 journal damaged, or table or report changed; 31 nothing of a journal can be read;\n40 fit impossible; 41 factors not identifiable under --strict; 70 internal error; 130 interrupted, can be resumed."
+    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, validated on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance"
 )]
 pub(super) struct Cli {
     /// What all subcommands share.
@@ -104,12 +104,15 @@ pub(super) enum Command {
     /// What an error code, a law or a verdict means, and what to do
     Explain(super::explain::ExplainArgs),
     /// Shell completions on standard output
+    #[command(
+        after_help = "Examples:\n  stiffbench completions bash > ~/.local/share/bash-completion/completions/stiffbench\n  stiffbench completions fish > ~/.config/fish/completions/stiffbench.fish"
+    )]
     Completions {
         /// The shell
         shell: clap_complete::Shell,
     },
-    /// The manual page (roff) on standard output
-    Man,
+    /// Manual pages: one on standard output, or a file for every command
+    Man(super::help::ManArgs),
 }
 
 /// Which robot, mechanism and factors, and which physics beside them.
@@ -369,7 +372,7 @@ pub(super) struct PlotArgs {
     /// Seed of the workspace's poses
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Where to write: FILE.svg and FILE.png, or one of them if the name ends so [default: the figure's name]
+    /// Where to write: FILE.svg and FILE.png, or one of them if the name ends so; - for SVG on standard output [default: the figure's name]
     #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
 }

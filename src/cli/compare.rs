@@ -18,7 +18,9 @@ use super::report::{PageArgs, write_comparison};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  stiffbench compare monday friday")]
+#[command(
+    after_help = "Examples:\n  stiffbench compare monday friday\n  stiffbench compare monday friday --report friday.html"
+)]
 pub(super) struct CompareArgs {
     /// First session
     a: PathBuf,

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::analysis::{Inputs, PartModelFile, read_bytes, sha256};
+use crate::analysis::{Inputs, PartModelFile, read_bytes, sha256, shown};
 use crate::mismatch::{
     MOST_READINGS_OF_A_PART, PartModel, SearchOptions, diagnose, specimen_bench,
 };
@@ -24,7 +24,7 @@ pub(super) fn run(
 ) -> Result<Outcome, Failure> {
     let path = data(args)?;
     let bytes = read_bytes(path)?;
-    let name = path.display().to_string();
+    let name = shown(path);
     let inputs = Inputs::default().with_list(&name, &sha256(&bytes));
     let table = read_specimen(&name, bytes.as_slice(), options)?.thinned(MOST_READINGS_OF_A_PART);
     let (observations, baseline, scale) = specimen_bench(&table)?;

@@ -13,7 +13,8 @@ use crate::instrument::port::{PortInfo, list_ports};
 use crate::report::{CheckReport, DoctorReport};
 
 use super::args::Global;
-use super::config::Config;
+use super::colour::is_wanted;
+use super::config::{Config, unknown_variables};
 use super::failure::Failure;
 use super::gauge::{BINDINGS_FILE, read_bindings};
 use super::outcome::Outcome;
@@ -43,9 +44,10 @@ const FIRST_YEAR: i16 = 2025;
 /// Runs all checks.
 pub(super) fn run(_args: &DoctorArgs, global: &Global) -> Outcome {
     let mut checks = vec![version(), clock(), configuration(global)];
+    checks.extend(settings(global));
     checks.extend(ports());
     checks.push(bindings(global));
-    checks.extend(terminal());
+    checks.extend(terminal(global));
     checks.extend(disk());
     let report = DoctorReport::new(checks);
     let exit = u8::from(report.failed > 0);
@@ -98,6 +100,24 @@ fn configuration(global: &Global) -> CheckReport {
             CheckReport::ok("configuration", found)
         }
     }
+}
+
+/// What settings name that is not there, and variables that set nothing.
+fn settings(global: &Global) -> Vec<CheckReport> {
+    let config = Config::load(global.no_config).unwrap_or_default();
+    let absent = config.absent_files().map(|(setting, set)| {
+        let (name, value, place) = (setting.name, &set.value, &set.place);
+        let found = format!("{name} {value}, which {place} names, is not there");
+        CheckReport::failed("setting", found, "correct the setting, or make the file")
+    });
+    let mut checks: Vec<CheckReport> = absent.collect();
+    if !global.no_config {
+        let unknown = unknown_variables().into_iter();
+        checks.extend(
+            unknown.map(|found| CheckReport::warning("variable", found, "rename it, or unset it")),
+        );
+    }
+    checks
 }
 
 /// The serial ports, and whether this user may open each.
@@ -173,7 +193,7 @@ fn bindings(global: &Global) -> CheckReport {
 }
 
 /// Character set, size and colour of the terminal.
-fn terminal() -> Vec<CheckReport> {
+fn terminal(global: &Global) -> Vec<CheckReport> {
     let words = ["LC_ALL", "LC_CTYPE", "LANG"].map(|name| std::env::var(name).unwrap_or_default());
     let locale = words
         .into_iter()
@@ -194,17 +214,17 @@ fn terminal() -> Vec<CheckReport> {
             "export LANG=C.UTF-8, so that signs such as µ appear",
         )
     };
-    vec![locale, size()]
+    vec![locale, size(global)]
 }
 
-fn size() -> CheckReport {
+fn size(global: &Global) -> CheckReport {
     if !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
         return CheckReport::ok("terminal", "none: sessions use plain lines");
     }
-    let colour = if std::env::var_os("NO_COLOR").is_some() {
-        "without colour (NO_COLOR)"
-    } else {
+    let colour = if is_wanted(global.color, true) {
         "with colour"
+    } else {
+        "without colour"
     };
     if std::env::var("TERM").is_ok_and(|term| term == "dumb") {
         return CheckReport::warning(

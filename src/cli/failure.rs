@@ -7,6 +7,8 @@ use miette::Diagnostic;
 use serde_json::{Value, json};
 
 use super::args::Global;
+use crate::report::ErrorReport;
+
 use super::outcome::{envelope, not_printed, print_error, print_json};
 
 /// Errors of the command line itself.
@@ -76,6 +78,23 @@ pub enum CliError {
         /// The file.
         path: PathBuf,
     },
+    /// A file for standard output, of a command that cannot write it there.
+    #[error("- is standard output, and this file cannot go there")]
+    #[diagnostic(
+        code(stiffbench::usage::no_standard_output),
+        help("name a file; ./- is a file of this name")
+    )]
+    Dash,
+    /// A mistake of the program.
+    #[error("internal error: {problem}")]
+    #[diagnostic(
+        code(stiffbench::internal),
+        help("this is a mistake of the program: please report it with the command that led to it")
+    )]
+    Internal {
+        /// What broke.
+        problem: String,
+    },
     /// A session that did not come to its end.
     #[error("{folder}: the session is not complete")]
     #[diagnostic(
@@ -143,6 +162,7 @@ pub enum CliError {
 /// Exit codes by the beginning of an error's code. The first that fits counts: single errors stand before their stage.
 const EXIT_CODES: &[(&str, u8)] = &[
     ("stiffbench::usage", 2),
+    ("stiffbench::internal", 70),
     ("stiffbench::calibration_table", 11),
     ("stiffbench::calibration", 12),
     ("stiffbench::import::missing", 3),
@@ -201,6 +221,32 @@ const EXIT_CODES: &[(&str, u8)] = &[
     ("stiffbench::config", 10),
     ("stiffbench::live", 10),
     ("stiffbench::trace", 11),
+];
+
+/// What each exit code means, in ascending order; the one table that help, manual pages and `docs/commands.md` show.
+pub const EXIT_CODE_MEANINGS: &[(u8, &str)] = &[
+    (0, "done"),
+    (1, "findings under --strict"),
+    (2, "usage"),
+    (3, "a question has no answer under --no-input"),
+    (
+        10,
+        "configuration, robot, procedure or session file invalid",
+    ),
+    (11, "input file invalid or not there"),
+    (12, "calibration overdue under --strict"),
+    (13, "output exists"),
+    (14, "output cannot be written"),
+    (20, "instrument not found"),
+    (21, "instrument or session busy"),
+    (22, "instrument lost"),
+    (23, "instrument not permitted"),
+    (30, "journal damaged, or table or report changed"),
+    (31, "nothing of a journal can be read"),
+    (40, "fit impossible"),
+    (41, "factors not identifiable under --strict"),
+    (70, "internal error"),
+    (130, "interrupted, can be resumed"),
 ];
 
 /// The exit code of an error code.
@@ -262,11 +308,11 @@ impl Failure {
     /// The one object of `--json`.
     fn json(&self, exit: u8) -> Value {
         let mut object = envelope("error", false);
-        object["error"] = json!({
-            "code": self.code(),
-            "message": self.message(),
-            "help": self.report.help().map(|help| help.to_string()),
-            "exit_code": exit,
+        object["error"] = json!(ErrorReport {
+            code: self.code(),
+            message: self.message(),
+            help: self.report.help().map(|help| help.to_string()),
+            exit_code: exit,
         });
         object["warnings"] = json!(self.warnings);
         object

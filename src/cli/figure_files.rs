@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::plot::{Figure, to_png};
 
 use super::failure::{CliError, Failure};
-use crate::analysis::{ArgumentError, Inputs};
+use crate::analysis::{ArgumentError, Inputs, is_dash};
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
 const PNG_SCALE: f64 = 2.0;
@@ -69,8 +69,11 @@ pub fn write_figure(
 /// Writes a whole file, and makes its folder if there is none.
 ///
 /// # Errors
-/// For a folder or file that cannot be written.
+/// For a folder or file that cannot be written, and for `-`.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    if is_dash(path) {
+        return Err(CliError::Dash);
+    }
     if let Some(folder) = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())

@@ -1,6 +1,6 @@
 //! The options of every subcommand.
 
-use clap::{Args, ValueEnum};
+use clap::{Args, ColorChoice, ValueEnum};
 use jiff::{Timestamp, tz::TimeZone};
 
 use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
@@ -28,6 +28,9 @@ pub struct Global {
     /// No notes and no progress on standard error
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Colour of help, errors and the view of a session; auto: on a terminal, as NO_COLOR and CLICOLOR_FORCE say
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    pub color: ColorChoice,
     /// Progress on standard error
     #[arg(long, global = true, value_enum, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,

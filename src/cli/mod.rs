@@ -2,6 +2,7 @@
 
 pub mod args;
 mod calibration_args;
+mod colour;
 mod compare;
 mod config;
 mod demo;
@@ -24,6 +25,7 @@ mod fit;
 mod fit_load_cases;
 mod gauge;
 mod global;
+mod help;
 mod import;
 mod instrument;
 pub mod instrument_args;
@@ -61,13 +63,13 @@ mod trace;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::{ColorChoice, FromArgMatches};
 use serde_json::Value;
 
 use crate::analysis::ArgumentError;
 use crate::export::tidy::TidyTable;
 use args::{Cli, Command, Global, ProgressMode};
-use failure::Failure;
+use failure::{CliError, Failure};
 use outcome::Outcome;
 
 /// Runs the program on the given arguments (the first is its name) and prints what comes out.
@@ -75,6 +77,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     // Of a command that has moved or is to come it is no option but an argument.
     let json = arguments.iter().any(|argument| argument == "--json");
+    let colour = colour::choice(&arguments);
+    colour::apply(colour);
     let settled = match names::replace_older_names(&arguments, &command()) {
         Ok(settled) => settled,
         Err(failure) => return failure.print(&only_json(json), &[]),
@@ -83,7 +87,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(settled) => settled,
         Err(error) => return Failure::from(error).print(&only_json(json), &[]),
     };
-    let parsed = Cli::try_parse_from(&settled.arguments);
+    let parsed = parse(&settled.arguments, colour::for_clap(colour));
     if !parsed.as_ref().is_ok_and(|cli| cli.global.quiet) {
         for note in &settled.notes {
             outcome::print_error(&format!("note: {note}"));
@@ -95,7 +99,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     let mut global = cli.global.clone();
     global.json |= json;
-    match run(cli) {
+    match guarded(|| run(cli)) {
         Ok(outcome) => outcome.print(&global),
         Err(failure) => failure.print(&global, &[]),
     }
@@ -132,7 +136,7 @@ fn parse_for_json(words: impl IntoIterator<Item = OsString>) -> Result<Cli, Valu
     let settled = names::replace_older_names(&all, &command()).map_err(|f| f.to_json())?;
     let settled = config::with_settings(settled, &command());
     let settled = settled.map_err(|error| Failure::from(error).to_json())?;
-    let parsed = Cli::try_parse_from(&settled.arguments);
+    let parsed = parse(&settled.arguments, ColorChoice::Never);
     let mut cli = parsed.map_err(|error| outcome::usage_json(&error, "stiffbench"))?;
     cli.global.json = true;
     cli.global.quiet = true;
@@ -142,13 +146,23 @@ fn parse_for_json(words: impl IntoIterator<Item = OsString>) -> Result<Cli, Valu
 /// The tree of commands and options as clap has it.
 #[must_use]
 pub fn command() -> clap::Command {
-    Cli::command()
+    help::tree()
+}
+
+/// A command line, in colour where that is wanted.
+fn parse<T: Into<OsString> + Clone>(
+    arguments: impl IntoIterator<Item = T>,
+    colour: ColorChoice,
+) -> Result<Cli, clap::Error> {
+    let mut tree = command().color(colour);
+    let matches = tree.try_get_matches_from_mut(arguments)?;
+    Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut tree))
 }
 
 /// A command line as it is typed, without the program's name before it.
 fn parse_words(words: &[&str]) -> Result<Cli, ArgumentError> {
     let all = std::iter::once(&"stiffbench").chain(words);
-    Cli::try_parse_from(all).map_err(|error| ArgumentError {
+    parse(all, ColorChoice::Never).map_err(|error| ArgumentError {
         argument: words.join(" "),
         problem: error.to_string(),
         help: None,
@@ -174,8 +188,20 @@ fn only_json(json: bool) -> Global {
         no_config: false,
         verbose: false,
         quiet: false,
+        color: ColorChoice::Auto,
         progress: ProgressMode::Auto,
     }
+}
+
+/// What a command does; a panic, which is a mistake of the program, becomes a failure with its exit code.
+fn guarded(work: impl FnOnce() -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
+    let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
+    done.unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+        let problem = text.unwrap_or("it stopped without a word").to_owned();
+        Err(CliError::Internal { problem }.into())
+    })
 }
 
 fn run(cli: Cli) -> Result<Outcome, Failure> {
@@ -207,6 +233,18 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Ports(args) => ports::run(&args, global),
         Command::Trace(args) => trace::run(&args, global),
         Command::Completions { shell } => Ok(outcome::completions(shell)),
-        Command::Man => Ok(outcome::man_page()?),
+        Command::Man(args) => help::run(&args),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::guarded;
+
+    #[test]
+    fn a_panic_is_an_internal_error() {
+        let failure = guarded(|| panic!("a mistake")).unwrap_err();
+        assert_eq!(failure.message(), "internal error: a mistake");
+        assert_eq!(super::failure::exit_code_of("stiffbench::internal"), 70);
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::analysis::{ArgumentError, Inputs, sha256};
+use crate::analysis::{ArgumentError, Inputs, is_dash, sha256};
 use crate::export::ExportModel;
 use crate::report::{ExportFormat, ModelExportReport};
 use crate::shipped::{shipped_robot, shipped_robots};
@@ -49,7 +49,7 @@ pub(super) struct ModelExportArgs {
     /// Which pose.
     #[command(flatten)]
     pose: PoseArgs,
-    /// Write to this file instead of standard output
+    /// Write to this file instead of standard output, which is - too
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -143,11 +143,11 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
     let inputs = Inputs::default().with_model(&resolved);
     let mut report = ModelExportReport {
         format: args.format.into(),
-        file: args.out.clone(),
+        file: args.out.clone().filter(|file| !is_dash(file)),
         text: None,
         table,
     };
-    let Some(file) = &args.out else {
+    let Some(file) = report.file.clone() else {
         // The file alone, so that it can be redirected.
         report.text = Some(text.clone());
         return Ok(Outcome::new("model-export", text, report)
@@ -155,7 +155,7 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
             .without_heading()
             .with_warnings(warnings));
     };
-    write(file, text.as_bytes())?;
+    write(&file, text.as_bytes())?;
     let said = format!("Written to {}\n", file.display());
     Ok(Outcome::new("model-export", said, report)
         .with_inputs(inputs)

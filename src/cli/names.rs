@@ -104,8 +104,8 @@ const LEADING: &[&str] = &[
     "-v",
 ];
 
-/// One of them that takes a value.
-const LEADING_WITH_VALUE: &str = "--progress";
+/// Those of them that take a value.
+const LEADING_WITH_VALUE: [&str; 2] = ["--progress", "--color"];
 
 /// The command that tells of the one named after it.
 const HELP: &str = "help";
@@ -178,10 +178,11 @@ pub(super) fn command_words(arguments: &[OsString], tree: &Command) -> (Vec<Stri
     let mut now = Some(tree);
     let mut place = 1;
     while let Some(word) = arguments.get(place).and_then(|word| word.to_str()) {
-        if word == LEADING_WITH_VALUE {
+        if LEADING_WITH_VALUE.contains(&word) {
             place += 1;
         } else if word.starts_with('-') {
-            let of_all = LEADING.contains(&word) || word.starts_with("--progress=");
+            let name = word.split('=').next().unwrap_or(word);
+            let of_all = LEADING.contains(&word) || LEADING_WITH_VALUE.contains(&name);
             if !of_all {
                 break;
             }

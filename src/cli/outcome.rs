@@ -4,14 +4,15 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::CommandFactory;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::args::{Cli, Global};
+use super::args::Global;
+#[cfg(unix)]
 use super::failure::CliError;
+use super::failure::exit_code_of;
 use crate::analysis::Inputs;
-use crate::report::{CompletionScript, ManualPage};
+use crate::report::{CompletionScript, ErrorReport};
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
@@ -32,6 +33,8 @@ pub struct Outcome {
     pub(super) exit: u8,
     /// Whether the text stands alone, without the inputs before it.
     bare: bool,
+    /// Whether JSON on standard output takes the place of a file that `--out -` asks for.
+    displaces_file: bool,
     /// Whether all this has been printed already.
     printed: bool,
 }
@@ -60,6 +63,20 @@ impl Outcome {
     pub fn without_heading(mut self) -> Self {
         self.bare = true;
         self
+    }
+
+    /// With a file in place of the text, where `--out -` wants it on standard output.
+    #[must_use]
+    pub(super) fn with_file(self, file: Option<String>) -> Self {
+        match file {
+            Some(text) => Self {
+                text,
+                displaces_file: true,
+                ..self
+            }
+            .without_heading(),
+            None => self,
+        }
     }
 
     /// With notes.
@@ -133,6 +150,10 @@ impl Outcome {
 
     fn write(&mut self, global: &Global) -> std::io::Result<()> {
         if global.json {
+            if self.displaces_file {
+                let note = "--out - with --json: this object alone is on standard output, the file was not written";
+                self.warnings.push(note.to_owned());
+            }
             return print_json(&self.json());
         }
         let heading = if self.bare {
@@ -203,7 +224,7 @@ pub(super) fn not_printed(error: &std::io::Error) -> ExitCode {
     print_error(&format!(
         "the result could not be written to standard output: {error}"
     ));
-    ExitCode::from(11)
+    ExitCode::from(exit_code_of("stiffbench::output"))
 }
 
 /// What clap says, and its exit code; with `--json` among the arguments also that is JSON.
@@ -223,11 +244,14 @@ pub fn print_usage(error: &clap::Error, arguments: &[OsString], program: &str) -
 /// The object of `--json` for what clap says.
 pub(super) fn usage_json(error: &clap::Error, program: &str) -> Value {
     let mut object = envelope("error", false);
-    object["error"] = json!({
-        "code": "stiffbench::usage",
-        "message": usage_message(error),
-        "help": usage_tip(error).unwrap_or_else(|| format!("{program} --help lists the subcommands, {program} SUBCOMMAND --help its options")),
-        "exit_code": 2,
+    let everything = || {
+        format!("{program} --help lists the subcommands, {program} SUBCOMMAND --help its options")
+    };
+    object["error"] = json!(ErrorReport {
+        code: "stiffbench::usage".to_owned(),
+        message: usage_message(error),
+        help: Some(usage_tip(error).unwrap_or_else(everything)),
+        exit_code: 2,
     });
     object["warnings"] = json!([]);
     object
@@ -255,22 +279,8 @@ fn usage_tip(error: &clap::Error) -> Option<String> {
 /// Completions of a shell.
 pub(super) fn completions(shell: clap_complete::Shell) -> Outcome {
     let mut text = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "stiffbench", &mut text);
+    clap_complete::generate(shell, &mut super::command(), "stiffbench", &mut text);
     let text = String::from_utf8_lossy(&text).into_owned();
     let script = text.clone();
     Outcome::new("completions", text, CompletionScript { script })
-}
-
-/// The manual page.
-pub(super) fn man_page() -> Result<Outcome, CliError> {
-    let mut text = Vec::new();
-    clap_mangen::Man::new(Cli::command())
-        .render(&mut text)
-        .map_err(|source| CliError::Write {
-            path: "manual page".into(),
-            source,
-        })?;
-    let text = String::from_utf8_lossy(&text).into_owned();
-    let roff = text.clone();
-    Ok(Outcome::new("man", text, ManualPage { roff }))
 }

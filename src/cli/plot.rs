@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::analysis::{
-    AnalysisError, ArgumentError, Data, FitData, FitSettings, Inputs, LoadedSession,
+    AnalysisError, ArgumentError, Data, FitData, FitSettings, Inputs, LoadedSession, is_dash,
 };
 use crate::fit::FitOutcome;
 use crate::physics::{Effect, PlaceKind};
@@ -34,7 +34,13 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
         | FigureName::Residuals => of_fit(args, global, &mut warnings)?,
     };
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(name));
-    let written = write_figure(&path, &figure, &inputs)?;
+    let mut drawing = None;
+    let mut written = Vec::new();
+    if is_dash(&path) {
+        drawing = Some(inputs.on(&figure).to_svg());
+    } else {
+        written = write_figure(&path, &figure, &inputs)?;
+    }
     let names: Vec<String> = written
         .iter()
         .map(|path| path.display().to_string())
@@ -49,7 +55,8 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
         },
     )
     .with_inputs(inputs)
-    .with_warnings(warnings))
+    .with_warnings(warnings)
+    .with_file(drawing))
 }
 
 /// A figure with its name and what it shows.

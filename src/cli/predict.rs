@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::analysis::{Inputs, PartModelFile, check_predictable, read_bytes, read_text, sha256};
+use crate::analysis::{
+    Inputs, PartModelFile, check_predictable, is_dash, read_bytes, read_text, sha256, shown,
+};
 use crate::report::PredictionReport;
 use crate::specimen::read_specimen;
 
@@ -23,7 +25,7 @@ pub(super) struct PredictArgs {
     /// Table to predict the answers of
     #[arg(long, value_name = "TABLE")]
     input: PathBuf,
-    /// Write a CSV file with a row for each reading: predicted, ends of the band, measured
+    /// Write a CSV file with a row for each reading: predicted, ends of the band, measured; - for standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -35,21 +37,28 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
     let stored = PartModelFile::parse(&file, &text)?;
     let model = stored.model(&file)?;
     let bytes = read_bytes(&args.input)?;
-    let name = args.input.display().to_string();
+    let name = shown(&args.input);
     let mut columns = stored.columns.clone();
     columns.is_response_optional = true;
     let table = read_specimen(&name, bytes.as_slice(), &columns)?;
     check_predictable(&model, &table, &name)?;
     let predicted = model.predict(&table)?;
     let report = PredictionReport::new(&model, &table, &predicted);
-    if let Some(out) = &args.out {
-        write(out, report.csv().as_bytes())?;
-    }
+    let csv = match &args.out {
+        Some(out) if is_dash(out) => Some(report.csv()),
+        Some(out) => {
+            write(out, report.csv().as_bytes())?;
+            None
+        }
+        None => None,
+    };
     let inputs = Inputs::default()
         .with_list(&file, &sha256(&text))
         .with_list(&name, &sha256(&bytes));
     let notes = table.assumptions.iter().map(ToString::to_string).collect();
-    Ok(Outcome::new("prediction", report.text(), report)
+    let text = report.text();
+    Ok(Outcome::new("prediction", text, report)
         .with_inputs(inputs)
-        .with_warnings(notes))
+        .with_warnings(notes)
+        .with_file(csv))
 }

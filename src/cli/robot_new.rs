@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::analysis::{
     ArgumentError, Controller, DhSettings, NewRobot, StatedPosition, UrdfSettings, check_positions,
-    read_text, robot_from_dh, robot_from_urdf, template,
+    is_dash, read_text, robot_from_dh, robot_from_urdf, template,
 };
 use crate::report::NewRobotReport;
 use crate::robot::Robot;
@@ -19,6 +19,9 @@ use super::robot_args::NewArgs;
 
 /// Writes a robot file that was not there before.
 pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {
+    if is_dash(&args.out) {
+        return Err(CliError::Dash.into());
+    }
     if args.out.exists() {
         return Err(CliError::RobotExists {
             path: args.out.clone(),

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 
-use crate::analysis::{ArgumentError, read_bytes};
+use crate::analysis::{ArgumentError, is_dash, read_bytes};
 use crate::clock::Clock;
 use crate::instrument::trace::{
     GaugeTrace, Replay, ReplayPace, TraceSink, TraceWriter, What, escaped, events_of,
@@ -140,6 +140,9 @@ impl Write for Durable {
 }
 
 fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
+    if is_dash(&args.out) {
+        return Err(CliError::Dash.into());
+    }
     let file = new_file(&args.out)?;
     let opened = Gauge::open(&args.instrument, &args.port, global.quiet);
     let mut gauge = opened.inspect_err(|_| {

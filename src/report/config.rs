@@ -42,6 +42,8 @@ pub struct SettingReport {
 pub enum SettingOrigin {
     /// The program.
     Default,
+    /// The file of the computer.
+    System,
     /// The file of the user.
     User,
     /// The file of the folder, or of a folder above it.
@@ -107,7 +109,7 @@ impl SettingReport {
         let kind = match self.origin {
             SettingOrigin::Default => "default",
             SettingOrigin::Option => "option",
-            SettingOrigin::User | SettingOrigin::Folder => "file",
+            SettingOrigin::System | SettingOrigin::User | SettingOrigin::Folder => "file",
             SettingOrigin::Environment => "variable",
         };
         match &self.place {

@@ -10,9 +10,24 @@ pub struct CompletionScript {
     pub script: String,
 }
 
+/// What went wrong: `error` of the output of a command that failed.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ErrorReport {
+    /// Code of the error, which `stiffbench explain` explains.
+    pub code: String,
+    /// What went wrong and why, in one sentence.
+    pub message: String,
+    /// What to do; `null` if nothing can be said.
+    pub help: Option<String>,
+    /// Exit code of the program.
+    pub exit_code: u8,
+}
+
 /// The manual page.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ManualPage {
     /// Its source for `man`.
     pub roff: String,
+    /// The files that were written, one a command.
+    pub files: Vec<std::path::PathBuf>,
 }

@@ -201,5 +201,86 @@ fn mistakes_are_errors_with_their_place() {
         &[("STIFFBENCH_CONFIG", "none.toml")],
         "robot show",
     );
-    assert!(ran.exits_with(11).stderr.contains("none.toml"));
+    assert!(ran.exits_with(10).stderr.contains("none.toml"));
+}
+
+#[test]
+fn paths_are_shown_though_a_file_is_wrong() {
+    let desk = desk();
+    desk.write("stiffbench.toml", "robott = \"a\"\n");
+    let ran = desk.run("config path").succeeds();
+    assert!(
+        ran.stdout.contains("stiffbench.toml (exists)"),
+        "{}",
+        ran.stdout
+    );
+    assert!(ran.stderr.contains("no setting `robott`"), "{}", ran.stderr);
+    let json = desk.run("config path --json").succeeds().json();
+    assert_eq!(json["data"]["files"][0]["exists"], true);
+    desk.refusal("config show", 10, "stiffbench::config::unknown_key");
+    // Of a computer with its own settings the file counts least.
+    let files = json["data"]["files"].as_array().unwrap();
+    let last = if cfg!(unix) { "system" } else { "user" };
+    assert_eq!(files.last().unwrap()["layer"], last);
+}
+
+#[test]
+fn a_variable_that_sets_nothing_is_noted_with_the_nearest() {
+    let desk = desk();
+    let variables = [
+        ("STIFFBENCH_ROBOTS", "a"),
+        ("STIFFBENCH_BENCH_TEMPERATURE", "b"),
+    ];
+    for command in ["robot show", "config show", "fit nowhere"] {
+        let stderr = run(&desk, "", &variables, command).stderr;
+        assert!(
+            stderr.contains("note: STIFFBENCH_ROBOTS sets nothing; did you mean STIFFBENCH_ROBOT?"),
+            "{stderr}"
+        );
+        assert!(
+            stderr.contains("STIFFBENCH_BENCH_TEMPERATURE sets nothing; stiffbench config show"),
+            "{stderr}"
+        );
+    }
+    for quiet in ["robot show --quiet", "robot show --no-config"] {
+        let stderr = run(&desk, "", &variables, quiet).succeeds().stderr;
+        assert_eq!(stderr, "");
+    }
+    let doctor = run(&desk, "", &variables, "doctor").succeeds().stdout;
+    assert!(doctor.contains("warning  variable"), "{doctor}");
+}
+
+#[test]
+fn the_schema_of_files_names_every_setting() {
+    let desk = desk();
+    let schema = desk.data("config show --schema");
+    let settings = desk.data("config show");
+    for setting in settings["settings"].as_array().unwrap() {
+        let property = &schema["properties"][setting["name"].as_str().unwrap()];
+        assert!(property["description"].is_string(), "{setting}");
+    }
+    assert_eq!(schema["additionalProperties"], false);
+}
+
+#[test]
+fn doctor_reports_files_of_settings_that_are_not_there() {
+    let desk = desk();
+    desk.write(
+        "stiffbench.toml",
+        "robot = \"arm.toml\"\nbindings = \"bench.toml\"\nprotocols = \"gauges\"\n",
+    );
+    let text = desk.run("doctor --strict").exits_with(1).stdout;
+    for name in ["robot", "bindings", "protocols"] {
+        let start = format!("FAILED   setting        {name} ");
+        assert!(text.contains(&start), "{start}: {text}");
+    }
+    assert!(
+        text.contains("stiffbench.toml names, is not there"),
+        "{text}"
+    );
+    desk.write(
+        "stiffbench.toml",
+        "robot = \"hp-robot\"\nprotocols = \".\"\n",
+    );
+    assert_eq!(desk.data("doctor")["failed"], 0);
 }

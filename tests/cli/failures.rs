@@ -512,7 +512,7 @@ fn standard_output_that_takes_no_more() {
         .stdout(full)
         .output()
         .unwrap();
-    assert_eq!(output.status.code(), Some(11));
+    assert_eq!(output.status.code(), Some(14));
     assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
 }
 

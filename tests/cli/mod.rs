@@ -8,10 +8,12 @@ mod doctor;
 mod drawn;
 #[cfg(unix)]
 mod emulate;
+mod exit_codes;
 mod explain;
 mod export;
 mod failures;
 mod files;
+mod help;
 mod import;
 mod imported_sessions;
 mod in_process;
@@ -28,6 +30,7 @@ mod names;
 #[cfg(unix)]
 mod permissions;
 mod physics;
+mod pipes;
 mod positions;
 mod predict;
 mod report;

@@ -63,6 +63,8 @@ impl Desk {
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(self.program);
         command.current_dir(&self.folder);
+        // It is for the tests, not for the program.
+        command.env_remove(super::schemas::MODE);
         command.args(arguments.split_whitespace());
         command
     }
@@ -136,12 +138,23 @@ impl Ran {
     }
 }
 
-/// The `data` of a result follow the published schema of their kind.
+/// The `data` of a result, or the `error` of a failure, follow the published schema of their kind.
 pub fn assert_follows_schema(object: &Value) {
-    let kind = object["kind"].as_str().unwrap_or_default();
-    if object["ok"] != true {
+    // What is no result, for example a printed JSON Schema, has no kind.
+    let Some(kind) = object["kind"].as_str() else {
         return;
-    }
+    };
+    let schema = object["schema"].as_str().unwrap_or_default();
+    assert!(
+        schema.starts_with(&format!("stiffbench/{kind}/")),
+        "{schema}"
+    );
+    let content = if object["ok"] == true {
+        "data"
+    } else {
+        "error"
+    };
+    assert!(content == "data" || kind == "error", "{object}");
     let folders = ["docs/schemas", "docs/schemas/validate"];
     let files = folders.map(|folder| format!("{folder}/{kind}.json"));
     let file = files
@@ -149,7 +162,7 @@ pub fn assert_follows_schema(object: &Value) {
         .find(|file| super::repository().join(file).is_file());
     let schema = super::text(file.unwrap_or_else(|| panic!("{kind} has no schema")));
     let validator = jsonschema::validator_for(&serde_json::from_str(schema).unwrap()).unwrap();
-    let errors = validator.iter_errors(&object["data"]);
+    let errors = validator.iter_errors(&object[content]);
     let errors: Vec<String> = errors
         .map(|error| format!("{}: {error}", error.instance_path()))
         .collect();

@@ -120,7 +120,10 @@ impl Goldens<'_> {
             let mut command = Command::new(self.program);
             let data = repository().join("data");
             let word = |word: &str| word.replace("DATA", data.to_str().unwrap());
-            command.current_dir(&desk).args(words.into_iter().map(word));
+            command
+                .env_remove(MODE)
+                .current_dir(&desk)
+                .args(words.into_iter().map(word));
             if let Some(input) = input {
                 command.stdin(fs::File::open(repository().join(input)).unwrap());
             }

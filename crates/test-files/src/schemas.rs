@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 /// How the goldens are kept too.
-const MODE: &str = "STIFFBENCH_GOLDENS";
+pub(crate) const MODE: &str = "STIFFBENCH_GOLDENS";
 
 /// The files of a folder of the repository are these schemas by kind, and no others. Under `STIFFBENCH_GOLDENS=write` they are written.
 pub fn are_published(folder: &str, schemas: impl IntoIterator<Item = (&'static str, Value)>) {

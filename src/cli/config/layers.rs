@@ -8,22 +8,37 @@ use serde::Deserialize;
 use crate::analysis::{ReadError, read_text};
 use crate::nearest::nearest;
 use crate::report::{ConfigFileReport, SettingOrigin};
+use crate::shipped::shipped_robot;
 use crate::source_text::SourceText;
 use crate::toml_text::{TomlError, read};
 
 /// Name of the file of a folder.
 const FOLDER_FILE: &str = "stiffbench.toml";
 
+/// The file of the computer, for all who use it.
+const SYSTEM_FILE: &str = "/etc/stiffbench/config.toml";
+
 /// The variable that names another file, or `none`.
 const CONFIG_VARIABLE: &str = "STIFFBENCH_CONFIG";
+
+/// What the variables of settings begin with.
+const PREFIX: &str = "STIFFBENCH_";
 
 /// What is wrong with the configuration.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub(in crate::cli) enum ConfigError {
     /// A file that cannot be read.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Read(#[from] ReadError),
+    #[error("{path} cannot be read")]
+    #[diagnostic(code(stiffbench::config::read))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+        /// What to do about it.
+        #[help]
+        advice: String,
+    },
     /// A file that is no TOML, or a value of another kind.
     #[error("{place}: {problem}")]
     #[diagnostic(
@@ -64,6 +79,21 @@ pub(in crate::cli) enum ConfigError {
         /// What is expected.
         expected: &'static str,
     },
+}
+
+impl From<ReadError> for ConfigError {
+    fn from(error: ReadError) -> Self {
+        let ReadError {
+            path,
+            source,
+            advice,
+        } = error;
+        Self::Read {
+            path,
+            source,
+            advice,
+        }
+    }
 }
 
 /// A setting: what it is called and what it sets.
@@ -116,15 +146,27 @@ pub(in crate::cli) struct Config {
     pub(in crate::cli) ignored: bool,
 }
 
-/// A configuration file.
+/// Settings of stiffbench, docs/configuration.md. A path is relative to the file that holds it.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields, title = "stiffbench.toml")]
 struct ConfigFile {
+    /// Bindings file: which gauge is on which adapter.
     bindings: Option<String>,
+    /// Operator of new sessions.
     operator: Option<String>,
+    /// Place of new sessions.
     place: Option<String>,
+    /// Progress on standard error: auto, bar, text or none.
     progress: Option<String>,
+    /// Folder with gauge descriptions of your own.
     protocols: Option<String>,
+    /// Robot of data that name none: a shipped one, or a robot file.
     robot: Option<String>,
+}
+
+/// The JSON Schema of configuration files.
+pub(in crate::cli) fn json_schema() -> schemars::Schema {
+    schemars::schema_for!(ConfigFile)
 }
 
 impl ConfigFile {
@@ -142,6 +184,16 @@ impl ConfigFile {
 }
 
 impl Config {
+    /// Where files are looked for, without what they hold.
+    pub(in crate::cli) fn places(is_ignored: bool) -> Self {
+        let variable = variable(CONFIG_VARIABLE);
+        Self {
+            ignored: is_ignored || variable.as_deref() == Some("none"),
+            files: files(variable.as_deref()),
+            ..Self::default()
+        }
+    }
+
     /// The configuration of this process.
     ///
     /// # Arguments
@@ -150,24 +202,29 @@ impl Config {
     /// # Errors
     /// For a file that cannot be read, and a setting or value that there is not.
     pub(in crate::cli) fn load(is_ignored: bool) -> Result<Self, ConfigError> {
-        let variable = variable(CONFIG_VARIABLE);
-        let mut config = Self {
-            ignored: is_ignored || variable.as_deref() == Some("none"),
-            files: files(variable.as_deref()),
-            ..Self::default()
-        };
+        let mut config = Self::places(is_ignored);
         if config.ignored {
             return Ok(config);
         }
         // The layers that count least come first.
         for file in config.files.clone().iter().rev() {
-            let is_named = variable.is_some();
+            let is_named = variable(CONFIG_VARIABLE).is_some();
             if file.exists || is_named {
                 config.take_file(&file.path, file.layer)?;
             }
         }
         config.take_variables()?;
         Ok(config)
+    }
+
+    /// Settings that name a file or folder that is not there, each with the setting.
+    pub(in crate::cli) fn absent_files(&self) -> impl Iterator<Item = (&ConfigSetting, &SetValue)> {
+        let set = SETTINGS.iter().zip(&self.values);
+        let set = set.filter_map(|(setting, value)| Some((setting, value.as_ref()?)));
+        set.filter(|(setting, set)| {
+            let is_shipped = setting.name == "robot" && shipped_robot(&set.value).is_some();
+            setting.is_path && !is_shipped && !Path::new(&set.value).exists()
+        })
     }
 
     /// The value of a setting; `None` for the default.
@@ -226,7 +283,7 @@ impl Config {
 impl ConfigSetting {
     /// Its environment variable.
     pub(in crate::cli) fn variable(&self) -> String {
-        format!("STIFFBENCH_{}", self.name.to_uppercase())
+        format!("{PREFIX}{}", self.name.to_uppercase())
     }
 
     fn check(&self, value: &str, place: &str) -> Result<(), ConfigError> {
@@ -266,6 +323,28 @@ fn advice(key: &str) -> String {
     }
 }
 
+/// Environment variables that begin like those of the settings and set nothing, each with what could be meant.
+pub(in crate::cli) fn unknown_variables() -> Vec<String> {
+    let mut known: Vec<String> = SETTINGS.iter().map(ConfigSetting::variable).collect();
+    known.push(CONFIG_VARIABLE.to_owned());
+    let names = std::env::vars_os().filter_map(|(name, _)| name.into_string().ok());
+    let mut unknown: Vec<String> = names
+        .filter(|name| name.starts_with(PREFIX) && !known.contains(name))
+        .map(|name| {
+            let short = name.trim_start_matches(PREFIX);
+            let shorts = known.iter().map(|name| name.trim_start_matches(PREFIX));
+            match nearest(short, shorts) {
+                Some(near) => format!("{name} sets nothing; did you mean {PREFIX}{near}?"),
+                None => format!(
+                    "{name} sets nothing; stiffbench config show --json lists the variables"
+                ),
+            }
+        })
+        .collect();
+    unknown.sort();
+    unknown
+}
+
 /// An environment variable that is not empty.
 fn variable(name: &str) -> Option<String> {
     std::env::var(name).ok().filter(|value| !value.is_empty())
@@ -290,5 +369,8 @@ fn files(named: Option<&str>) -> Vec<ConfigFileReport> {
     let base = base.or_else(|| Some(PathBuf::from(variable("HOME")?).join(".config")));
     let of_user = base.map(|base| base.join("stiffbench").join("config.toml"));
     found.extend(of_user.map(|path| place(path, SettingOrigin::User)));
+    if cfg!(unix) {
+        found.push(place(PathBuf::from(SYSTEM_FILE), SettingOrigin::System));
+    }
     found
 }

@@ -7,6 +7,7 @@ mod layers;
 use std::ffi::OsString;
 
 use clap::{Args, Command, Subcommand};
+use serde_json::json;
 
 use crate::report::{ConfigReport, SettingOrigin, SettingReport};
 
@@ -15,11 +16,14 @@ use super::failure::Failure;
 use super::names::{Settled, command_words};
 use super::outcome::Outcome;
 
-pub(super) use layers::{Config, ConfigError};
-use layers::{ConfigSetting, SETTINGS, SetValue};
+pub(super) use layers::{Config, ConfigError, unknown_variables};
+use layers::{ConfigSetting, SETTINGS, SetValue, json_schema};
 
 /// Arguments of `config`.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench config show --origin                  each value in force, and where it comes from\n  stiffbench config path                           where files are looked for\n  stiffbench config show --schema > stiffbench.schema.json"
+)]
 pub(super) struct ConfigArgs {
     /// What to do.
     #[command(subcommand)]
@@ -34,6 +38,9 @@ enum ConfigCommand {
         /// Print where each value comes from too: default, file, variable or option
         #[arg(long)]
         origin: bool,
+        /// Instead: the JSON Schema of configuration files
+        #[arg(long, conflicts_with = "origin")]
+        schema: bool,
     },
     /// Print where configuration files are looked for; the first counts most
     Path,
@@ -47,13 +54,31 @@ const UNCHANGED: [&str; 6] = ["config", "doctor", "explain", "completions", "man
 
 /// Shows settings and where they come from.
 pub(super) fn run(args: &ConfigArgs, global: &Global) -> Result<Outcome, Failure> {
-    let config = Config::load(global.no_config)?;
+    if let ConfigCommand::Show { schema: true, .. } = args.what {
+        let schema = json_schema();
+        return Ok(Outcome::new(
+            "config-schema",
+            format!("{:#}\n", json!(schema)),
+            schema,
+        ));
+    }
+    let loaded = Config::load(global.no_config);
+    let is_path = matches!(args.what, ConfigCommand::Path);
+    let mut notes = Vec::new();
+    let config = match loaded {
+        // Where a file lies is asked for when it is wrong, too.
+        Err(error) if is_path => {
+            notes.push(Failure::from(error).message());
+            Config::places(global.no_config)
+        }
+        loaded => loaded?,
+    };
     let report = report(&config, global.progress);
     let text = match args.what {
-        ConfigCommand::Show { origin } => report.text(origin),
+        ConfigCommand::Show { origin, .. } => report.text(origin),
         ConfigCommand::Path => report.paths_text(),
     };
-    Ok(Outcome::new("config", text, report))
+    Ok(Outcome::new("config", text, report).with_warnings(notes))
 }
 
 /// The settings in force.
@@ -116,6 +141,10 @@ pub(super) fn with_settings(settled: Settled, tree: &Command) -> Result<Settled,
         arguments,
         mut notes,
     } = settled;
+    let is_ignored = arguments.iter().any(|word| word == NO_CONFIG);
+    if !is_ignored {
+        notes.extend(unknown_variables());
+    }
     let (words, at) = command_words(&arguments, tree);
     let is_unchanged = words
         .first()
@@ -123,7 +152,7 @@ pub(super) fn with_settings(settled: Settled, tree: &Command) -> Result<Settled,
     let (Some(command), Some(last), false) = (find(tree, &words), at.last(), is_unchanged) else {
         return Ok(Settled { arguments, notes });
     };
-    let config = Config::load(arguments.iter().any(|word| word == NO_CONFIG))?;
+    let config = Config::load(is_ignored)?;
     let mut added = Vec::new();
     for setting in &SETTINGS {
         let Some(set) = config.value(setting.name) else {

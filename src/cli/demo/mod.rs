@@ -28,7 +28,7 @@ use super::robot::workspace_projection;
 
 /// Arguments of `demo`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  stiffbench demo --out my-demo")]
+#[command(after_help = "Examples:\n  stiffbench demo --out my-demo")]
 pub(super) struct DemoArgs {
     /// Folder for the session, tables and figures
     #[arg(long, value_name = "FOLDER", default_value = "stiffbench-demo")]

@@ -6,8 +6,8 @@ use std::io::{BufRead, IsTerminal};
 use std::path::Path;
 
 use crate::analysis::{
-    Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, read_bytes,
-    robot_source, sha256,
+    Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, is_dash, read_bytes,
+    robot_source, sha256, shown,
 };
 use crate::import::{ImportDraft, ImportMapping, ImportNote, ImportedReadings, MissingPart};
 use crate::procedure::Procedure;
@@ -42,7 +42,7 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     if let Some(robot) = &robot {
         take_variables(&mut mapping, &Robot::parse(robot)?, &args.file, &bytes)?;
     }
-    let name = args.file.display().to_string();
+    let name = shown(&args.file);
     let log_bytes = log
         .as_ref()
         .map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
@@ -97,8 +97,9 @@ struct SourceFile<'a> {
 }
 
 fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(
-        || "source".to_owned(),
+    let name = path.file_name().filter(|_| !is_dash(path));
+    name.map_or_else(
+        || "standard-input".to_owned(),
         |name| name.to_string_lossy().into_owned(),
     )
 }
@@ -120,7 +121,7 @@ fn take_variables(
     file: &Path,
     bytes: &[u8],
 ) -> Result<(), Failure> {
-    let name = file.display().to_string();
+    let name = shown(file);
     let draft = ImportDraft::read(&name, bytes, None, mapping)?;
     let columns = draft.columns();
     for variable in &robot.variables {
@@ -146,7 +147,8 @@ fn asked(
     mut mapping: ImportMapping,
     read: impl Fn(&ImportMapping) -> Result<ImportDraft, Failure>,
 ) -> Result<ImportDraft, Failure> {
-    let can_ask = !args.no_input && !global.json && std::io::stdin().is_terminal();
+    let can_ask =
+        !args.no_input && !global.json && !is_dash(&args.file) && std::io::stdin().is_terminal();
     let mut is_shown = false;
     loop {
         let draft = read(&mapping)?;

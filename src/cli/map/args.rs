@@ -124,7 +124,7 @@ pub(super) enum MapCommand {
 
 /// Arguments of `map merge`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  stiffbench map merge shards/*.map-shard --out maps")]
+#[command(after_help = "Examples:\n  stiffbench map merge shards/*.map-shard --out maps")]
 pub(super) struct MergeArgs {
     /// Shard files
     #[arg(required = true)]

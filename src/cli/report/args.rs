@@ -48,7 +48,7 @@ pub(super) struct MakeArgs {
     /// Leave out the diagnosis
     #[arg(long)]
     pub(super) no_diagnosis: bool,
-    /// The file to write, never over another [default: report.html in the session folder, or beside the readings file]
+    /// The file to write, never over another; - for standard output [default: report.html in the session folder, or beside the readings file]
     #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
     /// Form of the file
@@ -100,7 +100,7 @@ pub(super) struct VerifyArgs {
     /// HTML file that stiffbench report wrote
     pub(super) page: PathBuf,
     /// The data that the report was made of, in the same order
-    #[arg(value_name = "SESSION")]
+    #[arg(value_name = "DATA")]
     pub(super) sessions: Vec<PathBuf>,
     /// Robot and model, where they lie elsewhere than when the report was made.
     #[command(flatten)]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::analysis::{AnalysisError, OpenSettings};
+use crate::analysis::{AnalysisError, OpenSettings, is_dash};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::failure::Failure;
@@ -31,13 +31,16 @@ struct ReportRequest {
     out: PathBuf,
 }
 
-fn write_page(request: &ReportRequest, source: &PageSource) -> Result<ReportPage, Failure> {
+/// The page and the text of its file.
+fn make_page(
+    request: &ReportRequest,
+    source: &PageSource,
+) -> Result<(ReportPage, String), Failure> {
     let choice = request.model.choice()?;
     let hash = request.template.sha256();
     let page = session_page(source, &choice, &request.settings, &hash)?;
     let rendered = request.template.render(&page)?;
-    write_new(&request.out, &rendered.text)?;
-    Ok(page)
+    Ok((page, rendered.text))
 }
 
 /// Makes a report as the options say.
@@ -71,7 +74,11 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
     check_new(&request.out)?;
     let source = PageSource::open_joined(&request.data, &request.open)?;
     refuse_overdue(&source, global)?;
-    let page = write_page(&request, &source)?;
+    let (page, text) = make_page(&request, &source)?;
+    let to_output = is_dash(&request.out);
+    if !to_output {
+        write_new(&request.out, &text)?;
+    }
     if let Some(folder) = &args.figures {
         for figure in page.figures.all() {
             let svg = figure
@@ -80,7 +87,8 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
             write(&folder.join(format!("{}.svg", figure.name)), svg.as_bytes())?;
         }
     }
-    Ok(outcome(&page, &request, &source))
+    let file = to_output.then_some(text);
+    Ok(outcome(&page, &request, &source).with_file(file))
 }
 
 /// A report of the difference of two sessions, as a file.
@@ -132,6 +140,9 @@ fn usual_file(data: &[PathBuf], markdown: bool) -> PathBuf {
     };
     if last.is_dir() {
         return last.join(format!("report.{ending}"));
+    }
+    if is_dash(last) {
+        return PathBuf::from(format!("report.{ending}"));
     }
     let stem = last.file_stem().unwrap_or_default().to_string_lossy();
     last.with_file_name(format!("{stem}-report.{ending}"))

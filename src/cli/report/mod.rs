@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{ArgumentError, CalibrationCheck, OpenSettings, read_text};
+use crate::analysis::{ArgumentError, CalibrationCheck, OpenSettings, is_dash, read_text};
 use crate::report::page::{
     DETAILS_TEMPLATE, PageAmendment, PageDetails, PageSettings, PageTemplate, html_template,
     markdown_template,
@@ -118,6 +118,9 @@ fn source_date() -> Result<Option<String>, ArgumentError> {
 /// # Errors
 /// For a file that exists or cannot be written.
 fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
+    if is_dash(path) {
+        return Err(CliError::Dash);
+    }
     let failed = |path: &Path| {
         let path: PathBuf = path.to_owned();
         |source| CliError::Write { path, source }
