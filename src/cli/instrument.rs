@@ -271,7 +271,7 @@ fn without_noise(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 
-fn reply_reason(reply: &Reply) -> String {
+pub(super) fn reply_reason(reply: &Reply) -> String {
     match &reply.meaning {
         Meaning::Acknowledged => "an acknowledgement, not a value".to_owned(),
         Meaning::Refused(why) => why.clone(),

@@ -24,6 +24,7 @@ pub mod figure_files;
 mod fit;
 mod fit_load_cases;
 mod gauge;
+mod gauge_lines;
 mod global;
 mod help;
 mod import;

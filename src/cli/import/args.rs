@@ -1,5 +1,6 @@
 //! The arguments of `import`.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -7,12 +8,14 @@ use clap::{Args, ValueEnum};
 
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
+use crate::cli::gauge_lines::{GaugeLineArgs, table_of};
 use crate::import::{FlippedSign, ImportMapping, MarkWord};
+use crate::quantity::Kind;
 
 /// Arguments of `import`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench import messung.csv --out messung --direction y\n  stiffbench import log.lvm --out log --map force=Channel_1,displacement=Channel_2 --units N,mm --pose P1 --direction y\n  stiffbench import tuesday.csv --out tuesday --mapping monday/mapping.toml\n  stiffbench import force.log --displacement-log travel.log --out logs --direction z"
+    after_help = "Examples:\n  stiffbench import messung.csv --out messung --direction y\n  stiffbench import log.lvm --out log --map force=Channel_1,displacement=Channel_2 --units N,mm --pose P1 --direction y\n  stiffbench import tuesday.csv --out tuesday --mapping monday/mapping.toml\n  stiffbench import force.log --displacement-log travel.log --out logs --direction z\n  stiffbench import force.txt --instrument mark10-series5 --displacement-log travel.csv --out raw-logs --direction z"
 )]
 pub(in crate::cli) struct ImportArgs {
     /// Table of any program: CSV, TSV, LabVIEW, XLSX, exports of testing machines, logs of gauges
@@ -62,6 +65,9 @@ pub(in crate::cli) struct ImportArgs {
     /// Log of the displacement gauge, paired by time with FILE, the log of the force gauge
     #[arg(long, value_name = "FILE")]
     pub(super) displacement_log: Option<PathBuf>,
+    /// Lines as gauges send them.
+    #[command(flatten)]
+    pub(super) gauge_lines: GaugeLineArgs,
     /// Name of a shipped robot, or a robot file: it goes into the session, and columns named like its variables hold joint values
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) robot: Option<String>,
@@ -103,6 +109,30 @@ enum ThousandsMark {
 }
 
 impl ImportArgs {
+    /// A file as a table: as it is, or decoded by the description of its gauge.
+    pub(super) fn table<'b>(
+        &self,
+        kind: Kind,
+        name: &str,
+        bytes: &'b [u8],
+        mapping: &mut ImportMapping,
+        notes: &mut Vec<String>,
+    ) -> Result<Cow<'b, [u8]>, Failure> {
+        let Some(description) = self.gauge_lines.description(kind)? else {
+            return Ok(Cow::Borrowed(bytes));
+        };
+        let units = &mapping.units;
+        let unit = match kind {
+            Kind::Force => units.force.as_deref(),
+            _ => units.displacement.as_deref(),
+        };
+        let table = table_of(name, bytes, &description, unit)?;
+        notes.extend(table.note);
+        // Decoded values have points.
+        mapping.decimal.get_or_insert(MarkWord::Point);
+        Ok(Cow::Owned(table.bytes))
+    }
+
     /// The command without what is missing, for messages.
     pub(super) fn command(&self) -> String {
         let quoted = |word: &str| {
@@ -145,7 +175,10 @@ impl ImportArgs {
             ("joint-unit", &self.joint_unit),
             ("sheet", &self.sheet),
             ("robot", &self.robot),
-        ] {
+        ]
+        .into_iter()
+        .chain(self.gauge_lines.named())
+        {
             add(option, word.as_deref().map(quoted));
         }
         for flip in &self.flip {

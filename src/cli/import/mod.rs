@@ -11,6 +11,7 @@ use crate::analysis::{
 };
 use crate::import::{ImportDraft, ImportMapping, ImportNote, ImportedReadings, MissingPart};
 use crate::procedure::Procedure;
+use crate::quantity::Kind;
 use crate::readings::{ImportRecord, ProcedureRecord, SessionHeader, write_readings};
 use crate::report::{ImportReport, columns_text};
 use crate::robot::Robot;
@@ -38,17 +39,19 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     let log = args.displacement_log.as_ref();
     let log = log.map(|path| Ok::<_, Failure>((path.display().to_string(), read_bytes(path)?)));
     let log = log.transpose()?;
-    let mut mapping = args.mapping()?;
-    if let Some(robot) = &robot {
-        take_variables(&mut mapping, &Robot::parse(robot)?, &args.file, &bytes)?;
-    }
-    let name = shown(&args.file);
-    let log_bytes = log
+    let mut of_lines = Vec::new();
+    let parsed = robot.as_ref().map(Robot::parse).transpose()?;
+    let log_file = log
         .as_ref()
         .map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
-    let draft = asked(args, global, mapping, |mapping| {
-        Ok(ImportDraft::read(&name, &bytes, log_bytes, mapping)?)
-    })?;
+    let draft = draft_of(
+        args,
+        global,
+        &bytes,
+        log_file,
+        parsed.as_ref(),
+        &mut of_lines,
+    )?;
     let columns = draft.columns();
     let imported = draft.finish(&args.command())?;
     let of_poses = robot
@@ -67,6 +70,7 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
         write_session(args, &imported, &source, log.as_ref(), robot.as_ref())?;
     let session = LoadedSession::open(&args.out, &OpenSettings::default())?;
     let stiffness = session.stiffness(Branches::LoadingOnly)?;
+    notes.extend(of_lines);
     notes.extend(of_poses.unwrap_or_default());
     let warnings = doubts_about_stiffness(&stiffness);
     let in_doubt = !warnings.is_empty() || imported.notes.iter().any(ImportNote::is_doubt);
@@ -74,7 +78,7 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     notes.extend(of_import.chain(warnings));
     let report = ImportReport {
         folder: args.out.clone(),
-        source: name,
+        source: shown(&args.file),
         source_sha256: sha256(&bytes),
         mapping_sha256,
         columns,
@@ -88,6 +92,33 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
         .with_inputs(inputs)
         .with_warnings(notes)
         .with_strict_exit(u8::from(in_doubt)))
+}
+
+/// The tables with what their columns were taken for, asked for what is missing.
+fn draft_of(
+    args: &ImportArgs,
+    global: &Global,
+    bytes: &[u8],
+    log: Option<(&str, &[u8])>,
+    robot: Option<&Robot>,
+    notes: &mut Vec<String>,
+) -> Result<ImportDraft, Failure> {
+    let name = shown(&args.file);
+    let mut mapping = args.mapping()?;
+    let table = args.table(Kind::Force, &name, bytes, &mut mapping, notes)?;
+    let log = log
+        .map(|(name, bytes)| {
+            let table = args.table(Kind::Displacement, name, bytes, &mut mapping, notes)?;
+            Ok::<_, Failure>((name, table))
+        })
+        .transpose()?;
+    if let Some(robot) = robot {
+        take_variables(&mut mapping, robot, &args.file, &table)?;
+    }
+    let log = log.as_ref().map(|(name, table)| (*name, &**table));
+    asked(args, global, mapping, |mapping| {
+        Ok(ImportDraft::read(&name, &table, log, mapping)?)
+    })
 }
 
 /// A file as it goes into the folder `raw`.
