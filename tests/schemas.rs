@@ -55,8 +55,10 @@ fn with_bad_arguments() -> Vec<String> {
             let mut words = format!("{words} {}", below.get_name());
             walk(below, &words, found);
             for argument in below.get_arguments().filter(|one| one.is_required_set()) {
-                let option = argument.get_long().map(|long| format!("--{long} "));
-                words += &format!(" {}absent/of-no-use", option.unwrap_or_default());
+                if let Some(long) = argument.get_long() {
+                    words = format!("{words} --{long}");
+                }
+                words += " absent/of-no-use";
             }
             if !below.is_subcommand_required_set() {
                 found.push(words);

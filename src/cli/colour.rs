@@ -12,14 +12,14 @@ const OPTION: &str = "--color";
 pub(super) fn choice(arguments: &[OsString]) -> ColorChoice {
     let words = arguments.iter().filter_map(|word| word.to_str());
     let words: Vec<&str> = words.take_while(|word| *word != "--").collect();
-    let values = words.iter().enumerate().filter_map(|(place, word)| {
+    let mut values = words.iter().enumerate().filter_map(|(place, word)| {
         let rest = word.strip_prefix(OPTION)?;
         match rest.strip_prefix('=') {
             None if rest.is_empty() => words.get(place + 1).copied(),
             value => value,
         }
     });
-    let last = values.last();
+    let last = values.next_back();
     last.and_then(|value| ColorChoice::from_str(value, false).ok())
         .unwrap_or_default()
 }

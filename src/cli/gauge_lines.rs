@@ -20,7 +20,7 @@ pub(super) struct GaugeLineArgs {
     /// FILE holds lines as this gauge sends them, each behind its time: name of an instrument description, or a file
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
-    /// The same of the log of the displacement gauge
+    /// The same for the log of --displacement-log: description of the displacement gauge
     #[arg(long, value_name = "NAME|FILE", requires = "displacement_log")]
     displacement_instrument: Option<String>,
     /// Use a description that nobody has verified

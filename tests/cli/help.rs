@@ -127,6 +127,9 @@ fn out_is_o_wherever_it_is() {
     assert!(desk.path("drawing.svg").exists());
 }
 
+/// Environment variables with their values.
+type Variables = &'static [(&'static str, &'static str)];
+
 /// Runs a command with variables, from those of colour only these.
 fn coloured(arguments: &str, variables: &[(&str, &str)]) -> Ran {
     let desk = desk();
@@ -140,15 +143,15 @@ fn coloured(arguments: &str, variables: &[(&str, &str)]) -> Ran {
 
 #[test]
 fn colour_follows_the_option_then_the_variables_then_the_terminal() {
-    let force = [("CLICOLOR_FORCE", "1")];
-    let both = [("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")];
-    let cases: [(&str, &[(&str, &str)], bool); 7] = [
+    let force: Variables = &[("CLICOLOR_FORCE", "1")];
+    let both: Variables = &[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")];
+    let cases: [(&str, Variables, bool); 7] = [
         ("", &[], false),
         ("--color always", &[], true),
         ("--color=always", &[("NO_COLOR", "1")], true),
-        ("--color auto", &force, true),
-        ("--color never", &force, false),
-        ("", &both, false),
+        ("--color auto", force, true),
+        ("--color never", force, false),
+        ("", both, false),
         ("", &[("CLICOLOR_FORCE", "0")], false),
     ];
     for (option, variables, wanted) in cases {

@@ -129,7 +129,7 @@ fn implausible_numbers_are_questioned() {
         "mm.csv",
         &table.replace("displacement_um", "displacement_mm"),
     );
-    assert!(warnings("mm.csv").contains("does the displacement have the unit"));
+    assert!(warnings("mm.csv").contains("is the unit of the displacement right"));
     let turned: Vec<String> = table
         .lines()
         .map(|line| match line.rsplit_once(",-") {

@@ -44,9 +44,13 @@ fn a_table_on_standard_input_is_read_as_a_file_is() {
     let list = "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP1,y,0.03\nP1,z,0.2\nP2,x,0.01\nP2,y,0.03\nP2,z,0.2\n";
     piped(&desk, "fit - --robot hp-robot", list).succeeds();
     let specimen = "force_N,displacement_um\n0,0\n10,5\n20,10\n30,15\n40,20\n50,25\n";
-    piped(&desk, "diagnose - --specimen", specimen).succeeds();
+    let columns = "--force-column force_N --displacement-column displacement_um";
+    piped(&desk, &format!("diagnose - --specimen {columns}"), specimen).succeeds();
     let error = piped(&desk, "stiffness - --json", "nonsense\n").exits_with(11);
-    assert_output_contains(&error.json()["error"], &["standard input"]);
+    assert_output_contains(
+        &error.json()["error"],
+        &["standard input", "import FILE --out"],
+    );
 }
 
 #[test]

@@ -122,8 +122,14 @@ impl ColumnHeader {
             );
         }
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+        // Standard input, and a name with a blank, cannot be copied as they are.
+        let (named, stem) = if file.contains(' ') {
+            ("FILE", "my")
+        } else {
+            (file, stem)
+        };
         advice.push(format!(
-            "stiffbench import {file} --out {stem}-session takes columns of other names"
+            "stiffbench import {named} --out {stem}-session takes columns of other names"
         ));
         let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
         let others: Vec<String> = others
