@@ -182,13 +182,13 @@ mod with_ports_and_signals {
         assert_eq!(reading.wait().unwrap().code(), Some(22));
     }
 
-    /// Pseudo-terminals that cannot be made are no mistake of the user.
+    /// Pseudo-terminals that cannot be made are no mistake of the user. What other tests have open at the moment is closed first.
     #[test]
     fn an_emulation_without_pseudo_terminals_exits_with_70() {
         let desk = desk();
         let program = env!("CARGO_BIN_EXE_stiffbench");
         let script = format!(
-            "ulimit -n 4; exec {program} instrument emulate --poses P1 --directions x --json"
+            "exec 3>&- 4>&-; ulimit -n 5; exec {program} instrument emulate --poses P1 --directions x --json"
         );
         let output = Command::new("sh")
             .args(["-c", &script])
