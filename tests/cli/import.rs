@@ -632,3 +632,38 @@ fn what_puts_an_import_in_doubt_is_noted_and_counts_under_strict() {
     desk.run("import good.csv --out strict-good --no-input --direction y --strict")
         .succeeds();
 }
+
+#[test]
+fn poses_that_are_not_recognised_are_not_mixed_without_a_word() {
+    let desk = desk();
+    let mut table = String::from("Ort;Lauf;Last [kg];Messuhr [mm]\n");
+    for (place, compliance) in [("vorn", 0.05), ("hinten", 0.02)] {
+        for run in 1..=3 {
+            for load in 0..=5 {
+                let travel = f64::from(load) * compliance + 0.001 * f64::from((load * run) % 3);
+                writeln!(table, "{place};{run};{load};{travel:.3}").unwrap();
+            }
+        }
+    }
+    let table = table.replace('.', ",");
+    let (_, notes) = notes_of(&desk, "ort.csv", &table, "--direction z");
+    for words in [
+        "column `Ort` is not used and has the words vorn, hinten",
+        "the runs of column `Lauf` are uncertain",
+    ] {
+        assert!(notes.contains(words), "{notes}");
+    }
+    let (data, notes) = notes_of(&desk, "mapped.csv", &table, "--direction z --map pose=Ort");
+    assert!(
+        !notes.contains("uncertain") && !notes.contains("not used"),
+        "{notes}"
+    );
+    assert_eq!(data["poses"], serde_json::json!(["vorn", "hinten"]));
+    let (data, _) = notes_of(
+        &desk,
+        "pos.csv",
+        &table.replace("Ort", "Pos"),
+        "--direction z",
+    );
+    assert_eq!(data["poses"], serde_json::json!(["vorn", "hinten"]));
+}

@@ -9,7 +9,7 @@ use super::joints::JointPoses;
 use super::mapping::ImportMapping;
 use super::measured::measured;
 use super::note::ImportNote;
-use super::runs::{NEAR_ZERO, doubt_of, runs_of};
+use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
 use super::values::{branch, direction, texts};
 use crate::readings::{
     Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, read_readings,
@@ -51,6 +51,7 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
     let (places, joints) = poses(draft, &rows, &mut notes)?;
     let directions = directions(draft, &rows)?;
     notes.extend(stated_over_columns(draft));
+    notes.extend(unused_words(draft, &rows));
     if directions.iter().any(|(_, negative)| *negative) {
         notes.push(ImportNote::NegativeDirection);
     }
@@ -140,6 +141,31 @@ fn stated_over_columns(draft: &ImportDraft) -> impl Iterator<Item = ImportNote> 
     })
 }
 
+/// Columns that are not used, with a word in every row and a few words that recur.
+fn unused_words(draft: &ImportDraft, rows: &[usize]) -> Vec<ImportNote> {
+    const MOST: usize = 20;
+    let columns = draft.table.layout.columns.iter().enumerate();
+    let unused = columns.filter(|(index, column)| {
+        let mut used = draft.found.places.values();
+        !column.is_numeric && !used.any(|(place, _)| place == index)
+    });
+    let notes = unused.filter_map(|(index, column)| {
+        let mut words: Vec<String> = Vec::new();
+        for row in rows {
+            let word = draft.table.present(&draft.table.rows[*row], index)?;
+            if !words.iter().any(|known| known == word) {
+                words.push(word.to_owned());
+            }
+        }
+        let recur = words.len() > 1 && words.len() <= MOST && 2 * words.len() < rows.len();
+        recur.then(|| ImportNote::UnusedWords {
+            column: column.name.clone(),
+            words,
+        })
+    });
+    notes.collect()
+}
+
 /// The direction of each row, and whether it has a minus sign.
 fn directions(
     draft: &ImportDraft,
@@ -211,6 +237,10 @@ fn raw_texts(draft: &ImportDraft, row: usize) -> [String; 2] {
     })
 }
 
+fn name_of_cell(row: &ImportedRow) -> String {
+    format!("{} {}", row.pose, row.direction)
+}
+
 fn cell(row: &ImportedRow) -> (String, Direction) {
     (row.pose.clone(), row.direction)
 }
@@ -262,6 +292,16 @@ fn number_runs(
                 imported[*index].repeat = numbers.as_ref().map_or(numbered, |n| n[*index]);
             }
         }
+        let runs = grouped(imported, |row| (cell(row), row.repeat));
+        let mut turning = runs.iter().filter(|run| {
+            let loads: Vec<f64> = run.iter().map(|index| imported[*index].force_n).collect();
+            turns_more_than_once(&loads)
+        });
+        notes.extend(turning.next().map(|run| ImportNote::RunsUncertain {
+            column: Some(draft.name(column).to_owned()),
+            cell: name_of_cell(&imported[run[0]]),
+            why: RunDoubt::SeveralTurns,
+        }));
         return Ok(());
     }
     let (mut runs, mut doubt) = (0, None);
@@ -270,8 +310,7 @@ fn number_runs(
         let of_loads = runs_of(&loads);
         if doubt.is_none() {
             let first = &imported[group[0]];
-            let cell = || format!("{} {}", first.pose, first.direction);
-            doubt = doubt_of(&loads, &of_loads).map(|why| (cell(), why));
+            doubt = doubt_of(&loads, &of_loads).map(|why| (name_of_cell(first), why));
         }
         runs += of_loads.last().copied().unwrap_or(0) as usize;
         for (index, run) in group.iter().zip(of_loads) {
@@ -280,7 +319,11 @@ fn number_runs(
     }
     let share = NEAR_ZERO;
     notes.push(ImportNote::RunsFound { runs, share });
-    notes.extend(doubt.map(|(cell, why)| ImportNote::RunsUncertain { cell, why }));
+    notes.extend(doubt.map(|(cell, why)| ImportNote::RunsUncertain {
+        column: None,
+        cell,
+        why,
+    }));
     Ok(())
 }
 

@@ -11,7 +11,7 @@ const DISPLACEMENT: &str = "displacement disp weg verschiebung deplacement spost
      auslenkung durchbiegung traversenweg standardweg stroke crosshead deformation verformung fleche course corsa freccia flecha \
      recorrido carrera messuhr dial comparateur comparatore comparador position posicion posizione";
 const DISPLACEMENT_LETTERS: &str = "x d s u w delta";
-const POSE: &str = "pose stellung haltung posture posa postura position posicion posizione configuration konfiguration punkt messpunkt point \
+const POSE: &str = "pose pos stellung haltung posture posa postura position posicion posizione configuration konfiguration punkt messpunkt point \
      punto lage";
 const DIRECTION: &str =
     "direction richtung direzione direccion dir axis achse axe asse eje sens verso";

@@ -77,10 +77,19 @@ pub enum ImportNote {
     },
     /// Where the runs begin was guessed, and may be guessed wrongly.
     RunsUncertain {
+        /// The column that numbers them; `None` where they were found in the path of the load.
+        column: Option<String>,
         /// The first pose and direction with such runs.
         cell: String,
         /// Why.
         why: RunDoubt,
+    },
+    /// A column with a few words that recur is not used, and may name poses or directions.
+    UnusedWords {
+        /// The column.
+        column: String,
+        /// Its words.
+        words: Vec<String>,
     },
     /// The sign of a quantity was turned.
     Flipped {
@@ -101,7 +110,10 @@ impl ImportNote {
     pub fn is_doubt(&self) -> bool {
         matches!(
             self,
-            Self::UnitOverFile { .. } | Self::RunsUncertain { .. } | Self::AgainstForce
+            Self::UnitOverFile { .. }
+                | Self::RunsUncertain { .. }
+                | Self::UnusedWords { .. }
+                | Self::AgainstForce
         )
     }
 }
@@ -149,9 +161,18 @@ impl fmt::Display for ImportNote {
                 f,
                 "the file states {of_file} for column `{column}`, and the options or the mapping {unit}: {unit} holds"
             ),
-            Self::RunsUncertain { cell, why } => write!(
+            Self::RunsUncertain { column: None, cell, why } => write!(
                 f,
                 "the runs are uncertain, first in {cell}: {why}; number them in a column and name it with --map repeat=COLUMN"
+            ),
+            Self::RunsUncertain { column: Some(column), cell, why } => write!(
+                f,
+                "the runs of column `{column}` are uncertain, first in {cell}: {why}; if poses or directions share their numbers, name those columns with --map pose=COLUMN,direction=COLUMN"
+            ),
+            Self::UnusedWords { column, words } => write!(
+                f,
+                "column `{column}` is not used and has the words {}: if it names poses or directions, readings of different ones are mixed now; name it with --map pose={column}",
+                words.join(", ")
             ),
             Self::Flipped { what } => write!(f, "the sign of every {what} was turned"),
             Self::NegativeDirection => f.write_str(

@@ -93,6 +93,14 @@ pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
     unequal.then_some(RunDoubt::UnequalLoads)
 }
 
+/// Whether the load of a run goes up and down more than once.
+pub(super) fn turns_more_than_once(loads: &[f64]) -> bool {
+    let largest = loads
+        .iter()
+        .fold(0.0_f64, |size, load| size.max(load.abs()));
+    turns(loads, NEAR_ZERO * largest) > 1
+}
+
 /// How often the size of the load turns by more than `least`.
 fn turns(loads: &[f64], least: f64) -> usize {
     let Some(first) = loads.first().map(|load| load.abs()) else {
