@@ -99,3 +99,32 @@ book:
 # Everything that must pass
 ci:
     .ci/run
+
+# The packages as they would be published, each built from itself, and their size together
+package:
+    cargo package --workspace --exclude stiffbench-validation --exclude stiffbench-test-files --locked
+    du -cb target/package/*.crate | tail -n 1
+
+# Licences, versions and sources of all dependencies (needs cargo-deny); advisories need the network
+deny:
+    cargo deny --all-features --locked check licenses bans sources
+    cargo deny --all-features --locked check advisories || echo "advisories: not run, or see above"
+
+# The oldest Rust that builds it
+msrv:
+    rustup toolchain install 1.89 --profile minimal
+    cargo +1.89 check --release --locked --workspace
+
+# Whether tests notice changed code: critical values, intervals, decoding (needs cargo-mutants; an hour)
+mutants:
+    cargo mutants --package stiffbench-numeric --file 'crates/numeric/src/statistics.rs' --file 'crates/numeric/src/reported.rs' -- --release
+    cargo mutants --package stiffbench-gauges --file 'crates/gauges/src/number.rs' -- --release
+
+# What changed for users of the library crates since a tag (needs cargo-semver-checks)
+semver tag:
+    cargo semver-checks --workspace --baseline-rev {{tag}}
+
+# A Debian package of the static program, and the tutorial with that program alone in an empty root folder (needs root)
+debian: dist
+    packaging/debian.sh target/x86_64-unknown-linux-musl/dist/stiffbench target/debian
+    python3 packaging/tutorial_in_chroot.py target/x86_64-unknown-linux-musl/dist/stiffbench
