@@ -172,14 +172,18 @@ fn a_pose_has_the_same_result_alone_and_among_others() {
 
 #[test]
 fn poses_in_one_slice_have_the_same_results() {
-    let robot = robot("hp-robot");
+    // With a rod of 0.500 m, loop F closes only where theta4 is large.
+    let mut source = shipped_robot("hp-robot").unwrap();
+    let short = source
+        .text
+        .replace(r#"[["F7", "l_A5F8"]"#, r#"[["F7", 0.500]"#);
+    assert_ne!(short, source.text);
+    source.text = short;
+    let robot = Robot::parse(&source).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
     let sweep = PoseSweep::new(&robot, robot.mechanism(None).unwrap(), &factors).unwrap();
     for count in [0, 1, 9, 2049, 5000] {
-        let mut poses = lattice(&robot, count);
-        if let Some(pose) = poses.get_mut(7) {
-            pose.angles_deg = vec![0.0; 4];
-        }
+        let poses = lattice(&robot, count);
         let values: Vec<f64> = poses.iter().flat_map(|p| p.angles_deg.clone()).collect();
         let mut found = vec![None; poses.len()];
         let failed = sweep.run_into(&values, &mut found, |end_m, whole| Some((end_m, *whole)));
@@ -192,7 +196,13 @@ fn poses_in_one_slice_have_the_same_results() {
             failed.map(|(at, why)| (*at, why.to_string())).collect()
         };
         assert_eq!(said(&failed), said(&together.failed));
-        assert_eq!(failed.iter().any(|(at, _)| *at == 7), count > 7);
+        if count > 2000 {
+            assert!(
+                !failed.is_empty() && failed.len() < poses.len(),
+                "{}",
+                failed.len()
+            );
+        }
     }
 }
 

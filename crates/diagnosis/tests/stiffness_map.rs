@@ -358,7 +358,10 @@ fn a_batch_has_the_numbers_of_the_map() {
     let physics = physics(
         &robot,
         "C",
-        &["joint-compliance@A3:c=2e-5", "base-compliance@x:c=1e-6"],
+        &[
+            "joint-compliance@A3:c=20urad/(N*m)",
+            "base-compliance@x:c=1urad/(N*m)",
+        ],
     );
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
     let values: Vec<f64> = (0..poses.len())
@@ -379,11 +382,18 @@ fn a_batch_has_the_numbers_of_the_map() {
 
 #[test]
 fn a_batch_marks_what_cannot_be_taken() {
-    let robot = robot();
+    // With a rod of 0.500 m, loop F closes only where theta4 is large.
+    let mut source = shipped_robot("hp-robot").unwrap();
+    source.text = source
+        .text
+        .replace(r#"[["F7", "l_A5F8"]"#, r#"[["F7", 0.500]"#);
+    let robot = Robot::parse(&source).unwrap();
     let physics = physics(&robot, "F", &[]);
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
     let mut values = robot.nominal_pose().angles_deg.repeat(3);
-    values[4..8].fill(0.0);
+    for (place, theta4) in [(3, 95.0), (7, 50.0), (11, 95.0)] {
+        values[place] = theta4;
+    }
     let batch = model.matrices(&values, MatrixKind::Compliance).unwrap();
     assert_eq!(batch.failed.len(), 1);
     assert_eq!(batch.failed[0].0, 1);
