@@ -80,7 +80,7 @@ pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
     });
     let of_runs: Vec<&[f64]> = of_runs.collect();
     let first = of_runs.first()?;
-    if first.len() > 2 && first[0].abs() > ALIKE * largest {
+    if first.len() > 1 && first[0].abs() > ALIKE * largest {
         return Some(RunDoubt::Descending);
     }
     if of_runs

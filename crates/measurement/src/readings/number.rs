@@ -314,7 +314,8 @@ mod tests {
         assert_eq!(shift(Kind::Displacement, "UM"), Some(Conversion::Shift(-6)));
         assert_eq!(shift(Kind::Temperature, "DEGC"), Some(Conversion::Shift(0)));
         assert_eq!(shift(Kind::Force, "mN"), Some(Conversion::Shift(-3)));
-        assert_eq!(shift(Kind::Force, "MN"), None);
+        assert_eq!(shift(Kind::Force, "MN"), Some(Conversion::Shift(6)));
+        assert_eq!(shift(Kind::Force, "mn"), None);
         assert_eq!(shift(Kind::Force, "mm"), None);
     }
 
