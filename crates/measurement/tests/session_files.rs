@@ -298,7 +298,7 @@ fn wrong_values_are_shown_in_place() {
         ),
         (
             "[instruments.force]\nresolution_um = 1",
-            "session.toml:3: `instruments.force.resolution_um` has the unit `um`, expected one of N, mN, uN, nN, kN, gf, kgf, lbf, ozf",
+            "session.toml:3: `instruments.force.resolution_um` has the unit `um`, expected one of N, mN, uN, nN, daN, kN, MN, gf, kgf, kp, tf, lbf, klbf, kip, ozf",
         ),
     ];
     for (text, expected) in cases {

@@ -373,7 +373,7 @@ fn options_that_cannot_be() {
     for (force_unit, displacement_unit, option) in [
         ("mm", "um", "--force-unit"),
         ("N", "N", "--displacement-unit"),
-        ("MN", "um", "--force-unit"),
+        ("mn", "um", "--force-unit"),
     ] {
         let wrong = SpecimenOptions {
             force_unit: Some(force_unit.to_owned()),
@@ -437,7 +437,7 @@ fn headers_that_do_not_fit() {
             &error,
             "specimen::no_unit",
             Some(1),
-            &[name, "um, mm, m, nm, in"],
+            &[name, "um, mm, m, nm, cm, in"],
         );
         assert!(
             error
