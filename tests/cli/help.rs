@@ -5,22 +5,12 @@ use stiffbench_test_files::desk::Ran;
 
 use super::{assert_output_contains, desk};
 
-/// The commands without others below them that are shown, by their words.
+/// The commands that are shown and can be called without another one behind them.
 fn leaves() -> Vec<(String, Command)> {
-    fn walk(command: &Command, name: &str, found: &mut Vec<(String, Command)>) {
-        let below = command.get_subcommands();
-        for below in below.filter(|below| !below.is_hide_set()) {
-            let name = format!("{name} {}", below.get_name());
-            if !below.is_subcommand_required_set() {
-                found.push((name.trim().to_owned(), below.clone()));
-            }
-            walk(below, &name, found);
-        }
-    }
-    let mut found = Vec::new();
-    walk(&stiffbench::cli::command(), "", &mut found);
-    assert!(found.len() > 30, "only {} commands", found.len());
-    found
+    let mut shown = super::names::shown();
+    shown.retain(|(_, command)| !command.is_subcommand_required_set());
+    assert!(shown.len() > 30, "only {} commands", shown.len());
+    shown
 }
 
 /// The examples of a command, each in one line.

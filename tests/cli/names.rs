@@ -123,7 +123,7 @@ const SYNONYMS: &[(&str, &[&str])] = &[
 ];
 
 /// The commands that are shown, with their names.
-fn shown() -> Vec<(String, Command)> {
+pub(super) fn shown() -> Vec<(String, Command)> {
     fn walk(command: &Command, name: &str, found: &mut Vec<(String, Command)>) {
         let below = command
             .get_subcommands()

@@ -60,6 +60,8 @@ fn a_report_with_a_diagnosis_names_the_verdict_and_is_below_a_megabyte() {
     assert!(page.contains("What the model leaves out"));
     assert!(page.contains(&verdict[..20]), "{verdict}");
     assert!(page.len() < 1_000_000, "{}", page.len());
+    // Nothing is named, and so nothing improves.
+    assert!(data["headline"]["improvement"].is_null());
     assert!(data["fit"]["numbers"]["cells"].is_array());
     desk.run("report verify session/report.html session")
         .succeeds();

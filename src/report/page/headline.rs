@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::mismatch::VerdictGrade;
 use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, NextLoadCase, significant};
 
 use super::blocks::{TextBlock, under};
@@ -158,15 +159,15 @@ fn springs(fit: &LoadCaseFitReport) -> Vec<String> {
 
 /// What is named against the model without it, in poses that neither was fitted to.
 fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
-    let (found, before, after, unit) = match diagnosis {
+    let (grade, before, after, unit) = match diagnosis {
         DiagnosisResult::Session(one) => (
-            !one.findings.is_empty(),
+            one.grade,
             one.before.held_out_rms_percent?,
             one.after.held_out_rms_percent?,
             "% of the displacement",
         ),
         DiagnosisResult::LoadCases(one) => (
-            !one.findings.is_empty(),
+            one.grade,
             one.rms.before_unseen_um?,
             one.rms.after_unseen_um?,
             "µm",
@@ -174,7 +175,8 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
         DiagnosisResult::Specimen(_) => return None,
     };
     let [before, after] = [before, after].map(|rms| significant(rms, 3));
-    found.then(|| {
+    // What is named beside an open question, or weakly, is no improvement to promise.
+    matches!(grade, VerdictGrade::Is | VerdictGrade::Mostly).then(|| {
         format!(
             "With what is named the error in poses left out of the fit falls from {before} to {after} {unit} (root mean square)."
         )
