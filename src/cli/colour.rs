@@ -9,7 +9,8 @@ use clap::{ColorChoice, ValueEnum};
 const OPTION: &str = "--color";
 
 /// What the command line says of colour, before it is parsed: what is wrong with it is printed in colour too.
-pub(super) fn choice(arguments: &[OsString]) -> ColorChoice {
+#[must_use]
+pub fn choice(arguments: &[OsString]) -> ColorChoice {
     let words = arguments.iter().filter_map(|word| word.to_str());
     let words: Vec<&str> = words.take_while(|word| *word != "--").collect();
     let mut values = words.iter().enumerate().filter_map(|(place, word)| {
@@ -25,7 +26,8 @@ pub(super) fn choice(arguments: &[OsString]) -> ColorChoice {
 }
 
 /// The choice for clap, which prints on both streams and knows the variables only roughly.
-pub(super) fn for_clap(choice: ColorChoice) -> ColorChoice {
+#[must_use]
+pub fn for_clap(choice: ColorChoice) -> ColorChoice {
     let output = is_wanted(choice, std::io::stdout().is_terminal());
     let errors = is_wanted(choice, std::io::stderr().is_terminal());
     match (output, errors) {
@@ -36,7 +38,7 @@ pub(super) fn for_clap(choice: ColorChoice) -> ColorChoice {
 }
 
 /// Tells errors and the full-screen view; clap is told with its tree.
-pub(super) fn apply(choice: ColorChoice) {
+pub fn apply(choice: ColorChoice) {
     let on_errors = is_wanted(choice, std::io::stderr().is_terminal());
     // Fails only where it has been set, which is here.
     let _ = miette::set_hook(Box::new(move |_| {

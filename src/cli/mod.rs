@@ -2,7 +2,7 @@
 
 pub mod args;
 mod calibration_args;
-mod colour;
+pub mod colour;
 mod compare;
 mod config;
 mod demo;

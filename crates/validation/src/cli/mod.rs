@@ -18,9 +18,10 @@ mod sustain;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use stiffbench::cli::args::Global;
+use stiffbench::cli::colour;
 use stiffbench::cli::failure::Failure;
 use stiffbench::cli::outcome::{Outcome, print_usage};
 
@@ -74,7 +75,14 @@ const EXIT_CODES: &[(&str, u8)] = &[
 /// Runs the program on the given arguments (the first is its name) and prints what comes out.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let cli = match ValidateCli::try_parse_from(&arguments) {
+    let choice = colour::choice(&arguments);
+    colour::apply(choice);
+    let mut tree = ValidateCli::command().color(colour::for_clap(choice));
+    let parsed = tree
+        .try_get_matches_from_mut(&arguments)
+        .and_then(|matches| ValidateCli::from_arg_matches(&matches))
+        .map_err(|error| error.format(&mut tree));
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => return print_usage(&error, &arguments, "stiffbench-validate"),
     };
