@@ -80,11 +80,12 @@ growth *arguments:
 fuzz target="readings_csv" seconds="60":
     cargo +nightly fuzz run {{target}} -- -max_total_time={{seconds}}
 
-# The program as one static file for any Linux, without Parquet: target/x86_64-unknown-linux-musl/dist/stiffbench
+# The program as one static file for any Linux, without Parquet: target/x86_64-unknown-linux-musl/dist/stiffbench; target/archive for releases
 dist:
     rustup target add x86_64-unknown-linux-musl
     cargo build --locked --profile dist --target x86_64-unknown-linux-musl --bin stiffbench
-    ls -l target/x86_64-unknown-linux-musl/dist/stiffbench
+    packaging/archive.sh target/x86_64-unknown-linux-musl/dist/stiffbench target/archive
+    ls -l target/x86_64-unknown-linux-musl/dist/stiffbench target/archive
 
 # Whether the program compiles for other systems
 systems:

@@ -5,22 +5,15 @@ set -eu
 program=$1
 folder=$2
 here=$(cd "$(dirname "$0")/.." && pwd)
-version=$("$program" --version | sed 's/^stiffbench //')
+version=$("$program" --version | cut -d ' ' -f 2)
 architecture=$(dpkg --print-architecture)
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 
 install -D -m 755 "$program" "$root/usr/bin/stiffbench"
-mkdir -p "$root/usr/share/man/man1"
-"$program" man --out "$root/usr/share/man/man1" > /dev/null
-gzip -9n "$root"/usr/share/man/man1/*.1
-complete() {
-    mkdir -p "$(dirname "$root/usr/share/$2")"
-    "$program" completions "$1" > "$root/usr/share/$2"
-}
-complete bash bash-completion/completions/stiffbench
-complete zsh zsh/vendor-completions/_stiffbench
-complete fish fish/vendor_completions.d/stiffbench.fish
+"$here/packaging/pages.sh" "$program" "$root/usr/share"
+# Debian has a folder of its own for what packages bring for zsh.
+mv "$root/usr/share/zsh/site-functions" "$root/usr/share/zsh/vendor-completions"
 documents=$root/usr/share/doc/stiffbench
 mkdir -p "$documents"
 cp "$here/README.md" "$here/CHANGELOG.md" "$here/LICENSE-APACHE" "$documents"
