@@ -28,12 +28,13 @@ use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
 use crate::analysis::ArgumentError;
+use crate::report::VERSION;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
 #[derive(Debug, Parser)]
 #[command(
     name = "stiffbench",
-    version,
+    version = VERSION,
     about,
     max_term_width = 110,
     after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, validated on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance"

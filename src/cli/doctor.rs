@@ -10,7 +10,7 @@ use jiff::tz::TimeZone;
 
 use crate::instrument::Channel;
 use crate::instrument::port::{PortInfo, list_ports};
-use crate::report::{CheckReport, DoctorReport};
+use crate::report::{CheckReport, DoctorReport, VERSION};
 
 use super::args::Global;
 use super::colour::is_wanted;
@@ -61,10 +61,9 @@ fn version() -> CheckReport {
         ""
     };
     let (system, processor) = (std::env::consts::OS, std::env::consts::ARCH);
-    let version = env!("CARGO_PKG_VERSION");
     CheckReport::ok(
         "version",
-        format!("stiffbench {version}, {system} {processor}{parquet}"),
+        format!("stiffbench {VERSION}, {system} {processor}{parquet}"),
     )
 }
 

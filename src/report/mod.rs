@@ -90,7 +90,7 @@ pub use map::{
 pub use model_export::{ExportFormat, ModelExportReport};
 pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
-pub use program::{CompletionScript, ErrorReport, ManualPage};
+pub use program::{COMMIT, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
     ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
     OutermostPoint, PoseReport, RobotReport, VariableReport, WorkspaceReport, robot_check_text,

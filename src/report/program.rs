@@ -3,6 +3,12 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+/// The commit that the program was built from, with `+changes` if the sources differed from it; empty if not known.
+pub const COMMIT: &str = env!("STIFFBENCH_COMMIT");
+
+/// Version and commit, as `0.1.0 (0123456789ab)`.
+pub const VERSION: &str = env!("STIFFBENCH_VERSION");
+
 /// Completions of a shell.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct CompletionScript {

@@ -68,6 +68,8 @@ pub struct Goldens<'a> {
     pub name: &'a str,
     /// The folder, from that of the repository.
     pub folder: &'a str,
+    /// The commit it names as its own; empty if it names none.
+    pub commit: &'a str,
 }
 
 impl Goldens<'_> {
@@ -137,6 +139,7 @@ impl Goldens<'_> {
         }
         let mask = Mask {
             desk: desk.to_str().unwrap(),
+            commit: self.commit,
             case,
         };
         let mut outputs = BTreeMap::from([("printed.txt".to_owned(), mask.applied(&printed))]);
@@ -269,13 +272,22 @@ fn kept(bytes: &[u8], mask: &Mask) -> String {
 /// What differs from run to run and from machine to machine: paths, version, and times where there is a clock.
 struct Mask<'a> {
     desk: &'a str,
+    commit: &'a str,
     case: &'a Case,
 }
 
 impl Mask<'_> {
     fn applied(&self, text: &str) -> String {
         let version = env!("CARGO_PKG_VERSION");
+        let commit = self.commit;
+        let printed = if commit.is_empty() {
+            "not recorded"
+        } else {
+            commit
+        };
         let mut text = text
+            .replace(&format!("{version} ({commit})"), version)
+            .replace(&format!("commit {printed}"), "commit COMMIT")
             .replace(self.desk, "DESK")
             .replace(repository().to_str().unwrap(), "REPOSITORY")
             .replace(&format!("stiffbench {version}"), "stiffbench VERSION")
@@ -284,10 +296,12 @@ impl Mask<'_> {
                 "stiffbench-validate VERSION",
             );
         for colon in [":", ": "] {
-            text = text.replace(
-                &format!("\"version\"{colon}\"{version}\""),
-                &format!("\"version\"{colon}\"VERSION\""),
-            );
+            for (key, value) in [("version", version), ("commit", commit)] {
+                text = text.replace(
+                    &format!("\"{key}\"{colon}\"{value}\""),
+                    &format!("\"{key}\"{colon}\"{}\"", key.to_uppercase()),
+                );
+            }
         }
         if !self.case.without_lines.is_empty() {
             let out = |line: &&str| {

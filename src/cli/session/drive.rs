@@ -39,7 +39,7 @@ use super::prepare::{
 use super::repeats::BenchRepeats;
 
 /// Program and version.
-const SOFTWARE: &str = concat!("stiffbench ", env!("CARGO_PKG_VERSION"));
+const SOFTWARE: &str = concat!("stiffbench ", env!("STIFFBENCH_VERSION"));
 
 /// Exit code of a session that was interrupted and can be resumed.
 const INTERRUPTED: u8 = 130;

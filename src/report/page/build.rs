@@ -4,7 +4,7 @@ use crate::analysis::{
     AnalysisError, Data, DiagnoseSettings, FitData, FitSettings, ModelChoice, diagnose_together,
     resolve_together,
 };
-use crate::report::{ComparisonReport, FitReport};
+use crate::report::{COMMIT, ComparisonReport, FitReport};
 use crate::stiffness::{Comparison, Method, StiffnessTable};
 
 use super::conformity::conformity;
@@ -118,6 +118,7 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         program: PageProgram {
             name: env!("CARGO_PKG_NAME"),
             version: env!("CARGO_PKG_VERSION"),
+            commit: COMMIT.to_owned(),
             template_sha256: template_sha256.to_owned(),
         },
     }
