@@ -7,6 +7,8 @@
 
 mod architecture;
 mod cli;
+#[cfg(unix)]
+mod compatibility;
 mod examples;
 mod fuzz_briefly;
 mod goldens;

@@ -27,6 +27,8 @@ mod map;
 mod map_questions;
 mod model_export;
 mod names;
+#[cfg(target_os = "linux")]
+mod packaging;
 #[cfg(unix)]
 mod permissions;
 mod physics;
@@ -49,7 +51,7 @@ use std::fmt::Write;
 use stiffbench_test_files::desk::{Desk, Ran, assert_output_contains};
 
 /// A folder of its own to run the program in.
-fn desk() -> Desk {
+pub(crate) fn desk() -> Desk {
     Desk::new(env!("CARGO_BIN_EXE_stiffbench"))
 }
 
