@@ -1,6 +1,6 @@
 //! The options of every subcommand.
 
-use clap::{Args, ColorChoice, ValueEnum};
+use clap::{ArgAction, Args, ColorChoice, ValueEnum};
 use jiff::{Timestamp, tz::TimeZone};
 
 use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
@@ -22,9 +22,9 @@ pub struct Global {
     /// Use neither configuration files nor STIFFBENCH_ variables
     #[arg(long, global = true)]
     pub no_config: bool,
-    /// Print the log of a session on standard error too, with every reading
-    #[arg(long, short, global = true)]
-    pub verbose: bool,
+    /// Print the log of a session on standard error too; -vv: with every reading
+    #[arg(long, short, global = true, action = ArgAction::Count)]
+    pub verbose: u8,
     /// No notes and no progress on standard error
     #[arg(long, short, global = true)]
     pub quiet: bool,

@@ -102,6 +102,7 @@ const LEADING: &[&str] = &[
     "--no-config",
     "--verbose",
     "-v",
+    "-vv",
 ];
 
 /// Those of them that take a value.

@@ -53,17 +53,20 @@ fn the_log_holds_what_happened_but_no_readings_and_goes_on() {
 }
 
 #[test]
-fn a_verbose_session_logs_every_reading_on_standard_error_too() {
-    let desk = desk();
-    let ran = desk.run(&format!("{RUN} -v")).succeeds();
-    let log = desk.read("s/session.log");
-    let readings = log
-        .lines()
-        .filter(|line| line.contains(" DEBUG ") && line.contains(": reading "))
-        .count();
-    assert_eq!(readings, desk.read("s/readings.csv").lines().count() - 1);
-    for line in log.lines() {
-        assert!(ran.stderr.contains(line), "{line}");
+fn a_verbose_session_prints_its_log_and_at_the_second_level_every_reading() {
+    for (option, with_readings) in [("-v", false), ("-vv", true)] {
+        let desk = desk();
+        let ran = desk.run(&format!("{RUN} {option}")).succeeds();
+        let log = desk.read("s/session.log");
+        let readings = log
+            .lines()
+            .filter(|line| line.contains(" DEBUG ") && line.contains(": reading "))
+            .count();
+        let taken = desk.read("s/readings.csv").lines().count() - 1;
+        assert_eq!(readings, if with_readings { taken } else { 0 }, "{option}");
+        for line in log.lines() {
+            assert!(ran.stderr.contains(line), "{option}: {line}");
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use jiff::Timestamp;
 
 use crate::cli::args::Global;
 use crate::cli::outcome::print_error;
+use crate::report::VERSION;
 use crate::session::{
     Answer, Bell, Event, Operator, OperatorEvent, Prompt, Record, SessionView, SkipScope,
 };
@@ -21,7 +22,7 @@ const FILE: &str = "session.log";
 /// How much a line matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LogLevel {
-    /// Every reading; only with `--verbose`.
+    /// Every reading; only with `-vv`.
     Debug,
     /// What goes as it should.
     Info,
@@ -45,7 +46,8 @@ impl LogLevel {
 /// The end of the log, where lines are added.
 pub(super) struct DiagnosticLog {
     file: Option<File>,
-    is_verbose: bool,
+    /// How often `--verbose` is given.
+    verbose: u8,
 }
 
 impl DiagnosticLog {
@@ -61,15 +63,14 @@ impl DiagnosticLog {
         });
         let mut log = Self {
             file: file.ok(),
-            is_verbose: global.verbose,
+            verbose: global.verbose,
         };
         let words: Vec<String> = std::env::args().skip(1).collect();
-        let (version, system) = (env!("CARGO_PKG_VERSION"), std::env::consts::OS);
-        let processor = std::env::consts::ARCH;
+        let (system, processor) = (std::env::consts::OS, std::env::consts::ARCH);
         log.line(
             LogLevel::Info,
             &format!(
-                "stiffbench {version}, {system} {processor}, process {}",
+                "stiffbench {VERSION}, {system} {processor}, process {}",
                 std::process::id()
             ),
         );
@@ -79,7 +80,7 @@ impl DiagnosticLog {
 
     /// Adds a line: time (UTC), level, message; with `--verbose` on standard error too.
     pub(super) fn line(&mut self, level: LogLevel, message: &str) {
-        if level == LogLevel::Debug && !self.is_verbose {
+        if level == LogLevel::Debug && self.verbose < 2 {
             return;
         }
         let utc = Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S.%3fZ");
@@ -91,7 +92,7 @@ impl DiagnosticLog {
         {
             self.file = None;
         }
-        if self.is_verbose {
+        if self.verbose > 0 {
             print_error(&line);
         }
     }
