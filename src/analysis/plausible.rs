@@ -116,7 +116,7 @@ fn ratios_that_differ(table: &StiffnessTable) -> Option<String> {
         .collect();
     let (cell, slope, ratio) = differ.first()?;
     Some(format!(
-        "in {} of {} cells the mean of F/d and the slope differ by more than their uncertainties (first {cell}: {:.4e} and {:.4e} N/um): the displacement did not count from the unloaded gauge, or loads are near zero; trust the slope",
+        "in {} of {} cells the mean of F/d and the slope differ by more than 5 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/um): the displacement did not count from the unloaded gauge, or loads are near zero; trust the slope",
         differ.len(),
         table.cells.len(),
         ratio * METRES_PER_MICROMETRE,

@@ -1,6 +1,7 @@
 //! Files as people have them, each to K with its uncertainty in one command, and damaged ones refused with place and remedy.
 
 use std::fmt::Write;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -435,6 +436,37 @@ fn a_mark_that_may_be_either_is_settled_by_an_option() {
 }
 
 #[test]
+fn the_delimiter_can_be_stated_and_is_remembered() {
+    let desk = desk();
+    desk.write(
+        "a.csv",
+        "force [N];travel [um]\n1;2,5\n2;5,0\n3;7,5\n4;10,0\n",
+    );
+    for (option, word) in [
+        ("--delimiter semicolon", "semicolon"),
+        ("--delimiter ;", "semicolon"),
+    ] {
+        let out = option.replace([' ', '-', ';'], "") + &option.len().to_string();
+        desk.run(&format!("import a.csv --out {out} --direction y {option}"))
+            .succeeds();
+        let mapping = desk.read(&format!("{out}/mapping.toml"));
+        assert!(
+            mapping.contains(&format!("delimiter = \"{word}\"")),
+            "{mapping}"
+        );
+        let readings = desk.read(&format!("{out}/readings.csv"));
+        assert_eq!(readings.lines().count(), 5, "{readings}");
+    }
+    // What is stated counts, not what is found.
+    let code = "stiffbench::table::no_numbers";
+    desk.refusal(
+        "import a.csv --out t --direction y --delimiter tab",
+        11,
+        code,
+    );
+}
+
+#[test]
 fn calibration_can_be_given_to_every_analysis() {
     let desk = desk_with_files();
     desk.run("import two-columns.csv --out s --direction y --units N,um")
@@ -666,4 +698,94 @@ fn poses_that_are_not_recognised_are_not_mixed_without_a_word() {
         "--direction z",
     );
     assert_eq!(data["poses"], serde_json::json!(["vorn", "hinten"]));
+}
+
+#[test]
+fn weights_are_no_step_of_a_display() {
+    let desk = desk();
+    let mut table = "mass [kg];travel [um]\n".to_owned();
+    // 0.37 N/um, and a scatter of a tenth of a micrometre.
+    for run in 0..5_u32 {
+        for weight in 0..6_u32 {
+            let noise = f64::from((run * 7 + weight * 3) % 5) * 0.05;
+            let travel = f64::from(weight) * 9.80665 / 0.37 + noise;
+            writeln!(table, "{weight};{travel:.2}").unwrap();
+        }
+    }
+    desk.write("weights.csv", &table);
+    desk.run("import weights.csv --out w --direction y --map force=1,displacement=2 --units kg,um")
+        .succeeds();
+    let ran = desk.run("stiffness w --json").succeeds();
+    assert!(
+        !ran.stdout.contains("whole multiples of 9.8"),
+        "{}",
+        ran.stdout
+    );
+    let data: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+    let text = data["data"].to_string();
+    assert!(text.contains("P1"), "{text}");
+    let printed = desk.run("stiffness w").succeeds().stdout;
+    assert!(printed.contains("0.370"), "{printed}");
+}
+
+#[test]
+fn weights_without_a_zero_begin_a_run_at_the_smallest() {
+    let desk = desk();
+    let mut table = "load [kg],travel [mm]\n".to_owned();
+    for run in 0..3_u32 {
+        for weight in 1..6_u32 {
+            let travel = f64::from(weight) * 0.0265 + f64::from(run) * 0.0001;
+            writeln!(table, "{weight},{travel:.4}").unwrap();
+        }
+    }
+    desk.write("weights.csv", &table);
+    desk.run("import weights.csv --out w --direction y")
+        .succeeds();
+    let readings = desk.read("w/readings.csv");
+    assert_eq!(
+        readings
+            .lines()
+            .filter(|line| line.contains(",y,loading,"))
+            .count(),
+        15,
+        "{readings}"
+    );
+}
+
+#[test]
+fn a_date_and_a_time_with_a_blank_between_them_are_one_field_between_tabs() {
+    for stamp in ["24.11.2026 10:00:0", "2026-11-24 10:00:0"] {
+        let desk = desk();
+        let mut table = "Zeit\tKraftaufnehmer (N)\tMessuhr (mm)\n".to_owned();
+        for (second, load) in [0, 10, 20, 30, 0, 10, 20, 30].iter().enumerate() {
+            writeln!(table, "{stamp}{second},250\t{load},05\t0,{:03}", load * 3).unwrap();
+        }
+        desk.write("t.txt", &table);
+        desk.run("import t.txt --out t --direction x").succeeds();
+        assert_eq!(desk.read("t/readings.csv").lines().count(), 9);
+    }
+}
+
+#[test]
+fn a_column_is_mapped_once() {
+    let desk = desk_with_files();
+    desk.refusal(
+        "import two-columns.csv --out s --direction y --map force=1,force=2",
+        2,
+        "stiffbench::usage::argument",
+    );
+}
+
+#[test]
+fn the_page_of_imported_readings_names_their_file() {
+    let desk = desk_with_files();
+    desk.run("import two-columns.csv --out s --direction y --units N,um")
+        .succeeds();
+    desk.run("report s").succeeds();
+    let page = desk.read("s/report.html");
+    let header = desk.read("s/session.toml");
+    let (_, hash) = header.split_once("source_sha256 = \"").unwrap();
+    assert!(page.contains(&hash[..64]));
+    assert!(page.contains("raw/two-columns.csv"));
+    assert!(page.contains("imported by") && !page.contains("recorded by"));
 }

@@ -9,8 +9,10 @@ use clap::{Args, ValueEnum};
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
 use crate::cli::gauge_lines::{GaugeLineArgs, table_of};
+use crate::cli::outcome::shell_word;
 use crate::import::{FlippedSign, ImportMapping, MarkWord};
 use crate::quantity::Kind;
+use crate::table_files::FieldDelimiter;
 
 /// Arguments of `import`.
 #[derive(Debug, Args)]
@@ -53,6 +55,9 @@ pub(in crate::cli) struct ImportArgs {
     /// Turn the sign of every force or displacement
     #[arg(long, value_enum)]
     flip: Vec<FlipChoice>,
+    /// What delimits fields: tab, ;, comma or blanks [default: found from all lines]
+    #[arg(long, value_enum)]
+    delimiter: Option<DelimiterChoice>,
     /// Decimal sign of the numbers [default: found from all of them]
     #[arg(long, value_enum)]
     decimal: Option<DecimalMark>,
@@ -86,6 +91,21 @@ enum FlipChoice {
     Force,
     /// Every displacement
     Displacement,
+}
+
+/// What delimits fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DelimiterChoice {
+    /// A tab
+    Tab,
+    /// ;
+    #[value(alias = ";")]
+    Semicolon,
+    /// ,
+    #[value(alias = ",")]
+    Comma,
+    /// One or more blanks or tabs
+    Blanks,
 }
 
 /// The decimal sign.
@@ -135,16 +155,7 @@ impl ImportArgs {
 
     /// The command without what is missing, for messages.
     pub(super) fn command(&self) -> String {
-        let quoted = |word: &str| {
-            if word.is_empty()
-                || word.contains(|c: char| c.is_whitespace() || "\"'();&|*".contains(c))
-            {
-                format!("'{}'", word.replace('\'', "'\\''"))
-            } else {
-                word.to_owned()
-            }
-        };
-        let path = |path: &Path| quoted(&path.display().to_string());
+        let path = |path: &Path| shell_word(&path.display().to_string());
         let mut command = format!(
             "stiffbench import {} --out {}",
             path(&self.file),
@@ -156,7 +167,7 @@ impl ImportArgs {
             }
         };
         for map in &self.map {
-            add("map", Some(quoted(map)));
+            add("map", Some(shell_word(map)));
         }
         for (option, file) in [
             ("mapping", &self.mapping),
@@ -179,11 +190,12 @@ impl ImportArgs {
         .into_iter()
         .chain(self.gauge_lines.named())
         {
-            add(option, word.as_deref().map(quoted));
+            add(option, word.as_deref().map(shell_word));
         }
         for flip in &self.flip {
             add("flip", value_name(flip));
         }
+        add("delimiter", self.delimiter.as_ref().and_then(value_name));
         add("decimal", self.decimal.as_ref().and_then(value_name));
         add("thousands", self.thousands.as_ref().and_then(value_name));
         command
@@ -195,8 +207,18 @@ impl ImportArgs {
             Some(path) => ImportMapping::from_toml(&path.display().to_string(), &read_text(path)?)?,
             None => ImportMapping::default(),
         };
+        let mut seen: Vec<String> = Vec::new();
         for (role, column) in pairs(&self.map)? {
+            if seen.contains(&role) {
+                return Err(ArgumentError::new(
+                    format!("--map {role}={column}"),
+                    format!("{role} has a column already"),
+                    "name one column for each",
+                )
+                .into());
+            }
             mapping.set(&role, &column)?;
+            seen.push(role);
         }
         if let Some(units) = &self.units {
             let (force, displacement) = units.split_once(',').ok_or_else(|| {
@@ -226,6 +248,10 @@ impl ImportArgs {
         if !self.flip.is_empty() {
             mapping.flip = self.flip.iter().map(|flip| flip.word()).collect();
         }
+        mapping.delimiter = self
+            .delimiter
+            .map(DelimiterChoice::word)
+            .or(mapping.delimiter);
         mapping.decimal = self.decimal.map(DecimalMark::word).or(mapping.decimal);
         mapping.thousands = self
             .thousands
@@ -246,6 +272,17 @@ impl FlipChoice {
         match self {
             Self::Force => FlippedSign::Force,
             Self::Displacement => FlippedSign::Displacement,
+        }
+    }
+}
+
+impl DelimiterChoice {
+    fn word(self) -> FieldDelimiter {
+        match self {
+            Self::Tab => FieldDelimiter::Tab,
+            Self::Semicolon => FieldDelimiter::Semicolon,
+            Self::Comma => FieldDelimiter::Comma,
+            Self::Blanks => FieldDelimiter::Blanks,
         }
     }
 }

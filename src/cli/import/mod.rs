@@ -19,7 +19,7 @@ use crate::source_text::SourceText;
 use crate::stiffness::Branches;
 
 use super::args::Global;
-use super::failure::Failure;
+use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::outcome::{Outcome, print_error};
 use super::session::instrument_records;
@@ -260,22 +260,29 @@ fn write_session(
     let mut readings = Vec::new();
     write_readings(&imported.table, &mut readings)?;
     create_new(&args.out)?;
-    let raw = args.out.join("raw");
-    write(&raw.join(&source.name), source.bytes)?;
-    if let Some(log) = log {
-        let same = log.name == source.name;
-        let name = if same {
-            format!("displacement-{}", log.name)
-        } else {
-            log.name.clone()
-        };
-        write(&raw.join(name), log.bytes)?;
+    let files = || -> Result<(), CliError> {
+        let raw = args.out.join("raw");
+        write(&raw.join(&source.name), source.bytes)?;
+        if let Some(log) = log {
+            let same = log.name == source.name;
+            let name = if same {
+                format!("displacement-{}", log.name)
+            } else {
+                log.name.clone()
+            };
+            write(&raw.join(name), log.bytes)?;
+        }
+        if let Some(robot) = robot {
+            write(&args.out.join("robot.toml"), robot.text.as_bytes())?;
+        }
+        write(&args.out.join("mapping.toml"), mapping.as_bytes())?;
+        write(&args.out.join("session.toml"), header.to_toml().as_bytes())?;
+        write(&args.out.join("readings.csv"), &readings)
+    };
+    if let Err(error) = files() {
+        // The folder is new: what is in it came from here.
+        let _ = std::fs::remove_dir_all(&args.out);
+        return Err(error.into());
     }
-    if let Some(robot) = robot {
-        write(&args.out.join("robot.toml"), robot.text.as_bytes())?;
-    }
-    write(&args.out.join("mapping.toml"), mapping.as_bytes())?;
-    write(&args.out.join("session.toml"), header.to_toml().as_bytes())?;
-    write(&args.out.join("readings.csv"), &readings)?;
     Ok((sha256(&mapping), notes))
 }

@@ -15,7 +15,7 @@ const POSE: &str = "pose pos stellung haltung posture posa postura position posi
      punto lage";
 const DIRECTION: &str =
     "direction richtung direzione direccion dir axis achse axe asse eje sens verso";
-const REPEAT: &str = "repeat rep repetition wiederholung wdh ripetizione repeticion repetibilite run lauf essai prova ensayo versuch durchgang \
+const REPEAT: &str = "repeat rep repetition wiederholung wdh ripetizione repeticion repetibilite run lauf trial series essai serie prova ensayo versuch durchgang durchlauf messreihe \
      cycle zyklus ciclo messung mesure misura medida segment";
 const BRANCH: &str = "branch ast branche ramo rama";
 const TIME: &str =

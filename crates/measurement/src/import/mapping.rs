@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::TableImportError;
 use crate::readings::DecimalSign;
-use crate::table_files::{TableFileOptions, ThreeDigits};
+use crate::table_files::{FieldDelimiter, TableFileOptions, ThreeDigits};
 
 /// The schema of mapping files.
 pub const MAPPING_SCHEMA: &str = "stiffbench/mapping/1";
@@ -22,6 +22,8 @@ pub struct ImportMapping {
     pub direction: Option<String>,
     /// Quantities whose sign is turned.
     pub flip: Vec<FlippedSign>,
+    /// What delimits fields.
+    pub delimiter: Option<FieldDelimiter>,
     /// The decimal sign.
     pub decimal: Option<MarkWord>,
     /// The mark between thousands.
@@ -173,6 +175,7 @@ impl ImportMapping {
         };
         let mark_is_decimal = self.thousands == Some(MarkWord::None);
         TableFileOptions {
+            delimiter: self.delimiter,
             decimal,
             sheet: self.sheet.clone(),
             three_digits: if mark_is_decimal {

@@ -1,4 +1,4 @@
-//! Runs in the path of the load: where it comes back near zero, another begins.
+//! Runs in the path of the load: where it comes back near zero, or to the smallest load, another begins.
 
 use std::fmt;
 
@@ -8,27 +8,39 @@ pub(super) const NEAR_ZERO: f64 = 0.15;
 /// Between two runs the load must have been above this share of the largest.
 const LOADED: f64 = 0.5;
 
+/// Loads near zero are the same within this share of the largest: noise does not decide which of them begins a run.
+const SAME: f64 = 0.02;
+
+/// Loads that never come near zero begin their runs at the smallest, if that is below this share of the largest.
+const SMALLEST: f64 = 0.6;
+
 /// The run of each load of a cell, from 1, in the order of measurement.
 ///
 /// Of the loads near zero between two loadings the last of the smallest begins the next run; a single one is where the next run begins.
 pub(super) fn runs_of(loads: &[f64]) -> Vec<u32> {
-    let largest = loads
-        .iter()
-        .fold(0.0_f64, |largest, load| largest.max(load.abs()));
+    let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
+    for size in loads.iter().map(|load| load.abs()) {
+        (smallest, largest) = (smallest.min(size), largest.max(size));
+    }
+    let is_apart = smallest > NEAR_ZERO * largest && smallest <= SMALLEST * largest;
+    let base = if is_apart { smallest } else { 0.0 };
+    let range = largest - base;
     let mut starts = Vec::new();
     let mut was_loaded = false;
-    let mut lowest: Option<usize> = None;
+    // The smallest load since the last loading, and where the next run would begin.
+    let mut lowest: Option<(f64, usize)> = None;
     for (index, load) in loads.iter().enumerate() {
-        let size = load.abs();
-        if size >= LOADED * largest {
-            if let Some(start) = lowest.filter(|_| was_loaded) {
+        let size = load.abs() - base;
+        if size >= LOADED * range {
+            if let Some((_, start)) = lowest.filter(|_| was_loaded) {
                 starts.push(start);
             }
             (was_loaded, lowest) = (true, None);
-        } else if size <= NEAR_ZERO * largest
-            && lowest.is_none_or(|lowest| size <= loads[lowest].abs())
-        {
-            lowest = Some(index);
+        } else if size <= NEAR_ZERO * range {
+            let least = lowest.map_or(size, |(least, _)| least.min(size));
+            let begins = size <= least + SAME * range;
+            let start = lowest.filter(|_| !begins).map_or(index, |(_, start)| start);
+            lowest = Some((least, start));
         }
     }
     let mut run = 1;
@@ -145,6 +157,26 @@ mod tests {
     fn steps_up_and_down() {
         let loads = [0.0, 10.0, 20.0, 10.0, 0.0, 0.0, 10.0, 20.0, 10.0, 0.0];
         assert_eq!(runs_of(&loads), [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
+    }
+
+    #[test]
+    fn noise_does_not_decide_which_of_two_zeros_begins_a_run() {
+        for [back, again] in [[0.01, -0.04], [0.04, 0.01], [0.0, 0.0]] {
+            let loads = [0.0, 25.0, 50.0, 25.0, back, again, 25.0, 50.0, 25.0, 0.02];
+            assert_eq!(runs_of(&loads), [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
+        }
+    }
+
+    #[test]
+    fn loads_that_jump_back_to_the_smallest_begin_a_run() {
+        let weights = [1.0, 2.0, 3.0, 4.0, 5.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        assert_eq!(runs_of(&weights), [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
+        assert_eq!(
+            runs_of(&[-30.0, -40.0, -50.0, -30.0, -40.0, -50.0]),
+            [1, 1, 1, 2, 2, 2]
+        );
+        // A load that is held is one run, whatever its noise.
+        assert_eq!(runs_of(&[19.9, 20.1, 19.9, 20.1]), [1, 1, 1, 1]);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The step of a display that is unstated, read off its readings.
 
+use indexmap::IndexMap;
+
 use crate::readings::Reading;
 
 /// Fewest different readings. A coarse display shows few; that six are multiples of twice its step by chance, which makes the budget larger,
@@ -37,11 +39,39 @@ fn common_step(mut a: f64, mut b: f64, rounding: f64) -> f64 {
     a
 }
 
-/// Forces that are the planned loads were not read at a gauge.
-pub(super) fn are_planned(readings: &[Reading]) -> bool {
-    readings
-        .iter()
-        .all(|reading| reading.force_n == reading.target_n)
+/// Whether the forces were set rather than read at a gauge: they are the planned loads, or the same values in every run, such as weights.
+/// The distances between them are steps of the load then, and none of a display.
+pub(super) fn are_set(readings: &[Reading]) -> bool {
+    let is_planned = |reading: &Reading| reading.force_n == reading.target_n;
+    readings.iter().all(is_planned) || recur(readings)
+}
+
+/// Whether every run of a cell has the same forces, as far as it has them; single runs must have them in equal steps.
+fn recur(readings: &[Reading]) -> bool {
+    let mut cells: IndexMap<_, IndexMap<u32, Vec<f64>>> = IndexMap::new();
+    for reading in readings {
+        let runs = cells.entry((&reading.pose, reading.direction)).or_default();
+        runs.entry(reading.repeat)
+            .or_default()
+            .push(reading.force_n);
+    }
+    let largest = readings.iter().map(|reading| reading.force_n.abs());
+    let rounding = ROUNDING_SHARE * largest.fold(0.0, f64::max);
+    let values = |forces: &[f64]| {
+        let mut values = forces.to_vec();
+        values.sort_by(f64::total_cmp);
+        values.dedup_by(|a, b| (*a - *b).abs() <= rounding);
+        values
+    };
+    let is_repeated = cells.values().any(|runs| runs.len() > 1);
+    cells.values().all(|runs| {
+        let together = values(&runs.values().flatten().copied().collect::<Vec<f64>>());
+        let longest = runs.values().map(|forces| values(forces).len()).max();
+        let mut gaps = together.windows(2).map(|pair| pair[1] - pair[0]);
+        let first = gaps.next().unwrap_or(0.0);
+        longest == Some(together.len())
+            && (is_repeated || gaps.all(|gap| (gap - first).abs() <= 2.0 * rounding))
+    })
 }
 
 #[cfg(test)]

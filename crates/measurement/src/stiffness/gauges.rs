@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use crate::readings::Reading;
 
-use super::display_step::{are_planned, step_of};
+use super::display_step::{are_set, step_of};
 
 /// Coverage factor taken when a certificate's expanded uncertainty comes without one; the usual one for 95 % (GUM 6.3.3).
 const USUAL_COVERAGE_FACTOR: f64 = 2.0;
@@ -141,10 +141,10 @@ pub struct GaugePair {
 }
 
 impl GaugePair {
-    /// The same gauges with the steps of their readings, where no resolution is stated. Forces that are the planned loads have none.
+    /// The same gauges with the steps of their readings, where no resolution is stated. Forces that were set have none.
     #[must_use]
     pub fn with_steps_of(self, readings: &[Reading]) -> Self {
-        let force = if are_planned(readings) {
+        let force = if are_set(readings) {
             self.force
         } else {
             let forces = readings.iter().map(|reading| reading.force_n);

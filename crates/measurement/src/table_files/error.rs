@@ -108,7 +108,7 @@ pub enum TableFileError {
     #[error("{file}, line {line}, column `{column}`: `{value}`, expected a number")]
     #[diagnostic(
         code(stiffbench::table::bad_number),
-        help("correct the value, or leave the field empty: the row is then left out and listed")
+        help("correct the value, or take the row out of a copy of the file")
     )]
     BadNumber {
         /// The file.
@@ -124,7 +124,7 @@ pub enum TableFileError {
     #[error("{file}, line {line}, column `{column}`: `{value}` is not finite")]
     #[diagnostic(
         code(stiffbench::table::not_finite),
-        help("correct the value, or leave the field empty: the row is then left out and listed")
+        help("correct the value, or take the row out of a copy of the file")
     )]
     NotFinite {
         /// The file.

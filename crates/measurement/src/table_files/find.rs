@@ -48,6 +48,16 @@ pub(super) fn score(records: &[TextRecord], wanted: &[String]) -> i64 {
     named * 1_000_000_000 + sum
 }
 
+/// Whether nearly all records with two numbers or more have the same number of fields.
+pub(super) fn is_even(records: &[TextRecord]) -> bool {
+    let rows = records.iter().filter(|record| !record.is_comment);
+    let lengths = rows.filter(|record| numeric(record) > 1);
+    let mut lengths: Vec<usize> = lengths.map(|record| record.fields.len()).collect();
+    lengths.sort_unstable();
+    let usual = lengths.chunk_by(|a, b| a == b).map(<[usize]>::len).max();
+    usual.is_some_and(|usual| usual > 1 && 10 * usual >= 9 * lengths.len())
+}
+
 /// The first record with all names asked for, and whether they are those split at several blanks.
 fn header_of(records: &[TextRecord], wanted: &[String]) -> Option<(usize, bool)> {
     if wanted.is_empty() {

@@ -144,7 +144,12 @@ fn delimiter(lines: &[&str], options: &TableFileOptions) -> (FieldDelimiter, boo
         return (delimiter, false);
     }
     let mut best = (i64::MIN, FieldDelimiter::Comma);
+    // Then blanks are part of the fields: a date and a time, a number and its unit.
+    let mut has_even_sign = false;
     for delimiter in FieldDelimiter::ALL {
+        if has_even_sign && delimiter == FieldDelimiter::Blanks {
+            continue;
+        }
         let mut records = split(lines, delimiter, find::SEARCHED);
         if options.units_in_cells {
             take_units_off(&mut records);
@@ -153,6 +158,8 @@ fn delimiter(lines: &[&str], options: &TableFileOptions) -> (FieldDelimiter, boo
         let is_there = delimiter
             .sign()
             .is_none_or(|sign| lines.iter().any(|line| line.contains(sign)));
+        has_even_sign |=
+            delimiter.sign().is_some_and(|sign| sign != ',') && find::is_even(&records);
         if is_there && score > best.0 {
             best = (score, delimiter);
         }
