@@ -101,6 +101,15 @@ fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Differenc
     changed.collect()
 }
 
+/// How the warning of a table begins that was used though it differs from its journal.
+const TRUSTED: &str = "--trust-csv:";
+
+/// Whether the readings were used though they differ from the journal.
+#[must_use]
+pub fn differs_from_journal(warnings: &[String]) -> bool {
+    warnings.iter().any(|warning| warning.starts_with(TRUSTED))
+}
+
 impl JournalCheck {
     /// Refuses changed numbers unless they are to be trusted; states what else was changed.
     ///
@@ -124,7 +133,7 @@ impl JournalCheck {
                 });
             }
             warnings.push(format!(
-                "--trust-csv: {} differs from the journal in {} value(s), and the table was used",
+                "{TRUSTED} {} differs from the journal in {} value(s), and the table was used",
                 file.display(),
                 table.changed.len() + header.len()
             ));

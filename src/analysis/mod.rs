@@ -58,7 +58,7 @@ pub use history::SessionHistory;
 pub use inputs::Inputs;
 pub use integrity::{
     Differences, JournalCheck, TableCheck, compare_vectors_with_journal, compare_with_journal,
-    shortened,
+    differs_from_journal, shortened,
 };
 pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
 pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};

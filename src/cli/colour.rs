@@ -43,7 +43,8 @@ pub fn apply(choice: ColorChoice) {
     // Fails only where it has been set, which is here.
     let _ = miette::set_hook(Box::new(move |_| {
         let options = miette::MietteHandlerOpts::new();
-        Box::new(options.color(on_errors).build())
+        // The terminal breaks long lines itself; a command in an advice can then be copied.
+        Box::new(options.color(on_errors).wrap_lines(false).build())
     }));
     let on_view = is_wanted(choice, std::io::stdout().is_terminal());
     crossterm::style::force_color_output(on_view);

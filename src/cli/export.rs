@@ -93,8 +93,16 @@ pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Fai
         });
         Ok(())
     };
-    for (name, content) in contents(&exported, format)? {
-        put(&name, &content)?;
+    let written = contents(&exported, format)?
+        .iter()
+        .try_for_each(|(name, content)| put(name, content));
+    if let Err(error) = written {
+        // A part of the tables is worth nothing; what was there before was an empty folder at most.
+        for file in &files {
+            let _ = std::fs::remove_file(&file.path);
+        }
+        let _ = std::fs::remove_dir(&args.out);
+        return Err(error.into());
     }
     let Exported {
         tables,
@@ -118,7 +126,7 @@ pub(super) fn tables(args: &DataExportArgs, global: &Global) -> Result<Vec<TidyT
 }
 
 /// Refuses a folder that holds something, and a file.
-fn check_free(folder: &Path) -> Result<(), CliError> {
+pub(super) fn check_free(folder: &Path) -> Result<(), CliError> {
     let is_free = std::fs::read_dir(folder)
         .map_or_else(|_| !folder.exists(), |mut entries| entries.next().is_none());
     if is_free {

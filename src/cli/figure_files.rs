@@ -83,9 +83,16 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
             source,
         })?;
     }
-    std::fs::write(path, bytes).map_err(|source| CliError::Write {
-        path: path.to_owned(),
-        source,
+    let is_new = !path.exists();
+    std::fs::write(path, bytes).map_err(|source| {
+        // On a full disk no part of a file is left.
+        if is_new {
+            let _ = std::fs::remove_file(path);
+        }
+        CliError::Write {
+            path: path.to_owned(),
+            source,
+        }
     })
 }
 

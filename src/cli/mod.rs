@@ -187,7 +187,7 @@ fn only_json(json: bool) -> Global {
         strict: false,
         trust_csv: false,
         no_config: false,
-        verbose: false,
+        verbose: 0,
         quiet: false,
         color: ColorChoice::Auto,
         progress: ProgressMode::Auto,

@@ -1,5 +1,6 @@
 //! What a subcommand hands back, and how it is printed.
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -161,7 +162,12 @@ impl Outcome {
         } else {
             self.inputs.text()
         };
-        print(&format!("{heading}{}", self.text))?;
+        let text = format!("{heading}{}", self.text);
+        print(&if self.bare {
+            text.into()
+        } else {
+            printable(&text)
+        })?;
         if !global.quiet {
             for warning in &self.warnings {
                 print_error(&format!("note: {warning}"));
@@ -216,7 +222,46 @@ pub(super) fn print_now(text: &str) {
 
 /// A line on standard error; if nobody can read that either, there is nobody left to tell.
 pub(super) fn print_error(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", printable(line));
+}
+
+/// A text without characters that steer a terminal, which names in files of others may hold. Colours stay.
+fn printable(text: &str) -> Cow<'_, str> {
+    let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(steers) {
+        return text.into();
+    }
+    let mut clean = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find(steers) {
+        clean.push_str(&rest[..at]);
+        let colour = rest[at..]
+            .strip_prefix("\u{1b}[")
+            .and_then(|code| code.find(|c: char| !c.is_ascii_digit() && c != ';'))
+            .map(|end| at + 2 + end)
+            .filter(|end| rest[*end..].starts_with('m'));
+        let end = if let Some(end) = colour {
+            clean.push_str(&rest[at..=end]);
+            end + 1
+        } else {
+            clean.push(char::REPLACEMENT_CHARACTER);
+            at + rest[at..].chars().next().map_or(1, char::len_utf8)
+        };
+        rest = &rest[end..];
+    }
+    clean.push_str(rest);
+    clean.into()
+}
+
+/// A word of a command, in quotes where a shell would take it apart.
+pub(super) fn shell_word(word: &str) -> String {
+    let is_special =
+        |c: char| c.is_whitespace() || c.is_control() || "\"'`$\\!#~<>?[]{}();&|*".contains(c);
+    if word.is_empty() || word.contains(is_special) {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    } else {
+        word.to_owned()
+    }
 }
 
 /// A result that did not reach standard output, for example on a full disk.
@@ -283,4 +328,32 @@ pub(super) fn completions(shell: clap_complete::Shell) -> Outcome {
     let text = String::from_utf8_lossy(&text).into_owned();
     let script = text.clone();
     Outcome::new("completions", text, CompletionScript { script })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_colours_reach_the_terminal() {
+        assert_eq!(printable("a\tb\nc µ"), "a\tb\nc µ");
+        assert_eq!(
+            printable("\u{1b}[31;1mred\u{1b}[0m"),
+            "\u{1b}[31;1mred\u{1b}[0m"
+        );
+        assert_eq!(
+            printable("a\u{1b}]0;title\u{7}b"),
+            "a\u{fffd}]0;title\u{fffd}b"
+        );
+        assert_eq!(printable("\u{1b}[2Jx\u{9b}1m"), "\u{fffd}[2Jx\u{fffd}1m");
+        assert_eq!(printable("\u{1b}["), "\u{fffd}[");
+    }
+
+    #[test]
+    fn words_with_blanks_are_quoted() {
+        assert_eq!(shell_word("a/b-1.csv"), "a/b-1.csv");
+        assert_eq!(shell_word("all three"), "'all three'");
+        assert_eq!(shell_word("it's"), "'it'\\''s'");
+        assert_eq!(shell_word(""), "''");
+    }
 }

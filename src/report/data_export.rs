@@ -91,6 +91,35 @@ impl DataExportReport {
                 "\ndatapackage.json holds units, hashes and sources. It names no licence: add `licenses` before you publish the data.\n",
             );
         }
+        text.push_str("\nIn Python:\n");
+        for line in self.pandas_snippet().lines() {
+            let _ = writeln!(text, "  {line}");
+        }
         text
+    }
+
+    /// Lines of Python that read the tables into data frames.
+    fn pandas_snippet(&self) -> String {
+        let folder = self.folder.display().to_string().replace('\\', "/");
+        let mut lines = "import pandas as pd\n".to_owned();
+        for table in &self.tables {
+            let name = &table.name;
+            let call = match self.format {
+                TableFormat::Csv => format!("read_csv(\"{folder}/{name}.csv\")"),
+                TableFormat::Parquet => format!("read_parquet(\"{folder}/{name}.parquet\")"),
+                TableFormat::Xlsx => {
+                    format!("read_excel(\"{folder}/tables.xlsx\", sheet_name=\"{name}\")")
+                }
+            };
+            let variable = name.replace('-', "_");
+            let _ = writeln!(lines, "{variable} = pd.{call}");
+            if table.columns.iter().any(|column| column == "status") {
+                let _ = writeln!(
+                    lines,
+                    "{variable} = {variable}[{variable}[\"status\"] == \"accepted\"]"
+                );
+            }
+        }
+        lines
     }
 }

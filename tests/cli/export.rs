@@ -250,36 +250,44 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
     }
 }
 
-/// The snippet of the page, run as it stands; without pandas it is skipped with a note.
+/// The snippets of the page and of the command, run as they stand; without pandas they are skipped with a note.
 #[test]
-fn the_snippet_of_the_page_runs() {
+fn the_snippets_run() {
+    let desk = desk();
+    desk.run("simulate my-session --seed 4").succeeds();
+    let exported = desk.run("export my-session --out my-tables").succeeds();
+    let (_, printed) = exported.stdout.split_once("In Python:\n").unwrap();
+    let printed: String = printed
+        .lines()
+        .map(|line| line.trim_start().to_owned() + "\n")
+        .collect();
+    assert!(
+        printed.contains("stiffness = pd.read_csv(\"my-tables/stiffness.csv\")"),
+        "{printed}"
+    );
     let page = text("docs/export.md");
-    let (_, snippet) = page.split_once("```python\n").unwrap();
-    let (snippet, _) = snippet.split_once("```").unwrap();
-    let has_pandas = Command::new("python3")
-        .args(["-c", "import pandas"])
-        .output();
-    if !has_pandas.is_ok_and(|run| run.status.success()) {
+    let (_, of_page) = page.split_once("```python\n").unwrap();
+    let (of_page, _) = of_page.split_once("```").unwrap();
+    let python = |code: &str| {
+        Command::new("python3")
+            .current_dir(&desk.folder)
+            .args(["-c", code])
+            .output()
+    };
+    if !python("import pandas").is_ok_and(|run| run.status.success()) {
         eprintln!("skipped: python3 with pandas was not found");
         return;
     }
-    let desk = desk();
-    desk.run("simulate my-session --seed 4").succeeds();
-    desk.run("export my-session --out my-tables").succeeds();
-    desk.write("snippet.py", snippet);
-    let mut command = Command::new("python3");
-    let run = command
-        .current_dir(&desk.folder)
-        .arg("snippet.py")
-        .output()
-        .unwrap();
-    let printed = String::from_utf8_lossy(&run.stdout);
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stderr)
-    );
-    assert!(printed.contains("P1"), "{printed}");
+    for code in [of_page.to_owned(), printed + "print(readings, stiffness)"] {
+        let run = python(&code).unwrap();
+        let shown = String::from_utf8_lossy(&run.stdout);
+        assert!(
+            run.status.success(),
+            "{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
+        assert!(shown.contains("P1"), "{shown}");
+    }
 }
 
 #[test]

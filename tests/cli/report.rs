@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-use stiffbench_test_files::desk::{Desk, assert_output_contains};
+use stiffbench_test_files::desk::{Desk, Ran, assert_output_contains};
 
 use super::{desk, five_columns};
 
@@ -504,4 +504,155 @@ fn load_cases_have_a_report_with_springs_and_it_can_be_verified() {
     .unwrap();
     desk.run(&format!("report verify changed.html {cases}"))
         .exits_with(30);
+}
+
+#[test]
+fn a_page_of_another_template_is_never_verified_without_it() {
+    let desk = desk_with_report("");
+    let own = desk.run("report --print-template").succeeds().stdout;
+    desk.write("own.html", &own.replace("<h1>", "<h1 lang=\"en\">"));
+    desk.run("report session --no-diagnosis --template own.html --out page.html")
+        .succeeds();
+    desk.run("report verify page.html session --template own.html")
+        .succeeds();
+    let page = desk.read("page.html");
+    let digit = printed_digits(&page)[3];
+    let other = if page.as_bytes()[digit] == b'7' {
+        "8"
+    } else {
+        "7"
+    };
+    desk.write(
+        "altered.html",
+        &format!("{}{other}{}", &page[..digit], &page[digit + 1..]),
+    );
+    for name in ["page.html", "altered.html"] {
+        let ran = desk.run(&format!("report verify {name} session"));
+        assert_eq!(ran.code, 11, "{name}: {}", ran.stdout);
+        assert!(
+            ran.stdout.contains("NOT VERIFIED") && ran.stdout.contains("--template"),
+            "{}",
+            ran.stdout
+        );
+    }
+    let ran = desk.run("report verify altered.html session --template own.html");
+    assert_eq!(ran.code, 30, "{}", ran.stdout);
+}
+
+#[test]
+fn a_page_without_its_options_is_not_verified_against_a_session() {
+    let desk = desk_with_report("");
+    let page = desk.read("session/report.html");
+    let (before, rest) = page.split_once("id=\"stiffbench-data\">").unwrap();
+    let (json, after) = rest.split_once("</script>").unwrap();
+    let mut data: Value = serde_json::from_str(json).unwrap();
+    data["settings"] = Value::Null;
+    let changed = format!("{before}id=\"stiffbench-data\">{data}</script>{after}");
+    desk.write("changed.html", &changed);
+    let ran = desk.run("report verify changed.html session");
+    assert_eq!(ran.code, 30, "{}", ran.stdout);
+    assert!(ran.stdout.contains("/settings"), "{}", ran.stdout);
+}
+
+#[test]
+fn an_end_of_line_too_much_is_found() {
+    let desk = desk_with_report("");
+    desk.write("longer.html", &(desk.read("session/report.html") + "\n"));
+    assert_eq!(desk.run("report verify longer.html").code, 30);
+}
+
+#[test]
+fn an_improvement_is_stated_only_where_the_error_falls() {
+    let desk = desk();
+    desk.run("simulate con --mechanism A --procedure load-unload --effect joint-backlash@A3:play=30urad,seat_moment=9N*m --seed 2")
+        .succeeds();
+    let data = desk.data("report con");
+    if let Some(sentence) = data["headline"]["improvement"].as_str() {
+        let (_, numbers) = sentence.split_once("falls from ").unwrap();
+        let mut numbers = numbers
+            .split(' ')
+            .filter_map(|word| word.parse::<f64>().ok());
+        let [before, after] = [numbers.next().unwrap(), numbers.next().unwrap()];
+        assert!(after < before, "{sentence}");
+    }
+    let verdict = data["headline"]["verdict"].as_str().unwrap();
+    assert!(verdict.contains("play in joint A3"), "{verdict}");
+}
+
+#[test]
+fn names_cannot_turn_what_is_printed() {
+    let desk = desk();
+    let table = five_columns(&["P1"], 3).replace("P1,", "P\u{202e}1\u{1b},");
+    desk.write("readings.csv", &table);
+    let ran = desk.run("report readings.csv --out page.html").succeeds();
+    assert!(!ran.stdout.contains('\u{1b}'), "{}", ran.stdout);
+    let page = desk.read("page.html");
+    assert!(!page.contains(['\u{202e}', '\u{1b}']));
+    desk.run("report verify page.html readings.csv").succeeds();
+}
+
+#[test]
+fn readings_that_differ_from_their_journal_are_marked() {
+    let desk = desk();
+    desk.run("session run s --emulated --speed 200 --no-input --poses P1 --directions x --repeats 3 --loads-n=0,-20,-40 --answer temperature=21")
+        .succeeds();
+    let readings = desk.read("s/readings.csv");
+    let (head, last) = readings.trim_end().rsplit_once('\n').unwrap();
+    let mut fields: Vec<String> = last.split(',').map(str::to_owned).collect();
+    let place = readings
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|name| name == "displacement_um");
+    fields[place.unwrap()] = "999".to_owned();
+    desk.write("s/readings.csv", &format!("{head}\n{}\n", fields.join(",")));
+    let data = desk.data("report s --trust-csv --no-diagnosis");
+    let marks: Vec<&str> = data["marks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(Value::as_str)
+        .collect();
+    assert!(marks.contains(&"NOT PROTECTED"), "{marks:?}");
+}
+
+#[test]
+fn what_states_nothing_is_refused() {
+    let desk = desk_with_report("");
+    let schema = "schema = \"stiffbench/report-details/1\"\n";
+    for (details, part) in [
+        ("[laboratory]\nname = \" \"\n", "`laboratory.name` is empty"),
+        ("title = \"\"\n", "`title` is empty"),
+        ("[item]\nreceived = 07:32:00\n", "expected a date or a text"),
+    ] {
+        desk.write("report.toml", &format!("{schema}{details}"));
+        let code = "stiffbench::report::details";
+        let error = desk.refusal(
+            "report session --details report.toml --out new.html",
+            10,
+            code,
+        );
+        assert_output_contains(&error, &[part]);
+    }
+    let mut command = desk.command("report session --out new.html");
+    let empty = Ran::of(command.args(["--amends", "", "--reason", ""]));
+    assert_eq!(empty.code, 2, "{}", empty.stderr);
+    assert!(!desk.path("new.html").exists());
+}
+
+#[test]
+fn later_limits_of_a_cell_replace_earlier_ones() {
+    let desk = desk_with_report("");
+    let limits = |least: &str| {
+        format!(
+            "schema = \"stiffbench/report-details/1\"\ndecision_rule = \"simple-acceptance\"\n[[requirement]]\npose = \"P1\"\ndirection = \"x\"\nat_least_N_per_um = {least}\n"
+        )
+    };
+    desk.write("a.toml", &limits("1000.0"));
+    desk.write("b.toml", &limits("0.0001"));
+    let data =
+        desk.data("report session --no-diagnosis --details a.toml --details b.toml --out new.html");
+    let rows = data["conformity"]["requirements"].as_array().unwrap();
+    assert_eq!(rows.len(), 1, "{rows:?}");
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::ModelArgs;
@@ -81,10 +82,10 @@ pub(in crate::cli) struct PageArgs {
     #[arg(long, value_name = "DATE")]
     pub(super) issued: Option<jiff::civil::Date>,
     /// Number of the report that this one replaces
-    #[arg(long, value_name = "NUMBER", requires = "reason")]
+    #[arg(long, value_name = "NUMBER", requires = "reason", value_parser = NonEmptyStringValueParser::new())]
     pub(super) amends: Option<String>,
     /// Why the report is replaced
-    #[arg(long, value_name = "TEXT", requires = "amends")]
+    #[arg(long, value_name = "TEXT", requires = "amends", value_parser = NonEmptyStringValueParser::new())]
     pub(super) reason: Option<String>,
     /// Template of your own instead of the usual one
     #[arg(long, value_name = "FILE")]
@@ -94,7 +95,7 @@ pub(in crate::cli) struct PageArgs {
 /// Arguments of `report verify`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 verified; 30 something differs; 11 the file is no report, or of another template.\n\nExamples:\n  stiffbench report verify report.html\n  stiffbench report verify report.html my-session\n  stiffbench report verify report.html my-session --robot my-robot.toml"
+    after_help = "Exit codes: 0 verified; 30 something differs; 11 the file is no report, or its printed text could not be compared because it has another template.\n\nExamples:\n  stiffbench report verify report.html\n  stiffbench report verify report.html my-session\n  stiffbench report verify report.html my-session --robot my-robot.toml"
 )]
 pub(super) struct VerifyArgs {
     /// HTML file that stiffbench report wrote

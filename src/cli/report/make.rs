@@ -3,14 +3,15 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::analysis::{AnalysisError, OpenSettings, is_dash};
+use crate::analysis::{AnalysisError, ArgumentError, OpenSettings, is_dash};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::calibration_args::CalibrationArgs;
+use crate::cli::export::check_free;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::write;
-use crate::cli::outcome::Outcome;
+use crate::cli::outcome::{Outcome, shell_word};
 use crate::report::page::{
-    PageSettings, PageSource, PageTemplate, ReportPage, comparison_page, session_page,
+    PageSession, PageSettings, PageSource, PageTemplate, ReportPage, comparison_page, session_page,
 };
 use crate::stiffness::Comparison;
 
@@ -72,9 +73,13 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
         data: args.data.clone(),
     };
     check_new(&request.out)?;
+    if let Some(folder) = &args.figures {
+        check_free(folder)?;
+    }
     let source = PageSource::open_joined(&request.data, &request.open)?;
     refuse_overdue(&source, global)?;
     let (page, text) = make_page(&request, &source)?;
+    refuse_early_issue(&page, args.page.issued)?;
     let to_output = is_dash(&request.out);
     if !to_output {
         write_new(&request.out, &text)?;
@@ -132,6 +137,24 @@ fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), AnalysisEr
     Ok(())
 }
 
+/// No report is issued before its last reading.
+fn refuse_early_issue(
+    page: &ReportPage,
+    issued: Option<jiff::civil::Date>,
+) -> Result<(), ArgumentError> {
+    let last = page.sessions.iter().filter_map(PageSession::last_day).max();
+    match (issued, last) {
+        (Some(issued), Some(last)) if issued.to_string().as_str() < last => {
+            Err(ArgumentError::new(
+                format!("--issued {issued}"),
+                format!("the last reading was taken on {last}"),
+                "name that day or a later one",
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// `report.html` in a session folder, or beside a file.
 fn usual_file(data: &[PathBuf], markdown: bool) -> PathBuf {
     let ending = if markdown { "md" } else { "html" };
@@ -173,14 +196,14 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
     let data: Vec<String> = request
         .data
         .iter()
-        .map(|path| path.display().to_string())
+        .map(|path| shell_word(&path.display().to_string()))
         .collect();
     let _ = writeln!(text, "\nWritten: {}", request.out.display());
     if !request.template.is_markdown {
         let _ = writeln!(
             text,
             "Next: stiffbench report verify {} {}",
-            request.out.display(),
+            shell_word(&request.out.display().to_string()),
             data.join(" ")
         );
     }

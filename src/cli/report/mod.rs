@@ -137,7 +137,11 @@ fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
         }
         Err(error) => return Err(failed(path)(error)),
     };
-    file.write_all(text.as_bytes()).map_err(failed(path))
+    file.write_all(text.as_bytes()).map_err(|error| {
+        // On a full disk no part of a page is left.
+        let _ = std::fs::remove_file(path);
+        failed(path)(error)
+    })
 }
 
 /// Refuses a file that exists before work is done for it.

@@ -1,6 +1,6 @@
 //! `stiffbench report verify`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::args::{Global, ModelArgs};
@@ -18,6 +18,8 @@ use super::{open_settings, template};
 
 /// Exit code for a report that is not as it was rendered.
 const DIFFERS: u8 = 30;
+/// Exit code for a report whose printed text could not be compared.
+const NOT_COMPARED: u8 = 11;
 
 /// Verifies a report from itself and, if sessions are named, from them.
 pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -25,13 +27,17 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     let page = read_page(&name, read_text(&args.page)?)?;
     let template = template(args.template.as_deref(), false)?;
     let settings = page.settings.clone().unwrap_or_default();
-    let check = if args.sessions.is_empty() || page.settings.is_none() {
+    let check = if args.sessions.is_empty() {
         page.check(&template)?
     } else {
         let again = again(&page, args, &settings, &template, global)?;
         page.check_against(&again, &template)?
     };
-    let exit = if check.good { 0 } else { DIFFERS };
+    let exit = match (check.good, check.printed_compared) {
+        (true, true) => 0,
+        (true, false) => NOT_COMPARED,
+        (false, _) => DIFFERS,
+    };
     Ok(Outcome::new("report-verify", check.text(), check).with_exit(exit))
 }
 
@@ -68,9 +74,12 @@ fn again(
 
 /// The options of the report; those that are given now go first.
 fn recorded(given: &ModelArgs, settings: &PageSettings) -> ModelArgs {
-    let model = settings.model.as_ref().map(PathBuf::from);
+    // A page from elsewhere may name anything: a pipe, a device.
+    let is_safe = |name: &&String| !Path::new(name).exists() || Path::new(name).is_file();
+    let model = settings.model.as_ref().filter(is_safe).map(PathBuf::from);
+    let robot = settings.robot.as_ref().filter(is_safe);
     ModelArgs {
-        robot: given.robot.clone().or_else(|| settings.robot.clone()),
+        robot: given.robot.clone().or_else(|| robot.cloned()),
         mechanism: given
             .mechanism
             .clone()

@@ -105,7 +105,7 @@ fn text_or_date<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Str
     match value {
         None => Ok(None),
         Some(toml::Value::String(text)) => Ok(Some(text)),
-        Some(toml::Value::Datetime(date)) => Ok(Some(date.to_string())),
+        Some(toml::Value::Datetime(date)) if date.date.is_some() => Ok(Some(date.to_string())),
         Some(_) => Err(serde::de::Error::custom("expected a date or a text")),
     }
 }
@@ -129,6 +129,12 @@ impl PageDetails {
             let problem = format!("`schema` is `{other}`, expected `{SCHEMA}`");
             return Err(wrong(source.name.clone(), problem));
         }
+        if let Some(key) = blank_key(&serde_json::to_value(&details).unwrap_or_default()) {
+            let problem = format!(
+                "`{key}` is empty; leave the key out, or write \"not applicable\" if that is true"
+            );
+            return Err(wrong(source.name.clone(), problem));
+        }
         for requirement in &details.requirements {
             if let Some(problem) = requirement.problem() {
                 return Err(wrong(source.name.clone(), problem));
@@ -141,6 +147,12 @@ impl PageDetails {
     #[must_use]
     pub fn with(self, later: Self) -> Self {
         let mut requirements = self.requirements;
+        requirements.retain(|old| {
+            !later
+                .requirements
+                .iter()
+                .any(|new| new.pose == old.pose && new.direction == old.direction)
+        });
         requirements.extend(later.requirements);
         Self {
             schema: None,
@@ -173,6 +185,15 @@ impl PageDetails {
             requirements,
         }
     }
+}
+
+/// The first key, with its table, whose text holds nothing that can be seen.
+fn blank_key(value: &serde_json::Value) -> Option<String> {
+    let entries = value.as_object()?;
+    entries.iter().find_map(|(key, value)| match value {
+        serde_json::Value::String(text) => text.trim().is_empty().then(|| key.clone()),
+        table => blank_key(table).map(|inner| format!("{key}.{inner}")),
+    })
 }
 
 /// An item that ISO/IEC 17025:2017, 7.8.2.1, asks for.

@@ -174,9 +174,12 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
         ),
         DiagnosisResult::Specimen(_) => return None,
     };
+    let falls = after < before;
     let [before, after] = [before, after].map(|rms| significant(rms, 3));
-    // What is named beside an open question, or weakly, is no improvement to promise.
-    matches!(grade, VerdictGrade::Is | VerdictGrade::Mostly).then(|| {
+    // What is named beside an open question, or weakly, is no improvement to promise. And what is named by its part of the noise may leave
+    // the percentages of small displacements as they are.
+    let is_named = matches!(grade, VerdictGrade::Is | VerdictGrade::Mostly);
+    (is_named && falls && before != after).then(|| {
         format!(
             "With what is named the error in poses left out of the fit falls from {before} to {after} {unit} (root mean square)."
         )

@@ -92,6 +92,9 @@ pub struct PageProgram {
     pub name: &'static str,
     /// Its version.
     pub version: &'static str,
+    /// The commit it was built from, with `+changes` if the sources differed from it; empty if not known. The number of the report does
+    /// not follow from it.
+    pub commit: String,
     /// SHA-256 of the template.
     pub template_sha256: String,
 }
@@ -204,14 +207,16 @@ impl ReportPage {
             .collect()
     }
 
-    /// The same with its number, which follows from everything else.
+    /// The same with its number, which follows from everything else but the commit of the program.
     #[must_use]
     pub(super) fn numbered(self) -> Self {
         let mut page = self.fitted_to_a_megabyte();
         page.set_number(String::new());
         let last = page.sessions.iter().filter_map(PageSession::last_day).max();
         let day = last.map_or_else(|| "undated".to_owned(), |day| day.replace('-', ""));
+        let commit = std::mem::take(&mut page.program.commit);
         let json = serde_json::to_string(&page).unwrap_or_default();
+        page.program.commit = commit;
         page.set_number(page_number(&day, &json));
         page
     }

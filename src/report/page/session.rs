@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{
-    LoadedLoadCases, LoadedSession, SessionHistory, VectorSession, doubts_about_stiffness,
+    LoadedLoadCases, LoadedSession, SessionHistory, VectorSession, differs_from_journal,
+    doubts_about_stiffness,
 };
 use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
@@ -127,6 +128,7 @@ impl PageSession {
         page.results = table.cells.iter().map(page_cell).collect();
         page.budget = PageBudget::from(&table);
         page.deviations = deviations(session, &table, history);
+        page.protected &= !differs_from_journal(&session.warnings);
         page.numbers = Some(table);
         page
     }
@@ -166,6 +168,7 @@ impl PageSession {
                 session.procedure(),
             );
             page.readings = session.table.accepted().count();
+            page.protected &= !differs_from_journal(&session.warnings);
             page.results = report.cells.iter().map(PageCell::from).collect();
             page.further = text_blocks(&report.text());
             page.vectors = Some(report);
@@ -296,7 +299,24 @@ fn conditions(
         );
         add("operator", header.operator.clone());
         add("place", header.place.clone());
-        add("recorded by", header.software.clone());
+        let import = header.import.as_ref();
+        add(
+            if import.is_some() {
+                "imported by"
+            } else {
+                "recorded by"
+            },
+            header.software.clone(),
+        );
+        add("imported from", import.and_then(|one| one.source.clone()));
+        add(
+            "SHA-256 of the imported file",
+            import.and_then(|one| one.source_sha256.clone()),
+        );
+        add(
+            "SHA-256 of the mapping",
+            import.and_then(|one| one.mapping_sha256.clone()),
+        );
         let environment = header.environment.as_ref();
         let humidity = environment.and_then(|one| one.humidity_percent);
         add("relative humidity", humidity.map(|one| format!("{one} %")));

@@ -117,7 +117,9 @@ impl PageSource {
             })
         };
         let imported = any(&|part| part.imported);
-        let unprotected = any(&|part| !part.protected && part.origin.is_none());
+        // What was never measured needs no journal; one that it has must agree.
+        let unprotected =
+            any(&|part| !part.protected && (part.origin.is_none() || part.complete.is_some()));
         let marks = [
             (
                 any(&|part| part.complete == Some(false)),
@@ -142,7 +144,7 @@ impl PageSource {
             (
                 unprotected && !imported,
                 "NOT PROTECTED",
-                "No journal protects the readings: they may have been changed.",
+                "No journal protects the readings, or they differ from it: they may have been changed.",
             ),
         ];
         let true_ones = marks.into_iter().filter(|(is_true, ..)| *is_true);

@@ -1,6 +1,8 @@
 //! Templates: data to HTML or Markdown.
 
-use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value, context};
+use std::fmt::Write;
+
+use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value, context, escape_formatter};
 use serde_json::Value as Json;
 
 use crate::analysis::sha256;
@@ -106,6 +108,18 @@ impl PageTemplate {
         };
         environment.set_auto_escape_callback(move |_| escape);
         environment.add_filter("cell", markdown_cell);
+        environment.set_formatter(|output, state, value| match value.as_str() {
+            Some(text) if text.contains(misleads) => {
+                let clean = text.replace(misleads, "\u{fffd}");
+                let value = if value.is_safe() {
+                    Value::from_safe_string(clean)
+                } else {
+                    Value::from(clean)
+                };
+                escape_formatter(output, state, &value)
+            }
+            _ => escape_formatter(output, state, value),
+        });
         let text = environment
             .render_named_str(
                 &self.name,
@@ -136,10 +150,24 @@ impl PageTemplate {
     }
 }
 
-/// The data as they stand in a page: no `<`, so that no element ends them.
+/// The data as they stand in a page: no `<`, so that no element ends them, and nothing that is printed as another text.
 fn embedded(page: &ReportPage) -> String {
     let json = serde_json::to_string(page).unwrap_or_default();
-    json.replace('<', "\\u003c")
+    let mut text = String::with_capacity(json.len());
+    for c in json.chars() {
+        if c == '<' || misleads(c) {
+            let _ = write!(text, "\\u{:04x}", u32::from(c));
+        } else {
+            text.push(c);
+        }
+    }
+    text
+}
+
+/// Whether a character makes a reader see something else than is written: controls, and marks that turn the direction of text.
+fn misleads(c: char) -> bool {
+    c.is_control() && !matches!(c, '\n' | '\t')
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// A text for a cell of a Markdown table.
