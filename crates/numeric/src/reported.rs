@@ -103,4 +103,35 @@ mod tests {
             r#"{"value":null,"unit":"N/um","reason":"the value is not finite"}"#
         );
     }
+
+    #[test]
+    fn estimates_are_printed_in_their_unit() {
+        let estimate = Estimate {
+            value: 10e6,
+            standard_uncertainty: 0.5e6,
+            dof: 4.0,
+        };
+        let reported = Reported::from_estimate(&estimate, 1e6, "N/um");
+        assert_eq!(reported.value, Some(10.0));
+        assert_eq!(reported.standard_uncertainty, Some(0.5));
+        // k = 2.776 for 4 degrees of freedom, GUM table G.2.
+        assert!((reported.expanded_uncertainty.unwrap() - 1.388).abs() < 1e-3);
+        assert!((reported.k.unwrap() - 2.776).abs() < 1e-3);
+        assert_eq!(reported.dof, Some(4.0));
+        let bare = Reported::from_estimate(&Estimate::without_uncertainty(10e6), 1e6, "N/um");
+        assert_eq!((bare.value, bare.k), (Some(10.0), None));
+        assert!(bare.reason.unwrap().contains("degree of freedom"));
+    }
+
+    #[test]
+    fn what_is_missing_has_a_reason_and_intervals_have_finite_ends() {
+        let missing = Reported::missing("N", "no reading");
+        assert_eq!(
+            (missing.value, missing.reason.as_deref()),
+            (None, Some("no reading"))
+        );
+        let interval = |ends| Reported::with_interval(1.0, ends, "N").ci95;
+        assert_eq!(interval([0.5, 1.5]), Some([0.5, 1.5]));
+        assert_eq!(interval([0.5, f64::INFINITY]), None);
+    }
 }

@@ -228,4 +228,71 @@ mod tests {
         assert!((binomial_upper_95(0, 10).unwrap() - 0.258_866).abs() < 1e-5);
         assert_eq!(binomial_interval_95(0, 0), None);
     }
+
+    fn is_near(found: f64, expected: f64, within: f64) {
+        assert!(
+            (found - expected).abs() < within,
+            "{found}, expected {expected}"
+        );
+    }
+
+    #[test]
+    fn estimates_have_expanded_uncertainties_and_intervals() {
+        let estimate = Estimate {
+            value: 10.0,
+            standard_uncertainty: 0.5,
+            dof: 4.0,
+        };
+        // GUM table G.2: k = 2.776 for 4 degrees of freedom.
+        is_near(estimate.expanded_95().unwrap(), 1.388, 1e-3);
+        let [low, high] = estimate.interval_95().unwrap();
+        is_near(low, 8.612, 1e-3);
+        is_near(high, 11.388, 1e-3);
+        assert_eq!(Estimate::without_uncertainty(1.0).expanded_95(), None);
+        assert_eq!(Estimate::without_uncertainty(1.0).interval_95(), None);
+        assert_eq!(student_t_quantile(0.975, 0.5), None);
+        assert_eq!(student_t_quantile(0.975, f64::NAN), None);
+    }
+
+    #[test]
+    fn distributions_have_the_values_of_tables() {
+        // One degree of freedom: the density of Cauchy, 1/(pi (1 + t^2)).
+        let pi = std::f64::consts::PI;
+        is_near(student_t_log_density(0.0, 1.0).unwrap(), -pi.ln(), 1e-12);
+        is_near(
+            student_t_log_density(1.0, 1.0).unwrap(),
+            -(2.0 * pi).ln(),
+            1e-12,
+        );
+        // NIST/SEMATECH e-Handbook of Statistical Methods, 1.3.6.7.1, .3 and .4.
+        is_near(normal_upper_tail(1.96), 0.0250, 5e-5);
+        is_near(normal_upper_tail(-1.0), 0.8413, 5e-5);
+        is_near(chi_squared_quantile(0.95, 10.0).unwrap(), 18.307, 5e-4);
+        is_near(chi_squared_upper_tail(18.307, 10.0).unwrap(), 0.05, 1e-5);
+        is_near(f_upper_tail(3.708, 3.0, 10.0).unwrap(), 0.05, 1e-4);
+        assert_eq!(f_upper_tail(1.0, 0.0, 10.0), None);
+        assert_eq!(chi_squared_quantile(0.5, 0.0), None);
+    }
+
+    #[test]
+    fn components_that_are_zero_do_not_count() {
+        let dof = welch_satterthwaite(&[(1.0, 8.0), (0.0, 0.0), (1.0, f64::INFINITY)]);
+        // (1 + 1)^2 / (1/8)
+        is_near(dof, 32.0, 1e-12);
+        assert_eq!(welch_satterthwaite(&[(1.0, f64::INFINITY)]), f64::INFINITY);
+    }
+
+    #[test]
+    fn means_medians_and_standard_deviations() {
+        let values = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0];
+        assert_eq!(mean(&values), Some(5.0));
+        // sqrt(32/7)
+        is_near(standard_deviation(&values).unwrap(), 2.138_090, 1e-6);
+        is_near(standard_deviation(&[1.0, 3.0]).unwrap(), 1.414_214, 1e-6);
+        assert_eq!(standard_deviation(&[1.0]), None);
+        assert_eq!(standard_deviation(&[]), None);
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), Some(2.5));
+        assert_eq!((mean(&[]), median(&mut [])), (None, None));
+    }
 }
