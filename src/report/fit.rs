@@ -5,6 +5,7 @@ use std::fmt::Write;
 use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
 
+use super::correlation::correlation_text;
 use super::fit_report::{FitReport, PaperSteps, ParameterReport, PoseFitReport, TrialReport};
 use super::significance::sequence_text;
 use super::text::{AlignedTable, interval, significant};
@@ -62,9 +63,16 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         .parameters
         .iter()
         .any(|parameter| parameter.ci95_bootstrap.is_some());
-    let mut heads = vec!["parameter", "start", "value", "95 % interval", "status"];
+    let mut heads = vec![
+        "parameter",
+        "start",
+        "value",
+        "standard error",
+        "95 % interval",
+        "status",
+    ];
     if bootstrap {
-        heads.insert(4, "95 %, runs drawn again");
+        heads.insert(5, "95 %, bootstrap over runs");
     }
     let mut rows = AlignedTable::new(&heads);
     for parameter in &fit.parameters {
@@ -75,17 +83,19 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
             },
             significant(parameter.start, 4),
             significant(parameter.value, 4),
+            number(parameter.se, &|se| significant(se, 2)),
             islands(parameter),
             parameter.status.replace('_', " "),
         ];
         if bootstrap {
-            cells.insert(4, interval(parameter.ci95_bootstrap, 4));
+            cells.insert(5, interval(parameter.ci95_bootstrap, 4));
         }
         rows.row(cells);
     }
     text.push_str(&rows.text());
     text.push_str(&words(fit));
     text.push_str(&agreement_text(fit));
+    text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push('\n');
     text.push_str(&cells_text(fit));
     for warning in warnings {
@@ -135,19 +145,6 @@ fn words(fit: &FitReport) -> String {
                 at.direction, at.pose
             )
         };
-    }
-    if let Some(correlation) = &fit.correlation {
-        for (i, a) in correlation.names.iter().enumerate() {
-            for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
-                let rho = correlation.matrix[i][j];
-                if rho.abs() > 0.95 {
-                    let _ = writeln!(
-                        text,
-                        "{a} and {b} can hardly be distinguished: correlation {rho:+.3}."
-                    );
-                }
-            }
-        }
     }
     if text.is_empty() {
         text

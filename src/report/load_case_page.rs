@@ -6,14 +6,12 @@ use crate::elastostatics::{FittedFrames, LoadCaseAgreement, LoadCaseFit, Scatter
 use crate::fit::{FactorEstimate, FactorStatus};
 use crate::quantity::METRES_PER_MICROMETRE;
 
+use super::correlation::correlation_text;
 use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
 use super::text::{AlignedTable, interval, significant};
 
 /// A standard error that a planned load case leaves above this share of itself is not printed.
 const WORTH_PRINTING: f64 = 0.99;
-
-/// Correlations beyond this are named.
-const STRONG_CORRELATION: f64 = 0.95;
 
 /// Parameters, errors by pose, and what to think of them.
 #[must_use]
@@ -41,6 +39,7 @@ pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
     if let Some(agreement) = &fit.agreement {
         text.push_str(&scatter(agreement));
     }
+    text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push_str(&errors(fit));
     for warning in &fit.warnings {
         let _ = writeln!(text, "\nnote: {warning}");
@@ -143,19 +142,6 @@ fn open(fit: &LoadCaseFit) -> String {
     }
     for combination in &fit.not_determined {
         let _ = writeln!(text, "Not determined by these poses: {combination}.");
-    }
-    if let Some(correlation) = &fit.correlation {
-        for (i, a) in correlation.names.iter().enumerate() {
-            for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
-                let rho = correlation.matrix[i][j];
-                if rho.abs() > STRONG_CORRELATION {
-                    let _ = writeln!(
-                        text,
-                        "{a} and {b} can hardly be distinguished: correlation {rho:+.3}."
-                    );
-                }
-            }
-        }
     }
     text
 }

@@ -5,6 +5,7 @@
 mod axis_words;
 mod compare;
 mod config;
+mod correlation;
 mod data_export;
 mod demo;
 mod design;

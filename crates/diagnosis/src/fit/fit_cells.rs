@@ -227,21 +227,19 @@ fn correlation(
             .correlation(a, b)
             .unwrap_or(f64::from(u8::from(a == b)))
     };
-    FactorCorrelations {
-        names: known
-            .iter()
-            .map(|&i| parameters.parameters()[i].to_string())
-            .collect(),
-        matrix: known
+    let names = known
+        .iter()
+        .map(|&i| parameters.parameters()[i].to_string());
+    let uncertainty = |&i: &usize| Some(parameters.slope(i) * covariance.of(i, i)?.sqrt());
+    FactorCorrelations::new(
+        names.collect(),
+        known
             .iter()
             .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
             .collect(),
-        u_ln: known
-            .iter()
-            .filter_map(|&i| Some(parameters.slope(i) * covariance.of(i, i)?.sqrt()))
-            .collect(),
-        dof: Some(covariance.interval_dof).filter(|dof| dof.is_finite()),
-    }
+        known.iter().filter_map(uncertainty).collect(),
+        covariance.interval_dof,
+    )
 }
 
 fn agreement(

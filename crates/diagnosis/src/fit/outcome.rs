@@ -150,11 +150,29 @@ pub struct FactorCorrelations {
     pub names: Vec<String>,
     /// Correlation coefficients of ln a of factors and of the compliance of springs, row by row.
     pub matrix: Vec<Vec<f64>>,
-    /// Standard uncertainties of ln a of factors, 1, and of the compliance of springs, rad/(N·m); with the coefficients they are the
-    /// covariance.
+    /// Standard uncertainties of ln a of factors, 1, and of the compliance of springs, rad/(N·m).
     pub u_ln: Vec<f64>,
-    /// Their degrees of freedom; absent where they are without limit.
+    /// Covariance of the same quantities, row by row.
+    pub covariance: Vec<Vec<f64>>,
+    /// Degrees of freedom of the uncertainties; absent where they are without limit.
     pub dof: Option<f64>,
+}
+
+impl FactorCorrelations {
+    /// Correlations and standard uncertainties with the covariance that follows from them.
+    pub(crate) fn new(names: Vec<String>, matrix: Vec<Vec<f64>>, u_ln: Vec<f64>, dof: f64) -> Self {
+        let row = |(rhos, u): (&Vec<f64>, &f64)| {
+            let others = rhos.iter().zip(&u_ln);
+            others.map(|(rho, other)| rho * u * other).collect()
+        };
+        Self {
+            covariance: matrix.iter().zip(&u_ln).map(row).collect(),
+            names,
+            matrix,
+            u_ln,
+            dof: dof.is_finite().then_some(dof),
+        }
+    }
 }
 
 /// How well the fitted model agrees with the cells it was fitted to.
