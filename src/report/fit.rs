@@ -85,7 +85,7 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
             significant(parameter.value, 4),
             number(parameter.se, &|se| significant(se, 2)),
             islands(parameter),
-            parameter.status.replace('_', " "),
+            status_words(parameter.status, parameter.moved),
         ];
         if bootstrap {
             cells.insert(5, interval(parameter.ci95_bootstrap, 4));
@@ -102,6 +102,24 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         let _ = writeln!(text, "\nnote: {warning}");
     }
     text
+}
+
+/// The status of a parameter, and whether the fit left it where it began.
+pub(super) fn status_words(status: &str, moved: Option<bool>) -> String {
+    let still = if moved == Some(false) {
+        ", did not move"
+    } else {
+        ""
+    };
+    format!("{}{still}", status.replace('_', " "))
+}
+
+/// How much of the parameters the data determine.
+pub(super) fn rank_text(data: &str, [rank, free]: [usize; 2], condition: Option<f64>) -> String {
+    let condition = condition.map_or_else(|| "infinite".to_owned(), |value| significant(value, 3));
+    format!(
+        "The {data} determine {rank} of {free} parameters (rank of the Jacobian); condition number {condition}.\n"
+    )
 }
 
 /// The 95 % interval, or the islands that it consists of.
@@ -123,6 +141,9 @@ fn words(fit: &FitReport) -> String {
         if let Some(words) = &parameter.words {
             let _ = writeln!(text, "{}: {words}.", parameter.name);
         }
+    }
+    for combination in &fit.not_determined {
+        let _ = writeln!(text, "Not determined by these cells: {combination}.");
     }
     for advice in &fit.advice {
         let percent = |ln: f64| format!("{:.0} %", 100.0 * (ln.exp() - 1.0));
@@ -202,7 +223,11 @@ fn agreement_text(fit: &FitReport) -> String {
                 dof
             ),
         });
-    format!("\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n")
+    let rank = [fit.rank, fit.free].map(Option::unwrap_or_default);
+    format!(
+        "\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n{}",
+        rank_text("cells", rank, fit.condition)
+    )
 }
 
 /// A number, or a dash where there is none.

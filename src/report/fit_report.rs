@@ -44,6 +44,14 @@ pub struct FitReport {
     pub reduced_chi2: Option<f64>,
     /// Probability of a sum of squares at least as large if model and uncertainties are right.
     pub p: Option<f64>,
+    /// Number of independent combinations of parameters that the cells determine: the rank of the Jacobian.
+    pub rank: Option<usize>,
+    /// Number of parameters that were to be determined: free and not on a bound.
+    pub free: Option<usize>,
+    /// Largest over smallest singular value of the Jacobian with columns of unit length; `null` if the smallest is zero.
+    pub condition: Option<f64>,
+    /// Combinations of parameters that the cells do not determine, in words.
+    pub not_determined: Vec<String>,
     /// The sessions, where several were fitted together, in the order of their cells.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sessions: Vec<FittedSessionReport>,
@@ -116,6 +124,8 @@ pub struct ParameterReport {
     pub status: &'static str,
     /// Where the fit began.
     pub start: f64,
+    /// Whether the fit moved it from there; `null` of one that it may not move, or that ended on a bound.
+    pub moved: Option<bool>,
     /// The parameter that it is tied to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tied_to: Option<String>,
@@ -263,6 +273,14 @@ impl From<&FitOutcome> for FitReport {
             dof: agreement.map(|agreement| agreement.dof),
             reduced_chi2: agreement.and_then(|agreement| agreement.reduced_chi_squared),
             p: agreement.and_then(|agreement| agreement.p_value),
+            rank: agreement.map(|agreement| agreement.rank),
+            free: agreement.map(|agreement| agreement.free),
+            condition: agreement
+                .map(|agreement| agreement.condition)
+                .filter(|condition| condition.is_finite()),
+            not_determined: agreement
+                .map(|agreement| agreement.not_determined.clone())
+                .unwrap_or_default(),
             sessions: Vec::new(),
             cells: outcome.cells.iter().map(Into::into).collect(),
             max_error_percent: outcome.max_error_percent(),
@@ -337,6 +355,7 @@ impl From<&FactorEstimate> for ParameterReport {
             bounds: estimate.bounds,
             status: estimate.status.word(),
             start: estimate.start,
+            moved: estimate.moved(),
             tied_to: tied_to(estimate),
             words: words_instead(estimate),
         }

@@ -7,6 +7,7 @@ use crate::fit::{FactorEstimate, FactorStatus};
 use crate::quantity::METRES_PER_MICROMETRE;
 
 use super::correlation::correlation_text;
+use super::fit::{rank_text, status_words};
 use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
 use super::text::{AlignedTable, interval, significant};
 
@@ -93,7 +94,7 @@ fn parameters(fit: &LoadCaseFit) -> String {
                 significant(estimate.value, 4),
                 optional(estimate.standard_uncertainty, 2),
                 interval(estimate.interval_95, 4),
-                estimate.status.word().replace('_', " "),
+                status_words(estimate.status.word(), estimate.moved()),
             ]);
         }
         text.push_str(&rows.text());
@@ -124,7 +125,7 @@ fn spring(estimate: &FactorEstimate) -> [String; 8] {
         inverse(estimate.value),
         stiffness,
         stiffness_unit(unit),
-        estimate.status.word().replace('_', " "),
+        status_words(estimate.status.word(), estimate.moved()),
     ]
 }
 
@@ -170,17 +171,12 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
             }
         )
     });
-    let condition = if agreement.condition.is_finite() {
-        significant(agreement.condition, 3)
-    } else {
-        "infinite".to_owned()
-    };
+    let condition = Some(agreement.condition).filter(|condition| condition.is_finite());
     format!(
-        "Scatter {source}: {}, {:.0} degrees of freedom{lack}.\nThe poses determine {} of {} parameters; condition {condition}.\n",
+        "Scatter {source}: {}, {:.0} degrees of freedom{lack}.\n{}",
         both.join(", "),
         agreement.scatter_dof,
-        agreement.rank,
-        agreement.free
+        rank_text("poses", [agreement.rank, agreement.free], condition)
     )
 }
 

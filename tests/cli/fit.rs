@@ -38,3 +38,55 @@ fn a_pair_that_the_data_can_hardly_distinguish_is_named() {
         "{page}"
     );
 }
+
+#[test]
+fn a_parameter_that_no_cell_depends_on_did_not_move() {
+    let desk = desk();
+    // The vertical and radial stiffness of a planar mechanism do not depend on torsion.
+    desk.write(
+        "planar.csv",
+        "pose,direction,stiffness_N_per_um\n\
+         P1,y,0.0313\nP1,z,0.241\nP2,y,0.0297\nP2,z,0.429\nP3,y,0.0353\nP3,z,0.275\nP4,y,0.0377\nP4,z,0.296\n",
+    );
+    let line = "fit planar.csv --robot hp-robot --fix beam.A";
+    let data = desk.data(line);
+    let parameters = data["parameters"].as_array().unwrap();
+    let torsion = parameters.iter().find(|one| one["name"] == "beam.J");
+    let torsion = torsion.unwrap();
+    assert_eq!(torsion["status"], "not_identified");
+    assert_eq!(torsion["moved"], false);
+    assert_eq!(torsion["value"], torsion["start"]);
+    assert_eq!(
+        (data["rank"].as_u64(), data["free"].as_u64()),
+        (Some(2), Some(3))
+    );
+    let page = desk.run(line).succeeds().stdout;
+    for part in [
+        "not identified, did not move",
+        "no measured cell depends on it; it keeps its start",
+        "The cells determine 2 of 3 parameters (rank of the Jacobian); condition number infinite.",
+    ] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+}
+
+#[test]
+fn an_interval_of_the_covariance_that_the_likelihood_does_not_support_is_warned_of() {
+    let desk = desk_with_session();
+    let disagreements = |line: &str| {
+        let page = desk.run(line).succeeds().stdout;
+        let notes = page
+            .lines()
+            .filter(|line| line.contains("the covariance gives"));
+        notes.map(str::to_owned).collect::<Vec<_>>()
+    };
+    // Readings of many repeats: intervals of a few percent, within which the likelihood is a parabola.
+    assert_eq!(disagreements("fit session"), Vec::<String>::new());
+    // Twelve values that scatter by 20 %: the interval of beam.A reaches four times as far up as down.
+    let found = disagreements("fit paper-experiment");
+    let of_beam = found.iter().find(|note| note.starts_with("note: beam.A:"));
+    assert!(
+        of_beam.is_some_and(|note| note.contains("the profile likelihood")),
+        "{found:?}"
+    );
+}

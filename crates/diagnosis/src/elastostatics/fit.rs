@@ -125,6 +125,9 @@ pub fn fit_load_cases(
         }
     }
     name_what_is_open(model, &unloaded, covariance.as_ref(), &mut outcome)?;
+    let estimates = outcome.estimates.iter();
+    let disagreements: Vec<_> = estimates.filter_map(FactorEstimate::disagreement).collect();
+    outcome.warnings.extend(disagreements);
     outcome.poses = pose_errors(model, &before, &outcome);
     if !fit.termination.is_converged() {
         let words = &outcome.termination;

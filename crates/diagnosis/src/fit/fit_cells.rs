@@ -15,8 +15,8 @@ use super::intervals::Profiled;
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
-    FactorCorrelations, FitAgreement, FitMethod, FitOutcome, FittedCell, fitted_cells,
-    plain_estimates,
+    FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome, FittedCell,
+    fitted_cells, plain_estimates,
 };
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
@@ -87,7 +87,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     };
     let profiled = Profiled::fit(&trained, &mut joint, set, sigma, &settings)?;
     let Profiled { set, fit, .. } = &profiled;
-    let factors = joint.factors(&fit.values);
+    let factors = joint.factors(&profiled.values()?);
     let cells: Vec<_> = measured
         .cells
         .iter()
@@ -263,6 +263,14 @@ fn agreement(
         dof: covariance.dof,
         reduced_chi_squared: covariance.reduced_chi_squared,
         p_value,
+        rank: covariance.rank,
+        free: covariance.estimated,
+        condition: covariance.condition_number,
+        not_determined: covariance
+            .unidentified
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
     }
 }
 
@@ -324,6 +332,9 @@ fn add_warnings(outcome: &mut FitOutcome, fit: &LeastSquaresFit) {
             outcome.termination
         ));
     }
+    let estimates = outcome.estimates.iter();
+    let disagreements: Vec<_> = estimates.filter_map(FactorEstimate::disagreement).collect();
+    outcome.warnings.extend(disagreements);
     if let Some(agreement) = &outcome.agreement
         && let Some(p) = agreement.p_value.filter(|p| *p < 0.01)
     {
