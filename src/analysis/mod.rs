@@ -32,12 +32,14 @@ mod history;
 mod inputs;
 mod integrity;
 mod load_cases;
+mod marked;
 mod model;
 mod new_robot;
 mod part_model;
 mod plausible;
 mod pose_plan;
 mod procedure;
+mod residuals;
 mod robot_check;
 mod together;
 mod vectors;
@@ -52,7 +54,9 @@ pub use diagnose::{
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
 pub use files::{ReadError, is_dash, read_bytes, read_text, shown};
-pub use fit::{FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics};
+pub use fit::{
+    BootstrapOver, FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics,
+};
 pub use hash::sha256;
 pub use history::SessionHistory;
 pub use inputs::Inputs;
@@ -61,6 +65,7 @@ pub use integrity::{
     shortened,
 };
 pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
+pub use marked::ReadingMark;
 pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};
 pub use new_robot::{
     Controller, DhSettings, ImportError, ImportProblem, NewRobot, StatedPosition, TEMPLATES,
@@ -72,6 +77,7 @@ pub use plausible::{
 };
 pub use pose_plan::choose_poses;
 pub use procedure::{add_poses, joints_of, named_procedure, state_joint_values};
+pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};
 pub use vectors::{SessionTable, VectorSession};

@@ -249,6 +249,15 @@ pub(super) enum Sigma {
     Estimated,
 }
 
+/// What the bootstrap draws again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum BootstrapUnit {
+    /// Applications of the load sequence within their cell: scatter from run to run
+    Runs,
+    /// Whole cells (pose and direction): also what the model leaves from cell to cell
+    Cells,
+}
+
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
@@ -281,9 +290,12 @@ pub(super) struct FitArgs {
     /// Where the standard deviation of the residuals comes from [default: known if the data tell]
     #[arg(long, value_enum)]
     pub(super) sigma: Option<Sigma>,
-    /// Replicates of the bootstrap over runs
+    /// Replicates of the bootstrap
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub(super) bootstrap: usize,
+    /// What the bootstrap draws again
+    #[arg(long, value_enum, default_value_t = BootstrapUnit::Runs, requires = "bootstrap")]
+    pub(super) bootstrap_over: BootstrapUnit,
     /// Seed of everything random
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,

@@ -1,14 +1,15 @@
 //! `stiffbench fit`.
 
 use crate::analysis::{
-    ArgumentError, Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit, open_together,
+    ArgumentError, BootstrapOver, Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit,
+    open_together,
 };
 use crate::fit::{FactorStatus, FitOutcome, PaperFit};
 use crate::least_squares::SigmaMode;
 use crate::report::{FitReport, fit_figures};
 use crate::stiffness::Method as StiffnessMethod;
 
-use super::args::{FitArgs, Global, MethodArg, Sigma};
+use super::args::{BootstrapUnit, FitArgs, Global, MethodArg, Sigma};
 use super::failure::Failure;
 use super::figure_files::{write, write_figure};
 use super::fit_load_cases;
@@ -38,15 +39,17 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     let prepared = prepared(args, data, method, global)?;
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
-            let data = FitReport::from(&outcome).of_sessions(&prepared.sessions);
+            let data = FitReport::from(&outcome).of_data(&prepared);
             (outcome, data)
         }),
         MethodArg::Paper => paper(args, &prepared, global).map(|fit| {
-            let data = FitReport::from(&fit).of_sessions(&prepared.sessions);
+            let data = FitReport::from(&fit).of_data(&prepared);
             (fit.outcome, data)
         }),
     };
-    let (outcome, data) = fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
+    let (outcome, mut data) =
+        fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
+    data.runs_tests = prepared.runs_tests(&outcome)?;
     let text = data.text(&outcome.warnings);
     let mut warnings = prepared.warnings;
     warnings.extend(doubts_about_fit(&outcome));
@@ -110,11 +113,11 @@ fn prepared(
 ) -> Result<FitData, Failure> {
     Ok(match data {
         Data::Readings(session) if !args.further.is_empty() => {
-            if args.bootstrap > 0 {
+            if args.bootstrap > 0 && args.bootstrap_over == BootstrapUnit::Runs {
                 return Err(ArgumentError::new(
                     "--bootstrap",
                     "it draws the runs of one session again",
-                    "leave it out, or fit one session",
+                    "add --bootstrap-over cells, or fit one session",
                 )
                 .into());
             }
@@ -175,6 +178,10 @@ fn least_squares(args: &FitArgs, data: &FitData, global: &Global) -> Result<FitO
             Sigma::Estimated => SigmaMode::Estimated,
         }),
         bootstrap: args.bootstrap,
+        bootstrap_over: match args.bootstrap_over {
+            BootstrapUnit::Runs => BootstrapOver::Runs,
+            BootstrapUnit::Cells => BootstrapOver::Cells,
+        },
         global_search: args.global_search,
         seed: args.seed,
     };

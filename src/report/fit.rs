@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::analysis::{ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
 
@@ -9,6 +10,12 @@ use super::correlation::correlation_text;
 use super::fit_report::{FitReport, PaperSteps, ParameterReport, PoseFitReport, TrialReport};
 use super::significance::sequence_text;
 use super::text::{AlignedTable, interval, significant};
+
+/// Probabilities below this are a finding.
+const UNLIKELY: f64 = 0.01;
+
+/// Numbers of marked readings that are printed; JSON has all.
+const NUMBERS_PRINTED: usize = 8;
 
 impl FitReport {
     /// The steps of the paper's method, if it was used; parameters, cells, and what to think of them.
@@ -49,7 +56,10 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
             session.name, session.cells
         );
     }
-    if !fit.sessions.is_empty() {
+    for mark in &fit.marked {
+        text.push_str(&mark_text(mark));
+    }
+    if !(fit.sessions.is_empty() && fit.marked.is_empty()) {
         text.push('\n');
     }
     if !fit.physics.is_empty() {
@@ -72,7 +82,7 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         "status",
     ];
     if bootstrap {
-        heads.insert(5, "95 %, bootstrap over runs");
+        heads.insert(5, "95 %, bootstrap");
     }
     let mut rows = AlignedTable::new(&heads);
     for parameter in &fit.parameters {
@@ -95,6 +105,7 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
     text.push_str(&rows.text());
     text.push_str(&words(fit));
     text.push_str(&agreement_text(fit));
+    text.push_str(&runs_text(&fit.runs_tests));
     text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push('\n');
     text.push_str(&cells_text(fit));
@@ -102,6 +113,30 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         let _ = writeln!(text, "\nnote: {warning}");
     }
     text
+}
+
+/// Which readings are left out or flagged, and why.
+fn mark_text(mark: &ReadingMark) -> String {
+    let used = if mark.status == "accepted" {
+        "Used though flagged".to_owned()
+    } else {
+        format!("Left out, {}", mark.status)
+    };
+    let reason = if mark.flag.is_empty() {
+        "no reason stated"
+    } else {
+        &mark.flag
+    };
+    let session = mark.session.as_ref();
+    let session = session.map_or_else(String::new, |name| format!(" of session {name}"));
+    let count = mark.readings.len();
+    let numbers = mark.readings.iter().take(NUMBERS_PRINTED);
+    let numbers: Vec<String> = numbers.map(ToString::to_string).collect();
+    let more = if count > NUMBERS_PRINTED { ", ..." } else { "" };
+    format!(
+        "{used} ({reason}): {count} reading(s){session}, number {}{more}.\n",
+        numbers.join(", ")
+    )
 }
 
 /// The status of a parameter, and whether the fit left it where it began.
@@ -209,11 +244,7 @@ fn agreement_text(fit: &FitReport) -> String {
             Some(p) => format!(
                 "; reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
                 dof,
-                if p < 0.01 {
-                    format!("p = {p:.1e}")
-                } else {
-                    format!("p = {p:.2}")
-                }
+                format_args!("p = {}", p_text(p))
             ),
             // Of weights that the residuals gave it is 1 by construction, or less.
             None if matches!(basis, WeightBasis::FromResiduals { .. }) => String::new(),
@@ -228,6 +259,36 @@ fn agreement_text(fit: &FitReport) -> String {
         "\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n{}",
         rank_text("cells", rank, fit.condition)
     )
+}
+
+/// What the runs tests of the residuals show.
+fn runs_text(tests: &[RunsTest]) -> String {
+    let line = |test: &RunsTest| {
+        let order = match test.against {
+            ResidualOrder::Load => "Residuals by load within runs",
+            ResidualOrder::Order => "Slopes of runs in order of time",
+        };
+        let verdict = if test.p < UNLIKELY {
+            "a structure is left: stiffbench diagnose looks for its cause"
+        } else {
+            "as of independent errors"
+        };
+        format!(
+            "{order}: {} stretches of one sign, {:.0} expected (p = {}): {verdict}.\n",
+            test.runs,
+            test.expected,
+            p_text(test.p)
+        )
+    };
+    tests.iter().map(line).collect()
+}
+
+fn p_text(p: f64) -> String {
+    if p < UNLIKELY {
+        format!("{p:.1e}")
+    } else {
+        format!("{p:.2}")
+    }
 }
 
 /// A number, or a dash where there is none.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::FittedSession;
+use crate::analysis::{FitData, ReadingMark, RunsTest};
 use crate::fit::{
     Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
     MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
@@ -55,6 +55,10 @@ pub struct FitReport {
     /// The sessions, where several were fitted together, in the order of their cells.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sessions: Vec<FittedSessionReport>,
+    /// Readings that the fit leaves out because of their status, and those that it uses though they are flagged.
+    pub marked: Vec<ReadingMark>,
+    /// Whether residuals of the readings keep their sign for longer than independent errors do; empty without readings.
+    pub runs_tests: Vec<RunsTest>,
     /// Every measured cell.
     pub cells: Vec<FittedCellReport>,
     /// Largest |ratio - 100| over held-out cells, else over all.
@@ -88,7 +92,7 @@ pub struct FactorReport {
     pub islands: Vec<[f64; 2]>,
     /// 95 % interval from the covariance.
     pub ci95_quadratic: Option<[f64; 2]>,
-    /// 95 % interval of the bootstrap over runs.
+    /// 95 % interval of the bootstrap over runs or cells.
     pub ci95_bootstrap: Option<[f64; 2]>,
     /// `free`, `fixed`, `tied`, `at_bound` or `not_identified`.
     pub status: &'static str,
@@ -115,7 +119,7 @@ pub struct ParameterReport {
     pub ci95: Option<[f64; 2]>,
     /// Islands of that interval; empty if it has no gaps.
     pub islands: Vec<[f64; 2]>,
-    /// 95 % interval of the bootstrap over runs, if it was asked for.
+    /// 95 % interval of the bootstrap over runs or cells, if it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ci95_bootstrap: Option<[f64; 2]>,
     /// Smallest and largest value that the fit could give it; `null` of one that it does not move.
@@ -172,11 +176,12 @@ pub struct FittedSessionReport {
 }
 
 impl FitReport {
-    /// The same with the cells named by their sessions, which follow each other.
+    /// The same with the marks of the readings behind it, and with the cells named by their sessions, which follow each other.
     #[must_use]
-    pub fn of_sessions(mut self, sessions: &[FittedSession]) -> Self {
+    pub fn of_data(mut self, data: &FitData) -> Self {
+        self.marked.clone_from(&data.marked);
         let mut cells = self.cells.iter_mut();
-        for session in sessions {
+        for session in &data.sessions {
             for cell in cells.by_ref().take(session.cells) {
                 cell.session = Some(session.name.clone());
             }
@@ -282,6 +287,8 @@ impl From<&FitOutcome> for FitReport {
                 .map(|agreement| agreement.not_determined.clone())
                 .unwrap_or_default(),
             sessions: Vec::new(),
+            marked: Vec::new(),
+            runs_tests: Vec::new(),
             cells: outcome.cells.iter().map(Into::into).collect(),
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),

@@ -1,6 +1,6 @@
 //! What `fit` prints of a fit beside its values.
 
-use super::{desk, desk_with_session};
+use super::{assert_output_contains, desk, desk_with_session};
 
 #[test]
 fn standard_errors_covariance_and_correlations_are_given_with_every_fit() {
@@ -89,4 +89,113 @@ fn an_interval_of_the_covariance_that_the_likelihood_does_not_support_is_warned_
         of_beam.is_some_and(|note| note.contains("the profile likelihood")),
         "{found:?}"
     );
+}
+
+#[test]
+fn a_rejected_reading_is_left_out_and_listed_with_its_reason() {
+    let desk = desk_with_session();
+    let readings = desk.read("session/readings.csv");
+    let mut lines: Vec<String> = readings.lines().map(str::to_owned).collect();
+    let marked = |line: &str, status: &str, flag: &str| {
+        let (kept, note) = line.rsplit_once(',').unwrap();
+        let kept = kept.strip_suffix("accepted,").unwrap();
+        format!("{kept}{status},{flag},{note}")
+    };
+    let number = |line: &str| line.split(',').nth(1).unwrap().parse::<u64>().unwrap();
+    let (rejected, flagged) = (number(&lines[3]), number(&lines[20]));
+    lines[3] = marked(&lines[3], "rejected", "operator: bumped the table");
+    lines[20] = marked(&lines[20], "accepted", "drift: 4 um");
+    desk.write("marked.csv", &lines.join("\n"));
+    lines.remove(3);
+    desk.write("without.csv", &lines.join("\n"));
+
+    let fit = |file: &str| desk.data(&format!("fit {file} --robot session/robot.toml"));
+    let (with, without) = (fit("marked.csv"), fit("without.csv"));
+    assert_eq!(with["parameters"], without["parameters"]);
+    let marks = with["marked"].as_array().unwrap();
+    assert_eq!(marks.len(), 2);
+    assert_eq!(marks[0]["status"], "rejected");
+    assert_eq!(marks[0]["flag"], "operator: bumped the table");
+    assert_eq!(marks[0]["readings"][0], rejected);
+    let page = desk
+        .run("fit marked.csv --robot session/robot.toml")
+        .succeeds();
+    for line in [
+        format!(
+            "Left out, rejected (operator: bumped the table): 1 reading(s), number {rejected}."
+        ),
+        format!("Used though flagged (drift: 4 um): 1 reading(s), number {flagged}."),
+    ] {
+        assert!(page.stdout.contains(&line), "{}", page.stdout);
+    }
+}
+
+#[test]
+fn refits_in_a_pipe_have_a_line_a_tenth_unless_progress_is_off() {
+    let desk = desk_with_session();
+    let line = "fit session --bootstrap 40 --seed 1";
+    let lines = |options: &str| {
+        let ran = desk.run(&format!("{line} {options}")).succeeds();
+        let own = ran
+            .stderr
+            .lines()
+            .filter(|line| line.starts_with("refits: "));
+        own.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let found = lines("");
+    assert_eq!(found.len(), 10);
+    assert_eq!(found[9], "refits: 40 of 40 done");
+    assert_eq!(lines("--progress text"), found);
+    assert!(lines("--progress none").is_empty() && lines("--json").is_empty());
+    assert!(lines("--quiet").is_empty());
+    assert!(lines("--progress bar").is_empty());
+    let map = desk.run("map --samples 50").succeeds();
+    assert!(
+        map.stderr.contains("maps of mechanisms: 6 of 6 done"),
+        "{}",
+        map.stderr
+    );
+}
+
+#[test]
+fn runs_of_signs_tell_a_curved_load_line_from_scatter() {
+    let desk = desk_with_session();
+    let of_load = |session: &str| {
+        let data = desk.data(&format!("fit {session}"));
+        let tests = data["runs_tests"].as_array().unwrap().clone();
+        assert_eq!(tests.len(), 2);
+        assert_eq!(
+            (&tests[0]["against"], &tests[1]["against"]),
+            (&"load".into(), &"order".into())
+        );
+        tests[0]["p"].as_f64().unwrap()
+    };
+    assert!(of_load("session") > 0.01);
+    desk.run("simulate curved --seed 4 --effect force-gauge-nonlinearity:q=0.1%/N")
+        .succeeds();
+    assert!(of_load("curved") < 1e-6);
+    let page = desk.run("fit curved").succeeds().stdout;
+    assert!(
+        page.contains("Residuals by load within runs: ") && page.contains("a structure is left"),
+        "{page}"
+    );
+}
+
+#[test]
+fn cells_are_drawn_again_without_readings_too() {
+    let desk = desk();
+    let line = "fit paper-experiment --bootstrap 60 --bootstrap-over cells --seed 2";
+    let data = desk.data(line);
+    let parameters = data["parameters"].as_array().unwrap();
+    let drawn = parameters
+        .iter()
+        .find(|one| one["name"] == "beam.Iy")
+        .unwrap();
+    let [low, high] = [0, 1].map(|end| drawn["ci95_bootstrap"][end].as_f64().unwrap());
+    let value = drawn["value"].as_f64().unwrap();
+    assert!(low < value && value < high, "{low} {value} {high}");
+    assert_eq!(desk.data(line), data);
+    let refused = desk.run("fit paper-experiment --bootstrap 60 --json");
+    assert_ne!(refused.code, 0);
+    assert_output_contains(&refused.json(), &["--bootstrap-over cells"]);
 }

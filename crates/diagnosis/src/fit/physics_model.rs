@@ -346,7 +346,11 @@ mod tests {
     fn a_reading_without_a_value_is_named() {
         let robot = robot();
         let cells = cells();
-        let physics = physics(&robot, &["creep@structure:k=1%,t0=1s"], Method::Regression);
+        let physics = physics(
+            &robot,
+            &["creep@structure:k=1%/decade,t0=1s"],
+            Method::Regression,
+        );
         let mut model = PhysicsModel::new(&robot, &physics, &[], &cells).unwrap();
         // The fifth of the eight loads of the second run.
         model.cells[5].readings.loads[8 + 4].hold_s = f64::NAN;
