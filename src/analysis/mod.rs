@@ -21,6 +21,7 @@
 mod calibration;
 mod data;
 mod data_check;
+mod derived;
 mod design;
 mod diagnose;
 mod earlier;
@@ -47,6 +48,7 @@ mod vectors;
 pub use calibration::{GaugeCalibration, GivenCalibration};
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
 pub use data_check::check_data;
+pub use derived::{DerivedQuantity, derive};
 pub use design::{design, usual_plan};
 pub use diagnose::{
     DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose, diagnose_together,

@@ -302,6 +302,12 @@ pub(super) struct FitArgs {
     /// Look for a lower minimum with a particle swarm and a simplex
     #[arg(long)]
     pub(super) global_search: bool,
+    /// Quantity that follows from the parameters, with its uncertainty, for example ratio=beam.Iy/beam.Iz or k=1/joint.J2; more than once for more
+    #[arg(long, value_name = "NAME=EXPRESSION")]
+    pub(super) derive: Vec<String>,
+    /// Other model of the same data, as its fit --json printed it: compares AICc, F test and errors in unseen poses; more than once for more
+    #[arg(long, value_name = "FIT.json")]
+    pub(super) against: Vec<PathBuf>,
     /// Write the fitted factors as TOML that --factors takes
     #[arg(long, value_name = "FILE")]
     pub(super) save_factors: Option<PathBuf>,

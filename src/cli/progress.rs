@@ -13,14 +13,14 @@ const MOST_LINES: u64 = 20;
 
 /// How far a long job is: a bar, lines, or nothing, as the user wants it.
 #[derive(Debug)]
-pub struct Progress {
+pub struct JobProgress {
     bar: ProgressBar,
-    lines: Option<Mutex<Lines>>,
+    lines: Option<Mutex<ProgressLines>>,
     what: String,
 }
 
 #[derive(Debug, Default)]
-struct Lines {
+struct ProgressLines {
     done: u64,
     last: String,
 }
@@ -30,7 +30,7 @@ struct Lines {
 /// # Arguments
 /// - `steps`: how many there will be; 0 if that is not known.
 #[must_use]
-pub fn progress(global: &Global, what: &str, steps: u64) -> Progress {
+pub fn progress(global: &Global, what: &str, steps: u64) -> JobProgress {
     let mode = mode(global, std::io::stderr().is_terminal());
     let bar = if mode == ProgressMode::Bar {
         let bar = ProgressBar::new(steps);
@@ -44,14 +44,14 @@ pub fn progress(global: &Global, what: &str, steps: u64) -> Progress {
         hidden.set_length(steps);
         hidden
     };
-    Progress {
+    JobProgress {
         bar,
         lines: (mode == ProgressMode::Text).then(Mutex::default),
         what: what.to_owned(),
     }
 }
 
-impl Progress {
+impl JobProgress {
     /// Some steps more are done.
     pub fn inc(&self, steps: u64) {
         self.bar.inc(steps);
@@ -84,7 +84,7 @@ impl Progress {
     }
 
     /// Prints what the change of the lines gives, in its order, whichever threads work.
-    fn with_lines(&self, change: impl FnOnce(&mut Lines) -> Option<String>) {
+    fn with_lines(&self, change: impl FnOnce(&mut ProgressLines) -> Option<String>) {
         if let Some(lines) = &self.lines {
             let mut lines = lines.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(line) = change(&mut lines) {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::analysis::{ReadingMark, ResidualOrder, RunsTest};
+use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
 
@@ -103,12 +103,16 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         rows.row(cells);
     }
     text.push_str(&rows.text());
+    text.push_str(&derived_text(&fit.derived));
     text.push_str(&words(fit));
     text.push_str(&agreement_text(fit));
     text.push_str(&runs_text(&fit.runs_tests));
     text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push('\n');
     text.push_str(&cells_text(fit));
+    if let Some(comparison) = &fit.comparison {
+        text.push_str(&comparison.text());
+    }
     for warning in warnings {
         let _ = writeln!(text, "\nnote: {warning}");
     }
@@ -242,7 +246,7 @@ fn agreement_text(fit: &FitReport) -> String {
         .reduced_chi2
         .map_or_else(String::new, |chi| match fit.p {
             Some(p) => format!(
-                "; reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
+                "; lack of fit: reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
                 dof,
                 format_args!("p = {}", p_text(p))
             ),
@@ -259,6 +263,34 @@ fn agreement_text(fit: &FitReport) -> String {
         "\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n{}",
         rank_text("cells", rank, fit.condition)
     )
+}
+
+/// Quantities that were derived from the parameters; empty without any.
+pub fn derived_text(derived: &[DerivedQuantity]) -> String {
+    if derived.is_empty() {
+        return String::new();
+    }
+    let mut rows = AlignedTable::new(&[
+        "derived",
+        "from",
+        "value",
+        "standard error",
+        "95 % interval",
+    ]);
+    let mut words = String::new();
+    for one in derived {
+        rows.row([
+            one.name.clone(),
+            one.expression.clone(),
+            significant(one.value, 4),
+            number(one.se, &|se| significant(se, 2)),
+            interval(one.ci95, 4),
+        ]);
+        if let Some(known) = &one.words {
+            let _ = writeln!(words, "{}: {known}.", one.name);
+        }
+    }
+    format!("\n{}{words}", rows.text())
 }
 
 /// What the runs tests of the residuals show.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{FitData, ReadingMark, RunsTest};
+use crate::analysis::{DerivedQuantity, FitData, ReadingMark, RunsTest};
 use crate::fit::{
     Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
     MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
@@ -17,6 +17,7 @@ use crate::reported::Reported;
 use crate::robot::{ElementClass, FittingFactors, ModelParameter};
 use crate::test_point::{Direction, PoseId};
 
+use super::model_comparison::ModelComparison;
 use super::significance::SignificanceReport;
 
 /// A fit.
@@ -67,6 +68,12 @@ pub struct FitReport {
     pub termination: String,
     /// What to measure for parameters that are not determined well.
     pub advice: Vec<Advice>,
+    /// Quantities that were derived from the parameters.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub derived: Vec<DerivedQuantity>,
+    /// Other models of the same cells, where they were named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<ModelComparison>,
     /// The nine steps, of the paper's method only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<PaperSteps>,
@@ -293,6 +300,8 @@ impl From<&FitOutcome> for FitReport {
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
             advice: outcome.advice.clone(),
+            derived: Vec::new(),
+            comparison: None,
             steps: None,
         }
     }

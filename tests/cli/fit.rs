@@ -199,3 +199,83 @@ fn cells_are_drawn_again_without_readings_too() {
     assert_ne!(refused.code, 0);
     assert_output_contains(&refused.json(), &["--bootstrap-over cells"]);
 }
+
+#[test]
+fn derived_quantities_have_propagated_intervals() {
+    let desk = desk_with_session();
+    let line = "fit session --derive ratio=beam.Iy/beam.Iz";
+    let data = desk.data(line);
+    let parameter = |name: &str| {
+        let all = data["parameters"].as_array().unwrap();
+        let own = all.iter().find(|one| one["name"] == name).unwrap();
+        ["value", "se"].map(|key| own[key].as_f64().unwrap())
+    };
+    let ([y, u_y], [z, u_z]) = (parameter("beam.Iy"), parameter("beam.Iz"));
+    let rho = data["correlation"]["matrix"][1][2].as_f64().unwrap();
+    let (a, b) = (u_y / y, u_z / z);
+    let expected = y / z * (a * a + b * b - 2.0 * rho * a * b).sqrt();
+    let derived = &data["derived"][0];
+    assert_eq!(derived["value"].as_f64(), Some(y / z));
+    assert!((derived["se"].as_f64().unwrap() / expected - 1.0).abs() < 1e-9);
+    let page = desk.run(line).succeeds().stdout;
+    assert!(page.contains("| ratio   | beam.Iy/beam.Iz |"), "{page}");
+    let wrong = desk.run("fit session --derive ratio=beam.Iy/beam.Ix --json");
+    assert_output_contains(
+        &wrong.json(),
+        &["`beam.Ix` is no parameter of the fit", "did you mean"],
+    );
+
+    // The stiffness of a spring is the inverse of its compliance.
+    let fanuc = super::load_cases::fanuc();
+    let data = fanuc.data("fit cases.csv --robot fanuc.toml --derive k1=1/joint.J1");
+    let spring = data["parameters"].as_array().unwrap();
+    let spring = spring.iter().find(|one| one["name"] == "joint.J1").unwrap();
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let [c, u, k] = [&spring["value"], &spring["se"], &spring["stiffness"]].map(number);
+    let [derived, se] = [&data["derived"][0]["value"], &data["derived"][0]["se"]].map(number);
+    assert!((derived / k - 1.0).abs() < 1e-12 && (se / (u / (c * c)) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn models_of_the_same_cells_are_ranked_and_others_refused() {
+    let desk = desk_with_session();
+    let keep = |name: &str, line: &str| {
+        let found = desk.run(&format!("{line} --json")).succeeds().stdout;
+        desk.write(name, &found);
+    };
+    keep("simpler.json", "fit session --fix beam.J");
+    keep("train.json", "fit session --train P1,P3");
+    desk.run("simulate other --seed 9").succeeds();
+    keep("other.json", "fit other");
+
+    let line = "fit session --against simpler.json";
+    let data = desk.data(line);
+    let models = data["comparison"]["models"].as_array().unwrap();
+    assert_eq!(
+        (&models[0]["free"], &models[1]["free"]),
+        (&4.into(), &3.into())
+    );
+    // The true factor is one that the fit began at: nothing is gained by freeing it, or little.
+    for model in models {
+        let number = |key: &str| model[key].as_f64().unwrap();
+        let (k, n) = (number("free"), 12.0);
+        let expected = number("squares") + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0);
+        assert!((number("aicc") - expected).abs() < 1e-9);
+    }
+    let test = &data["comparison"]["nested"][0];
+    assert_eq!(
+        (&test["simpler"], &test["richer"]),
+        (&"simpler.json".into(), &"this fit".into())
+    );
+    assert_eq!(test["dof"], serde_json::json!([1, 8]));
+    let page = desk.run(line).succeeds().stdout;
+    assert!(
+        page.contains("simpler.json is contained in this fit: F(1, 8) = "),
+        "{page}"
+    );
+    for (file, reason) in [("other.json", "other data"), ("train.json", "other poses")] {
+        let refused = desk.run(&format!("fit session --against {file} --json"));
+        assert_ne!(refused.code, 0);
+        assert_output_contains(&refused.json(), &[reason, "cannot be ranked"]);
+    }
+}

@@ -57,12 +57,12 @@ mod watch {
     use std::time::Duration;
 
     use crate::cli::args::Global;
-    use crate::cli::progress::{Progress, progress};
+    use crate::cli::progress::{JobProgress, progress};
     use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
 
     /// An operator who only looks how far the session is.
     pub(super) struct Watcher {
-        bar: Progress,
+        bar: JobProgress,
     }
 
     impl Watcher {

@@ -6,7 +6,7 @@ use stiffbench_numeric::least_squares::{
     Parameter, ParameterCovariance, ParameterRole, ParameterSet, ResidualFunction, SearchOutcome,
     SearchSettings, SigmaMode, Termination, search_for_lower_minimum,
 };
-use stiffbench_numeric::statistics::chi_squared_upper_tail;
+use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::advice::advise;
@@ -253,7 +253,14 @@ fn agreement(
             if covariance.dof > 0
                 && !matches!(training.basis, WeightBasis::FromResiduals { .. }) =>
         {
-            chi_squared_upper_tail(fit.sum_of_squares(), covariance.dof as f64)
+            let (squares, dof) = (fit.sum_of_squares(), covariance.dof as f64);
+            let repeats = training.basis.dof();
+            if repeats.is_finite() {
+                // Lack of fit against a scatter that was itself estimated from repeats (Draper & Smith, section 2.1).
+                f_upper_tail(squares / dof, dof, repeats)
+            } else {
+                chi_squared_upper_tail(squares, dof)
+            }
         }
         _ => None,
     };
