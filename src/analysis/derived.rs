@@ -389,7 +389,7 @@ mod tests {
             ("1+", "is no parameter"),
         ] {
             let error = of(expression).unwrap_err();
-            let text = format!("{error} {}", error.help.unwrap_or_default());
+            let text = format!("{error} {}", error.help.as_deref().unwrap_or_default());
             assert!(text.contains(part), "{expression}: {text}");
         }
         assert!(of(&"(".repeat(100_000)).is_err());

@@ -87,7 +87,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     };
     let profiled = Profiled::fit(&trained, &mut joint, set, sigma, &settings)?;
     let Profiled { set, fit, .. } = &profiled;
-    let factors = joint.factors(&profiled.values()?);
+    let factors = joint.factors(&fit.values);
     let cells: Vec<_> = measured
         .cells
         .iter()
@@ -111,7 +111,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     if let Some(covariance) = &profiled.covariance {
         profiled.describe(&mut outcome);
         outcome.correlation = Some(correlation(&parameters, set, covariance));
-        outcome.agreement = Some(agreement(fit, covariance, &training));
+        outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
         outcome.advice = advise(&trained, &outcome, fit, &parameters)?;
     } else {
         outcome.warnings.push(format!(
@@ -246,7 +246,9 @@ fn agreement(
     fit: &LeastSquaresFit,
     covariance: &ParameterCovariance,
     training: &MeasuredStiffness,
+    parameters: &FitParameters,
 ) -> FitAgreement {
+    let idle: Vec<&str> = parameters.without_effect().collect();
     let p_value = match covariance.mode {
         // Weights from the residuals cannot be tested by them.
         SigmaMode::Known
@@ -271,8 +273,12 @@ fn agreement(
         reduced_chi_squared: covariance.reduced_chi_squared,
         p_value,
         rank: covariance.rank,
-        free: covariance.estimated,
-        condition: covariance.condition_number,
+        free: covariance.estimated + idle.len(),
+        condition: if idle.is_empty() {
+            covariance.condition_number
+        } else {
+            f64::INFINITY
+        },
         not_determined: covariance
             .unidentified
             .iter()

@@ -3,7 +3,7 @@
 use stiffbench_numeric::least_squares::{
     Bound, CovarianceSettings, LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSet,
     LikelihoodSetSettings, ParameterCovariance, ParameterSet, ParameterStatus, ProfileEnd,
-    ProfileSettings, SigmaMode, WhyNotIdentified, covariance, minima, spread,
+    ProfileSettings, SigmaMode, covariance, minima, spread,
 };
 
 use super::error::FitError;
@@ -85,36 +85,6 @@ impl Profiled {
         })
     }
 
-    /// The coordinates of the fit; a parameter that no cell depends on is at its start, wherever the search put it.
-    ///
-    /// # Errors
-    /// [`LeastSquaresError`].
-    pub(super) fn values(&self) -> Result<Vec<f64>, LeastSquaresError> {
-        let free = self.set.free_indices().iter().zip(self.set.free_start());
-        let free = free.zip(&self.fit.free_values);
-        let free: Vec<f64> = free
-            .map(|((&index, start), &found)| {
-                if self.has_no_effect(index) {
-                    start
-                } else {
-                    found
-                }
-            })
-            .collect();
-        let mut values = self.fit.values.clone();
-        self.set.expand(&free, &mut values)?;
-        Ok(values)
-    }
-
-    /// Whether no cell depends on a parameter.
-    fn has_no_effect(&self, index: usize) -> bool {
-        let covariance = self.covariance.as_ref();
-        covariance.is_some_and(|covariance| {
-            let why = WhyNotIdentified::NoEffect;
-            covariance.estimates[index].status == ParameterStatus::NotIdentified { why }
-        })
-    }
-
     /// Writes intervals into the outcome, and words for factors that have none.
     pub(super) fn describe(&self, outcome: &mut FitOutcome) {
         let Some(covariance) = &self.covariance else {
@@ -137,23 +107,16 @@ impl Profiled {
                     let value = self.parameters.value(index, self.fit.values[index]);
                     estimate.status = at_bound(bound == Bound::Upper, value);
                 }
-                ParameterStatus::NotIdentified { why } => {
-                    let words = match why {
-                        WhyNotIdentified::NoEffect => {
-                            "no measured cell depends on it; it keeps its start"
-                        }
-                        WhyNotIdentified::OnlyInCombination { .. } => {
-                            "any value fits as well together with the right values of other factors"
-                        }
-                    };
-                    let words = words.to_owned();
+                ParameterStatus::NotIdentified { .. } => {
+                    let words =
+                        "any value fits as well together with the right values of other factors"
+                            .to_owned();
                     estimate.status = FactorStatus::NotIdentified { words };
                 }
                 _ => {}
             }
         }
-        let with_effect = |found: &&LikelihoodSet| !self.has_no_effect(found.parameter);
-        for found in self.sets.iter().filter(with_effect) {
+        for found in &self.sets {
             let estimate = &mut outcome.estimates[found.parameter];
             let scaled = |coordinate: f64| self.parameters.value(found.parameter, coordinate);
             let at_bound = matches!(estimate.status, FactorStatus::AtBound { .. });
