@@ -74,7 +74,7 @@ impl JobProgress {
         self.with_lines(|lines| {
             let is_new = lines.last != place;
             place.clone_into(&mut lines.last);
-            is_new.then(|| format!("{}: {place} ({done} of {of} done)", self.what))
+            is_new.then(|| format!("{}: {place}", self.what))
         });
     }
 

@@ -43,7 +43,8 @@ pub struct FitReport {
     pub dof: Option<usize>,
     /// Sum of squared residuals over `dof`.
     pub reduced_chi2: Option<f64>,
-    /// Probability of a sum of squares at least as large if model and uncertainties are right.
+    /// Probability of a sum of squares at least as large if model and uncertainties are right: lack of fit, by the F distribution where the
+    /// scatter was estimated from repeats.
     pub p: Option<f64>,
     /// Number of independent combinations of parameters that the cells determine: the rank of the Jacobian.
     pub rank: Option<usize>,
