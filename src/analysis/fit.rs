@@ -2,8 +2,8 @@
 
 use crate::fit::{
     FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness, MonteCarloSettings,
-    PaperFit, PaperOptions, PaperSource, WeightBasis, bootstrap_cells, find_lower_minimum,
-    fit_cells, follow_paper,
+    PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis, bootstrap_cells,
+    find_lower_minimum, fit_cells, follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::nearest::nearest;
@@ -15,6 +15,7 @@ use crate::test_point::PoseId;
 use super::data::{Data, LoadedSession, is_shipped_list};
 use super::error::{AnalysisError, ArgumentError};
 use super::inputs::Inputs;
+use super::marked::ReadingMark;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
 use super::plausible::doubts_about_stiffness;
 use super::together::{names, resolve_together};
@@ -32,6 +33,8 @@ pub struct FitData {
     pub session: Option<(Box<LoadedSession>, StiffnessTable)>,
     /// The sessions, where they are several, in the order of the cells.
     pub sessions: Vec<FittedSession>,
+    /// Readings that the fit leaves out, and those that it uses though they are flagged.
+    pub marked: Vec<ReadingMark>,
     /// What a user should know of the data and the model.
     pub warnings: Vec<String>,
     /// Data, robot, mechanism and factors.
@@ -51,6 +54,16 @@ pub struct FittedSession {
     pub run_slope_sd: Option<f64>,
 }
 
+/// What the bootstrap draws again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BootstrapOver {
+    /// Applications of the load sequence within their cell, which needs readings of one session.
+    #[default]
+    Runs,
+    /// Whole cells.
+    Cells,
+}
+
 /// How factors are fitted by least squares.
 #[derive(Debug, Clone, Default)]
 pub struct FitSettings {
@@ -60,8 +73,10 @@ pub struct FitSettings {
     pub choice: ParameterChoice,
     /// Where the standard deviation of the residuals comes from; `None`: from the data's uncertainties if they have any.
     pub sigma: Option<SigmaMode>,
-    /// Replicates of the bootstrap over runs, which needs readings; 0: none.
+    /// Replicates of the bootstrap; 0: none.
     pub bootstrap: usize,
+    /// What the bootstrap draws again.
+    pub bootstrap_over: BootstrapOver,
     /// Look for a lower minimum with a particle swarm and a simplex.
     pub global_search: bool,
     /// Seed of everything random.
@@ -125,6 +140,7 @@ impl FitData {
             physics,
             session: None,
             sessions: Vec::new(),
+            marked: Vec::new(),
             warnings,
         })
     }
@@ -143,13 +159,14 @@ impl FitData {
         let (mut all, mut warnings) = (Vec::new(), model.warnings.clone());
         let mut physics = fixed_physics(&model, method);
         let mut first_run = 0;
-        let mut shares = Vec::new();
+        let (mut shares, mut marked) = (Vec::new(), Vec::new());
         for (session, name) in sessions.iter().zip(names(sessions)) {
             let (measured, _, own) = reduced(session, method)?;
             let named = own
                 .iter()
                 .map(|warning| format!("{}: {warning}", session.name));
             warnings.extend(named);
+            marked.extend(ReadingMark::of(&session.table, Some(&name)));
             shares.push(FittedSession {
                 name,
                 data: session.name.clone(),
@@ -181,6 +198,7 @@ impl FitData {
             physics,
             session: None,
             sessions: shares,
+            marked,
             warnings,
         })
     }
@@ -200,6 +218,7 @@ impl FitData {
             model,
             measured,
             physics,
+            marked: ReadingMark::of(&session.table, None),
             session: Some((session, table)),
             sessions: Vec::new(),
             warnings,
@@ -285,24 +304,28 @@ impl FitData {
         outcome: &mut FitOutcome,
         refitted: &(dyn Fn() + Sync),
     ) -> Result<(), AnalysisError> {
-        let Some((_, table)) = &self.session else {
-            return Err(AnalysisError::NeedsReadings {
-                data: self.inputs.data_name().to_owned(),
-                needs: "--bootstrap",
-            });
+        let unit = match (settings.bootstrap_over, &self.session) {
+            (BootstrapOver::Cells, _) => ResampledUnit::Cells,
+            (BootstrapOver::Runs, Some((_, table))) => ResampledUnit::Runs(table),
+            (BootstrapOver::Runs, None) => {
+                return Err(AnalysisError::NeedsReadings {
+                    data: self.inputs.data_name().to_owned(),
+                    needs: "--bootstrap (--bootstrap-over cells does not)",
+                });
+            }
         };
         let bootstrap = BootstrapSettings {
             replicates: settings.bootstrap,
             seed: settings.seed,
         };
         let (fitted, choice) = (&outcome.factors, &settings.choice);
-        let found = bootstrap_cells(trained, fitted, table, choice, &bootstrap, refitted)?;
+        let found = bootstrap_cells(trained, fitted, unit, choice, &bootstrap, refitted)?;
         for (estimate, interval) in outcome.estimates.iter_mut().zip(found.intervals_95) {
             let holds = |[lower, upper]: &[f64; 2]| (*lower..=*upper).contains(&estimate.value);
             estimate.bootstrap_interval_95 = interval.filter(holds);
             if let Some([lower, upper]) = interval.filter(|interval| !holds(interval)) {
                 outcome.warnings.push(format!(
-                    "{}: refits to runs drawn again lie from {lower:.4} to {upper:.4}, which does not hold the estimate {:.4}: no bootstrap interval is given",
+                    "{}: refits of the bootstrap lie from {lower:.4} to {upper:.4}, which does not hold the estimate {:.4}: no bootstrap interval is given",
                     estimate.name, estimate.value
                 ));
             }

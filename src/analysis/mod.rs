@@ -21,6 +21,7 @@
 mod calibration;
 mod data;
 mod data_check;
+mod derived;
 mod design;
 mod diagnose;
 mod earlier;
@@ -32,12 +33,14 @@ mod history;
 mod inputs;
 mod integrity;
 mod load_cases;
+mod marked;
 mod model;
 mod new_robot;
 mod part_model;
 mod plausible;
 mod pose_plan;
 mod procedure;
+mod residuals;
 mod robot_check;
 mod together;
 mod vectors;
@@ -45,6 +48,7 @@ mod vectors;
 pub use calibration::{GaugeCalibration, GivenCalibration};
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
 pub use data_check::check_data;
+pub use derived::{DerivedQuantity, derive};
 pub use design::{design, usual_plan};
 pub use diagnose::{
     DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose, diagnose_together,
@@ -52,7 +56,9 @@ pub use diagnose::{
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
 pub use files::{ReadError, is_dash, read_bytes, read_text, shown};
-pub use fit::{FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics};
+pub use fit::{
+    BootstrapOver, FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics,
+};
 pub use hash::sha256;
 pub use history::SessionHistory;
 pub use inputs::Inputs;
@@ -61,6 +67,7 @@ pub use integrity::{
     differs_from_journal, shortened,
 };
 pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
+pub use marked::ReadingMark;
 pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};
 pub use new_robot::{
     Controller, DhSettings, ImportError, ImportProblem, NewRobot, StatedPosition, TEMPLATES,
@@ -72,6 +79,7 @@ pub use plausible::{
 };
 pub use pose_plan::choose_poses;
 pub use procedure::{add_poses, joints_of, named_procedure, state_joint_values};
+pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};
 pub use vectors::{SessionTable, VectorSession};

@@ -250,6 +250,15 @@ pub(super) enum Sigma {
     Estimated,
 }
 
+/// What the bootstrap draws again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum BootstrapUnit {
+    /// Applications of the load sequence within their cell: scatter from run to run
+    Runs,
+    /// Whole cells (pose and direction): also what the model leaves from cell to cell
+    Cells,
+}
+
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
@@ -282,15 +291,24 @@ pub(super) struct FitArgs {
     /// Where the standard deviation of the residuals comes from [default: known if the data tell]
     #[arg(long, value_enum)]
     pub(super) sigma: Option<Sigma>,
-    /// Replicates of the bootstrap over runs
+    /// Replicates of the bootstrap
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub(super) bootstrap: usize,
+    /// What the bootstrap draws again
+    #[arg(long, value_enum, default_value_t = BootstrapUnit::Runs, requires = "bootstrap")]
+    pub(super) bootstrap_over: BootstrapUnit,
     /// Seed of everything random
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Look for a lower minimum with a particle swarm and a simplex
     #[arg(long)]
     pub(super) global_search: bool,
+    /// Quantity that follows from the parameters, with its uncertainty, for example ratio=beam.Iy/beam.Iz or k=1/joint.J2; more than once for more
+    #[arg(long, value_name = "NAME=EXPRESSION")]
+    pub(super) derive: Vec<String>,
+    /// Other model of the same data, as its fit --json printed it: compares AICc, F test and errors in unseen poses; more than once for more
+    #[arg(long, value_name = "FIT.json")]
+    pub(super) against: Vec<PathBuf>,
     /// Write the fitted factors as TOML that --factors takes
     #[arg(long, value_name = "FILE")]
     pub(super) save_factors: Option<PathBuf>,

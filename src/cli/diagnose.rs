@@ -63,7 +63,7 @@ fn of_sessions(
     without: Vec<Law>,
     global: &Global,
 ) -> Result<Outcome, Failure> {
-    let bar = progress(global, "diagnosis: read, search, judge, draw", 4);
+    let bar = progress(global, "diagnosis (read, search, judge, draw)", 4);
     let model = args.model.resolve_together(sessions)?;
     let inputs = sessions
         .iter()

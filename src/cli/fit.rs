@@ -1,14 +1,19 @@
 //! `stiffbench fit`.
 
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
 use crate::analysis::{
-    ArgumentError, Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit, open_together,
+    ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, derive,
+    doubts_about_fit, open_together, read_text,
 };
 use crate::fit::{FactorStatus, FitOutcome, PaperFit};
 use crate::least_squares::SigmaMode;
-use crate::report::{FitReport, fit_figures};
+use crate::report::{ComparedFit, FitReport, ModelComparison, fit_figures};
 use crate::stiffness::Method as StiffnessMethod;
 
-use super::args::{FitArgs, Global, MethodArg, Sigma};
+use super::args::{BootstrapUnit, FitArgs, Global, MethodArg, Sigma};
 use super::failure::Failure;
 use super::figure_files::{write, write_figure};
 use super::fit_load_cases;
@@ -38,15 +43,25 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     let prepared = prepared(args, data, method, global)?;
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
-            let data = FitReport::from(&outcome).of_sessions(&prepared.sessions);
+            let data = FitReport::from(&outcome).of_data(&prepared);
             (outcome, data)
         }),
         MethodArg::Paper => paper(args, &prepared, global).map(|fit| {
-            let data = FitReport::from(&fit).of_sessions(&prepared.sessions);
+            let data = FitReport::from(&fit).of_data(&prepared);
             (fit.outcome, data)
         }),
     };
-    let (outcome, data) = fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
+    let (outcome, mut data) =
+        fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
+    data.runs_tests = prepared.runs_tests(&outcome)?;
+    data.derived = derive(
+        &args.derive,
+        &outcome.estimates,
+        outcome.correlation.as_ref(),
+    )?;
+    if !args.against.is_empty() {
+        data.comparison = Some(compared(&data, &prepared.inputs, &args.against)?);
+    }
     let text = data.text(&outcome.warnings);
     let mut warnings = prepared.warnings;
     warnings.extend(doubts_about_fit(&outcome));
@@ -101,6 +116,49 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         .with_strict_exit(if open { 41 } else { 0 }))
 }
 
+/// This fit beside those of other models, which must be of the same cells.
+fn compared(
+    own: &FitReport,
+    inputs: &Inputs,
+    against: &[PathBuf],
+) -> Result<ModelComparison, Failure> {
+    let refuse = |path: &Path, problem: String| {
+        ArgumentError::new(
+            format!("--against {}", path.display()),
+            problem,
+            "fit both models to the same data, poses and weights: stiffbench fit DATA --json > other.json",
+        )
+    };
+    let mut files = Vec::with_capacity(against.len());
+    for path in against {
+        let whole: Value = serde_json::from_str(&read_text(path)?)
+            .map_err(|error| refuse(path, format!("it is no JSON: {error}")))?;
+        if whole["kind"] != "fit" || whole["ok"] != true {
+            return Err(refuse(
+                path,
+                "it is not what stiffbench fit --json prints".to_owned(),
+            )
+            .into());
+        }
+        files.push((path, whole));
+    }
+    let (data, inputs) = (serde_json::json!(own), serde_json::json!(inputs));
+    let first = ComparedFit::new("this fit", &data, &inputs)
+        .map_err(|problem| refuse(Path::new("FIT.json"), format!("this fit: {problem}")))?;
+    let mut fits = vec![first];
+    for (path, whole) in &files {
+        let name = path.display().to_string();
+        let fit = ComparedFit::new(&name, &whole["data"], &whole["inputs"])
+            .map_err(|problem| refuse(path, problem.to_owned()))?;
+        if let Some(difference) = fit.differs_from(&fits[0]) {
+            let problem = format!("{difference}: models of different data cannot be ranked");
+            return Err(refuse(path, problem).into());
+        }
+        fits.push(fit);
+    }
+    Ok(ModelComparison::of(&fits))
+}
+
 /// What is to be fitted: one data file, or several sessions together.
 fn prepared(
     args: &FitArgs,
@@ -110,11 +168,11 @@ fn prepared(
 ) -> Result<FitData, Failure> {
     Ok(match data {
         Data::Readings(session) if !args.further.is_empty() => {
-            if args.bootstrap > 0 {
+            if args.bootstrap > 0 && args.bootstrap_over == BootstrapUnit::Runs {
                 return Err(ArgumentError::new(
                     "--bootstrap",
                     "it draws the runs of one session again",
-                    "leave it out, or fit one session",
+                    "add --bootstrap-over cells, or fit one session",
                 )
                 .into());
             }
@@ -175,6 +233,10 @@ fn least_squares(args: &FitArgs, data: &FitData, global: &Global) -> Result<FitO
             Sigma::Estimated => SigmaMode::Estimated,
         }),
         bootstrap: args.bootstrap,
+        bootstrap_over: match args.bootstrap_over {
+            BootstrapUnit::Runs => BootstrapOver::Runs,
+            BootstrapUnit::Cells => BootstrapOver::Cells,
+        },
         global_search: args.global_search,
         seed: args.seed,
     };

@@ -3,15 +3,16 @@
 use std::path::Path;
 
 use crate::analysis::{
-    ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, doubts_about_load_case_fit,
-    doubts_about_load_cases,
+    ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, derive,
+    doubts_about_load_case_fit, doubts_about_load_cases,
 };
 use crate::elastostatics::PlannedLoadCase;
 use crate::fit::FactorStatus;
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, write_load_cases};
 use crate::report::{
-    FitResult, LoadCaseFitReport, load_case_figures, load_case_fit_text, next_load_cases_text,
+    FitResult, LoadCaseFitReport, derived_text, load_case_figures, load_case_fit_text,
+    next_load_cases_text,
 };
 
 use super::args::{FitArgs, Global, MethodArg, Sigma};
@@ -86,8 +87,10 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     if let Some(file) = &args.next {
         warnings.push(write_next(file, data, &planned, &table)?);
     }
-    let report = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
-    let text = load_case_fit_text(&fit) + &next_load_cases_text(&report);
+    let mut report = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
+    report.derived = derive(&args.derive, &fit.estimates, fit.correlation.as_ref())?;
+    let text =
+        load_case_fit_text(&fit) + &derived_text(&report.derived) + &next_load_cases_text(&report);
     let report = FitResult::LoadCases(Box::new(report));
     Ok(Outcome::new("fit", text, report)
         .with_inputs(data.inputs.clone())
@@ -137,6 +140,7 @@ fn refuse_what_needs_cells(args: &FitArgs) -> Result<(), ArgumentError> {
         ("--method paper", args.method == MethodArg::Paper),
         ("--bootstrap", args.bootstrap > 0),
         ("--global-search", args.global_search),
+        ("--against", !args.against.is_empty()),
     ];
     match of_cells.iter().find(|(_, given)| *given) {
         None => Ok(()),

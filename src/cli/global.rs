@@ -56,11 +56,11 @@ impl Global {
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ProgressMode {
-    /// A bar on a terminal, nothing otherwise
+    /// A bar on a terminal, lines otherwise, nothing with --json
     Auto,
     /// A bar
     Bar,
-    /// One line a stage
+    /// One line for each cell, stage or tenth of a long job
     Text,
     /// Nothing
     None,

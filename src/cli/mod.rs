@@ -219,7 +219,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Predict(args) => predict::run(&args),
-        Command::Map(args) => map::run(&args),
+        Command::Map(args) => map::run(&args, global),
         Command::Config(args) => config::run(&args, global),
         Command::Doctor(args) => Ok(doctor::run(&args, global)),
         Command::Explain(args) => explain::run(&args),

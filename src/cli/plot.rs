@@ -11,7 +11,7 @@ use crate::plot::Figure;
 use crate::report::{
     FigureReport, fit_figures, load_displacement_figure, residuals_figure, robot_figure,
 };
-use crate::robot::{ModelParameter, Predictor, Theory};
+use crate::robot::{Predictor, Theory};
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
@@ -145,23 +145,14 @@ fn of_fit(
 
 /// Residuals of the readings behind a fit.
 pub(super) fn residuals(prepared: &FitData, outcome: &FitOutcome) -> Result<Figure, Failure> {
-    let Some((session, table)) = &prepared.session else {
+    let Some((_, table)) = &prepared.session else {
         return Err(AnalysisError::NeedsReadings {
             data: "the data".to_owned(),
             needs: "a figure of residuals",
         }
         .into());
     };
-    let cells: Vec<_> = outcome.cells.iter().map(|cell| cell.cell.clone()).collect();
-    let mut model = prepared
-        .problem()?
-        .cell_model(&ModelParameter::CLASSES, &cells)?;
-    Ok(residuals_figure(
-        &mut model,
-        outcome,
-        &session.table,
-        table,
-    )?)
+    Ok(residuals_figure(prepared, outcome, table)?)
 }
 
 fn workspace(args: &PlotArgs) -> Result<NamedFigure, Failure> {

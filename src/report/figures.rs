@@ -1,16 +1,15 @@
 //! Results as the inputs of figures.
 
-use std::collections::HashMap;
-
+use crate::analysis::{AnalysisError, FitData};
 use crate::distribution::MapPlane;
-use crate::fit::{CellModel, FactorStatus, FitError, FitOutcome, WeightBasis};
+use crate::fit::{FactorStatus, FitOutcome, WeightBasis};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, FactorFate, FactorIntervals,
     Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint, ResidualMeasure,
     ResidualPoint, Residuals, SessionCurves, StiffnessComparison, WorkspaceProjection, correlation,
     factor_intervals, load_displacement, residuals, stiffness_comparison, workspace,
 };
-use crate::readings::ReadingTable;
+use crate::readings::Reading;
 use crate::robot::Robot;
 use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
 
@@ -140,48 +139,16 @@ pub(super) fn correlations_drawn(found: Option<&crate::fit::FactorCorrelations>)
     }))
 }
 
-/// Residuals of the readings from the fitted model, each run with its own zero.
+/// Residuals of the readings from the fitted model, each gauge zero by itself.
 ///
 /// # Errors
-/// Those of [`CellModel::evaluate`].
+/// As [`FitData::residuals`].
 pub fn residuals_figure(
-    model: &mut CellModel<'_>,
+    data: &FitData,
     outcome: &FitOutcome,
-    readings: &ReadingTable,
     table: &StiffnessTable,
-) -> Result<Figure, FitError> {
-    let stiffness = model.stiffness(&outcome.factors)?;
-    let with_physics: HashMap<u32, f64> = model
-        .displacements_m(&outcome.factors)?
-        .into_iter()
-        .collect();
-    let mut points = Vec::new();
-    for (sequence, reading) in readings
-        .readings
-        .iter()
-        .enumerate()
-        .filter(|(_, reading)| reading.is_accepted())
-    {
-        let cell = reading.cell();
-        let Some(place) = model.cells().iter().position(|known| *known == cell) else {
-            continue;
-        };
-        let predicted_m = with_physics.get(&reading.seq).copied();
-        let predicted_m = predicted_m.unwrap_or_else(|| reading.force_n / stiffness[place]);
-        points.push((
-            sequence,
-            reading,
-            cell,
-            reading.displacement_m - predicted_m,
-        ));
-    }
-    // A run's zero is not the model's business: the mean residual of each gauge zero is taken off.
-    let mut zeros = vec![(0.0, 0.0); readings.zeros.len()];
-    for (_, reading, _, residual) in &points {
-        let zero = &mut zeros[reading.zero as usize];
-        *zero = (zero.0 + residual, zero.1 + 1.0);
-    }
-    let flagged = |reading: &crate::readings::Reading| {
+) -> Result<Figure, AnalysisError> {
+    let flagged = |reading: &Reading| {
         table.cell(&reading.cell()).is_some_and(|row| {
             row.flags
                 .iter()
@@ -194,19 +161,17 @@ pub fn residuals_figure(
             outcome.mechanism
         ),
         measure: ResidualMeasure::Micrometres,
-        points: points
+        points: data
+            .residuals(outcome)?
             .iter()
-            .map(|(sequence, reading, cell, residual)| {
-                let (sum, count) = zeros[reading.zero as usize];
-                ResidualPoint {
-                    cell: cell.clone(),
-                    force_n: reading.force_n,
-                    residual_m: residual - sum / count,
-                    standard_uncertainty_m: None,
-                    sequence: sequence + 1,
-                    time_s: reading.time_s,
-                    flagged: flagged(reading),
-                }
+            .map(|one| ResidualPoint {
+                cell: one.reading.cell(),
+                force_n: one.reading.force_n,
+                residual_m: one.residual_m,
+                standard_uncertainty_m: None,
+                sequence: one.sequence + 1,
+                time_s: one.reading.time_s,
+                flagged: flagged(one.reading),
             })
             .collect(),
     }))

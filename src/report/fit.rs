@@ -2,12 +2,20 @@
 
 use std::fmt::Write;
 
+use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
 
+use super::correlation::correlation_text;
 use super::fit_report::{FitReport, PaperSteps, ParameterReport, PoseFitReport, TrialReport};
 use super::significance::sequence_text;
 use super::text::{AlignedTable, interval, significant};
+
+/// Probabilities below this are a finding.
+const UNLIKELY: f64 = 0.01;
+
+/// Numbers of marked readings that are printed; JSON has all.
+const NUMBERS_PRINTED: usize = 8;
 
 impl FitReport {
     /// The steps of the paper's method, if it was used; parameters, cells, and what to think of them.
@@ -48,7 +56,10 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
             session.name, session.cells
         );
     }
-    if !fit.sessions.is_empty() {
+    for mark in &fit.marked {
+        text.push_str(&mark_text(mark));
+    }
+    if !(fit.sessions.is_empty() && fit.marked.is_empty()) {
         text.push('\n');
     }
     if !fit.physics.is_empty() {
@@ -62,9 +73,16 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         .parameters
         .iter()
         .any(|parameter| parameter.ci95_bootstrap.is_some());
-    let mut heads = vec!["parameter", "start", "value", "95 % interval", "status"];
+    let mut heads = vec![
+        "parameter",
+        "start",
+        "value",
+        "standard error",
+        "95 % interval",
+        "status",
+    ];
     if bootstrap {
-        heads.insert(4, "95 %, runs drawn again");
+        heads.insert(5, "95 %, bootstrap");
     }
     let mut rows = AlignedTable::new(&heads);
     for parameter in &fit.parameters {
@@ -75,23 +93,72 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
             },
             significant(parameter.start, 4),
             significant(parameter.value, 4),
+            number(parameter.se, &|se| significant(se, 2)),
             islands(parameter),
-            parameter.status.replace('_', " "),
+            status_words(parameter.status, parameter.moved),
         ];
         if bootstrap {
-            cells.insert(4, interval(parameter.ci95_bootstrap, 4));
+            cells.insert(5, interval(parameter.ci95_bootstrap, 4));
         }
         rows.row(cells);
     }
     text.push_str(&rows.text());
+    text.push_str(&derived_text(&fit.derived));
     text.push_str(&words(fit));
     text.push_str(&agreement_text(fit));
+    text.push_str(&runs_text(&fit.runs_tests));
+    text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push('\n');
     text.push_str(&cells_text(fit));
+    if let Some(comparison) = &fit.comparison {
+        text.push_str(&comparison.text());
+    }
     for warning in warnings {
         let _ = writeln!(text, "\nnote: {warning}");
     }
     text
+}
+
+/// Which readings are left out or flagged, and why.
+fn mark_text(mark: &ReadingMark) -> String {
+    let used = if mark.status == "accepted" {
+        "Used though flagged".to_owned()
+    } else {
+        format!("Left out, {}", mark.status)
+    };
+    let reason = if mark.flag.is_empty() {
+        "no reason stated"
+    } else {
+        &mark.flag
+    };
+    let session = mark.session.as_ref();
+    let session = session.map_or_else(String::new, |name| format!(" of session {name}"));
+    let count = mark.readings.len();
+    let numbers = mark.readings.iter().take(NUMBERS_PRINTED);
+    let numbers: Vec<String> = numbers.map(ToString::to_string).collect();
+    let more = if count > NUMBERS_PRINTED { ", ..." } else { "" };
+    format!(
+        "{used} ({reason}): {count} reading(s){session}, number {}{more}.\n",
+        numbers.join(", ")
+    )
+}
+
+/// The status of a parameter, and whether the fit left it where it began.
+pub(super) fn status_words(status: &str, moved: Option<bool>) -> String {
+    let still = if moved == Some(false) {
+        ", did not move"
+    } else {
+        ""
+    };
+    format!("{}{still}", status.replace('_', " "))
+}
+
+/// How much of the parameters the data determine.
+pub(super) fn rank_text(data: &str, [rank, free]: [usize; 2], condition: Option<f64>) -> String {
+    let condition = condition.map_or_else(|| "infinite".to_owned(), |value| significant(value, 3));
+    format!(
+        "The {data} determine {rank} of {free} parameters (rank of the Jacobian); condition number {condition}.\n"
+    )
 }
 
 /// The 95 % interval, or the islands that it consists of.
@@ -114,6 +181,9 @@ fn words(fit: &FitReport) -> String {
             let _ = writeln!(text, "{}: {words}.", parameter.name);
         }
     }
+    for combination in &fit.not_determined {
+        let _ = writeln!(text, "Not determined by these cells: {combination}.");
+    }
     for advice in &fit.advice {
         let percent = |ln: f64| format!("{:.0} %", 100.0 * (ln.exp() - 1.0));
         let (now, then) = (
@@ -135,19 +205,6 @@ fn words(fit: &FitReport) -> String {
                 at.direction, at.pose
             )
         };
-    }
-    if let Some(correlation) = &fit.correlation {
-        for (i, a) in correlation.names.iter().enumerate() {
-            for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
-                let rho = correlation.matrix[i][j];
-                if rho.abs() > 0.95 {
-                    let _ = writeln!(
-                        text,
-                        "{a} and {b} can hardly be distinguished: correlation {rho:+.3}."
-                    );
-                }
-            }
-        }
     }
     if text.is_empty() {
         text
@@ -189,13 +246,9 @@ fn agreement_text(fit: &FitReport) -> String {
         .reduced_chi2
         .map_or_else(String::new, |chi| match fit.p {
             Some(p) => format!(
-                "; reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
+                "; lack of fit: reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
                 dof,
-                if p < 0.01 {
-                    format!("p = {p:.1e}")
-                } else {
-                    format!("p = {p:.2}")
-                }
+                format_args!("p = {}", p_text(p))
             ),
             // Of weights that the residuals gave it is 1 by construction, or less.
             None if matches!(basis, WeightBasis::FromResiduals { .. }) => String::new(),
@@ -205,7 +258,69 @@ fn agreement_text(fit: &FitReport) -> String {
                 dof
             ),
         });
-    format!("\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n")
+    let rank = [fit.rank, fit.free].map(Option::unwrap_or_default);
+    format!(
+        "\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n{}",
+        rank_text("cells", rank, fit.condition)
+    )
+}
+
+/// Quantities that were derived from the parameters; empty without any.
+pub fn derived_text(derived: &[DerivedQuantity]) -> String {
+    if derived.is_empty() {
+        return String::new();
+    }
+    let mut rows = AlignedTable::new(&[
+        "derived",
+        "from",
+        "value",
+        "standard error",
+        "95 % interval",
+    ]);
+    let mut words = String::new();
+    for one in derived {
+        rows.row([
+            one.name.clone(),
+            one.expression.clone(),
+            significant(one.value, 4),
+            number(one.se, &|se| significant(se, 2)),
+            interval(one.ci95, 4),
+        ]);
+        if let Some(known) = &one.words {
+            let _ = writeln!(words, "{}: {known}.", one.name);
+        }
+    }
+    format!("\n{}{words}", rows.text())
+}
+
+/// What the runs tests of the residuals show.
+fn runs_text(tests: &[RunsTest]) -> String {
+    let line = |test: &RunsTest| {
+        let order = match test.against {
+            ResidualOrder::Load => "Residuals by load within runs",
+            ResidualOrder::Order => "Slopes of runs in order of time",
+        };
+        let verdict = if test.p < UNLIKELY {
+            "a structure is left: stiffbench diagnose looks for its cause"
+        } else {
+            "as of independent errors"
+        };
+        format!(
+            "{order}: {} stretches of one sign, {:.0} expected (p = {}): {verdict}.\n",
+            test.runs,
+            test.expected,
+            p_text(test.p)
+        )
+    };
+    tests.iter().map(line).collect()
+}
+
+fn p_text(p: f64) -> String {
+    if p < UNLIKELY {
+        format!("{p:.1e}")
+    } else {
+        format!("{p:.2}")
+    }
 }
 
 /// A number, or a dash where there is none.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::FittedSession;
+use crate::analysis::{DerivedQuantity, FitData, ReadingMark, RunsTest};
 use crate::fit::{
     Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
     MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
@@ -17,6 +17,7 @@ use crate::reported::Reported;
 use crate::robot::{ElementClass, FittingFactors, ModelParameter};
 use crate::test_point::{Direction, PoseId};
 
+use super::model_comparison::ModelComparison;
 use super::significance::SignificanceReport;
 
 /// A fit.
@@ -42,11 +43,24 @@ pub struct FitReport {
     pub dof: Option<usize>,
     /// Sum of squared residuals over `dof`.
     pub reduced_chi2: Option<f64>,
-    /// Probability of a sum of squares at least as large if model and uncertainties are right.
+    /// Probability of a sum of squares at least as large if model and uncertainties are right: lack of fit, by the F distribution where the
+    /// scatter was estimated from repeats.
     pub p: Option<f64>,
+    /// Number of independent combinations of parameters that the cells determine: the rank of the Jacobian.
+    pub rank: Option<usize>,
+    /// Number of parameters that were to be determined: free and not on a bound.
+    pub free: Option<usize>,
+    /// Largest over smallest singular value of the Jacobian with columns of unit length; `null` if the smallest is zero.
+    pub condition: Option<f64>,
+    /// Combinations of parameters that the cells do not determine, in words.
+    pub not_determined: Vec<String>,
     /// The sessions, where several were fitted together, in the order of their cells.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sessions: Vec<FittedSessionReport>,
+    /// Readings that the fit leaves out because of their status, and those that it uses though they are flagged.
+    pub marked: Vec<ReadingMark>,
+    /// Whether residuals of the readings keep their sign for longer than independent errors do; empty without readings.
+    pub runs_tests: Vec<RunsTest>,
     /// Every measured cell.
     pub cells: Vec<FittedCellReport>,
     /// Largest |ratio - 100| over held-out cells, else over all.
@@ -55,6 +69,12 @@ pub struct FitReport {
     pub termination: String,
     /// What to measure for parameters that are not determined well.
     pub advice: Vec<Advice>,
+    /// Quantities that were derived from the parameters.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub derived: Vec<DerivedQuantity>,
+    /// Other models of the same cells, where they were named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<ModelComparison>,
     /// The nine steps, of the paper's method only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<PaperSteps>,
@@ -80,7 +100,7 @@ pub struct FactorReport {
     pub islands: Vec<[f64; 2]>,
     /// 95 % interval from the covariance.
     pub ci95_quadratic: Option<[f64; 2]>,
-    /// 95 % interval of the bootstrap over runs.
+    /// 95 % interval of the bootstrap over runs or cells.
     pub ci95_bootstrap: Option<[f64; 2]>,
     /// `free`, `fixed`, `tied`, `at_bound` or `not_identified`.
     pub status: &'static str,
@@ -107,7 +127,7 @@ pub struct ParameterReport {
     pub ci95: Option<[f64; 2]>,
     /// Islands of that interval; empty if it has no gaps.
     pub islands: Vec<[f64; 2]>,
-    /// 95 % interval of the bootstrap over runs, if it was asked for.
+    /// 95 % interval of the bootstrap over runs or cells, if it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ci95_bootstrap: Option<[f64; 2]>,
     /// Smallest and largest value that the fit could give it; `null` of one that it does not move.
@@ -116,6 +136,8 @@ pub struct ParameterReport {
     pub status: &'static str,
     /// Where the fit began.
     pub start: f64,
+    /// Whether the fit moved it from there; `null` of one that it may not move, or that ended on a bound.
+    pub moved: Option<bool>,
     /// The parameter that it is tied to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tied_to: Option<String>,
@@ -162,11 +184,12 @@ pub struct FittedSessionReport {
 }
 
 impl FitReport {
-    /// The same with the cells named by their sessions, which follow each other.
+    /// The same with the marks of the readings behind it, and with the cells named by their sessions, which follow each other.
     #[must_use]
-    pub fn of_sessions(mut self, sessions: &[FittedSession]) -> Self {
+    pub fn of_data(mut self, data: &FitData) -> Self {
+        self.marked.clone_from(&data.marked);
         let mut cells = self.cells.iter_mut();
-        for session in sessions {
+        for session in &data.sessions {
             for cell in cells.by_ref().take(session.cells) {
                 cell.session = Some(session.name.clone());
             }
@@ -263,11 +286,23 @@ impl From<&FitOutcome> for FitReport {
             dof: agreement.map(|agreement| agreement.dof),
             reduced_chi2: agreement.and_then(|agreement| agreement.reduced_chi_squared),
             p: agreement.and_then(|agreement| agreement.p_value),
+            rank: agreement.map(|agreement| agreement.rank),
+            free: agreement.map(|agreement| agreement.free),
+            condition: agreement
+                .map(|agreement| agreement.condition)
+                .filter(|condition| condition.is_finite()),
+            not_determined: agreement
+                .map(|agreement| agreement.not_determined.clone())
+                .unwrap_or_default(),
             sessions: Vec::new(),
+            marked: Vec::new(),
+            runs_tests: Vec::new(),
             cells: outcome.cells.iter().map(Into::into).collect(),
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
             advice: outcome.advice.clone(),
+            derived: Vec::new(),
+            comparison: None,
             steps: None,
         }
     }
@@ -337,6 +372,7 @@ impl From<&FactorEstimate> for ParameterReport {
             bounds: estimate.bounds,
             status: estimate.status.word(),
             start: estimate.start,
+            moved: estimate.moved(),
             tied_to: tied_to(estimate),
             words: words_instead(estimate),
         }

@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::analysis::DerivedQuantity;
 use crate::elastostatics::{
     FittedComponent, FittedFrames, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase, PoseError,
 };
@@ -52,6 +53,9 @@ pub struct LoadCaseFitReport {
     pub termination: String,
     /// Further load cases that would determine best what is open, one after the other.
     pub next: Vec<NextLoadCase>,
+    /// Quantities that were derived from the parameters.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub derived: Vec<DerivedQuantity>,
 }
 
 /// Where the tracker stands, and which point of the tool it measures.
@@ -187,6 +191,7 @@ impl From<&LoadCaseFit> for LoadCaseFitReport {
             components: fit.components.iter().map(Into::into).collect(),
             termination: fit.termination.clone(),
             next: Vec::new(),
+            derived: Vec::new(),
         }
     }
 }

@@ -6,14 +6,13 @@ use crate::elastostatics::{FittedFrames, LoadCaseAgreement, LoadCaseFit, Scatter
 use crate::fit::{FactorEstimate, FactorStatus};
 use crate::quantity::METRES_PER_MICROMETRE;
 
+use super::correlation::correlation_text;
+use super::fit::{rank_text, status_words};
 use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
 use super::text::{AlignedTable, interval, significant};
 
 /// A standard error that a planned load case leaves above this share of itself is not printed.
 const WORTH_PRINTING: f64 = 0.99;
-
-/// Correlations beyond this are named.
-const STRONG_CORRELATION: f64 = 0.95;
 
 /// Parameters, errors by pose, and what to think of them.
 #[must_use]
@@ -41,6 +40,7 @@ pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
     if let Some(agreement) = &fit.agreement {
         text.push_str(&scatter(agreement));
     }
+    text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push_str(&errors(fit));
     for warning in &fit.warnings {
         let _ = writeln!(text, "\nnote: {warning}");
@@ -94,7 +94,7 @@ fn parameters(fit: &LoadCaseFit) -> String {
                 significant(estimate.value, 4),
                 optional(estimate.standard_uncertainty, 2),
                 interval(estimate.interval_95, 4),
-                estimate.status.word().replace('_', " "),
+                status_words(estimate.status.word(), estimate.moved()),
             ]);
         }
         text.push_str(&rows.text());
@@ -125,7 +125,7 @@ fn spring(estimate: &FactorEstimate) -> [String; 8] {
         inverse(estimate.value),
         stiffness,
         stiffness_unit(unit),
-        estimate.status.word().replace('_', " "),
+        status_words(estimate.status.word(), estimate.moved()),
     ]
 }
 
@@ -143,19 +143,6 @@ fn open(fit: &LoadCaseFit) -> String {
     }
     for combination in &fit.not_determined {
         let _ = writeln!(text, "Not determined by these poses: {combination}.");
-    }
-    if let Some(correlation) = &fit.correlation {
-        for (i, a) in correlation.names.iter().enumerate() {
-            for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
-                let rho = correlation.matrix[i][j];
-                if rho.abs() > STRONG_CORRELATION {
-                    let _ = writeln!(
-                        text,
-                        "{a} and {b} can hardly be distinguished: correlation {rho:+.3}."
-                    );
-                }
-            }
-        }
     }
     text
 }
@@ -184,17 +171,12 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
             }
         )
     });
-    let condition = if agreement.condition.is_finite() {
-        significant(agreement.condition, 3)
-    } else {
-        "infinite".to_owned()
-    };
+    let condition = Some(agreement.condition).filter(|condition| condition.is_finite());
     format!(
-        "Scatter {source}: {}, {:.0} degrees of freedom{lack}.\nThe poses determine {} of {} parameters; condition {condition}.\n",
+        "Scatter {source}: {}, {:.0} degrees of freedom{lack}.\n{}",
         both.join(", "),
         agreement.scatter_dof,
-        agreement.rank,
-        agreement.free
+        rank_text("poses", [agreement.rank, agreement.free], condition)
     )
 }
 

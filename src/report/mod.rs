@@ -5,6 +5,7 @@
 mod axis_words;
 mod compare;
 mod config;
+mod correlation;
 mod data_export;
 mod demo;
 mod design;
@@ -22,6 +23,7 @@ mod load_case_figures;
 mod load_case_fit;
 mod load_case_page;
 mod map;
+mod model_comparison;
 mod model_export;
 pub mod page;
 pub mod paper;
@@ -61,6 +63,7 @@ pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     workspace_figure,
 };
+pub use fit::derived_text;
 pub use fit_report::{
     ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,
     PoseFitReport, TrialReport,
@@ -87,6 +90,7 @@ pub use map::{
     ShiftReport, ShiftStatistics, ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose,
     mesh_of, points_csv, sensitivity_text, vtu,
 };
+pub use model_comparison::{ComparedFit, ComparedModel, ModelComparison, NestedTest};
 pub use model_export::{ExportFormat, ModelExportReport};
 pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};

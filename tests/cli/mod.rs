@@ -13,6 +13,7 @@ mod explain;
 mod export;
 mod failures;
 mod files;
+mod fit;
 mod help;
 mod import;
 mod imported_sessions;

@@ -1,4 +1,4 @@
-//! Residuals against load, pose, order and time, side by side with one scale.
+//! Residuals against load, direction, pose, order and time, side by side with one scale.
 
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
@@ -46,7 +46,7 @@ pub struct ResidualPoint {
     pub flagged: bool,
 }
 
-/// The figure: four panels with one vertical scale; a direction has its own shape and colour.
+/// The figure: five panels with one vertical scale; a direction has its own shape and colour.
 #[must_use]
 pub fn residuals(input: &Residuals) -> Figure {
     let poses = poses(input);
@@ -69,10 +69,24 @@ pub fn residuals(input: &Residuals) -> Figure {
         let aside = 0.24 * (point.cell.direction.index() as f64 - 1.0);
         Some(pose as f64 + aside)
     };
+    let directions = Direction::ALL.iter().map(ToString::to_string).collect();
+    let direction_place = |point: &ResidualPoint| {
+        let pose = poses.iter().position(|pose| *pose == point.cell.pose)?;
+        // Poses stand side by side within a direction.
+        let aside = 0.6 * ((pose as f64 + 0.5) / poses.len() as f64 - 0.5);
+        Some(point.cell.direction.index() as f64 + aside)
+    };
     let panels = vec![
         panel(input, "against load", Axis::linear("load", "N"), &y, &|p| {
             Some(p.force_n)
         }),
+        panel(
+            input,
+            "against direction",
+            Axis::categories("direction", directions),
+            &y,
+            &direction_place,
+        ),
         panel(
             input,
             "against pose",
@@ -255,13 +269,16 @@ mod tests {
     fn every_reading_stands_in_every_panel_it_can() {
         let figure = residuals(&input(ResidualMeasure::Micrometres));
         let counts: Vec<usize> = figure.panels.iter().map(|p| drawn(p).len()).collect();
-        assert_eq!(counts, [6, 6, 6, 5]);
+        assert_eq!(counts, [6, 6, 6, 6, 5]);
+        // Of two poses one stands left and one right of the middle of its direction.
+        let places: Vec<f64> = drawn(&figure.panels[1]).iter().map(|p| p.x).collect();
+        assert_eq!(places, [-0.15, 0.15, 1.15, 0.85, 1.85, 2.15]);
         assert_eq!(figure.share_y, Sharing::All);
         assert!(figure.caption.contains("1 readings have no time"));
         let load = drawn(&figure.panels[0]);
         let fourth = load.iter().find(|p| p.hollow).unwrap();
         assert_eq!((fourth.x, fourth.y), (-40.0, 4.0));
-        let times: Vec<f64> = drawn(&figure.panels[3]).iter().map(|p| p.x).collect();
+        let times: Vec<f64> = drawn(&figure.panels[4]).iter().map(|p| p.x).collect();
         assert!(times.contains(&5.0), "minutes: {times:?}");
     }
 

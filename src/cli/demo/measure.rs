@@ -56,15 +56,13 @@ pub(super) fn measure(folder: &Path, _global: &Global) -> Result<(), Failure> {
 mod watch {
     use std::time::Duration;
 
-    use indicatif::ProgressBar;
-
     use crate::cli::args::Global;
-    use crate::cli::progress::progress;
+    use crate::cli::progress::{JobProgress, progress};
     use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
 
     /// An operator who only looks how far the session is.
     pub(super) struct Watcher {
-        bar: ProgressBar,
+        bar: JobProgress,
     }
 
     impl Watcher {
@@ -77,12 +75,12 @@ mod watch {
 
     impl Operator for Watcher {
         fn show(&mut self, view: &SessionView) {
-            self.bar.set_length(view.progress.planned as u64);
-            self.bar.set_position(view.progress.accepted as u64);
-            if let Some(place) = &view.place {
-                self.bar
-                    .set_message(format!("measuring {} {}", place.pose, place.direction));
-            }
+            let place = view.place.as_ref().map_or_else(String::new, |place| {
+                format!("{} {}", place.pose, place.direction)
+            });
+            let [accepted, planned] =
+                [view.progress.accepted, view.progress.planned].map(|count| count as u64);
+            self.bar.set(accepted, planned, &place);
         }
 
         fn prompt(&mut self, _prompt: &Prompt) {}

@@ -109,20 +109,26 @@ impl MapJob {
     }
 
     /// The maps of all mechanisms.
+    ///
+    /// # Arguments
+    /// - `mapped`: called after each mechanism.
     pub(super) fn maps(
         &self,
         robot: &Robot,
         physics: &[ActingPhysics],
         poses: &PoseSample,
+        mapped: &dyn Fn(),
     ) -> Result<Vec<StiffnessMap>, Failure> {
         // All models before the first map: what cannot be done is said at once.
         let models: Vec<MapModel<'_>> = physics
             .iter()
             .map(|physics| self.model(robot, physics))
             .collect::<Result<_, Failure>>()?;
-        let maps = models
-            .iter()
-            .map(|model| StiffnessMap::with_matrix(model, poses, &self.columns, self.matrix));
+        let maps = models.iter().map(|model| {
+            let map = StiffnessMap::with_matrix(model, poses, &self.columns, self.matrix);
+            mapped();
+            map
+        });
         Ok(maps.collect::<Result<_, _>>()?)
     }
 

@@ -12,10 +12,13 @@ mod shard;
 use std::path::Path;
 
 use crate::distribution::{PoseSample, Shard, StiffnessMap, StudyPoses};
+use crate::physics::ActingPhysics;
 use crate::robot::Robot;
 
+use super::args::Global;
 use super::failure::Failure;
 use super::outcome::Outcome;
+use super::progress::progress;
 use crate::report::ShardReport;
 
 pub(super) use args::MapArgs;
@@ -27,7 +30,7 @@ use job::MapJob;
 use prepare::prepare;
 
 /// Stiffness over the workspace, whole or a share of it, or shares joined.
-pub(super) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &MapArgs, global: &Global) -> Result<Outcome, Failure> {
     if let Some(MapCommand::Merge(args)) = &args.what {
         return merge::run(args);
     }
@@ -42,19 +45,37 @@ pub(super) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
             let cell = args.wanted_figures().cell;
             questions::run(&job, &args.asked, args.out.as_deref(), cell)
         }
-        (Some(share), Some(folder)) => one_shard(&job, share, folder),
-        _ => whole(&job, args.out.as_deref(), &args.wanted_figures()),
+        (Some(share), Some(folder)) => one_shard(&job, share, folder, global),
+        _ => whole(&job, args.out.as_deref(), &args.wanted_figures(), global),
     }?;
     Ok(outcome.with_more_warnings(warnings))
 }
 
 /// The whole study.
-fn whole(job: &MapJob, out: Option<&Path>, figures: &WantedFigures) -> Result<Outcome, Failure> {
+fn whole(
+    job: &MapJob,
+    out: Option<&Path>,
+    figures: &WantedFigures,
+    global: &Global,
+) -> Result<Outcome, Failure> {
     let robot = job.robot()?;
     let physics = job.physics(&robot)?;
     let poses = job.pose_set(&robot, Shard::WHOLE)?;
-    let maps = job.maps(&robot, &physics, &poses)?;
+    let maps = maps_of(job, &robot, (&physics, &poses), global)?;
     finish(job, &robot, poses, maps, (out, figures))
+}
+
+/// The maps of all mechanisms, with progress.
+fn maps_of(
+    job: &MapJob,
+    robot: &Robot,
+    (physics, poses): (&[ActingPhysics], &PoseSample),
+    global: &Global,
+) -> Result<Vec<StiffnessMap>, Failure> {
+    let bar = progress(global, "maps of mechanisms", physics.len() as u64);
+    let maps = job.maps(robot, physics, poses, &|| bar.inc(1));
+    bar.finish_and_clear();
+    maps
 }
 
 /// All that is said and written of maps, however they came about.
@@ -84,11 +105,16 @@ fn finish(
 }
 
 /// A share, to a file.
-fn one_shard(job: &MapJob, share: Shard, folder: &Path) -> Result<Outcome, Failure> {
+fn one_shard(
+    job: &MapJob,
+    share: Shard,
+    folder: &Path,
+    global: &Global,
+) -> Result<Outcome, Failure> {
     let robot = job.robot()?;
     let physics = job.physics(&robot)?;
     let poses = job.pose_set(&robot, share)?;
-    let maps = job.maps(&robot, &physics, &poses)?;
+    let maps = maps_of(job, &robot, (&physics, &poses), global)?;
     let path = folder.join(format!("{}-of-{}.map-shard", share.index + 1, share.count));
     shard::write(&path, job, &poses, &maps)?;
     let text = format!(

@@ -184,7 +184,7 @@ fn fitted(
         ..FitSettings::default()
     };
     let outcome = data.fit(&fit, &|| ())?;
-    let numbers = FitReport::from(&outcome).of_sessions(&data.sessions);
+    let numbers = FitReport::from(&outcome).of_data(&data);
     Ok((outcome, numbers))
 }
 

@@ -125,6 +125,9 @@ pub fn fit_load_cases(
         }
     }
     name_what_is_open(model, &unloaded, covariance.as_ref(), &mut outcome)?;
+    let estimates = outcome.estimates.iter();
+    let disagreements: Vec<_> = estimates.filter_map(FactorEstimate::disagreement).collect();
+    outcome.warnings.extend(disagreements);
     outcome.poses = pose_errors(model, &before, &outcome);
     if !fit.termination.is_converged() {
         let words = &outcome.termination;
@@ -303,19 +306,18 @@ fn correlations(
         let slope = if own { parameters.slope(place) } else { 1.0 };
         slope * variance.sqrt()
     };
-    let dof = covariance.interval_dof;
-    FactorCorrelations {
-        names: known
-            .iter()
-            .map(|&place| set.parameters()[place].name.clone())
-            .collect(),
-        matrix: known
+    let names = known
+        .iter()
+        .map(|&place| set.parameters()[place].name.clone());
+    FactorCorrelations::new(
+        names.collect(),
+        known
             .iter()
             .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
             .collect(),
-        u_ln: known.iter().map(uncertainty).collect(),
-        dof: dof.is_finite().then_some(dof),
-    }
+        known.iter().map(uncertainty).collect(),
+        covariance.interval_dof,
+    )
 }
 
 fn agreement(

@@ -26,6 +26,9 @@ const COMPONENTS: [&str; 9] = [
 /// Joint values that differ by no more are readings of one pose, degrees or mm.
 const SAME_POSE: f64 = 1.0;
 
+/// Components that are a smaller share of a force are rounding of the axes.
+const ALONG_AN_AXIS: f64 = 1e-9;
+
 /// A component that was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReadComponent {
@@ -86,6 +89,19 @@ impl PosedLoad {
     pub fn force_n(&self) -> f64 {
         let [x, y, z, ..] = self.load;
         dot([x, y, z], [x, y, z]).sqrt()
+    }
+
+    /// Its force, for example `F = -40 N along z`; by components where it is along no axis of the base.
+    pub(super) fn force_words(&self) -> String {
+        let [x, y, z, ..] = self.load;
+        let size = self.force_n();
+        let along = Direction::ALL.iter().zip([x, y, z]);
+        let mut acting = along.filter(|(_, force)| force.abs() > ALONG_AN_AXIS * size);
+        match (acting.next(), acting.next()) {
+            (None, _) => "F = 0".to_owned(),
+            (Some((axis, force)), None) => format!("F = {force} N along {axis}"),
+            _ => format!("F = ({x}, {y}, {z}) N"),
+        }
     }
 }
 

@@ -370,7 +370,14 @@ impl ResidualFunction for LoadCaseProblem<'_> {
         let posed = self.model.posed;
         posed.rows().nth(residual).map_or_else(
             || format!("residual {residual}"),
-            |(case, read)| format!("pose {}, {}", posed.labels[case.label], read.name()),
+            |(case, read)| {
+                let (pose, force) = (&posed.labels[case.label], case.force_words());
+                format!(
+                    "pose {pose}, {force}, repeat {}, {}",
+                    case.repeat,
+                    read.name()
+                )
+            },
         )
     }
 }

@@ -159,15 +159,28 @@ impl Knowledge {
             1.0
         };
         let free: Vec<usize> = (0..parameters.parameters().len())
-            .filter(|&place| parameters.status(place) == FactorStatus::Free)
+            .filter(|&place| {
+                let status = parameters.status(place);
+                matches!(
+                    status,
+                    FactorStatus::Free | FactorStatus::NotIdentified { .. }
+                )
+            })
             .collect();
+        // Of what no cell depends on the fit has no derivatives.
+        let columns = free.iter().scan(0, |fitted, &place| {
+            let own = *fitted;
+            let is_fitted = parameters.moves(place);
+            *fitted += usize::from(is_fitted);
+            Some(is_fitted.then_some(own))
+        });
+        let columns: Vec<Option<usize>> = columns.collect();
         let product = |(x, y): (&[f64], &[f64])| {
             x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() / (unit * unit)
         };
         let entry = |a, b| {
-            fit.jacobian_column(a)
-                .zip(fit.jacobian_column(b))
-                .map_or(0.0, product)
+            let column = |place: usize| fit.jacobian_column(columns[place]?);
+            column(a).zip(column(b)).map_or(0.0, product)
         };
         Self {
             information: (0..free.len())

@@ -1,4 +1,4 @@
-//! Intervals of the factors from runs drawn again: no distribution assumed, each run with its own zero and slope.
+//! Intervals of the factors from runs or whole cells drawn again: no distribution assumed.
 
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_measurement::stiffness::{CellStiffness, RunSums, StiffnessTable};
@@ -25,6 +25,15 @@ pub struct BootstrapIntervals {
     pub seed: u64,
 }
 
+/// What the bootstrap draws again.
+#[derive(Debug, Clone, Copy)]
+pub enum ResampledUnit<'a> {
+    /// Applications of the load sequence within their cell: the scatter from run to run, each run with its own zero and slope.
+    Runs(&'a StiffnessTable),
+    /// Whole cells (pose and direction) with all their readings: also what the model leaves from cell to cell.
+    Cells,
+}
+
 /// Runs of the training cells, and how far a replicate of ln K must be stretched.
 struct ResampledCells {
     runs: Vec<Vec<RunSums>>,
@@ -38,22 +47,22 @@ enum NoRefit {
     NotConverged,
 }
 
-/// Draws the runs of every cell anew and refits, on all threads; the result does not depend on their number.
+/// Draws runs or cells anew and refits, on all threads; the result does not depend on their number.
 ///
 /// Runs are drawn within their cell, so that every cell stays in every replicate. A mean over G runs drawn again varies by (G - 1)/G of
 /// its variance; deviations are stretched by √(G/(G - 1)) to undo that (Davison and Hinkley, 1997, section 3.2).
 ///
 /// # Arguments
-/// - `problem`: the training cells with the regression stiffness of `table`; its start puts the bounds.
+/// - `problem`: the training cells, with the regression stiffness of the table whose runs are drawn; its start puts the bounds.
 /// - `fitted`: the fitted factors, from which each refit begins.
 /// - `refitted`: called after each refit, for progress.
 ///
 /// # Errors
-/// [`FitError::LeastSquares`] if a cell has a single run.
+/// [`FitError::LeastSquares`] if a cell has a single run, or too few replicates have a result.
 pub fn bootstrap_cells(
     problem: &FitProblem<'_>,
     fitted: &FittingFactors,
-    table: &StiffnessTable,
+    unit: ResampledUnit<'_>,
     choice: &ParameterChoice,
     settings: &BootstrapSettings,
     refitted: &(dyn Fn() + Sync),
@@ -64,8 +73,18 @@ pub fn bootstrap_cells(
         let parameters = parameters.parameters().iter();
         parameters.map(|parameter| of.get(parameter)).collect()
     };
-    let resampled = ResampledCells::new(table, problem.measured);
-    let strata: Vec<usize> = resampled.runs.iter().map(Vec::len).collect();
+    let ln_stiffness = problem.measured.cells.iter();
+    let ln_stiffness: Vec<f64> = ln_stiffness
+        .map(|cell| cell.stiffness_n_per_m.ln())
+        .collect();
+    let runs = match unit {
+        ResampledUnit::Runs(table) => Some(ResampledCells::new(table, problem.measured)),
+        ResampledUnit::Cells => None,
+    };
+    let strata = runs.as_ref().map_or_else(
+        || vec![ln_stiffness.len()],
+        |cells| cells.runs.iter().map(Vec::len).collect(),
+    );
     let bootstrap = cluster_bootstrap(
         &strata,
         &values(fitted),
@@ -75,12 +94,15 @@ pub fn bootstrap_cells(
                 Refitter::new(problem, choice)
                     .and_then(|refitter| refitter.beginning_at(fitted))
                     .ok(),
-                resampled.ln_stiffness.clone(),
+                ln_stiffness.clone(),
             )
         },
         |multiplicities, (refitter, ln_stiffness)| {
             let refitter = refitter.as_mut().ok_or(NoRefit::NotSetUp)?;
-            resampled.draw(multiplicities, ln_stiffness);
+            match &runs {
+                Some(cells) => cells.draw(multiplicities, ln_stiffness),
+                None => refitter.count_cells(multiplicities),
+            }
             refitted();
             let refit = refitter.refit(ln_stiffness);
             let refit = refit.map_err(|_| NoRefit::NotConverged)?;
@@ -147,5 +169,97 @@ impl ResampledCells {
             let stretch = (runs.len() as f64 / (runs.len() as f64 - 1.0)).sqrt();
             *value = original + stretch * (stiffness.ln() - original);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::{CellModel, MeasuredCell, WeightBasis};
+    use crate::parameters::FitRole;
+    use stiffbench_beams::robot::{ModelParameter, Robot};
+    use stiffbench_test_files::shipped_robot;
+    use stiffbench_units_and_text::test_point::Direction;
+
+    #[test]
+    fn cells_drawn_again_give_the_standard_error_that_allows_for_unequal_scatter() {
+        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let mechanism = robot.mechanism(Some("F")).unwrap();
+        let start = robot.factor_set("m_fsd").unwrap();
+        let poses = robot.poses.iter().map(|named| &named.id);
+        let cells: Vec<Cell> = poses
+            .flat_map(|pose| {
+                Direction::ALL.map(|direction| Cell {
+                    pose: pose.clone(),
+                    direction,
+                })
+            })
+            .collect();
+        let mut model =
+            CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
+        let truth = model.stiffness(&start).unwrap();
+        let off = |place: usize| 0.01 * ((7 * place) % 5) as f64 - 0.02;
+        let measured_cell = |(place, (cell, k)): (usize, (&Cell, &f64))| MeasuredCell {
+            cell: cell.clone(),
+            stiffness_n_per_m: k * f64::exp(off(place)),
+            ln_uncertainty: None,
+            reading_noise: None,
+        };
+        let measured = MeasuredStiffness {
+            cells: cells
+                .iter()
+                .zip(&truth)
+                .enumerate()
+                .map(measured_cell)
+                .collect(),
+            basis: WeightBasis::Equal,
+            unusable: Vec::new(),
+        };
+        let problem = FitProblem {
+            robot: &robot,
+            mechanism,
+            measured: &measured,
+            start: &start,
+            physics: None,
+        };
+        let mut choice = ParameterChoice::default();
+        for place in [0, 2, 3] {
+            choice.set(&ModelParameter::BEAMS[place], FitRole::Fixed);
+        }
+        let ln_measured: Vec<f64> = measured
+            .cells
+            .iter()
+            .map(|cell| cell.stiffness_n_per_m.ln())
+            .collect();
+        let mut refitter = Refitter::new(&problem, &choice).unwrap();
+        let fitted = refitter.refit(&ln_measured).unwrap().factors;
+
+        // HC0 (White, Econometrica 48 (1980), 817): sum (J r)^2 / (sum J^2)^2 of one parameter.
+        let (mut stiffness, mut shares) = (vec![0.0; cells.len()], vec![Vec::new(); cells.len()]);
+        model
+            .evaluate(&fitted, &mut stiffness, Some(&mut shares))
+            .unwrap();
+        let (mut within, mut curvature) = (0.0, 0.0);
+        for ((k, ln_k), shares) in stiffness.iter().zip(&ln_measured).zip(&shares) {
+            let slope = shares[1];
+            within += (slope * (k.ln() - ln_k)).powi(2);
+            curvature += slope * slope;
+        }
+        let expected = within.sqrt() / curvature;
+
+        let settings = BootstrapSettings {
+            replicates: 2000,
+            seed: 3,
+        };
+        let again = || {
+            let unit = ResampledUnit::Cells;
+            bootstrap_cells(&problem, &fitted, unit, &choice, &settings, &|| ()).unwrap()
+        };
+        let found = again();
+        assert_eq!(found.failed, 0);
+        let [low, high] = found.intervals_95[1].unwrap();
+        let error = (high / low).ln() / 3.92;
+        assert!((error / expected - 1.0).abs() < 0.15, "{error} {expected}");
+        assert_eq!(found, again());
     }
 }

@@ -78,6 +78,26 @@ pub enum FitError {
         /// The stiffness, N/m.
         stiffness_n_per_m: f64,
     },
+    /// A model with physics has no displacement at a reading.
+    #[error(
+        "the model returned {value} at pose {pose}, F = {force_n} N along {direction}, repeat {repeat}"
+    )]
+    #[diagnostic(
+        code(stiffbench::fit::not_finite),
+        help("check the effects of the model and the times of this reading")
+    )]
+    NotFinite {
+        /// The pose.
+        pose: PoseId,
+        /// The direction.
+        direction: Direction,
+        /// The force, N.
+        force_n: f64,
+        /// n-th run of the cell.
+        repeat: u32,
+        /// What the model returned.
+        value: f64,
+    },
     /// Bounds between which nothing lies.
     #[error("parameter {name} cannot be fitted between {} and {}", bounds[0], bounds[1])]
     #[diagnostic(

@@ -6,7 +6,7 @@ use stiffbench_numeric::least_squares::{
     Parameter, ParameterCovariance, ParameterRole, ParameterSet, ResidualFunction, SearchOutcome,
     SearchSettings, SigmaMode, Termination, search_for_lower_minimum,
 };
-use stiffbench_numeric::statistics::chi_squared_upper_tail;
+use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::advice::advise;
@@ -15,8 +15,8 @@ use super::intervals::Profiled;
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
-    FactorCorrelations, FitAgreement, FitMethod, FitOutcome, FittedCell, fitted_cells,
-    plain_estimates,
+    FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome, FittedCell,
+    fitted_cells, plain_estimates,
 };
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
@@ -111,7 +111,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     if let Some(covariance) = &profiled.covariance {
         profiled.describe(&mut outcome);
         outcome.correlation = Some(correlation(&parameters, set, covariance));
-        outcome.agreement = Some(agreement(fit, covariance, &training));
+        outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
         outcome.advice = advise(&trained, &outcome, fit, &parameters)?;
     } else {
         outcome.warnings.push(format!(
@@ -227,35 +227,42 @@ fn correlation(
             .correlation(a, b)
             .unwrap_or(f64::from(u8::from(a == b)))
     };
-    FactorCorrelations {
-        names: known
-            .iter()
-            .map(|&i| parameters.parameters()[i].to_string())
-            .collect(),
-        matrix: known
+    let names = known
+        .iter()
+        .map(|&i| parameters.parameters()[i].to_string());
+    let uncertainty = |&i: &usize| Some(parameters.slope(i) * covariance.of(i, i)?.sqrt());
+    FactorCorrelations::new(
+        names.collect(),
+        known
             .iter()
             .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
             .collect(),
-        u_ln: known
-            .iter()
-            .filter_map(|&i| Some(parameters.slope(i) * covariance.of(i, i)?.sqrt()))
-            .collect(),
-        dof: Some(covariance.interval_dof).filter(|dof| dof.is_finite()),
-    }
+        known.iter().filter_map(uncertainty).collect(),
+        covariance.interval_dof,
+    )
 }
 
 fn agreement(
     fit: &LeastSquaresFit,
     covariance: &ParameterCovariance,
     training: &MeasuredStiffness,
+    parameters: &FitParameters,
 ) -> FitAgreement {
+    let idle: Vec<&str> = parameters.without_effect().collect();
     let p_value = match covariance.mode {
         // Weights from the residuals cannot be tested by them.
         SigmaMode::Known
             if covariance.dof > 0
                 && !matches!(training.basis, WeightBasis::FromResiduals { .. }) =>
         {
-            chi_squared_upper_tail(fit.sum_of_squares(), covariance.dof as f64)
+            let (squares, dof) = (fit.sum_of_squares(), covariance.dof as f64);
+            let repeats = training.basis.dof();
+            if repeats.is_finite() {
+                // Lack of fit against a scatter that was itself estimated from repeats (Draper & Smith, section 2.1).
+                f_upper_tail(squares / dof, dof, repeats)
+            } else {
+                chi_squared_upper_tail(squares, dof)
+            }
         }
         _ => None,
     };
@@ -265,6 +272,18 @@ fn agreement(
         dof: covariance.dof,
         reduced_chi_squared: covariance.reduced_chi_squared,
         p_value,
+        rank: covariance.rank,
+        free: covariance.estimated + idle.len(),
+        condition: if idle.is_empty() {
+            covariance.condition_number
+        } else {
+            f64::INFINITY
+        },
+        not_determined: covariance
+            .unidentified
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
     }
 }
 
@@ -326,6 +345,9 @@ fn add_warnings(outcome: &mut FitOutcome, fit: &LeastSquaresFit) {
             outcome.termination
         ));
     }
+    let estimates = outcome.estimates.iter();
+    let disagreements: Vec<_> = estimates.filter_map(FactorEstimate::disagreement).collect();
+    outcome.warnings.extend(disagreements);
     if let Some(agreement) = &outcome.agreement
         && let Some(p) = agreement.p_value.filter(|p| *p < 0.01)
     {

@@ -29,6 +29,8 @@ pub(super) struct JointProblem<'a> {
     parameters: FitParameters,
     ln_measured: Vec<f64>,
     whitening: CellWhitening,
+    /// Root of how many times each whitened residual counts.
+    root_counts: Vec<f64>,
     stiffness_n_per_m: Vec<f64>,
     shares: Vec<Shares>,
 }
@@ -64,6 +66,7 @@ impl<'a> JointProblem<'a> {
                 .map(|cell| cell.stiffness_n_per_m.ln())
                 .collect(),
             whitening: CellWhitening::of(measured),
+            root_counts: vec![1.0; cells.len()],
             stiffness_n_per_m: vec![0.0; cells.len()],
             shares: vec![Vec::new(); cells.len()],
         })
@@ -113,6 +116,20 @@ impl<'a> JointProblem<'a> {
     pub(super) fn set_measured(&mut self, ln_stiffness: &[f64]) {
         self.ln_measured.copy_from_slice(ln_stiffness);
     }
+
+    /// Counts each cell so many times: for cells drawn again.
+    pub(super) fn count_cells(&mut self, times: &[u32]) {
+        let counts = times.iter().map(|&times| f64::from(times).sqrt());
+        self.root_counts = counts.collect();
+    }
+
+    /// Differences of ln K as residuals of unit variance, each as often as it counts.
+    fn weigh(&self, vector: &mut [f64]) {
+        self.whitening.apply(vector);
+        for (entry, root) in vector.iter_mut().zip(&self.root_counts) {
+            *entry *= root;
+        }
+    }
 }
 
 impl ResidualFunction for JointProblem<'_> {
@@ -137,7 +154,7 @@ impl ResidualFunction for JointProblem<'_> {
         {
             *residual = k.ln() - measured;
         }
-        self.whitening.apply(residuals);
+        self.weigh(residuals);
         if let Some(jacobian) = jacobian {
             for parameter in 0..self.parameters.parameters().len() {
                 if let Some(column) = jacobian.column_mut(parameter) {
@@ -145,7 +162,7 @@ impl ResidualFunction for JointProblem<'_> {
                     for (entry, shares) in column.iter_mut().zip(&self.shares) {
                         *entry = shares[parameter] * slope;
                     }
-                    self.whitening.apply(column);
+                    self.weigh(column);
                 }
             }
         }

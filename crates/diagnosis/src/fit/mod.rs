@@ -29,7 +29,7 @@ mod shares;
 mod significance;
 mod stiffness_list;
 
-pub use bootstrap::{BootstrapIntervals, bootstrap_cells};
+pub use bootstrap::{BootstrapIntervals, ResampledUnit, bootstrap_cells};
 pub use cell_model::CellModel;
 pub use combine::combine;
 pub use error::FitError;

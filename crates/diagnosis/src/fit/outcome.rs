@@ -7,6 +7,12 @@ use stiffbench_units_and_text::test_point::Cell;
 
 use super::measured::{MeasuredStiffness, WeightBasis};
 
+/// A change that is a smaller share of the value is rounding: the parameter did not move.
+const UNMOVED: f64 = 1e-9;
+
+/// Ends of two intervals that lie further apart than this share of half the width disagree.
+const DISAGREEMENT: f64 = 0.2;
+
 /// How the factors were found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -94,6 +100,47 @@ pub struct FactorEstimate {
 }
 
 impl FactorEstimate {
+    /// Whether the fit moved it from its start; `None` of one that it may not move, or that ended on a bound.
+    #[must_use]
+    pub fn moved(&self) -> Option<bool> {
+        let may_move = matches!(
+            self.status,
+            FactorStatus::Free | FactorStatus::NotIdentified { .. }
+        );
+        let size = self.start.abs().max(self.value.abs());
+        may_move.then(|| (self.value - self.start).abs() > UNMOVED * size)
+    }
+
+    /// A warning where the likelihood does not support the interval of the covariance; `None` where both agree or there is no such interval.
+    pub(crate) fn disagreement(&self) -> Option<String> {
+        let quadratic = self.quadratic_interval_95?;
+        let name = &self.name;
+        let [from, to] = quadratic;
+        let by_covariance = format!("the covariance gives {from:.3e} to {to:.3e} (95 %)");
+        let Some([lower, upper]) = self.interval_95 else {
+            let is_open = matches!(self.status, FactorStatus::NotIdentified { .. });
+            return is_open.then(|| {
+                format!(
+                    "{name}: {by_covariance}, but the profile likelihood has no such interval: do not use its standard error"
+                )
+            });
+        };
+        // The covariance is that of ln a of a factor and of the compliance of a spring.
+        let coordinates = |interval: [f64; 2]| {
+            let is_factor = self.parameter.is_factor();
+            interval.map(|end| if is_factor { end.ln() } else { end })
+        };
+        let [from, to] = coordinates(quadratic);
+        let ends = coordinates([lower, upper]);
+        let shift = (ends[0] - from).abs().max((ends[1] - to).abs());
+        let differs = shift > DISAGREEMENT * 0.5 * (to - from) || !self.islands_95.is_empty();
+        differs.then(|| {
+            format!(
+                "{name}: {by_covariance}, the profile likelihood {lower:.3e} to {upper:.3e}: do not use its standard error, use the interval of the likelihood"
+            )
+        })
+    }
+
     /// The islands of the 95 % interval, or the interval itself; empty without one.
     #[must_use]
     pub fn parts_95(&self) -> Vec<[f64; 2]> {
@@ -150,11 +197,29 @@ pub struct FactorCorrelations {
     pub names: Vec<String>,
     /// Correlation coefficients of ln a of factors and of the compliance of springs, row by row.
     pub matrix: Vec<Vec<f64>>,
-    /// Standard uncertainties of ln a of factors, 1, and of the compliance of springs, rad/(N·m); with the coefficients they are the
-    /// covariance.
+    /// Standard uncertainties of ln a of factors, 1, and of the compliance of springs, rad/(N·m).
     pub u_ln: Vec<f64>,
-    /// Their degrees of freedom; absent where they are without limit.
+    /// Covariance of the same quantities, row by row.
+    pub covariance: Vec<Vec<f64>>,
+    /// Degrees of freedom of the uncertainties; absent where they are without limit.
     pub dof: Option<f64>,
+}
+
+impl FactorCorrelations {
+    /// Correlations and standard uncertainties with the covariance that follows from them.
+    pub(crate) fn new(names: Vec<String>, matrix: Vec<Vec<f64>>, u_ln: Vec<f64>, dof: f64) -> Self {
+        let row = |(rhos, u): (&Vec<f64>, &f64)| {
+            let others = rhos.iter().zip(&u_ln);
+            others.map(|(rho, other)| rho * u * other).collect()
+        };
+        Self {
+            covariance: matrix.iter().zip(&u_ln).map(row).collect(),
+            names,
+            matrix,
+            u_ln,
+            dof: dof.is_finite().then_some(dof),
+        }
+    }
 }
 
 /// How well the fitted model agrees with the cells it was fitted to.
@@ -170,6 +235,14 @@ pub struct FitAgreement {
     pub reduced_chi_squared: Option<f64>,
     /// Probability of a sum of squares at least as large if the model and the uncertainties are right; only with known uncertainties.
     pub p_value: Option<f64>,
+    /// Rank of the Jacobian: number of independent combinations of parameters that the cells determine.
+    pub rank: usize,
+    /// Number of parameters that were to be determined: free and not on a bound.
+    pub free: usize,
+    /// Largest over smallest singular value of the Jacobian with columns of unit length; infinite if the smallest is zero.
+    pub condition: f64,
+    /// Combinations of parameters that the cells do not determine, in words.
+    pub not_determined: Vec<String>,
 }
 
 /// The single further cell that would help most with one factor.

@@ -14,6 +14,10 @@ use crate::parameters::{FIRST_SPRING, FitRole, ParameterChoice, ScaleCell, Sprin
 use super::error::FitError;
 use super::outcome::FactorStatus;
 use super::problem::FitProblem;
+use super::shares::Shares;
+
+/// A derivative of ln K below this is rounding: a compliance keeps nine digits.
+const NO_EFFECT: f64 = 1e-8;
 
 /// The parameters of one fit.
 #[derive(Debug, Clone)]
@@ -38,6 +42,8 @@ struct FitMember {
 enum Role {
     Free,
     Fixed,
+    /// Free, but no cell depends on it: it keeps its start.
+    NoEffect,
     /// At the same coordinate as another.
     Tied {
         to: usize,
@@ -68,7 +74,71 @@ impl FitParameters {
             let scales = scales.as_ref();
             scales.map_or_else(PlaceScale::default, |scales| scales.of(parameter))
         };
-        Self::with_scales(problem.start, choice, &scale)
+        let mut parameters = Self::with_scales(problem.start, choice, &scale)?;
+        parameters.keep_what_has_no_effect(problem)?;
+        Ok(parameters)
+    }
+
+    /// Keeps what no cell depends on at its start, where rounding would else push it to a bound. Derivatives of physics beside the beams are
+    /// differences, which are too coarse to show that.
+    fn keep_what_has_no_effect(&mut self, problem: &FitProblem<'_>) -> Result<(), FitError> {
+        if problem.physics.is_some() {
+            return Ok(());
+        }
+        let cells = problem.measured.cells.iter();
+        let cells: Vec<_> = cells.map(|cell| cell.cell.clone()).collect();
+        let mut model = problem.cell_model(&self.parameters, &cells)?;
+        let mut shares = vec![Shares::new(); cells.len()];
+        let mut stiffness = vec![0.0; cells.len()];
+        if model
+            .evaluate(&self.start, &mut stiffness, Some(&mut shares))
+            .is_err()
+        {
+            // The search names what has no value.
+            return Ok(());
+        }
+        let places = 0..self.members.len();
+        let has_effect = |place: usize| {
+            let together = places
+                .clone()
+                .filter(|&other| self.moved_by(other) == place);
+            let together: Vec<usize> = together.collect();
+            let of_cell = |shares: &Shares| -> f64 {
+                let slopes = together
+                    .iter()
+                    .map(|&other| shares[other] * self.slope(other));
+                slopes.sum()
+            };
+            shares
+                .iter()
+                .any(|shares| of_cell(shares).abs() > NO_EFFECT)
+        };
+        let idle = places
+            .clone()
+            .filter(|&place| self.members[place].role == Role::Free && !has_effect(place));
+        for place in idle.collect::<Vec<_>>() {
+            self.members[place].role = Role::NoEffect;
+        }
+        Ok(())
+    }
+
+    /// The parameter that moves another one, through chains of ties; itself if it is not tied.
+    fn moved_by(&self, place: usize) -> usize {
+        let mut root = place;
+        for _ in 0..self.members.len() {
+            let Role::Tied { to } = self.members[root].role else {
+                break;
+            };
+            root = to;
+        }
+        root
+    }
+
+    /// Names of free parameters that no cell depends on.
+    pub(super) fn without_effect(&self) -> impl Iterator<Item = &str> {
+        let members = self.members.iter();
+        let idle = members.filter(|member| member.role == Role::NoEffect);
+        idle.map(|member| member.name.as_str())
     }
 
     /// The same with what the loads make of each spring.
@@ -178,7 +248,7 @@ impl FitParameters {
                     Parameter::free(name, FIRST_SPRING.clamp(lower, upper), lower, upper)
                 }
                 Role::Free => Parameter::free(name, start.clamp(lower, upper), lower, upper),
-                Role::Fixed => Parameter::fixed(name, start),
+                Role::Fixed | Role::NoEffect => Parameter::fixed(name, start),
                 Role::Tied { to } => Parameter::tied(name, to, 1.0),
             }
         };
@@ -196,7 +266,7 @@ impl FitParameters {
 
     /// Whether a fit moves a parameter, by itself or with another.
     pub(crate) fn moves(&self, place: usize) -> bool {
-        self.members[place].role != Role::Fixed
+        !matches!(self.members[place].role, Role::Fixed | Role::NoEffect)
     }
 
     /// What is known of a parameter before the fit.
@@ -204,6 +274,9 @@ impl FitParameters {
         match self.members[place].role {
             Role::Free => FactorStatus::Free,
             Role::Fixed => FactorStatus::Fixed,
+            Role::NoEffect => FactorStatus::NotIdentified {
+                words: "no measured cell depends on it, so it keeps its start".to_owned(),
+            },
             Role::Tied { to } => FactorStatus::Tied {
                 to: self.members[to].name.clone(),
             },

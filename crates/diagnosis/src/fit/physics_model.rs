@@ -69,7 +69,7 @@ impl<'a> PhysicsModel<'a> {
     /// Stiffness of every cell, N/m, and if asked for the derivatives of its logarithm to the parameters, as [`Shares`].
     ///
     /// # Errors
-    /// [`FitError::Robot`], [`FitError::NoPrediction`].
+    /// [`FitError::Robot`], [`FitError::NotFinite`], [`FitError::NoPrediction`].
     pub(super) fn evaluate(
         &mut self,
         factors: &FittingFactors,
@@ -125,7 +125,7 @@ impl<'a> PhysicsModel<'a> {
     fn stiffness(&mut self, factors: &FittingFactors, out: &mut [f64]) -> Result<(), FitError> {
         self.mechanics.set_factors(factors)?;
         for (place, stiffness) in out.iter_mut().enumerate() {
-            self.predict(place);
+            self.predict(place)?;
             let readings = &mut self.cells[place].readings;
             let value = self
                 .physics
@@ -152,7 +152,7 @@ impl<'a> PhysicsModel<'a> {
     /// Sequence number and displacement of every reading, m.
     ///
     /// # Errors
-    /// [`FitError::Robot`].
+    /// [`FitError::Robot`], [`FitError::NotFinite`].
     pub(super) fn displacements_m(
         &mut self,
         factors: &FittingFactors,
@@ -160,7 +160,7 @@ impl<'a> PhysicsModel<'a> {
         self.mechanics.set_factors(factors)?;
         let mut displacements = Vec::new();
         for place in 0..self.cells.len() {
-            self.predict(place);
+            self.predict(place)?;
             let readings = &self.cells[place].readings.readings;
             let numbers = readings.iter().map(|reading| reading.seq);
             displacements.extend(numbers.zip(self.displacement_m.iter().copied()));
@@ -169,7 +169,10 @@ impl<'a> PhysicsModel<'a> {
     }
 
     /// Predicts the readings of a cell.
-    fn predict(&mut self, place: usize) {
+    ///
+    /// # Errors
+    /// [`FitError::NotFinite`].
+    fn predict(&mut self, place: usize) -> Result<(), FitError> {
         let PlacedCell { pose, readings } = &self.cells[place];
         let pose = self.mechanics.pose(*pose);
         let CellReadings {
@@ -193,6 +196,17 @@ impl<'a> PhysicsModel<'a> {
             let out = &mut self.displacement_m[places];
             let laws = &self.physics.acting.laws;
             laws.displacements_m(pose, &loads, &mut self.joint_rotations, out);
+        }
+        let mut predicted = readings.iter().zip(&self.displacement_m);
+        match predicted.find(|(_, value)| !value.is_finite()) {
+            None => Ok(()),
+            Some((reading, &value)) => Err(FitError::NotFinite {
+                pose: cell.pose.clone(),
+                direction: cell.direction,
+                force_n: reading.force_n,
+                repeat: reading.repeat,
+                value,
+            }),
         }
     }
 }
@@ -325,6 +339,26 @@ mod tests {
         assert!(
             matches!(error, Err(FitError::NegativePrediction { .. })),
             "{error:?}"
+        );
+    }
+
+    #[test]
+    fn a_reading_without_a_value_is_named() {
+        let robot = robot();
+        let cells = cells();
+        let physics = physics(
+            &robot,
+            &["creep@structure:k=1%/decade,t0=1s"],
+            Method::Regression,
+        );
+        let mut model = PhysicsModel::new(&robot, &physics, &[], &cells).unwrap();
+        // The fifth of the eight loads of the second run.
+        model.cells[5].readings.loads[8 + 4].hold_s = f64::NAN;
+        let factors = robot.factor_set("m_fsd").unwrap();
+        let error = model.stiffness(&factors, &mut [0.0; 6]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the model returned NaN at pose P3, F = -40 N along z, repeat 2"
         );
     }
 }

@@ -56,6 +56,14 @@ impl<'a> Refitter<'a> {
         Ok(self)
     }
 
+    /// From now on each cell counts so many times.
+    ///
+    /// # Panics
+    /// If there is not one count a cell.
+    pub(super) fn count_cells(&mut self, times: &[u32]) {
+        self.problem.count_cells(times);
+    }
+
     /// Fits other values of ln K (K in N/m), in the order of the cells.
     ///
     /// # Errors

@@ -75,7 +75,7 @@ impl<'a> JacobianView<'a> {
 #[derive(Debug, ThisError)]
 pub enum EvaluationFailure {
     /// A residual is NaN or infinite.
-    #[error("the model returned {value} at residual {residual} ({label})")]
+    #[error("the model returned {value} at {label}")]
     ResidualNotFinite {
         /// Which residual, from 0.
         residual: usize,
@@ -85,7 +85,7 @@ pub enum EvaluationFailure {
         value: f64,
     },
     /// A derivative is NaN or infinite.
-    #[error("the derivative to `{parameter}` is {value} at residual {residual} ({label})")]
+    #[error("the derivative to `{parameter}` is {value} at {label}")]
     DerivativeNotFinite {
         /// Which residual, from 0.
         residual: usize,

@@ -29,7 +29,7 @@ use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::Failure;
 use stiffbench::cli::figure_files::{write, write_figure};
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::cli::progress::{progress, step_on};
+use stiffbench::cli::progress::progress;
 
 /// Stiffness of the paper's bench and fitted model, and displacements of its finite elements.
 const TABLE_VI: &str = include_str!("../../../../data/paper/experiment-table-vi.csv");
@@ -188,7 +188,7 @@ fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(),
     let plans = calibration_plans(&texts, args.quick.then_some(1))?;
     let trials = trials(args);
     let bar = progress(global, "benches with nothing missing", trials as u64);
-    let done_one = || step_on(global, &bar, "benches with nothing missing");
+    let done_one = || bar.inc(1);
     let rows = calibrate(&plans, (trials, args.earlier), args.seed, &done_one)?;
     bar.finish_and_clear();
     done.text.push_str(&calibration_text(&rows));
@@ -225,7 +225,7 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
     };
     // The number of places is known only when they have been tried: the bar counts trials.
     let bar = progress(global, "power", 0);
-    let step = || step_on(global, &bar, "power");
+    let step = || bar.inc(1);
     let before = done.text.clone();
     // What is done is kept, if the rest is not waited for.
     power(&sessions, &options, &step, &mut |cases| {

@@ -120,7 +120,7 @@ pub(crate) fn run(args: &SustainArgs, global: &Global) -> Result<Outcome, Failur
     while held.is_going_on(totals, clock.now_s()) {
         if let Some(event) = live.next(Duration::from_millis(500)) {
             held.take(event, clock.now_s(), args.seconds);
-            bar.set_position(clock.now_s() as u64);
+            bar.set(clock.now_s() as u64, args.seconds as u64, "");
         }
     }
     bar.finish_and_clear();

@@ -2,6 +2,7 @@
 
 use stiffbench_measurement::load_cases::{LoadCaseTable, read_load_cases};
 use stiffbench_measurement::readings::ReadOptions;
+use stiffbench_numeric::least_squares::minimise;
 use stiffbench_test_files::text;
 use stiffbench_units_and_text::source_text::SourceText;
 
@@ -113,4 +114,50 @@ fn derivatives_of_displacements_are_their_differences() {
     let (off, moved) = worst(&robot, &table, &choice);
     assert_eq!(moved, 7);
     assert!(off < 1e-6, "{off}");
+}
+
+#[test]
+fn a_component_without_a_value_is_named_by_pose_force_and_repeat() {
+    let robot = arm("");
+    let mechanism = robot.mechanism(None).unwrap();
+    let mut table = positions();
+    table.cases.retain(|case| case.force_n != [0.0; 3]);
+    table.cases.truncate(2);
+    for (case, force) in table
+        .cases
+        .iter_mut()
+        .zip([[0.0, 0.0, -40.0], [3.0, 0.0, 4.0]])
+    {
+        case.force_n = force;
+        case.position_m = [None; 3];
+        case.displacement_m = [Some(1e-4); 3];
+        case.repeat = 2;
+    }
+    let posed = PosedLoadCases::new(&robot, mechanism, &table).unwrap();
+    let start = robot.with_own_springs(&FittingFactors::UNIT);
+    let model = LoadCaseModel {
+        robot: &robot,
+        mechanism,
+        start: &start,
+        posed: &posed,
+    };
+    let choice = spring_choice(&robot, mechanism);
+    let (parameters, _) = model.parameters(&choice, None).unwrap();
+    for (row, expected) in [(1, "F = -40 N along z"), (5, "F = (3, 0, 4) N")] {
+        let mut weights = vec![1.0; posed.rows().count()];
+        weights[row] = f64::NAN;
+        let mut problem = LoadCaseProblem::new(model, &parameters, weights, None).unwrap();
+        let set = parameters.set().unwrap();
+        let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
+        let LeastSquaresError::StartHasNoValue { source } = error else {
+            panic!("{error}");
+        };
+        let (pose, axis) = (&table.cases[row / 3].pose, ["x", "y", "z"][row % 3]);
+        assert_eq!(
+            source.to_string(),
+            format!(
+                "the model returned NaN at pose {pose}, {expected}, repeat 2, displacement {axis}"
+            )
+        );
+    }
 }

@@ -18,7 +18,7 @@ use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::figure_files::write;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::cli::progress::{progress, step_on};
+use stiffbench::cli::progress::progress;
 use stiffbench::report::{AlignedTable, significant};
 
 use super::{LIST_FILE, MODEL_FILE, RECORD_FILE, read};
@@ -60,7 +60,7 @@ pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<O
         let text = format!("{:#}\n", json!(record));
         write(&args.folder.join(RECORD_FILE), text.as_bytes())?;
         write(&args.folder.join(LIST_FILE), record.csv().as_bytes())?;
-        step_on(global, &bar, "CalculiX");
+        bar.inc(1);
     }
     bar.finish_and_clear();
     let folder = args.folder.display();

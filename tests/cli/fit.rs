@@ -1,0 +1,277 @@
+//! What `fit` prints of a fit beside its values.
+
+use super::{assert_output_contains, desk, desk_with_session};
+
+#[test]
+fn standard_errors_covariance_and_correlations_are_given_with_every_fit() {
+    let desk = desk_with_session();
+    let data = desk.data("fit session");
+    let found = &data["correlation"];
+    let names = found["names"].as_array().unwrap();
+    assert_eq!(names.len(), 4);
+    for (place, name) in names.iter().enumerate() {
+        let parameters = data["parameters"].as_array().unwrap();
+        let own = parameters.iter().find(|one| one["name"] == *name).unwrap();
+        let [se, value] = ["se", "value"].map(|key| own[key].as_f64().unwrap());
+        // The variance of ln a is that of a over its square.
+        let variance = found["covariance"][place][place].as_f64().unwrap();
+        let expected = (se / value).powi(2);
+        assert!((variance / expected - 1.0).abs() < 1e-9, "{name}");
+    }
+    let page = desk.run("fit session").succeeds().stdout;
+    let rho = found["matrix"][1][0].as_f64().unwrap();
+    let row = page
+        .lines()
+        .find(|line| line.starts_with("| 2 beam.Iy"))
+        .unwrap();
+    assert!(row.contains(&format!("{rho:+.2}")), "{row}");
+    assert!(page.contains("| standard error |"), "{page}");
+}
+
+#[test]
+fn a_pair_that_the_data_can_hardly_distinguish_is_named() {
+    let page = desk().run("fit paper-experiment --train P1,P3 --free link.Iz");
+    let page = page.succeeds().stdout;
+    assert!(
+        page.contains("can hardly be distinguished: correlation -")
+            && page.contains("one larger and the other smaller fits nearly as well"),
+        "{page}"
+    );
+}
+
+#[test]
+fn a_parameter_that_no_cell_depends_on_did_not_move() {
+    let desk = desk();
+    // The mechanism is planar: its lateral stiffness does not depend on the bending in its plane, which vertical readings show.
+    desk.write(
+        "lateral.csv",
+        "pose,direction,stiffness_N_per_um\nP1,x,0.0097\nP2,x,0.0096\nP3,x,0.0128\nP4,x,0.0191\n",
+    );
+    let line = "fit lateral.csv --robot hp-robot --fix beam.A,beam.J";
+    let data = desk.data(line);
+    let parameters = data["parameters"].as_array().unwrap();
+    let bending = parameters.iter().find(|one| one["name"] == "beam.Iy");
+    let bending = bending.unwrap();
+    assert_eq!(bending["status"], "not_identified");
+    assert_eq!(bending["moved"], false);
+    assert_eq!(bending["value"], bending["start"]);
+    assert_eq!((&data["rank"], &data["free"]), (&1.into(), &2.into()));
+    let page = desk.run(line).succeeds().stdout;
+    for part in [
+        "not identified, did not move",
+        "no measured cell depends on it, so it keeps its start",
+        "The cells determine 1 of 2 parameters (rank of the Jacobian); condition number infinite.",
+        "beam.Iy: a further measurement along y at",
+    ] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+}
+
+#[test]
+fn an_interval_of_the_covariance_that_the_likelihood_does_not_support_is_warned_of() {
+    let desk = desk_with_session();
+    let disagreements = |line: &str| {
+        let page = desk.run(line).succeeds().stdout;
+        let notes = page
+            .lines()
+            .filter(|line| line.contains("the covariance gives"));
+        notes.map(str::to_owned).collect::<Vec<_>>()
+    };
+    // Readings of many repeats: intervals of a few percent, within which the likelihood is a parabola.
+    assert_eq!(disagreements("fit session"), Vec::<String>::new());
+    // Twelve values that scatter by 20 %: the interval of beam.A reaches four times as far up as down.
+    let found = disagreements("fit paper-experiment");
+    let of_beam = found.iter().find(|note| note.starts_with("note: beam.A:"));
+    assert!(
+        of_beam.is_some_and(|note| note.contains("the profile likelihood")),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_rejected_reading_is_left_out_and_listed_with_its_reason() {
+    let desk = desk_with_session();
+    let readings = desk.read("session/readings.csv");
+    let mut lines: Vec<String> = readings.lines().map(str::to_owned).collect();
+    let marked = |line: &str, status: &str, flag: &str| {
+        let (before, after) = line.split_once(",accepted,,").unwrap();
+        format!("{before},{status},{flag},{after}")
+    };
+    let number = |line: &str| line.split(',').nth(1).unwrap().parse::<u64>().unwrap();
+    let (rejected, flagged) = (number(&lines[3]), number(&lines[20]));
+    lines[3] = marked(&lines[3], "rejected", "operator: bumped the table");
+    lines[20] = marked(&lines[20], "accepted", "drift: 4 um");
+    desk.write("marked.csv", &lines.join("\n"));
+    lines.remove(3);
+    desk.write("without.csv", &lines.join("\n"));
+
+    let fit = |file: &str| desk.data(&format!("fit {file} --robot session/robot.toml"));
+    let (with, without) = (fit("marked.csv"), fit("without.csv"));
+    assert_eq!(with["parameters"], without["parameters"]);
+    let marks = with["marked"].as_array().unwrap();
+    assert_eq!(marks.len(), 2);
+    assert_eq!(marks[0]["status"], "rejected");
+    assert_eq!(marks[0]["flag"], "operator: bumped the table");
+    assert_eq!(marks[0]["readings"][0], rejected);
+    let page = desk
+        .run("fit marked.csv --robot session/robot.toml")
+        .succeeds();
+    for line in [
+        format!(
+            "Left out, rejected (operator: bumped the table): 1 reading(s), number {rejected}."
+        ),
+        format!("Used though flagged (drift: 4 um): 1 reading(s), number {flagged}."),
+    ] {
+        assert!(page.stdout.contains(&line), "{}", page.stdout);
+    }
+}
+
+#[test]
+fn refits_in_a_pipe_have_a_line_a_tenth_unless_progress_is_off() {
+    let desk = desk_with_session();
+    let line = "fit session --bootstrap 40 --seed 1";
+    let lines = |options: &str| {
+        let ran = desk.run(&format!("{line} {options}")).succeeds();
+        let own = ran
+            .stderr
+            .lines()
+            .filter(|line| line.starts_with("refits: "));
+        own.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let found = lines("");
+    assert_eq!(found.len(), 10);
+    assert_eq!(found[9], "refits: 40 of 40 done");
+    assert_eq!(lines("--progress text"), found);
+    assert!(lines("--progress none").is_empty() && lines("--json").is_empty());
+    assert!(lines("--quiet").is_empty());
+    assert!(lines("--progress bar").is_empty());
+    let map = desk.run("map --samples 50").succeeds();
+    assert!(
+        map.stderr.contains("maps of mechanisms: 6 of 6 done"),
+        "{}",
+        map.stderr
+    );
+}
+
+#[test]
+fn runs_of_signs_tell_a_curved_load_line_from_scatter() {
+    let desk = desk_with_session();
+    let of_load = |session: &str| {
+        let data = desk.data(&format!("fit {session}"));
+        let tests = data["runs_tests"].as_array().unwrap().clone();
+        assert_eq!(tests.len(), 2);
+        assert_eq!(
+            (&tests[0]["against"], &tests[1]["against"]),
+            (&"load".into(), &"order".into())
+        );
+        tests[0]["p"].as_f64().unwrap()
+    };
+    assert!(of_load("session") > 0.01);
+    desk.run("simulate curved --seed 4 --effect force-gauge-nonlinearity:q=0.1%/N")
+        .succeeds();
+    assert!(of_load("curved") < 1e-6);
+    let page = desk.run("fit curved").succeeds().stdout;
+    assert!(
+        page.contains("Residuals by load within runs: ") && page.contains("a structure is left"),
+        "{page}"
+    );
+}
+
+#[test]
+fn cells_are_drawn_again_without_readings_too() {
+    let desk = desk();
+    let line = "fit paper-experiment --bootstrap 60 --bootstrap-over cells --seed 2";
+    let data = desk.data(line);
+    let parameters = data["parameters"].as_array().unwrap();
+    let drawn = parameters
+        .iter()
+        .find(|one| one["name"] == "beam.Iy")
+        .unwrap();
+    let [low, high] = [0, 1].map(|end| drawn["ci95_bootstrap"][end].as_f64().unwrap());
+    let value = drawn["value"].as_f64().unwrap();
+    assert!(low < value && value < high, "{low} {value} {high}");
+    assert_eq!(desk.data(line), data);
+    let refused = desk.run("fit paper-experiment --bootstrap 60 --json");
+    assert_ne!(refused.code, 0);
+    assert_output_contains(&refused.json()["error"], &["--bootstrap-over cells"]);
+}
+
+#[test]
+fn derived_quantities_have_propagated_intervals() {
+    let desk = desk_with_session();
+    let line = "fit session --derive ratio=beam.Iy/beam.Iz";
+    let data = desk.data(line);
+    let parameter = |name: &str| {
+        let all = data["parameters"].as_array().unwrap();
+        let own = all.iter().find(|one| one["name"] == name).unwrap();
+        ["value", "se"].map(|key| own[key].as_f64().unwrap())
+    };
+    let ([y, u_y], [z, u_z]) = (parameter("beam.Iy"), parameter("beam.Iz"));
+    let rho = data["correlation"]["matrix"][1][2].as_f64().unwrap();
+    let (a, b) = (u_y / y, u_z / z);
+    let expected = y / z * (a * a + b * b - 2.0 * rho * a * b).sqrt();
+    let derived = &data["derived"][0];
+    assert_eq!(derived["value"].as_f64(), Some(y / z));
+    assert!((derived["se"].as_f64().unwrap() / expected - 1.0).abs() < 1e-9);
+    let page = desk.run(line).succeeds().stdout;
+    assert!(page.contains("| ratio   | beam.Iy/beam.Iz |"), "{page}");
+    let wrong = desk.run("fit session --derive ratio=beam.Iy/beam.Ix --json");
+    assert_output_contains(
+        &wrong.json(),
+        &["`beam.Ix` is no parameter of the fit", "did you mean"],
+    );
+
+    // The stiffness of a spring is the inverse of its compliance.
+    let fanuc = super::load_cases::fanuc();
+    let data = fanuc.data("fit cases.csv --robot fanuc.toml --derive k1=1/joint.J1");
+    let spring = data["parameters"].as_array().unwrap();
+    let spring = spring.iter().find(|one| one["name"] == "joint.J1").unwrap();
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let [c, u, k] = [&spring["value"], &spring["se"], &spring["stiffness"]].map(number);
+    let [derived, se] = [&data["derived"][0]["value"], &data["derived"][0]["se"]].map(number);
+    assert!((derived / k - 1.0).abs() < 1e-12 && (se / (u / (c * c)) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn models_of_the_same_cells_are_ranked_and_others_refused() {
+    let desk = desk_with_session();
+    let keep = |name: &str, line: &str| {
+        let found = desk.run(&format!("{line} --json")).succeeds().stdout;
+        desk.write(name, &found);
+    };
+    keep("simpler.json", "fit session --fix beam.J");
+    keep("train.json", "fit session --train P1,P3");
+    desk.run("simulate other --seed 9").succeeds();
+    keep("other.json", "fit other");
+
+    let line = "fit session --against simpler.json";
+    let data = desk.data(line);
+    let models = data["comparison"]["models"].as_array().unwrap();
+    assert_eq!(
+        (&models[0]["free"], &models[1]["free"]),
+        (&4.into(), &3.into())
+    );
+    // The true factor is one that the fit began at: nothing is gained by freeing it, or little.
+    for model in models {
+        let number = |key: &str| model[key].as_f64().unwrap();
+        let (k, n) = (number("free"), 12.0);
+        let expected = number("squares") + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0);
+        assert!((number("aicc") - expected).abs() < 1e-9);
+    }
+    let test = &data["comparison"]["nested"][0];
+    assert_eq!(
+        (&test["simpler"], &test["richer"]),
+        (&"simpler.json".into(), &"this fit".into())
+    );
+    assert_eq!(test["dof"], serde_json::json!([1, 8]));
+    let page = desk.run(line).succeeds().stdout;
+    assert!(
+        page.contains("simpler.json is contained in this fit: F(1, 8) = "),
+        "{page}"
+    );
+    for (file, reason) in [("other.json", "other data"), ("train.json", "other poses")] {
+        let refused = desk.run(&format!("fit session --against {file} --json"));
+        assert_ne!(refused.code, 0);
+        assert_output_contains(&refused.json()["error"], &[reason, "cannot be ranked"]);
+    }
+}
