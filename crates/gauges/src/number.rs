@@ -95,3 +95,87 @@ impl Digits {
         10_f64.powi(i32::from(self.decimals))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shape() -> NumberShape {
+        NumberShape {
+            least: 3,
+            most: 6,
+            least_points: 0,
+            most_points: 1,
+            decimals: 2,
+            leading_blanks: true,
+            comma: false,
+            other: None,
+        }
+    }
+
+    fn lengths(shape: &NumberShape, bytes: &str) -> Vec<usize> {
+        let fits = shape.lengths(bytes.as_bytes());
+        fits.into_iter().map(|(length, _)| length).collect()
+    }
+
+    #[test]
+    fn a_number_has_so_many_characters_and_points() {
+        let all = shape();
+        assert_eq!(lengths(&all, "12.345678"), [6, 5, 4, 3]);
+        assert_eq!(lengths(&all, "12"), [] as [usize; 0]);
+        assert_eq!(lengths(&all, "12N"), [] as [usize; 0]);
+        assert_eq!(lengths(&all, "1.2.3"), [3]);
+        assert_eq!(lengths(&all, "1,23"), [] as [usize; 0]);
+        assert_eq!(lengths(&all, "...1"), [] as [usize; 0]);
+        let with_point = NumberShape {
+            least_points: 1,
+            ..shape()
+        };
+        assert_eq!(lengths(&with_point, "123.4"), [5, 4]);
+        assert_eq!(lengths(&with_point, "1234"), [] as [usize; 0]);
+        let comma = NumberShape {
+            comma: true,
+            ..shape()
+        };
+        assert_eq!(lengths(&comma, "1,23"), [4, 3]);
+    }
+
+    #[test]
+    fn blanks_stand_before_the_first_digit_only() {
+        assert_eq!(lengths(&shape(), "  1.5 "), [5, 4, 3]);
+        assert_eq!(lengths(&shape(), "1 23"), [] as [usize; 0]);
+        assert_eq!(lengths(&shape(), ". 12"), [] as [usize; 0]);
+        assert_eq!(lengths(&shape(), "    "), [] as [usize; 0]);
+        let without = NumberShape {
+            leading_blanks: false,
+            ..shape()
+        };
+        assert_eq!(lengths(&without, " 12.5"), [] as [usize; 0]);
+    }
+
+    #[test]
+    fn a_number_that_no_float_holds_exactly_does_not_fit() {
+        let long = NumberShape {
+            most: 40,
+            ..shape()
+        };
+        let fits = lengths(&long, "12345678901234567890");
+        assert_eq!(fits.first(), Some(&MOST_DIGITS));
+        let fits = lengths(&long, "1234567.890123456789");
+        assert_eq!(fits.first(), Some(&(MOST_DIGITS + 1)));
+    }
+
+    #[test]
+    fn digits_are_read_with_their_decimals() {
+        let read = |bytes: &str, point_digit| shape().read(bytes.as_bytes(), point_digit);
+        let digits = |mantissa, decimals| Digits { mantissa, decimals };
+        assert_eq!(read(" 12.305", None), digits(12305, 3));
+        assert_eq!(read("0,07", Some(1)), digits(7, 2));
+        assert_eq!(read("12.", None), digits(12, 0));
+        assert_eq!(read("1234", None), digits(1234, 2));
+        assert_eq!(read("1234", Some(3)), digits(1234, 3));
+        assert_eq!(digits(12305, 3).value(), 12.305);
+        assert_eq!(digits(12305, 3).step(), 0.001);
+        assert_eq!(digits(5, 0).step(), 1.0);
+    }
+}
