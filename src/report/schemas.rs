@@ -11,7 +11,8 @@ use super::{
     InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult, MobilityReport,
     ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport, RecordReport, ReplayReport,
     RobotReport, RunReport, SessionLog, ShardReport, SignificanceReport, SimulationReport,
-    StatusReport, TraceReport, TraceValues, VectorStiffnessReport, VerifyReport, WorkspaceReport,
+    StatusReport, TraceReport, TraceValues, UndoReport, VectorStiffnessReport, VerifyReport,
+    WorkspaceReport,
 };
 
 /// The schema of `data` of each kind of result.
@@ -62,6 +63,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("session-recover", schema_of::<JournalReport>()),
         ("session-run", schema_of::<RunReport>()),
         ("session-status", schema_of::<StatusReport>()),
+        ("session-undo", schema_of::<UndoReport>()),
         ("session-verify", schema_of::<VerifyReport>()),
         ("significance", schema_of::<SignificanceReport>()),
         ("simulate", schema_of::<SimulationReport>()),

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::elastostatics::BestPoses;
 use crate::load_direction::LoadDirection;
-use crate::session::{PROMPTS, Record, SessionCell, SessionEnd, SessionPlan};
+use crate::session::{PROMPTS, Record, SessionCell, SessionEnd, SessionPlan, Undone};
 use crate::test_point::{Branch, PoseId};
 
 use super::text::{AlignedTable, significant};
@@ -247,6 +247,25 @@ pub struct RunReport {
     pub skipped: usize,
     /// Readings that were replaced by others.
     pub superseded: usize,
+}
+
+/// What was taken back of a session.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct UndoReport {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Sequence number of the event that takes it back.
+    pub event: u64,
+    /// What was taken back.
+    pub undone: Undone,
+    /// The same in words.
+    pub text: String,
+    /// Readings planned.
+    pub planned: usize,
+    /// Readings that count.
+    pub accepted: usize,
+    /// Readings that are left out.
+    pub skipped: usize,
 }
 
 /// The journal of a session, as far as it can be read.

@@ -8,6 +8,8 @@ use stiffbench_measurement::readings::{JointColumn, JointUnit};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
+use super::decision::{Flagged, Skipped, Superseded, Undone};
+
 /// Something that happened in a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", content = "data", rename_all = "kebab-case")]
@@ -32,6 +34,8 @@ pub enum Event {
     Flagged(Flagged),
     /// A planned reading is left out.
     Skipped(Skipped),
+    /// A reading, a skip or a flag was taken back after the session had stopped.
+    Undone(Undone),
     /// The operator's words.
     Note(Noted),
     /// The surroundings.
@@ -376,35 +380,6 @@ impl TakenReading {
 
 /// Components of a unit vector below this are none.
 const NO_COMPONENT: f64 = 1e-9;
-
-/// A reading that no longer counts.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Superseded {
-    /// Number of the reading.
-    pub number: u32,
-    /// Why.
-    pub reason: String,
-}
-
-/// Readings that are doubtful, found out after they were taken.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Flagged {
-    /// Numbers of the readings.
-    pub numbers: Vec<u32>,
-    /// Why.
-    pub flag: String,
-}
-
-/// A planned reading that is left out.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Skipped {
-    /// Place of the cell in the plan, from 0.
-    pub cell: usize,
-    /// Place in the readings planned for that cell, from 0.
-    pub index: usize,
-    /// Why.
-    pub reason: String,
-}
 
 /// The operator's words.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -3,6 +3,7 @@
 mod answers_file;
 mod awake;
 mod contradiction;
+mod decision;
 mod digits;
 mod event;
 mod folder;
@@ -21,10 +22,11 @@ mod view;
 pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
 pub use awake::KeptAwake;
 pub use contradiction::{Contradiction, RepeatCheck};
+pub use decision::{Flagged, Skipped, Superseded, Undone, UndoneAction, last_decision};
 pub use event::{
-    AxisReading, AxisZero, ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, JointSet,
-    LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Skipped, Started,
-    Superseded, Surroundings, TakenReading, Warning, ZeroOccasion, Zeroed,
+    AxisReading, AxisZero, ClockJump, Ended, Event, Gap, InstrumentSeen, JointSet, LinkChange,
+    Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Started, Surroundings, TakenReading,
+    Warning, ZeroOccasion, Zeroed,
 };
 pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,

@@ -10,9 +10,9 @@ use stiffbench_measurement::readings::{
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
+use super::decision::{Flagged, Undone, UndoneAction};
 use super::event::{
-    Ended, Event, Flagged, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion,
-    Zeroed,
+    Ended, Event, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
 };
 use super::journal::Record;
 
@@ -137,6 +137,7 @@ impl SessionState {
                 let at = (skipped.cell, skipped.index);
                 self.skipped.insert(at, skipped.reason.clone());
             }
+            Event::Undone(undone) => self.undo(undone),
             Event::Note(noted) => self.notes.push((record.t_s, noted.clone())),
             Event::Environment(now) => self.temperature_deg_c = Some(now.temperature_deg_c),
             Event::Ended(ended) => self.ended = Some(ended.clone()),
@@ -189,6 +190,41 @@ impl SessionState {
         for kept in self.readings.iter_mut().filter(named) {
             kept.flags.push(flagged.flag.clone());
         }
+    }
+
+    fn undo(&mut self, undone: &Undone) {
+        match &undone.action {
+            UndoneAction::Reading { number } => self.supersede(*number, "undone"),
+            UndoneAction::Skip { cell, indices, .. } => {
+                for index in indices {
+                    self.skipped.remove(&(*cell, *index));
+                }
+            }
+            UndoneAction::Flag { numbers, flag } => {
+                let named = |kept: &&mut KeptReading| numbers.contains(&kept.taken.number);
+                for kept in self.readings.iter_mut().filter(named) {
+                    kept.flags.retain(|of| of != flag);
+                }
+            }
+        }
+    }
+
+    /// Whether the reading of a number counts.
+    #[must_use]
+    pub fn counts(&self, number: u32) -> bool {
+        let mut readings = self.readings.iter();
+        readings.any(|kept| kept.taken.number == number && kept.superseded.is_none())
+    }
+
+    /// Whether readings that count still have a flag.
+    #[must_use]
+    pub fn is_flagged(&self, flagged: &Flagged) -> bool {
+        let mut readings = self.readings.iter();
+        readings.any(|kept| {
+            kept.superseded.is_none()
+                && flagged.numbers.contains(&kept.taken.number)
+                && kept.flags.contains(&flagged.flag)
+        })
     }
 
     fn reading(&mut self, taken: &TakenReading, record: &Record) {

@@ -10,5 +10,6 @@ mod session_journal;
 mod session_repeats;
 mod session_run;
 mod session_simulated;
+mod session_undo;
 mod session_vectors;
 mod support;

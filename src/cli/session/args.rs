@@ -16,7 +16,7 @@ use crate::test_point::Direction;
 /// Arguments of `session`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
+    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
 )]
 pub(in crate::cli) struct SessionArgs {
     /// What to do.
@@ -41,6 +41,8 @@ pub(super) enum SessionCommand {
     Recover(RecoverArgs),
     /// What happened in a session, line by line
     Log(FolderArgs),
+    /// Take back the last reading, skip or flag of a session that has stopped and is not complete; say what it was
+    Undo(FolderArgs),
     /// Moved to stiffbench-validate
     #[command(hide = true, disable_help_flag = true)]
     Faults(MovedArgs),

@@ -11,7 +11,9 @@ use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
-use crate::session::{Event, JournalEnd, SessionState, ZeroOccasion, Zeroed, read_folder};
+use crate::session::{
+    Event, JournalEnd, SessionState, Undone, UndoneAction, ZeroOccasion, Zeroed, read_folder,
+};
 
 use super::prepare::{calibration_warnings, plan_of};
 
@@ -172,6 +174,7 @@ pub(super) fn event_text(event: &Event) -> String {
             skipped.index + 1,
             skipped.reason
         ),
+        Event::Undone(undone) => undone_text(undone),
         Event::Note(noted) => format!("note: {}", noted.text),
         Event::Environment(event_text) => format!("{} degC", event_text.temperature_deg_c),
         Event::Link(link) => format!("{} gauge: {}", link.channel, link.text),
@@ -182,6 +185,33 @@ pub(super) fn event_text(event: &Event) -> String {
         Event::Ended(ended) => format!(
             "ended: {} ({} of {} readings)",
             ended.reason, ended.accepted, ended.planned
+        ),
+    }
+}
+
+/// What was taken back, in words.
+pub(super) fn undone_text(undone: &Undone) -> String {
+    let numbers = |numbers: &[u32]| {
+        let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+        numbers.join(", ")
+    };
+    match &undone.action {
+        UndoneAction::Reading { number } => format!("undone: reading {number} no longer counts"),
+        UndoneAction::Skip {
+            cell,
+            indices,
+            reason,
+        } => {
+            let places: Vec<u32> = indices.iter().map(|index| *index as u32 + 1).collect();
+            format!(
+                "undone: cell {} readings {} are open again; they had been left out: {reason}",
+                cell + 1,
+                numbers(&places)
+            )
+        }
+        UndoneAction::Flag { numbers: of, flag } => format!(
+            "undone: readings {} are no longer flagged: {flag}",
+            numbers(of)
         ),
     }
 }

@@ -12,6 +12,7 @@ mod plan;
 mod prepare;
 mod repair;
 mod repeats;
+mod undo;
 
 pub(super) use args::SessionArgs;
 pub(super) use prepare::instrument_records;
@@ -33,6 +34,7 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Resume(args) => drive::resume(&args, global),
         SessionCommand::Status(args) => inspect::status(&args.folder),
         SessionCommand::Log(args) => inspect::log(&args.folder),
+        SessionCommand::Undo(args) => undo::run(&args.folder),
         SessionCommand::Faults(args) => args.run("session faults", "faults"),
         SessionCommand::Verify(args) => repair::verify(&args.folder),
         SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out),

@@ -1,6 +1,7 @@
 //! What is asked on the way, and what an answer does.
 
-use crate::event::{Event, Flagged, Noted, Skipped, Superseded, Surroundings};
+use crate::decision::{Flagged, Skipped, Superseded};
+use crate::event::{Event, Noted, Surroundings};
 use crate::operator::{Answer, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::Channel;
 
@@ -308,7 +309,14 @@ impl Machine {
         });
         let numbers: Vec<u32> = since.map(|kept| kept.taken.number).collect();
         if !numbers.is_empty() {
-            self.record(Event::Flagged(Flagged { numbers, flag }), out);
+            self.record(
+                Event::Flagged(Flagged {
+                    numbers,
+                    flag,
+                    by_operator: false,
+                }),
+                out,
+            );
         }
     }
 

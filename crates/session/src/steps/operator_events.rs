@@ -1,6 +1,7 @@
 //! What the operator does besides answering.
 
-use crate::event::{Event, Paused, SessionEnd, Superseded};
+use crate::decision::Superseded;
+use crate::event::{Event, Paused, SessionEnd};
 use crate::operator::{OperatorEvent, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::{Ask, Channel};
 
