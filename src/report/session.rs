@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::elastostatics::BestPoses;
 use crate::load_direction::LoadDirection;
-use crate::session::{PROMPTS, Record, SessionCell, SessionEnd, SessionPlan, Undone};
+use crate::session::{PROMPTS, RawCheck, Record, SessionCell, SessionEnd, SessionPlan, Undone};
 use crate::test_point::{Branch, PoseId};
 
 use super::text::{AlignedTable, significant};
@@ -293,6 +293,9 @@ pub struct VerifyReport {
     pub journal: VerifiedJournal,
     /// The table of readings.
     pub table: crate::analysis::TableCheck,
+    /// The bytes of the readings in the traces of the gauges; absent where the journal does not state where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub raw: Option<RawCheck>,
 }
 
 /// The journal of a session that is checked.

@@ -39,6 +39,7 @@ mod robots;
 mod session;
 #[cfg(unix)]
 mod session_log;
+mod session_raw_bytes;
 mod session_undo;
 mod several_sessions;
 mod strict;

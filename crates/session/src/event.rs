@@ -9,6 +9,7 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::decision::{Flagged, Skipped, Superseded, Undone};
+use super::raw_bytes::RawBytes;
 
 /// Something that happened in a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -260,6 +261,9 @@ pub struct TakenReading {
     /// What each displacement gauge along a base axis showed; none for one gauge along the load.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gauges: Vec<AxisReading>,
+    /// Where the packets of the values lie in the traces, a gauge each, force first; none where no trace is kept.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub raw_bytes: Vec<RawBytes>,
 }
 
 /// What a displacement gauge along a base axis showed.

@@ -14,6 +14,7 @@ mod link_text;
 mod live;
 mod operator;
 mod plan;
+mod raw_bytes;
 mod run;
 mod state;
 mod steps;
@@ -39,6 +40,7 @@ pub use journal::{
 };
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
 pub use plan::{SessionCell, SessionPlan};
+pub use raw_bytes::{RawBytes, RawCheck, WrongBytes, check_raw_bytes};
 pub use run::{RunError, SessionInputs, run};
 pub use state::{CurrentZero, KeptReading, SessionState};
 pub use steps::{Action, Input, Machine, Settings, lag_s};

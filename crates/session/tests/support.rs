@@ -234,6 +234,7 @@ impl MockBench {
                 unit: unit.into(),
                 raw: format!("{:.decimals$} {unit}", value_si * factor).into(),
                 at_s: self.now_s,
+                bytes: [0; 2],
                 marks: Vec::new(),
             },
         })

@@ -237,6 +237,7 @@ fn drive(
     let Connected {
         mut gauges,
         names,
+        traces,
         compression_sign,
         units_by_eye,
     } = connect(resolved, &folder.raw()?, clock).inspect_err(|failure| {
@@ -269,6 +270,7 @@ fn drive(
         gauges: gauge_terms(&instruments)?,
         warnings: warnings.clone(),
         names,
+        traces,
         ..Settings::default()
     };
     let planned = plan.len();

@@ -25,6 +25,8 @@ use super::args::BenchArgs;
 pub(super) struct Connected {
     pub(super) gauges: Box<dyn Gauges>,
     pub(super) names: [String; Channel::COUNT],
+    /// Files in the folder `raw` that keep their bytes.
+    pub(super) traces: [String; Channel::COUNT],
     pub(super) compression_sign: Option<f64>,
     /// Units that were configured for gauges that cannot tell theirs.
     pub(super) units_by_eye: [Option<String>; Channel::COUNT],
@@ -219,6 +221,7 @@ pub(super) fn connect(
     let mut names: [String; Channel::COUNT] = Default::default();
     let mut compression_sign = None;
     let mut units_by_eye: [Option<String>; Channel::COUNT] = Default::default();
+    let mut traces: [String; Channel::COUNT] = Default::default();
     let mut gauges = Vec::new();
     for gauge in resolved {
         let description = gauge.description;
@@ -243,9 +246,11 @@ pub(super) fn connect(
             started: Some(clock.utc().to_string()),
             speed: Some(clock.speed()),
         };
+        let (file, trace) = trace(raw, channel, &header)?;
+        traces[channel.index()] = file;
         gauges.push(LiveGauge {
             acquisition: Acquisition::surest(&description).sped_up(clock.speed()),
-            trace: Some(trace(raw, channel, &header)?),
+            trace: Some(trace),
             description: description.sped_up(clock.speed()),
             unit: gauge.unit,
             port: gauge.port,
@@ -261,19 +266,25 @@ pub(super) fn connect(
     Ok(Connected {
         gauges: Box::new(live),
         names,
+        traces,
         compression_sign,
         units_by_eye,
     })
 }
 
-/// A new trace in the folder: `force.trace`, and `force-2.trace` and so on after each interruption.
-fn trace(raw: &Path, channel: Channel, header: &TraceHeader) -> Result<Box<dyn Sink>, CliError> {
-    let mut path = raw.join(format!("{channel}.trace"));
+/// A new trace in the folder, with its name: `force.trace`, and `force-2.trace` and so on after each interruption.
+fn trace(
+    raw: &Path,
+    channel: Channel,
+    header: &TraceHeader,
+) -> Result<(String, Box<dyn Sink>), CliError> {
+    let mut file = format!("{channel}.trace");
     let mut number = 1;
-    while path.exists() {
+    while raw.join(&file).exists() {
         number += 1;
-        path = raw.join(format!("{channel}-{number}.trace"));
+        file = format!("{channel}-{number}.trace");
     }
+    let path = raw.join(&file);
     let begun =
         File::create_new(&path).and_then(|file| TraceWriter::begin(BufWriter::new(file), header));
     let writer = begun.map_err(|source| CliError::Write {
@@ -283,5 +294,5 @@ fn trace(raw: &Path, channel: Channel, header: &TraceHeader) -> Result<Box<dyn S
     let failed = move |error| {
         print_error(&format!("note: {} takes no more: {error}", path.display()));
     };
-    Ok(Box::new(TraceSink::start(writer, failed)))
+    Ok((file, Box::new(TraceSink::start(writer, failed))))
 }

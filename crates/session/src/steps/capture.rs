@@ -2,6 +2,7 @@
 
 use crate::event::{AxisReading, Event, TakenReading};
 use crate::operator::{Bell, Prompt};
+use crate::raw_bytes::RawBytes;
 use stiffbench_gauges::Channel;
 
 use super::answers::Why;
@@ -183,7 +184,23 @@ impl Machine {
             temperature_deg_c: self.state.temperature_deg_c,
             flag: flags.join("; "),
             gauges: gauges?,
+            raw_bytes: self.raw_bytes(),
         })
+    }
+
+    /// Where the last values lie in the traces.
+    fn raw_bytes(&self) -> Vec<RawBytes> {
+        let kept = self.feeds.iter().filter_map(|stream| {
+            let file = &self.settings.traces[stream.channel.index()];
+            let sample = stream.last.as_ref().filter(|_| !file.is_empty())?;
+            Some(RawBytes {
+                channel: stream.channel,
+                file: file.clone(),
+                from: sample.bytes[0],
+                to: sample.bytes[1],
+            })
+        });
+        kept.collect()
     }
 
     fn ask_capture_check(&mut self, capture_check: &CaptureCheck, out: &mut Vec<Action>) {

@@ -45,6 +45,8 @@ pub struct Settings {
     pub warnings: Vec<String>,
     /// Names of the gauges.
     pub names: [String; Channel::COUNT],
+    /// Files in the folder `raw` that keep the bytes of the gauges; empty where none is kept.
+    pub traces: [String; Channel::COUNT],
 }
 
 impl Default for Settings {
@@ -62,6 +64,7 @@ impl Default for Settings {
             pace: Pace::default(),
             warnings: Vec::new(),
             names: Channel::EVERY.map(|channel| format!("{channel} gauge")),
+            traces: <[String; Channel::COUNT]>::default(),
         }
     }
 }
