@@ -7,7 +7,9 @@ use serde::Serialize;
 
 use crate::elastostatics::BestPoses;
 use crate::load_direction::LoadDirection;
-use crate::session::{PROMPTS, RawCheck, Record, SessionCell, SessionEnd, SessionPlan, Undone};
+use crate::session::{
+    LeftOut, PROMPTS, RawCheck, Record, SessionCell, SessionEnd, SessionPlan, Undone,
+};
 use crate::test_point::{Branch, PoseId};
 
 use super::text::{AlignedTable, significant};
@@ -210,6 +212,9 @@ pub struct StatusReport {
     pub accepted: usize,
     /// Readings that were left out.
     pub skipped: usize,
+    /// What was left out, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<LeftOut>,
     /// Readings that were replaced by others.
     pub superseded: usize,
     /// Minutes that the rest takes.

@@ -65,7 +65,7 @@ QUESTIONS = [
     ("drift", r"zero moved by .* allowed are", ["redo", "redo", "keep"]),
     ("changed", r"Before the interruption", ["again", "again", "flag"]),
     ("other-gauge", r"the session began with", ["no", "no", "stop"]),
-    ("skip-reason", r"Why is .* left out", ["doubtful"]),
+    ("skip-reason", r"Why is .* left out", ["instrument doubtful"]),
     ("note", r"What is to be noted", ["nothing"]),
     ("redo-cell", r"Measure it once more", ["no"]),
 ]

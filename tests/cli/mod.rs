@@ -40,6 +40,7 @@ mod session;
 #[cfg(unix)]
 mod session_log;
 mod session_raw_bytes;
+mod session_skips;
 mod session_undo;
 mod several_sessions;
 mod strict;

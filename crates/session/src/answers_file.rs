@@ -81,7 +81,10 @@ pub const PROMPTS: [(&str, &str); 22] = [
         "bad-reading",
         "\"redo\" the run of a reading that its repeats contradict, or \"keep\" it",
     ),
-    ("skip-reason", "a text"),
+    (
+        "skip-reason",
+        "a text that begins with instrument, specimen, unreachable, time or other",
+    ),
     ("note", "a text"),
     ("redo-cell", "true: measure a complete cell once more"),
 ];

@@ -23,7 +23,9 @@ mod view;
 pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
 pub use awake::KeptAwake;
 pub use contradiction::{Contradiction, RepeatCheck};
-pub use decision::{Flagged, Skipped, Superseded, Undone, UndoneAction, last_decision};
+pub use decision::{
+    Flagged, LeftOut, SkipCode, Skipped, Superseded, Undone, UndoneAction, last_decision,
+};
 pub use event::{
     AxisReading, AxisZero, ClockJump, Ended, Event, Gap, InstrumentSeen, JointSet, LinkChange,
     Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Started, Surroundings, TakenReading,

@@ -10,7 +10,7 @@ use stiffbench_measurement::readings::{
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::decision::{Flagged, Undone, UndoneAction};
+use super::decision::{Flagged, Skipped, Undone, UndoneAction};
 use super::event::{
     Ended, Event, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
 };
@@ -63,7 +63,7 @@ pub struct SessionState {
     /// Planned readings that are taken: cell and index to place in `readings`.
     pub taken: BTreeMap<(usize, usize), usize>,
     /// Planned readings that are left out, with the reason.
-    pub skipped: BTreeMap<(usize, usize), String>,
+    pub skipped: BTreeMap<(usize, usize), Skipped>,
     /// Sign of each gauge along the axis.
     pub signs: [Option<f64>; Channel::COUNT],
     /// The gauges as they were last seen.
@@ -135,7 +135,7 @@ impl SessionState {
             Event::Link(change) => self.unconfirmed |= change.lost,
             Event::Skipped(skipped) => {
                 let at = (skipped.cell, skipped.index);
-                self.skipped.insert(at, skipped.reason.clone());
+                self.skipped.insert(at, skipped.clone());
             }
             Event::Undone(undone) => self.undo(undone),
             Event::Note(noted) => self.notes.push((record.t_s, noted.clone())),

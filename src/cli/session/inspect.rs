@@ -12,7 +12,8 @@ use crate::instrument::Channel;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
 use crate::session::{
-    Event, JournalEnd, SessionState, Undone, UndoneAction, ZeroOccasion, Zeroed, read_folder,
+    Event, JournalEnd, LeftOut, SessionState, Undone, UndoneAction, ZeroOccasion, Zeroed,
+    read_folder,
 };
 
 use super::prepare::{calibration_warnings, plan_of};
@@ -38,6 +39,10 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
         plan.len(),
         state.skipped.len(),
     );
+    let left_out = LeftOut::of(state.skipped.values());
+    for one in &left_out {
+        let _ = writeln!(text, "{one}");
+    }
     if let Some(ended) = ended {
         let _ = writeln!(text, "ended: {}", ended.reason);
     }
@@ -67,6 +72,7 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
         planned: plan.len(),
         accepted: state.taken.len(),
         skipped: state.skipped.len(),
+        left_out,
         superseded,
         minutes_left: (left_s / 60.0).round(),
         next: open.map(|(cell, index)| NextReading {
@@ -169,10 +175,10 @@ pub(super) fn event_text(event: &Event) -> String {
             )
         }
         Event::Skipped(skipped) => format!(
-            "cell {} reading {} left out: {}",
-            skipped.cell + 1,
+            "{} reading {} left out: {}",
+            skipped.cell_text(),
             skipped.index + 1,
-            skipped.reason
+            skipped.words()
         ),
         Event::Undone(undone) => undone_text(undone),
         Event::Note(noted) => format!("note: {}", noted.text),

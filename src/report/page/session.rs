@@ -12,6 +12,7 @@ use crate::quantity::{
 use crate::readings::{InstrumentRecord, SessionHeader};
 use crate::report::stiffness::flag_lines;
 use crate::report::{VectorStiffnessReport, significant};
+use crate::session::LeftOut;
 use crate::stiffness::{Branches, Method, StiffnessTable};
 
 use super::blocks::{TextBlock, text_blocks};
@@ -394,16 +395,8 @@ fn of_history(history: Option<&SessionHistory>) -> impl Iterator<Item = String> 
                 ended.accepted, ended.planned, ended.reason
             ));
         }
-        let mut reasons: Vec<&String> = history.state.skipped.values().collect();
-        reasons.sort_unstable();
-        reasons.dedup();
-        for reason in reasons {
-            let same = history.state.skipped.values().filter(|one| *one == reason);
-            all.push(format!(
-                "{} planned reading(s) left out: {reason}",
-                same.count()
-            ));
-        }
+        let left_out = LeftOut::of(history.state.skipped.values());
+        all.extend(left_out.iter().map(ToString::to_string));
         let notes = history.state.notes.iter();
         all.extend(notes.map(|(_, note)| format!("note of the operator: {}", note.text)));
         all.extend(history.incidents.iter().cloned());

@@ -1,6 +1,6 @@
 //! What is asked on the way, and what an answer does.
 
-use crate::decision::{Flagged, Skipped, Superseded};
+use crate::decision::{Flagged, SkipCode, Skipped, Superseded};
 use crate::event::{Event, Noted, Surroundings};
 use crate::operator::{Answer, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::Channel;
@@ -205,10 +205,7 @@ impl Machine {
             Why::Changed => self.changed_answered(word),
             Why::Drift if word == "redo" => self.redo_zero(out),
             Why::Drift => {}
-            Why::SkipReason(_) if word.trim().is_empty() => {
-                self.notify("nothing is left out", out);
-            }
-            Why::SkipReason(what) => self.skip(what, word, out),
+            Why::SkipReason(what) => self.skip_for(what, word, out),
             Why::NoteText => self.note(word, out),
             Why::RedoCell(cell) if yes => self.redo_cell(cell, out),
             Why::RedoCell(_) => {}
@@ -266,7 +263,7 @@ impl Machine {
             // What was wrong may have been the zero, or may have changed it.
             "skip" => {
                 self.unsure = true;
-                self.skip(SkipScope::Reading, rule, out);
+                self.skip(SkipScope::Reading, (SkipCode::Check, rule), out);
             }
             _ if rule == "implausible" || rule == "displacement-sign" => {
                 self.unsure = true;
@@ -329,8 +326,15 @@ impl Machine {
         }
     }
 
-    /// Leaves out what is open, with a reason.
-    pub(super) fn skip(&mut self, what: SkipScope, reason: &str, out: &mut Vec<Action>) {
+    /// Leaves out what is open, with a reason as typed; without one nothing is.
+    pub(super) fn skip_for(&mut self, what: SkipScope, typed: &str, out: &mut Vec<Action>) {
+        match SkipCode::of_typed(typed) {
+            Some(reason) => self.skip(what, reason, out),
+            None => self.notify("nothing is left out: a reason is needed", out),
+        }
+    }
+
+    fn skip(&mut self, what: SkipScope, (code, reason): (SkipCode, &str), out: &mut Vec<Action>) {
         let open = match self.job {
             Some(Job::Read { cell, index }) => Some((cell, index)),
             _ => self.plan.next_open(&self.state, self.focus),
@@ -346,15 +350,16 @@ impl Machine {
             if self.state.taken.contains_key(&(cell, index)) {
                 continue;
             }
-            let reason = reason.to_owned();
-            self.record(
-                Event::Skipped(Skipped {
-                    cell,
-                    index,
-                    reason,
-                }),
-                out,
-            );
+            let planned = &self.plan.cells[cell];
+            let skipped = Skipped {
+                cell,
+                index,
+                code: Some(code),
+                reason: reason.to_owned(),
+                pose: Some(planned.pose.to_string()),
+                direction: Some(planned.direction.clone()),
+            };
+            self.record(Event::Skipped(skipped), out);
         }
         self.reroute();
     }

@@ -1,6 +1,6 @@
 //! What the operator does besides answering.
 
-use crate::decision::Superseded;
+use crate::decision::{SkipCode, Superseded};
 use crate::event::{Event, Paused, SessionEnd};
 use crate::operator::{OperatorEvent, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::{Ask, Channel};
@@ -34,14 +34,18 @@ impl Machine {
             OperatorEvent::Skip {
                 what,
                 reason: Some(reason),
-            } => self.skip(what, &reason, out),
+            } => self.skip_for(what, &reason, out),
             OperatorEvent::Skip { what, reason: None } => {
                 let left_out = match what {
                     SkipScope::Reading => "this reading",
                     SkipScope::Cell => "the rest of this cell",
                 };
                 let text = format!("Why is {left_out} left out? Without a reason nothing is.");
-                let prompt = Prompt::new("skip-reason", text, PromptKind::Text);
+                let mut prompt = Prompt::new("skip-reason", text, PromptKind::Text);
+                let words = SkipCode::GIVEN.map(SkipCode::word).join(", ");
+                prompt.details = vec![format!(
+                    "Begin with one of {words}; more about it may follow."
+                )];
                 self.ask(prompt, Why::SkipReason(what), out);
             }
             OperatorEvent::Note { text: None } => {
