@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::readings::{ReadingTable, ReadingsError, SessionHeader, VectorTable};
 use crate::session::{
-    Difference, Integrity, LeftOut, ReadJournal, SessionState, integrity, read_journal,
+    Difference, Integrity, OmittedReadings, ReadJournal, SessionState, integrity, read_journal,
     vector_integrity,
 };
 
@@ -28,7 +28,7 @@ pub enum JournalCheck {
         /// Changed keys of the header.
         header: Vec<Difference>,
         /// Planned readings that were left out.
-        left_out: Vec<LeftOut>,
+        left_out: Vec<OmittedReadings>,
     },
 }
 
@@ -71,7 +71,7 @@ fn compared(
     Ok(JournalCheck::Compared {
         table: compare(&journal)?,
         header: header.map_or_else(Vec::new, |header| header_changes(&state, header)),
-        left_out: LeftOut::of(state.skipped.values()),
+        left_out: OmittedReadings::of(state.skipped.values()),
     })
 }
 

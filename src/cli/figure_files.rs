@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::plot::{Figure, to_png};
+use crate::session::write_whole;
 
 use super::failure::{CliError, Failure};
 use crate::analysis::{ArgumentError, Inputs, is_dash};
@@ -83,7 +84,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
             source,
         })?;
     }
-    std::fs::write(path, bytes).map_err(|source| CliError::Write {
+    write_whole(path, bytes).map_err(|source| CliError::Write {
         path: path.to_owned(),
         source,
     })

@@ -10,9 +10,9 @@ use super::{
     DesignSummary, DiagnosisResult, EmulationReport, FigureReport, FitResult, InstrumentList,
     InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult, MobilityReport,
     ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport, RecordReport, ReplayReport,
-    RobotReport, RunReport, SessionLog, ShardReport, SignificanceReport, SimulationReport,
-    StatusReport, TraceReport, TraceValues, UndoReport, VectorStiffnessReport, VerifyReport,
-    WorkspaceReport,
+    RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport, SignificanceReport,
+    SimulationReport, StatusReport, TraceReport, TraceValues, UndoReport, VectorStiffnessReport,
+    VerifyReport, WorkspaceReport,
 };
 
 /// The schema of `data` of each kind of result.
@@ -61,6 +61,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("session-log", schema_of::<SessionLog>()),
         ("session-plan", schema_of::<PlanReport>()),
         ("session-recover", schema_of::<JournalReport>()),
+        ("session-replay", schema_of::<SessionReplayReport>()),
         ("session-run", schema_of::<RunReport>()),
         ("session-status", schema_of::<StatusReport>()),
         ("session-undo", schema_of::<UndoReport>()),

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::elastostatics::BestPoses;
 use crate::load_direction::LoadDirection;
 use crate::session::{
-    LeftOut, PROMPTS, RawCheck, Record, SessionCell, SessionEnd, SessionPlan, Undone,
+    OmittedReadings, PROMPTS, RawCheck, Record, SessionCell, SessionEnd, SessionPlan, Undone,
 };
 use crate::test_point::{Branch, PoseId};
 
@@ -170,7 +170,11 @@ pub enum SessionOutcome {
     Partial,
     /// Stopped at once; it can be resumed.
     Aborted,
-    /// No event states that it ended.
+    /// A process has it.
+    Running,
+    /// No event states that it ended, and no process has it.
+    Crashed,
+    /// No event states that it ended, and the system does not say whether a process has it.
     RunningOrCrashed,
 }
 
@@ -192,6 +196,8 @@ impl SessionOutcome {
             Self::Complete => "complete",
             Self::Partial => "partial",
             Self::Aborted => "aborted",
+            Self::Running => "running",
+            Self::Crashed => "crashed",
             Self::RunningOrCrashed => "running or crashed",
         }
     }
@@ -214,11 +220,17 @@ pub struct StatusReport {
     pub skipped: usize,
     /// What was left out, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<OmittedReadings>,
     /// Readings that were replaced by others.
     pub superseded: usize,
     /// Minutes that the rest takes.
     pub minutes_left: f64,
+    /// By whom it was ended: the operator or the program; `null` if it has not ended or an older version ended it.
+    pub ended_by: Option<String>,
+    /// Why it ended; `null` if it has not.
+    pub reason: Option<String>,
+    /// What is done once more when it is resumed.
+    pub repeats: Vec<String>,
     /// The next reading; `null` if there is none.
     pub next: Option<NextReading>,
 }
@@ -271,6 +283,22 @@ pub struct UndoReport {
     pub accepted: usize,
     /// Readings that are left out.
     pub skipped: usize,
+}
+
+/// A session that was replayed, beside the one that was recorded.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SessionReplayReport {
+    /// The new folder.
+    pub folder: PathBuf,
+    /// Readings that count in the recorded session.
+    pub recorded: usize,
+    /// Those of them that the replay took too.
+    pub replayed: usize,
+    /// Largest difference of a force, N.
+    #[serde(rename = "largest_difference_N")]
+    pub largest_difference_n: f64,
+    /// Largest difference of a displacement, µm.
+    pub largest_difference_um: f64,
 }
 
 /// The journal of a session, as far as it can be read.

@@ -52,6 +52,8 @@ PROCEDURES = {
 QUESTIONS = [
     ("ready", r"bench ready", ["yes"]),
     ("temperature", r"How warm", ["21.5"]),
+    ("humidity", r"relative humidity", [""]),
+    ("bench-note", r"worth a note", [""]),
     ("setup", r"Set pose", ["yes"]),
     ("sign-check", r"Which way along", ["minus"]),
     ("sign-differs", r"counts the other way under compression", ["again", "again", "use"]),

@@ -113,7 +113,7 @@ impl SkipCode {
 
 /// Planned readings of a cell that are left out for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
-pub struct LeftOut {
+pub struct OmittedReadings {
     /// Pose and direction, or the number of the cell.
     pub cell: String,
     /// How many.
@@ -124,7 +124,7 @@ pub struct LeftOut {
     pub reason: String,
 }
 
-impl fmt::Display for LeftOut {
+impl fmt::Display for OmittedReadings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -134,7 +134,7 @@ impl fmt::Display for LeftOut {
     }
 }
 
-impl LeftOut {
+impl OmittedReadings {
     /// What is left out, by cell and reason, in the order of the plan.
     pub fn of<'a>(skipped: impl IntoIterator<Item = &'a Skipped>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();

@@ -4,12 +4,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use stiffbench_gauges::Channel;
+use stiffbench_measurement::procedure::LimitVerdict;
 use stiffbench_measurement::readings::{JointColumn, JointUnit};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::decision::{Flagged, Skipped, Superseded, Undone};
 use super::raw_bytes::RawBytes;
+use super::surroundings::Surroundings;
 
 /// Something that happened in a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -264,6 +266,19 @@ pub struct TakenReading {
     /// Where the packets of the values lie in the traces, a gauge each, force first; none where no trace is kept.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub raw_bytes: Vec<RawBytes>,
+    /// How the value stands to the limits of the procedure; none where it has no limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<LimitCheck>,
+}
+
+/// How a value stands to the limits of the procedure.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct LimitCheck {
+    /// In a word.
+    pub verdict: LimitVerdict,
+    /// The limit that is exceeded; empty if none is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub exceeded: String,
 }
 
 /// What a displacement gauge along a base axis showed.
@@ -394,13 +409,6 @@ pub struct Noted {
     pub text: String,
 }
 
-/// The surroundings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Surroundings {
-    /// Temperature, °C.
-    pub temperature_deg_c: f64,
-}
-
 /// How the line to a gauge stands.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct LinkChange {
@@ -446,8 +454,11 @@ pub struct Warning {
 pub struct Ended {
     /// How.
     pub outcome: SessionEnd,
-    /// By whom or what, and why.
+    /// Why.
     pub reason: String,
+    /// By whom: the operator, by name where it is known, or `program`; journals of before have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Readings that count.
     pub accepted: u32,
     /// Readings that were planned.

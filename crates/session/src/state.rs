@@ -15,6 +15,7 @@ use super::event::{
     Ended, Event, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
 };
 use super::journal::Record;
+use super::surroundings::Surroundings;
 
 /// The flag of readings whose zero has not been checked since.
 const ZERO_NOT_CONFIRMED: &str = "the zero was not looked at again";
@@ -76,6 +77,8 @@ pub struct SessionState {
     pub zeros: BTreeMap<(usize, String), u32>,
     /// Last temperature entered, °C.
     pub temperature_deg_c: Option<f64>,
+    /// The surroundings, as often as they were entered.
+    pub surroundings: Vec<Surroundings>,
     /// Notes, with their times, s.
     pub notes: Vec<(f64, Noted)>,
     /// Times at which the session was resumed, s.
@@ -92,8 +95,10 @@ impl KeptReading {
     pub fn flag(&self) -> String {
         let unconfirmed = !self.zero_confirmed && self.superseded.is_none();
         let superseded = self.superseded.as_ref();
+        let exceeded = self.taken.limits.as_ref();
         let parts = [self.taken.flag.clone()]
             .into_iter()
+            .chain(exceeded.map(|checked| checked.exceeded.clone()))
             .chain(self.flags.iter().cloned())
             .chain(unconfirmed.then(|| ZERO_NOT_CONFIRMED.to_owned()))
             .chain(superseded.map(|reason| format!("superseded: {reason}")));
@@ -139,7 +144,10 @@ impl SessionState {
             }
             Event::Undone(undone) => self.undo(undone),
             Event::Note(noted) => self.notes.push((record.t_s, noted.clone())),
-            Event::Environment(now) => self.temperature_deg_c = Some(now.temperature_deg_c),
+            Event::Environment(now) => {
+                self.temperature_deg_c = now.temperature_deg_c.or(self.temperature_deg_c);
+                self.surroundings.push(*now);
+            }
             Event::Ended(ended) => self.ended = Some(ended.clone()),
             Event::PoseSet(set) => {
                 self.poses.insert(set.pose.clone(), set.joints.clone());

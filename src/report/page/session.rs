@@ -12,7 +12,7 @@ use crate::quantity::{
 use crate::readings::{InstrumentRecord, SessionHeader};
 use crate::report::stiffness::flag_lines;
 use crate::report::{VectorStiffnessReport, significant};
-use crate::session::LeftOut;
+use crate::session::OmittedReadings;
 use crate::stiffness::{Branches, Method, StiffnessTable};
 
 use super::blocks::{TextBlock, text_blocks};
@@ -295,6 +295,7 @@ fn conditions(
             "SHA-256 of the procedure",
             started.map(|started| started.procedure_sha256.clone()),
         );
+        add("specimen", header.specimen.clone());
         add("operator", header.operator.clone());
         add("place", header.place.clone());
         add("recorded by", header.software.clone());
@@ -307,6 +308,12 @@ fn conditions(
             "temperature at the start",
             start.map(|one| format!("{one} °C")),
         );
+    }
+    let entered = history
+        .iter()
+        .flat_map(|history| &history.state.surroundings);
+    for surroundings in entered.filter(|one| one.occasion.is_some()) {
+        add("entered at the bench", Some(surroundings.to_string()));
     }
     let ends = (temperatures_deg_c.iter()).fold(None, |ends: Option<[f64; 2]>, next| {
         Some(ends.map_or([*next; 2], |[low, high]| [low.min(*next), high.max(*next)]))
@@ -395,7 +402,7 @@ fn of_history(history: Option<&SessionHistory>) -> impl Iterator<Item = String> 
                 ended.accepted, ended.planned, ended.reason
             ));
         }
-        let left_out = LeftOut::of(history.state.skipped.values());
+        let left_out = OmittedReadings::of(history.state.skipped.values());
         all.extend(left_out.iter().map(ToString::to_string));
         let notes = history.state.notes.iter();
         all.extend(notes.map(|(_, note)| format!("note of the operator: {}", note.text)));

@@ -1,19 +1,20 @@
 //! What is asked on the way, and what an answer does.
 
 use crate::decision::{Flagged, SkipCode, Skipped, Superseded};
-use crate::event::{Event, Noted, Surroundings};
-use crate::operator::{Answer, Prompt, PromptKind, SkipScope};
+use crate::event::{Event, Noted};
+use crate::operator::{Answer, Prompt, SkipScope};
 use stiffbench_gauges::Channel;
 
 use super::load::LoadApproach;
 use super::signs::CountedWays;
+use super::surroundings::SurroundingsQuestion;
 use super::{Action, Job, Machine};
 
 /// What an open question is about.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Why {
     Ready,
-    Temperature,
+    Surroundings(SurroundingsQuestion),
     Unit(Channel),
     SetUp(usize),
     OtherGauge(Channel, String),
@@ -50,7 +51,7 @@ impl Why {
             | Self::Way(_)
             | Self::SignDiffers { .. } => true,
             Self::Ready
-            | Self::Temperature
+            | Self::Surroundings(_)
             | Self::Unit(_)
             | Self::SetUp(_)
             | Self::OtherGauge(..)
@@ -64,17 +65,6 @@ impl Why {
 }
 
 impl Machine {
-    pub(super) fn ask_temperature(&mut self, out: &mut Vec<Action>) {
-        let kind = PromptKind::Number {
-            unit: "degC",
-            range: [-40.0, 80.0],
-        };
-        let mut prompt = Prompt::new("temperature", "How warm is it at the bench?", kind);
-        prompt.details = vec!["Left blank, the readings have no temperature.".to_owned()];
-        prompt.default = Some(Answer::Text(String::new()));
-        self.ask(prompt, Why::Temperature, out);
-    }
-
     /// A gauge that does not send its unit is asked for it by way of the operator's eyes.
     pub(super) fn ask_unit(&mut self, channel: Channel, out: &mut Vec<Action>) {
         let Some(unit) = self.settings.units_by_eye[channel.index()].clone() else {
@@ -179,7 +169,7 @@ impl Machine {
                 self.done();
             }
             Why::Unit(channel) => self.unit_answered(channel, word, out),
-            Why::Temperature => self.temperature(answer, out),
+            Why::Surroundings(of) => self.surroundings_answered(of, answer, out),
             Why::SetUp(cell) if yes => self.set_up(cell, out),
             Why::SetUp(_) => {
                 self.done();
@@ -211,13 +201,6 @@ impl Machine {
             Why::RedoCell(_) => {}
             Why::Contradicted(numbers) => self.contradiction_answered(numbers, word, out),
         }
-    }
-
-    fn temperature(&mut self, answer: &Answer, out: &mut Vec<Action>) {
-        if let Answer::Number(temperature_deg_c) = *answer {
-            self.record(Event::Environment(Surroundings { temperature_deg_c }), out);
-        }
-        self.done();
     }
 
     fn other_gauge(&mut self, channel: Channel, identity: String, yes: bool) {
@@ -364,10 +347,14 @@ impl Machine {
         self.reroute();
     }
 
-    /// Keeps the operator's words.
+    /// Keeps the operator's words, on the cell that stands or is being set up.
     pub(super) fn note(&mut self, text: &str, out: &mut Vec<Action>) {
+        let being_set_up = match self.job {
+            Some(Job::SetUp(cell)) => Some(cell),
+            _ => None,
+        };
         let noted = Noted {
-            cell: self.mounted,
+            cell: being_set_up.or(self.mounted),
             text: text.to_owned(),
         };
         self.record(Event::Note(noted), out);

@@ -1,6 +1,6 @@
 //! Taking a reading: when it may be taken, and what must be asked before.
 
-use crate::event::{AxisReading, Event, TakenReading};
+use crate::event::{AxisReading, Event, LimitCheck, TakenReading};
 use crate::operator::{Bell, Prompt};
 use crate::raw_bytes::RawBytes;
 use stiffbench_gauges::Channel;
@@ -85,6 +85,9 @@ impl Machine {
             taken.force_n,
             taken.displacement_text()
         );
+        if let Some(checked) = taken.limits.as_ref().filter(|of| !of.exceeded.is_empty()) {
+            self.message(checked.exceeded.clone(), true, out);
+        }
         self.record(Event::Reading(Box::new(taken)), out);
         out.push(Action::Bell(Bell::Captured));
         self.notify(text, out);
@@ -157,6 +160,13 @@ impl Machine {
             Some(axis) => format!("{rule} along {axis}: accepted by the operator"),
         });
         let standing = Some(self.standing_flag.clone()).filter(|flag| !flag.is_empty());
+        let limits = &self.plan.procedure.limits;
+        let others_m = gauges.iter().flatten().map(|gauge| gauge.displacement_m);
+        let (verdict, exceeded) = limits.verdict(force_n, others_m.chain([displacement_m]));
+        let checked = LimitCheck {
+            verdict,
+            exceeded: exceeded.unwrap_or_default(),
+        };
         let flags: Vec<String> = accepted.chain(standing).collect();
         Some(TakenReading {
             number: self.state.readings.len() as u32 + 1,
@@ -185,6 +195,7 @@ impl Machine {
             flag: flags.join("; "),
             gauges: gauges?,
             raw_bytes: self.raw_bytes(),
+            limits: (!limits.is_empty()).then_some(checked),
         })
     }
 
