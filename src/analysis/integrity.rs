@@ -6,7 +6,8 @@ use serde::Serialize;
 
 use crate::readings::{ReadingTable, ReadingsError, SessionHeader, VectorTable};
 use crate::session::{
-    Difference, Integrity, ReadJournal, SessionState, integrity, read_journal, vector_integrity,
+    Difference, Integrity, OmittedReadings, ReadJournal, SessionState, integrity, read_journal,
+    vector_integrity,
 };
 
 use super::error::AnalysisError;
@@ -26,6 +27,8 @@ pub enum JournalCheck {
         table: Integrity,
         /// Changed keys of the header.
         header: Vec<Difference>,
+        /// Planned readings that were left out.
+        left_out: Vec<OmittedReadings>,
     },
 }
 
@@ -68,6 +71,7 @@ fn compared(
     Ok(JournalCheck::Compared {
         table: compare(&journal)?,
         header: header.map_or_else(Vec::new, |header| header_changes(&state, header)),
+        left_out: OmittedReadings::of(state.skipped.values()),
     })
 }
 
@@ -121,9 +125,15 @@ impl JournalCheck {
         trust: bool,
         warnings: &mut Vec<String>,
     ) -> Result<(), AnalysisError> {
-        let Self::Compared { table, header } = self else {
+        let Self::Compared {
+            table,
+            header,
+            left_out,
+        } = self
+        else {
             return Ok(());
         };
+        warnings.extend(left_out.iter().map(ToString::to_string));
         let changes = self.changes(file);
         if !changes.is_empty() {
             if !trust {
@@ -162,7 +172,7 @@ impl JournalCheck {
     pub fn changes(&self, file: &Path) -> Vec<String> {
         match self {
             Self::None => Vec::new(),
-            Self::Compared { table, header } => {
+            Self::Compared { table, header, .. } => {
                 let header = header.iter().map(|key| {
                     format!(
                         "session.toml: {} is {:?}, the journal has {:?}",

@@ -78,7 +78,7 @@ pub use plausible::{
     doubts_about_fit, doubts_about_load_case_fit, doubts_about_load_cases, doubts_about_stiffness,
 };
 pub use pose_plan::choose_poses;
-pub use procedure::{add_poses, joints_of, named_procedure, state_joint_values};
+pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state_joint_values};
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};

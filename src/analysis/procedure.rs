@@ -40,6 +40,25 @@ fn procedure_source(name: &str) -> Result<SourceText, AnalysisError> {
     })
 }
 
+/// Checks the specimen that is to be measured against those of a procedure; a procedure that lists none takes any.
+///
+/// # Errors
+/// For one that is not listed, with the nearest, and for none where several are listed.
+pub fn check_specimen(procedure: &Procedure, specimen: Option<&str>) -> Result<(), ArgumentError> {
+    let known = &procedure.specimens;
+    if known.is_empty() || specimen.is_some_and(|name| known.iter().any(|one| one == name)) {
+        return Ok(());
+    }
+    let names = known.iter().map(String::as_str);
+    let meant = specimen.and_then(|name| nearest(name, names));
+    let meant = meant.map_or_else(String::new, |near| format!("did you mean {near}? "));
+    Err(ArgumentError::new(
+        format!("--specimen-id {}", specimen.unwrap_or_default()).trim_end(),
+        format!("procedure {} does not list this specimen", procedure.name),
+        format!("{meant}it lists {}", known.join(", ")),
+    ))
+}
+
 /// Values of joints that differ by less are the same, degrees or m: what 15 digits in a file lose.
 const SAME_VALUE: f64 = 1e-9;
 

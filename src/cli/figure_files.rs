@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::plot::{Figure, to_png};
+use crate::session::write_whole;
 
 use super::failure::{CliError, Failure};
 use crate::analysis::{ArgumentError, Inputs, is_dash};
@@ -83,16 +84,9 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
             source,
         })?;
     }
-    let is_new = !path.exists();
-    std::fs::write(path, bytes).map_err(|source| {
-        // On a full disk no part of a file is left.
-        if is_new {
-            let _ = std::fs::remove_file(path);
-        }
-        CliError::Write {
-            path: path.to_owned(),
-            source,
-        }
+    write_whole(path, bytes).map_err(|source| CliError::Write {
+        path: path.to_owned(),
+        source,
     })
 }
 

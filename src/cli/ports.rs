@@ -1,7 +1,6 @@
 //! `ports`: which serial ports there are, what is on them, and which gauge is bound to which.
 
 use std::fmt::Write;
-use std::fs;
 use std::thread;
 use std::time::Duration;
 
@@ -22,6 +21,7 @@ use super::gauge::{BINDINGS_FILE, channel, read_bindings};
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error};
 use crate::report::{BindingReport, InstrumentMatch, PortList, PortReport, ProbeReport};
+use crate::session::write_whole;
 
 /// Arguments of `ports`.
 #[derive(Debug, Args)]
@@ -236,7 +236,7 @@ fn write_binding(
     let (old, mut warnings) = read_bindings(&args.bindings)?;
     let (new, note) = old.with(bound, binding.clone());
     warnings.extend(note);
-    fs::write(&args.bindings, new.to_toml()).map_err(|source| CliError::Write {
+    write_whole(&args.bindings, new.to_toml().as_bytes()).map_err(|source| CliError::Write {
         path: args.bindings.clone(),
         source,
     })?;

@@ -109,8 +109,10 @@ struct ReplayArgs {
 
 /// How fast a trace is replayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Speed {
+pub(super) enum Speed {
+    /// So many times as fast as it was recorded.
     Times(f64),
+    /// As fast as possible.
     Fastest,
 }
 
@@ -404,7 +406,8 @@ fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
     Ok(Outcome::new("trace-replay", text, ReplayReport { samples }).with_warnings(warnings))
 }
 
-fn pace(text: &str) -> Result<Speed, String> {
+/// A speed as typed: a number, or max.
+pub(super) fn pace(text: &str) -> Result<Speed, String> {
     if text == "max" {
         return Ok(Speed::Fastest);
     }

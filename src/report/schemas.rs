@@ -10,8 +10,9 @@ use super::{
     DesignSummary, DiagnosisResult, EmulationReport, FigureReport, FitResult, InstrumentList,
     InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult, MobilityReport,
     ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport, RecordReport, ReplayReport,
-    RobotReport, RunReport, SessionLog, ShardReport, SignificanceReport, SimulationReport,
-    StatusReport, TraceReport, TraceValues, VectorStiffnessReport, VerifyReport, WorkspaceReport,
+    RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport, SignificanceReport,
+    SimulationReport, StatusReport, TraceReport, TraceValues, UndoReport, VectorStiffnessReport,
+    VerifyReport, WorkspaceReport,
 };
 
 /// The schema of `data` of each kind of result.
@@ -60,8 +61,10 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("session-log", schema_of::<SessionLog>()),
         ("session-plan", schema_of::<PlanReport>()),
         ("session-recover", schema_of::<JournalReport>()),
+        ("session-replay", schema_of::<SessionReplayReport>()),
         ("session-run", schema_of::<RunReport>()),
         ("session-status", schema_of::<StatusReport>()),
+        ("session-undo", schema_of::<UndoReport>()),
         ("session-verify", schema_of::<VerifyReport>()),
         ("significance", schema_of::<SignificanceReport>()),
         ("simulate", schema_of::<SimulationReport>()),

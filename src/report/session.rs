@@ -7,7 +7,9 @@ use serde::Serialize;
 
 use crate::elastostatics::BestPoses;
 use crate::load_direction::LoadDirection;
-use crate::session::{PROMPTS, Record, SessionCell, SessionEnd, SessionPlan};
+use crate::session::{
+    OmittedReadings, PROMPTS, RawCheck, Record, SessionCell, SessionEnd, SessionPlan, Undone,
+};
 use crate::test_point::{Branch, PoseId};
 
 use super::text::{AlignedTable, significant};
@@ -168,7 +170,11 @@ pub enum SessionOutcome {
     Partial,
     /// Stopped at once; it can be resumed.
     Aborted,
-    /// No event states that it ended.
+    /// A process has it.
+    Running,
+    /// No event states that it ended, and no process has it.
+    Crashed,
+    /// No event states that it ended, and the system does not say whether a process has it.
     RunningOrCrashed,
 }
 
@@ -190,6 +196,8 @@ impl SessionOutcome {
             Self::Complete => "complete",
             Self::Partial => "partial",
             Self::Aborted => "aborted",
+            Self::Running => "running",
+            Self::Crashed => "crashed",
             Self::RunningOrCrashed => "running or crashed",
         }
     }
@@ -210,10 +218,19 @@ pub struct StatusReport {
     pub accepted: usize,
     /// Readings that were left out.
     pub skipped: usize,
+    /// What was left out, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<OmittedReadings>,
     /// Readings that were replaced by others.
     pub superseded: usize,
     /// Minutes that the rest takes.
     pub minutes_left: f64,
+    /// By whom it was ended: the operator or the program; `null` if it has not ended or an older version ended it.
+    pub ended_by: Option<String>,
+    /// Why it ended; `null` if it has not.
+    pub reason: Option<String>,
+    /// What is done once more when it is resumed.
+    pub repeats: Vec<String>,
     /// The next reading; `null` if there is none.
     pub next: Option<NextReading>,
 }
@@ -249,6 +266,41 @@ pub struct RunReport {
     pub superseded: usize,
 }
 
+/// What was taken back of a session.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct UndoReport {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Sequence number of the event that takes it back.
+    pub event: u64,
+    /// What was taken back.
+    pub undone: Undone,
+    /// The same in words.
+    pub text: String,
+    /// Readings planned.
+    pub planned: usize,
+    /// Readings that count.
+    pub accepted: usize,
+    /// Readings that are left out.
+    pub skipped: usize,
+}
+
+/// A session that was replayed, beside the one that was recorded.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SessionReplayReport {
+    /// The new folder.
+    pub folder: PathBuf,
+    /// Readings that count in the recorded session.
+    pub recorded: usize,
+    /// Those of them that the replay took too.
+    pub replayed: usize,
+    /// Largest difference of a force, N.
+    #[serde(rename = "largest_difference_N")]
+    pub largest_difference_n: f64,
+    /// Largest difference of a displacement, µm.
+    pub largest_difference_um: f64,
+}
+
 /// The journal of a session, as far as it can be read.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct JournalReport {
@@ -274,6 +326,9 @@ pub struct VerifyReport {
     pub journal: VerifiedJournal,
     /// The table of readings.
     pub table: crate::analysis::TableCheck,
+    /// The bytes of the readings in the traces of the gauges; absent where the journal does not state where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub raw: Option<RawCheck>,
 }
 
 /// The journal of a session that is checked.

@@ -52,6 +52,8 @@ PROCEDURES = {
 QUESTIONS = [
     ("ready", r"bench ready", ["yes"]),
     ("temperature", r"How warm", ["21.5"]),
+    ("humidity", r"relative humidity", [""]),
+    ("bench-note", r"worth a note", [""]),
     ("setup", r"Set pose", ["yes"]),
     ("sign-check", r"Which way along", ["minus"]),
     ("sign-differs", r"counts the other way under compression", ["again", "again", "use"]),
@@ -65,7 +67,7 @@ QUESTIONS = [
     ("drift", r"zero moved by .* allowed are", ["redo", "redo", "keep"]),
     ("changed", r"Before the interruption", ["again", "again", "flag"]),
     ("other-gauge", r"the session began with", ["no", "no", "stop"]),
-    ("skip-reason", r"Why is .* left out", ["doubtful"]),
+    ("skip-reason", r"Why is .* left out", ["instrument doubtful"]),
     ("note", r"What is to be noted", ["nothing"]),
     ("redo-cell", r"Measure it once more", ["no"]),
 ]

@@ -40,8 +40,14 @@ mod report;
 mod results;
 mod robots;
 mod session;
+mod session_ids;
 #[cfg(unix)]
 mod session_log;
+mod session_raw_bytes;
+mod session_replay;
+mod session_skips;
+mod session_state;
+mod session_undo;
 mod several_sessions;
 mod strict;
 #[cfg(unix)]

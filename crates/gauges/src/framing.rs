@@ -76,6 +76,8 @@ impl fmt::Display for Framing {
 pub(super) struct Fragment {
     pub(super) bytes: Vec<u8>,
     pub(super) at_s: f64,
+    /// The first of them among all bytes that came, and the one behind the last, end mark included.
+    pub(super) place: [u64; 2],
     pub(super) kind: FragmentKind,
 }
 
@@ -107,12 +109,15 @@ const SKIPPED: usize = 128;
 struct Waiting {
     bytes: Vec<u8>,
     times_s: Vec<f64>,
+    /// How many bytes came up to the last that waits.
+    came: u64,
 }
 
 impl Waiting {
     fn push(&mut self, byte: u8, at_s: f64) {
         self.bytes.push(byte);
         self.times_s.push(at_s);
+        self.came += 1;
     }
 
     fn len(&self) -> usize {
@@ -121,10 +126,16 @@ impl Waiting {
 
     /// Takes the first `count` bytes out as a piece; the last `without` of them are left out of it.
     fn take(&mut self, count: usize, without: usize, kind: FragmentKind) -> Fragment {
+        let first = self.came - self.bytes.len() as u64;
         let mut bytes: Vec<u8> = self.bytes.drain(..count).collect();
         bytes.truncate(count - without);
         let at_s = self.times_s.drain(..count).next_back().unwrap_or_default();
-        Fragment { bytes, at_s, kind }
+        Fragment {
+            bytes,
+            at_s,
+            place: [first, first + count as u64],
+            kind,
+        }
     }
 
     fn clear(&mut self) {
@@ -151,6 +162,11 @@ impl Framer {
             skipped: Waiting::default(),
             in_step: true,
         }
+    }
+
+    /// So many bytes came before the first.
+    pub(super) fn begin_behind(&mut self, came: u64) {
+        self.waiting.came = came;
     }
 
     /// Forgets what waits; the next byte begins a packet.

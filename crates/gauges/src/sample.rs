@@ -153,6 +153,8 @@ pub struct Sample {
     pub raw: Box<str>,
     /// When its last byte arrived, s of the clock that the decoder was given.
     pub at_s: f64,
+    /// Where its packet lies among all bytes that the gauge sent: the first of them, from 0, and the one behind the last.
+    pub bytes: [u64; 2],
     /// What came with the value.
     pub marks: Vec<Mark>,
 }

@@ -8,7 +8,8 @@ use stiffbench_measurement::procedure::{
     Procedure, ProcedureError, ProcedureProblem, Settle, shuffled,
 };
 use stiffbench_measurement::readings::{
-    JointColumn, JointUnit, LoadOrder, PoseJoints, RepeatOrder, SessionHeader, ZeroScope,
+    JointColumn, JointUnit, LoadOrder, PoseJoints, ReadingLimits, RepeatOrder, SessionHeader,
+    ZeroScope,
 };
 use stiffbench_test_files::{shipped_procedure, shipped_procedures};
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -374,6 +375,7 @@ prop_compose! {
         preload_n in decimal(-5000..=5000, 3),
         mut holds_s in proptest::collection::btree_set(1_u32..3600, 0..4),
         settle in any_settle(),
+        force_hard_n in proptest::option::of(1_u32..500),
     ) -> Procedure {
         let mut loads_n = loads_n;
         loads_n.push(-70.0);
@@ -400,6 +402,16 @@ prop_compose! {
             preload_n,
             holds_s: std::mem::take(&mut holds_s).into_iter().map(f64::from).collect(),
             settle,
+            specimens: force_hard_n.map(|n| format!("A{n}")).into_iter().collect(),
+            limits: ReadingLimits {
+                force_hard_n: force_hard_n.map(f64::from),
+                displacement_warn_m: Some(0.25e-3),
+                ..ReadingLimits::default()
+            },
+            answer_within_s: force_hard_n
+                .map(|time_s| ("sign-check".to_owned(), f64::from(time_s)))
+                .into_iter()
+                .collect(),
         }
     }
 }
@@ -506,4 +518,44 @@ proptest! {
         let _ = Procedure::parse(&SourceText::new("f", text));
         let _ = parse(&keys);
     }
+}
+
+#[test]
+fn limits_and_times_for_answers_are_read_with_their_units() {
+    let text = "schema = \"stiffbench/procedure/1\"\n[limits]\nforce_hard_kN = 0.08\ndisplacement_warn_mm = 0.5\n[answer_within]\nsetup_min = 10\nsign-check_s = 30\n";
+    let source = SourceText::new("mine.toml", text);
+    let (procedure, warnings) = Procedure::parse(&source).unwrap();
+    assert_eq!(warnings, Vec::<String>::new());
+    assert_eq!(procedure.limits.force_hard_n, Some(80.0));
+    assert_eq!(procedure.limits.displacement_warn_m, Some(0.5e-3));
+    let times = [("setup".to_owned(), 600.0), ("sign-check".to_owned(), 30.0)];
+    assert_eq!(procedure.answer_within_s, times);
+    for (changed, says) in [
+        (
+            text.replace("setup_min = 10", "setup_min = 0"),
+            "answer_within",
+        ),
+        (
+            text.replace("[answer_within]", "force_warn_N = 90\n[answer_within]"),
+            "beyond the hard limit",
+        ),
+        (text.replace("setup_min = 10", "setup = 10"), "setup_s"),
+    ] {
+        let error = Procedure::parse(&SourceText::new("mine.toml", changed)).unwrap_err();
+        let text = format!("{error:?} {error}");
+        assert!(text.contains(says), "{says}: {text}");
+    }
+}
+
+#[test]
+fn a_mistyped_direction_of_a_procedure_has_the_one_that_was_meant() {
+    let text = "schema = \"stiffbench/procedure/1\"\ndirections = [\"diagnal\"]\n[load_directions]\ndiagonal = [0.7071, 0, 0.7071]\n";
+    let error = Procedure::parse(&SourceText::new("mine.toml", text)).unwrap_err();
+    assert!(
+        error.to_string().contains("did you mean `diagonal`?"),
+        "{error}"
+    );
+    let axis = text.replace("diagnal", "vertcal");
+    let error = Procedure::parse(&SourceText::new("mine.toml", axis)).unwrap_err();
+    assert!(error.to_string().contains("did you mean `y`?"), "{error}");
 }

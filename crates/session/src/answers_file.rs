@@ -16,9 +16,14 @@ use super::operator::{Answer, Prompt};
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
 /// Every question a session can ask, with what an answer looks like.
-pub const PROMPTS: [(&str, &str); 22] = [
+pub const PROMPTS: [(&str, &str); 28] = [
     ("ready", "true: the bench is ready"),
     ("temperature", "a number, degC"),
+    ("humidity", "a number, %"),
+    ("bench-note", "a text"),
+    ("temperature-end", "a number, degC"),
+    ("humidity-end", "a number, %"),
+    ("bench-note-end", "a text"),
     (
         "setup",
         "true: pose and gauges are set up; setup.P1.x for one of them",
@@ -81,7 +86,11 @@ pub const PROMPTS: [(&str, &str); 22] = [
         "bad-reading",
         "\"redo\" the run of a reading that its repeats contradict, or \"keep\" it",
     ),
-    ("skip-reason", "a text"),
+    ("limit", "\"again\", \"accept\" or \"skip\""),
+    (
+        "skip-reason",
+        "a text that begins with instrument, specimen, unreachable, time or other",
+    ),
     ("note", "a text"),
     ("redo-cell", "true: measure a complete cell once more"),
 ];
@@ -145,6 +154,25 @@ impl From<TomlError> for AnswersError {
     }
 }
 
+/// Checks that a question is one that sessions ask; pose and direction may stand behind it.
+///
+/// # Errors
+/// [`AnswersError::Unknown`], with the nearest there is; `file` is where the name stands.
+pub fn check_question(file: &str, name: &str) -> Result<(), AnswersError> {
+    let id = name.split('.').next().unwrap_or(name);
+    let names = || PROMPTS.iter().map(|(name, _)| *name);
+    if names().any(|known| known == id) {
+        return Ok(());
+    }
+    let meant = nearest(id, names());
+    let meant = meant.map_or_else(String::new, |near| format!("did you mean {near}? "));
+    Err(AnswersError::Unknown {
+        file: file.to_owned(),
+        name: name.to_owned(),
+        help: format!("{meant}stiffbench session plan lists every question"),
+    })
+}
+
 impl Answers {
     /// Reads an answers file. Tables count as names with a point: `[setup]` with `"P1.x" = true` answers `setup.P1.x`.
     ///
@@ -200,17 +228,7 @@ impl Answers {
     }
 
     fn insert(&mut self, file: &str, name: &str, answer: Answer) -> Result<(), AnswersError> {
-        let id = name.split('.').next().unwrap_or(name);
-        let names = || PROMPTS.iter().map(|(name, _)| *name);
-        if !names().any(|known| known == id) {
-            let meant = nearest(id, names());
-            let meant = meant.map_or_else(String::new, |near| format!("did you mean {near}? "));
-            return Err(AnswersError::Unknown {
-                file: file.to_owned(),
-                name: name.to_owned(),
-                help: format!("{meant}stiffbench session plan lists every question"),
-            });
-        }
+        check_question(file, name)?;
         self.by_name.insert(name.to_owned(), answer);
         Ok(())
     }

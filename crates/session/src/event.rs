@@ -4,9 +4,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use stiffbench_gauges::Channel;
+use stiffbench_measurement::procedure::LimitVerdict;
 use stiffbench_measurement::readings::{JointColumn, JointUnit};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+use super::decision::{Flagged, Skipped, Superseded, Undone};
+use super::raw_bytes::RawBytes;
+use super::surroundings::Surroundings;
 
 /// Something that happened in a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -32,6 +37,8 @@ pub enum Event {
     Flagged(Flagged),
     /// A planned reading is left out.
     Skipped(Skipped),
+    /// A reading, a skip or a flag was taken back after the session had stopped.
+    Undone(Undone),
     /// The operator's words.
     Note(Noted),
     /// The surroundings.
@@ -256,6 +263,22 @@ pub struct TakenReading {
     /// What each displacement gauge along a base axis showed; none for one gauge along the load.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gauges: Vec<AxisReading>,
+    /// Where the packets of the values lie in the traces, a gauge each, force first; none where no trace is kept.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub raw_bytes: Vec<RawBytes>,
+    /// How the value stands to the limits of the procedure; none where it has no limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<LimitCheck>,
+}
+
+/// How a value stands to the limits of the procedure.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct LimitCheck {
+    /// In a word.
+    pub verdict: LimitVerdict,
+    /// The limit that is exceeded; empty if none is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub exceeded: String,
 }
 
 /// What a displacement gauge along a base axis showed.
@@ -377,35 +400,6 @@ impl TakenReading {
 /// Components of a unit vector below this are none.
 const NO_COMPONENT: f64 = 1e-9;
 
-/// A reading that no longer counts.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Superseded {
-    /// Number of the reading.
-    pub number: u32,
-    /// Why.
-    pub reason: String,
-}
-
-/// Readings that are doubtful, found out after they were taken.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Flagged {
-    /// Numbers of the readings.
-    pub numbers: Vec<u32>,
-    /// Why.
-    pub flag: String,
-}
-
-/// A planned reading that is left out.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Skipped {
-    /// Place of the cell in the plan, from 0.
-    pub cell: usize,
-    /// Place in the readings planned for that cell, from 0.
-    pub index: usize,
-    /// Why.
-    pub reason: String,
-}
-
 /// The operator's words.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Noted {
@@ -413,13 +407,6 @@ pub struct Noted {
     pub cell: Option<usize>,
     /// The words.
     pub text: String,
-}
-
-/// The surroundings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Surroundings {
-    /// Temperature, °C.
-    pub temperature_deg_c: f64,
 }
 
 /// How the line to a gauge stands.
@@ -467,8 +454,11 @@ pub struct Warning {
 pub struct Ended {
     /// How.
     pub outcome: SessionEnd,
-    /// By whom or what, and why.
+    /// Why.
     pub reason: String,
+    /// By whom: the operator, by name where it is known, or `program`; journals of before have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Readings that count.
     pub accepted: u32,
     /// Readings that were planned.

@@ -1,6 +1,6 @@
 //! The session folder on the disk: made once, held by one process at a time, never written over.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -13,14 +13,15 @@ use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter, VectorRead
 use super::journal::{
     Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_lines,
 };
+use super::lock::lock;
 use super::state::SessionState;
+use super::whole_file::{sync_folder, write_whole};
 
 /// Names of the files of a session.
 const HEADER: &str = "session.toml";
 const ROBOT: &str = "robot.toml";
 const JOURNAL: &str = "journal.jsonl";
 const READINGS: &str = "readings.csv";
-const LOCK: &str = "session.lock";
 
 /// A session folder that this process holds.
 #[derive(Debug)]
@@ -107,7 +108,7 @@ pub enum FolderError {
     },
 }
 
-fn system(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
+pub(super) fn system(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
     move |source| FolderError::System {
         path: path.to_owned(),
         source,
@@ -161,11 +162,11 @@ impl SessionFolder {
         let journal_path = path.join(JOURNAL);
         let file = File::create_new(&journal_path).map_err(system(&journal_path))?;
         if let Some(robot) = robot {
-            write_whole(&path.join(ROBOT), robot.as_bytes())?;
+            put(&path.join(ROBOT), robot.as_bytes())?;
         }
-        write_whole(&path.join(HEADER), header.as_bytes())?;
+        put(&path.join(HEADER), header.as_bytes())?;
         // The names of the new files are on the disk only once the folder is.
-        sync_folder(path)?;
+        sync_folder(path).map_err(system(path))?;
         let folder = Self {
             path: path.to_owned(),
             _lock: lock,
@@ -346,7 +347,7 @@ impl TableFile {
     pub fn rewrite(&self, state: &SessionState) -> Result<(), FolderError> {
         let mut text = Vec::new();
         table(state, &mut text).map_err(|error| self.failed(error))?;
-        write_whole(&self.path, &text)
+        put(&self.path, &text)
     }
 
     fn failed(&self, error: ReadingsError) -> FolderError {
@@ -406,76 +407,7 @@ fn origin(state: &SessionState) -> Option<&str> {
     state.started.as_ref()?.origin.as_deref()
 }
 
-/// Writes a file whole or not at all: beside its place, then into it.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FolderError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".new");
-    let beside = PathBuf::from(beside);
-    let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()
-    });
-    written.map_err(system(&beside))?;
-    fs::rename(&beside, path).map_err(system(path))
-}
-
-/// Takes the lock of a folder and writes into it who has it.
-fn lock(folder: &Path, now: Timestamp) -> Result<File, FolderError> {
-    let path = folder.join(LOCK);
-    let open = OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(&path);
-    let mut file = open.map_err(system(&path))?;
-    match file.try_lock() {
-        Ok(()) => {}
-        Err(TryLockError::WouldBlock) => {
-            let holder = fs::read_to_string(&path).unwrap_or_default();
-            return Err(FolderError::InUse {
-                path: folder.to_owned(),
-                holder: match holder.trim() {
-                    "" => "another process".to_owned(),
-                    holder => holder.to_owned(),
-                },
-            });
-        }
-        Err(TryLockError::Error(source)) => return Err(system(&path)(source)),
-    }
-    let holder = format!(
-        "process {} on {} since {}\n",
-        std::process::id(),
-        host(),
-        now.strftime("%Y-%m-%d %H:%M:%S UTC")
-    );
-    let written = file
-        .set_len(0)
-        .and_then(|()| file.write_all(holder.as_bytes()))
-        .and_then(|()| file.flush());
-    written.map_err(system(&path))?;
-    Ok(file)
-}
-
-/// Name of the machine, as far as the system reports it.
-#[must_use]
-pub fn host() -> String {
-    let from_environment = ["HOSTNAME", "COMPUTERNAME"]
-        .into_iter()
-        .find_map(|name| std::env::var(name).ok());
-    let name = from_environment.or_else(|| fs::read_to_string("/etc/hostname").ok());
-    let name = name.map(|name| name.trim().to_owned());
-    name.filter(|name| !name.is_empty())
-        .unwrap_or_else(|| "this machine".to_owned())
-}
-
-#[cfg(unix)]
-fn sync_folder(path: &Path) -> Result<(), FolderError> {
-    let synced = File::open(path).and_then(|folder| folder.sync_all());
-    synced.map_err(system(path))
-}
-
-#[cfg(not(unix))]
-fn sync_folder(_path: &Path) -> Result<(), FolderError> {
-    Ok(())
+/// Writes a file whole or not at all.
+fn put(path: &Path, bytes: &[u8]) -> Result<(), FolderError> {
+    write_whole(path, bytes).map_err(system(path))
 }

@@ -441,6 +441,7 @@ mod tests {
             unit: "mm".into(),
             raw: format!("{:.3} mm", value * 1e3).into(),
             at_s,
+            bytes: [0; 2],
             marks: Vec::new(),
         }
     }

@@ -3,6 +3,7 @@
 mod answers_file;
 mod awake;
 mod contradiction;
+mod decision;
 mod digits;
 mod event;
 mod folder;
@@ -11,36 +12,48 @@ mod integrity;
 mod journal;
 mod link_text;
 mod live;
+mod lock;
 mod operator;
 mod plan;
+mod raw_bytes;
+mod replay;
 mod run;
 mod state;
 mod steps;
+mod surroundings;
 mod view;
+mod whole_file;
 
-pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
+pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS, check_question};
 pub use awake::KeptAwake;
 pub use contradiction::{Contradiction, RepeatCheck};
+pub use decision::{
+    Flagged, OmittedReadings, SkipCode, Skipped, Superseded, Undone, UndoneAction, last_decision,
+};
 pub use event::{
-    AxisReading, AxisZero, ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, JointSet,
-    LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Skipped, Started,
-    Superseded, Surroundings, TakenReading, Warning, ZeroOccasion, Zeroed,
+    AxisReading, AxisZero, ClockJump, Ended, Event, Gap, InstrumentSeen, JointSet, LimitCheck,
+    LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Started, TakenReading,
+    Warning, ZeroOccasion, Zeroed,
 };
 pub use folder::{
-    FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,
-    table,
+    FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, read_folder, recover, table,
 };
 pub use integrity::{Difference, Integrity, integrity, vector_integrity};
 pub use journal::{
     Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal,
     write_line, write_lines,
 };
+pub use lock::{FolderHolder, folder_holder, host};
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
 pub use plan::{SessionCell, SessionPlan};
+pub use raw_bytes::{RawBytes, RawCheck, WrongBytes, check_raw_bytes};
+pub use replay::{ReplayWatch, replay_session};
 pub use run::{RunError, SessionInputs, run};
 pub use state::{CurrentZero, KeptReading, SessionState};
 pub use steps::{Action, Input, Machine, Settings, lag_s};
+pub use surroundings::{Occasion, Surroundings};
 pub use view::{
     Band, CellReading, CellView, GaugeView, Message, PlanPosition, Progress, Purpose, RepeatSpread,
     SessionView, SettleView, StiffnessSoFar, Task, ZeroView,
 };
+pub use whole_file::write_whole;

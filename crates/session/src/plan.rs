@@ -157,6 +157,36 @@ impl SessionPlan {
         before.map(|reading| reading.target_n).collect()
     }
 
+    /// What is done once more when a session in this state is resumed, in words; empty where nothing is open.
+    #[must_use]
+    pub fn repeated_on_resume(&self, state: &SessionState) -> Vec<String> {
+        let Some((cell, index)) = self.next_open(state, 0) else {
+            return Vec::new();
+        };
+        let planned = &self.cells[cell];
+        let reading = &planned.readings[index];
+        let mut repeats = vec![
+            "the identity of the gauges".to_owned(),
+            "the question for temperature and humidity".to_owned(),
+            format!("setting up {} {}", planned.pose, planned.direction),
+        ];
+        let zero = state.zero.as_ref().map(|zero| &zero.set);
+        let in_use = zero.filter(|set| set.cell == cell && set.scope == self.zero_scope(reading));
+        if let Some(zero) = in_use {
+            repeats.push(format!("the check of zero {}", zero.label));
+        }
+        let loads = self.loads_before(cell, index);
+        if self.procedure.release_n().is_none() && !loads.is_empty() {
+            let loads: Vec<String> = loads.iter().map(ToString::to_string).collect();
+            repeats.push(format!("the loads {} N, not recorded", loads.join(", ")));
+        }
+        repeats.push(format!(
+            "settling for the reading at {} N, repeat {}",
+            reading.target_n, reading.repeat
+        ));
+        repeats
+    }
+
     /// Seconds that the open readings will take, with setting up.
     #[must_use]
     pub fn seconds_left(&self, state: &SessionState, pace: &Pace) -> f64 {

@@ -86,6 +86,7 @@ pub fn run<S: Store>(
         before_utc: bench.clock.utc(),
         shown_s: f64::NEG_INFINITY,
         answered: 0,
+        asked: None,
         moved_on_s: now_s,
         tasks: 0,
         table_failed: false,
@@ -108,6 +109,8 @@ struct RunningSession<'a, 'b, S: Store> {
     before_utc: Timestamp,
     shown_s: f64,
     answered: u32,
+    /// The open question, and since when, s.
+    asked: Option<(String, f64)>,
     /// When a reading or a zero was last kept, or a pose set, s.
     moved_on_s: f64,
     tasks: u64,
@@ -130,6 +133,7 @@ impl<S: Store> RunningSession<'_, '_, S> {
                 self.input(Input::Operator(event))?;
             }
             self.input(Input::Tick)?;
+            self.end_of_patience()?;
             if let Some(outcome) = self.machine.outcome() {
                 return Ok(outcome);
             }
@@ -239,6 +243,32 @@ impl<S: Store> RunningSession<'_, '_, S> {
         self.bench.operator.notify(&text);
         let id = prompt.id.clone();
         Ok(Some(OperatorEvent::Answer { id, answer }))
+    }
+
+    /// A question that the procedure gives a time is not left open longer: its default counts, or the session ends as partial.
+    fn end_of_patience(&mut self) -> Result<(), RunError> {
+        let now_s = self.bench.clock.now_s();
+        let Some((prompt, within_s)) = self.machine.open_question() else {
+            self.asked = None;
+            return Ok(());
+        };
+        let same = self.asked.as_ref().filter(|(id, _)| *id == prompt.id);
+        let since_s = same.map_or(now_s, |(_, since_s)| *since_s);
+        let (id, default) = (prompt.id.clone(), prompt.default.clone());
+        self.asked = Some((id.clone(), since_s));
+        let Some(within_s) = within_s.filter(|within_s| now_s - since_s > *within_s) else {
+            return Ok(());
+        };
+        self.asked = None;
+        let text = format!("no answer to {id} within {within_s:.0} s");
+        match default {
+            Some(answer) => {
+                let text = format!("{text}: {answer} counts");
+                self.bench.operator.notify(&text);
+                self.input(Input::Operator(OperatorEvent::Answer { id, answer }))
+            }
+            None => self.stop(&text),
+        }
     }
 
     /// Ends the session as partial, since no answer comes.

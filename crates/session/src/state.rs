@@ -10,11 +10,12 @@ use stiffbench_measurement::readings::{
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
+use super::decision::{Flagged, Skipped, Undone, UndoneAction};
 use super::event::{
-    Ended, Event, Flagged, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion,
-    Zeroed,
+    Ended, Event, InstrumentSeen, JointSet, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
 };
 use super::journal::Record;
+use super::surroundings::Surroundings;
 
 /// The flag of readings whose zero has not been checked since.
 const ZERO_NOT_CONFIRMED: &str = "the zero was not looked at again";
@@ -63,7 +64,7 @@ pub struct SessionState {
     /// Planned readings that are taken: cell and index to place in `readings`.
     pub taken: BTreeMap<(usize, usize), usize>,
     /// Planned readings that are left out, with the reason.
-    pub skipped: BTreeMap<(usize, usize), String>,
+    pub skipped: BTreeMap<(usize, usize), Skipped>,
     /// Sign of each gauge along the axis.
     pub signs: [Option<f64>; Channel::COUNT],
     /// The gauges as they were last seen.
@@ -76,6 +77,8 @@ pub struct SessionState {
     pub zeros: BTreeMap<(usize, String), u32>,
     /// Last temperature entered, °C.
     pub temperature_deg_c: Option<f64>,
+    /// The surroundings, as often as they were entered.
+    pub surroundings: Vec<Surroundings>,
     /// Notes, with their times, s.
     pub notes: Vec<(f64, Noted)>,
     /// Times at which the session was resumed, s.
@@ -92,8 +95,10 @@ impl KeptReading {
     pub fn flag(&self) -> String {
         let unconfirmed = !self.zero_confirmed && self.superseded.is_none();
         let superseded = self.superseded.as_ref();
+        let exceeded = self.taken.limits.as_ref();
         let parts = [self.taken.flag.clone()]
             .into_iter()
+            .chain(exceeded.map(|checked| checked.exceeded.clone()))
             .chain(self.flags.iter().cloned())
             .chain(unconfirmed.then(|| ZERO_NOT_CONFIRMED.to_owned()))
             .chain(superseded.map(|reason| format!("superseded: {reason}")));
@@ -135,10 +140,14 @@ impl SessionState {
             Event::Link(change) => self.unconfirmed |= change.lost,
             Event::Skipped(skipped) => {
                 let at = (skipped.cell, skipped.index);
-                self.skipped.insert(at, skipped.reason.clone());
+                self.skipped.insert(at, skipped.clone());
             }
+            Event::Undone(undone) => self.undo(undone),
             Event::Note(noted) => self.notes.push((record.t_s, noted.clone())),
-            Event::Environment(now) => self.temperature_deg_c = Some(now.temperature_deg_c),
+            Event::Environment(now) => {
+                self.temperature_deg_c = now.temperature_deg_c.or(self.temperature_deg_c);
+                self.surroundings.push(*now);
+            }
             Event::Ended(ended) => self.ended = Some(ended.clone()),
             Event::PoseSet(set) => {
                 self.poses.insert(set.pose.clone(), set.joints.clone());
@@ -189,6 +198,41 @@ impl SessionState {
         for kept in self.readings.iter_mut().filter(named) {
             kept.flags.push(flagged.flag.clone());
         }
+    }
+
+    fn undo(&mut self, undone: &Undone) {
+        match &undone.action {
+            UndoneAction::Reading { number } => self.supersede(*number, "undone"),
+            UndoneAction::Skip { cell, indices, .. } => {
+                for index in indices {
+                    self.skipped.remove(&(*cell, *index));
+                }
+            }
+            UndoneAction::Flag { numbers, flag } => {
+                let named = |kept: &&mut KeptReading| numbers.contains(&kept.taken.number);
+                for kept in self.readings.iter_mut().filter(named) {
+                    kept.flags.retain(|of| of != flag);
+                }
+            }
+        }
+    }
+
+    /// Whether the reading of a number counts.
+    #[must_use]
+    pub fn counts(&self, number: u32) -> bool {
+        let mut readings = self.readings.iter();
+        readings.any(|kept| kept.taken.number == number && kept.superseded.is_none())
+    }
+
+    /// Whether readings that count still have a flag.
+    #[must_use]
+    pub fn is_flagged(&self, flagged: &Flagged) -> bool {
+        let mut readings = self.readings.iter();
+        readings.any(|kept| {
+            kept.superseded.is_none()
+                && flagged.numbers.contains(&kept.taken.number)
+                && kept.flags.contains(&flagged.flag)
+        })
     }
 
     fn reading(&mut self, taken: &TakenReading, record: &Record) {

@@ -1,10 +1,11 @@
 //! The journal's reader takes any bytes, and finds every byte that was changed.
 
+use crate::support::{Rig, short};
 use jiff::Timestamp;
 use proptest::prelude::*;
 use stiffbench_session::{
-    Damage, Event, Gap, Journal, JournalEnd, JournalError, Noted, Surroundings, read_journal,
-    write_lines,
+    Damage, Event, Gap, Input, Journal, JournalEnd, JournalError, Noted, OperatorEvent,
+    Surroundings, read_journal, write_lines,
 };
 
 fn journal(texts: &[&str]) -> Vec<u8> {
@@ -113,7 +114,8 @@ fn a_number_that_is_not_finite_is_refused() {
     let mut journal = Journal::behind(Vec::new(), 0);
     for value in [f64::NAN, f64::INFINITY] {
         let event = Event::Environment(Surroundings {
-            temperature_deg_c: value,
+            temperature_deg_c: Some(value),
+            ..Surroundings::default()
         });
         let error = journal
             .append(event, Timestamp::UNIX_EPOCH, 0.0)
@@ -181,4 +183,19 @@ fn a_lost_event_leaves_a_note_and_all_others() {
         .collect();
     let lost = "event 2 was lost: its line in the journal was damaged";
     assert_eq!(texts, ["one", lost, "three", "four"]);
+}
+
+#[test]
+fn a_note_at_the_question_for_a_pose_is_on_the_cell_that_is_set_up() {
+    let mut rig = Rig::start(&short(false));
+    rig.leaves_open = "setup";
+    rig.until(1000, |rig| rig.machine.view().prompt.is_some());
+    let text = Some("the bolt was loose".to_owned());
+    rig.input(Input::Operator(OperatorEvent::Note { text }));
+    let notes = &rig.machine.state().notes;
+    assert_eq!(notes[0].1.cell, Some(0));
+    assert!(
+        rig.machine.view().prompt.is_some(),
+        "the question is still open"
+    );
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use crate::support::{MockBench, csv_without_times, plan, short};
 use jiff::Timestamp;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
+use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_session::{
     Answers, Bell, Event, FolderError, JournalEnd, Machine, Operator, OperatorEvent, Prompt,
@@ -72,7 +73,8 @@ impl Operator for Follower {
     }
 
     fn prompt(&mut self, prompt: &Prompt) {
-        panic!("nobody is there to be asked {}", prompt.id);
+        // Nobody is there to answer.
+        self.said.push(format!("asked {}", prompt.id));
     }
 
     fn poll(&mut self, _wait: Duration) -> Option<OperatorEvent> {
@@ -111,7 +113,17 @@ fn session(
     stop_after: Option<usize>,
     bench: &mut MockBench,
 ) -> Result<SessionEnd, RunError> {
-    let procedure = short(false);
+    session_of(&short(false), folder, answers, stop_after, bench).0
+}
+
+/// The same by a procedure, with what was said.
+fn session_of(
+    procedure: &Procedure,
+    folder: &Path,
+    answers: &Answers,
+    stop_after: Option<usize>,
+    bench: &mut MockBench,
+) -> (Result<SessionEnd, RunError>, Vec<String>) {
     let now = Timestamp::UNIX_EPOCH;
     let (folder, mut journal, state) = if folder.exists() {
         let (folder, journal, read, _) = SessionFolder::open(folder, now).unwrap();
@@ -146,7 +158,7 @@ fn session(
             cut_bytes: 0,
         })
     };
-    let mut machine = Machine::new(plan(&procedure), Settings::default(), state);
+    let mut machine = Machine::new(plan(procedure), Settings::default(), state);
     let record = journal.append(first, clock.utc(), clock.now_s()).unwrap();
     machine.recorded(&record);
     bench.now_s = clock.now_s();
@@ -175,7 +187,7 @@ fn session(
         },
     );
     *bench = shared.borrow().bench.clone();
-    ended
+    (ended, operator.said)
 }
 
 fn state_of(folder: &Path) -> SessionState {
@@ -328,4 +340,26 @@ fn an_unwritable_folder_is_an_error() {
         }
     ));
     assert!(!desk.path().join("session.lock").exists());
+}
+
+#[test]
+fn a_question_waits_without_limit_unless_the_procedure_gives_it_a_time() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path().join("s");
+    let mut procedure = short(false);
+    procedure.answer_within_s = vec![("temperature".to_owned(), 20.0), ("setup".to_owned(), 30.0)];
+    let mut known = answers(&["ready=true", "humidity=40", "bench-note="]);
+    known.no_input = false;
+    let (ended, said) = session_of(&procedure, &folder, &known, None, &mut MockBench::default());
+    // The temperature may be left blank; a pose may not.
+    assert_eq!(ended.unwrap(), SessionEnd::Partial);
+    let said = said.join("\n");
+    assert!(
+        said.contains("no answer to temperature within 20 s: nothing counts"),
+        "{said}"
+    );
+    assert!(said.contains("asked setup"), "{said}");
+    let ended = state_of(&folder).ended.unwrap();
+    assert_eq!(ended.reason, "no answer to setup within 30 s");
+    assert!(state_of(&folder).last_s >= 50.0);
 }

@@ -28,7 +28,17 @@ fn all_shipped_procedures_run_to_their_end() {
             (kept.taken.force_n - kept.taken.target_n).abs() <= 0.5 && kept.superseded.is_none()
         }));
         let kinds: Vec<&str> = rig.asked.iter().map(|prompt| prompt.id.as_str()).collect();
-        let usual = ["ready", "temperature", "setup", "sign-check"];
+        let usual = [
+            "ready",
+            "temperature",
+            "humidity",
+            "bench-note",
+            "setup",
+            "sign-check",
+            "temperature-end",
+            "humidity-end",
+            "bench-note-end",
+        ];
         assert!(
             kinds.iter().all(|id| usual.contains(id)),
             "{name}: {kinds:?}"

@@ -234,6 +234,7 @@ impl MockBench {
                 unit: unit.into(),
                 raw: format!("{:.decimals$} {unit}", value_si * factor).into(),
                 at_s: self.now_s,
+                bytes: [0; 2],
                 marks: Vec::new(),
             },
         })
@@ -265,6 +266,10 @@ pub(crate) struct Rig {
     pub(crate) journal: Journal<Disk>,
     /// What is answered where another answer than the usual is wanted.
     pub(crate) answers: Vec<(&'static str, Answer)>,
+    /// What the gauges sent, with the time of each, s.
+    pub(crate) sent: Vec<(f64, GaugeEvent)>,
+    /// The question that is left open.
+    pub(crate) leaves_open: &'static str,
     /// Prompts as they came.
     pub(crate) asked: Vec<Prompt>,
     pub(crate) said: Vec<String>,
@@ -365,6 +370,13 @@ impl Rig {
         rig
     }
 
+    /// A new session with other settings.
+    pub(crate) fn with_settings(procedure: &Procedure, settings: Settings) -> Self {
+        let mut rig = Self::start(procedure);
+        rig.machine = Machine::new(plan(procedure), settings, rig.machine.state().clone());
+        rig
+    }
+
     fn on(
         procedure: &Procedure,
         state: SessionState,
@@ -391,6 +403,8 @@ impl Rig {
             bench,
             journal,
             answers: Vec::new(),
+            leaves_open: "",
+            sent: Vec::new(),
             asked: Vec::new(),
             said: Vec::new(),
             snapshots: Vec::new(),
@@ -440,6 +454,9 @@ impl Rig {
             return answer.clone();
         }
         match prompt.id.as_str() {
+            "humidity" | "bench-note" | "temperature-end" | "humidity-end" | "bench-note-end" => {
+                Answer::Text(String::new())
+            }
             "temperature" => Answer::Number(20.0),
             "sign-check" => Answer::Text(self.way.to_owned()),
             "skip-reason" | "note" => Answer::Text("a reason".to_owned()),
@@ -447,7 +464,7 @@ impl Rig {
             "drift" | "bad-reading" => Answer::Text("keep".to_owned()),
             "not-settled" => Answer::Text("wait".to_owned()),
             "frozen" | "implausible" | "displacement-sign" | "zero-not-shown" | "changed"
-            | "force-steps" | "displacement-steps" => Answer::Text("again".to_owned()),
+            | "force-steps" | "displacement-steps" | "limit" => Answer::Text("again".to_owned()),
             _ => Answer::Yes(true),
         }
     }
@@ -472,11 +489,16 @@ impl Rig {
                         }
                     }
                     Action::Ask(channel, ask) => {
-                        answers.push(Input::Gauge(self.bench.asked(channel, ask)));
+                        let answered = self.bench.asked(channel, ask);
+                        self.sent.push((self.bench.now_s, answered.clone()));
+                        answers.push(Input::Gauge(answered));
                     }
                     Action::Prompt(prompt) => {
                         let (id, answer) = (prompt.id.clone(), self.usual(&prompt));
                         self.asked.push(prompt);
+                        if id == self.leaves_open {
+                            continue;
+                        }
                         answers.push(Input::Operator(OperatorEvent::Answer { id, answer }));
                     }
                     Action::CheckRepeats(cell) => {
@@ -501,6 +523,7 @@ impl Rig {
         self.bench.turn();
         for channel in self.channels.clone() {
             if let Some(event) = self.bench.sample(channel) {
+                self.sent.push((self.bench.now_s, event.clone()));
                 self.input(Input::Gauge(event));
             }
         }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::nearest::nearest;
 use crate::test_point::Direction;
 
 /// How far the length of a vector may be from 1: digits that were left out.
@@ -71,9 +72,27 @@ pub enum NotALoadDirection {
     },
     /// Not a name and not a vector.
     #[error(
-        "`{0}` is not a direction: x, y, z, -x, -y, -z, or a unit vector such as 0,0.7071,0.7071"
+        "`{0}` is not a direction: {hint}x, y, z, -x, -y, -z, or a unit vector such as 0,0.7071,0.7071",
+        hint = meant_direction(.0).map_or_else(String::new, |meant| format!("did you mean `{meant}`? It is "))
     )]
     Word(String),
+}
+
+/// The direction that a mistyped word means: by its letter, or by what the axes are called.
+#[must_use]
+pub fn meant_direction(word: &str) -> Option<&'static str> {
+    const AXES: [(&str, &str); 3] = [("x", "-x"), ("y", "-y"), ("z", "-z")];
+    let lower = word.trim().to_lowercase();
+    let letter = lower.trim_matches(|c: char| !c.is_alphabetic());
+    let against = lower.contains('-');
+    let of_word = || {
+        let words = Direction::ALL.map(Direction::word);
+        let meant = nearest(letter, words).filter(|_| letter.len() > 2)?;
+        words.iter().position(|word| *word == meant)
+    };
+    let of_letter = || AXES.iter().position(|(axis, _)| *axis == letter);
+    let (along, opposite) = AXES[of_letter().or_else(of_word)?];
+    Some(if against { opposite } else { along })
 }
 
 impl LoadDirection {
@@ -334,5 +353,23 @@ mod tests {
         }
         assert!(LoadDirection::parse_list("0.7,x,0.7").is_err());
         assert!(LoadDirection::parse_list("x,0.7").is_err());
+    }
+
+    #[test]
+    fn a_mistyped_direction_has_the_one_that_was_meant() {
+        for (typed, meant) in [
+            ("+x", Some("x")),
+            ("y-", Some("-y")),
+            ("vertical", Some("y")),
+            ("-radal", Some("-z")),
+            ("Latteral", Some("x")),
+            ("w", None),
+            ("", None),
+            ("north", None),
+        ] {
+            assert_eq!(meant_direction(typed), meant, "{typed}");
+        }
+        let error = "+x".parse::<LoadDirection>().unwrap_err().to_string();
+        assert!(error.contains("did you mean `x`?"), "{error}");
     }
 }

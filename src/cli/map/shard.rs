@@ -5,14 +5,14 @@
 //! whole.
 
 use crate::analysis::{AnalysisError, ReadError};
-use std::fs::{self, File};
-use std::io::Write;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::cli::failure::{CliError, Failure};
 use crate::distribution::{PoseSample, StiffnessMap, row_width};
+use crate::session::write_whole;
 
 use super::job::{MapJob, SCHEMA};
 
@@ -114,17 +114,7 @@ pub(super) fn write(
     {
         fs::create_dir_all(folder).map_err(failed)?;
     }
-    // With the process's number: the same share may be under work twice.
-    let partial = path.with_extension(format!("partial-{}", std::process::id()));
-    let written = File::create(&partial).and_then(|mut file| {
-        file.write_all(&bytes)?;
-        file.sync_all()
-    });
-    if let Err(source) = written.and_then(|()| fs::rename(&partial, path)) {
-        // What is left has another name than a shard and is taken for none.
-        let _ = fs::remove_file(&partial);
-        return Err(failed(source).into());
-    }
+    write_whole(path, &bytes).map_err(failed)?;
     Ok(())
 }
 

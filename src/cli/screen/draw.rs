@@ -171,6 +171,10 @@ fn draw_axis_gauges(area: &mut Frame<'_>, place: Rect, gauges: &[GaugeView], gly
                 format!(" {axis} {value:>9} um{sign}"),
                 style.add_modifier(Modifier::BOLD),
             ),
+            Span::raw(format!(
+                "  {}",
+                labels::extremes(gauge, METRES_PER_MICROMETRE)
+            )),
             Span::styled(format!("  {}", state_of_gauge(gauge)), style),
         ])
     });
@@ -191,6 +195,7 @@ fn draw_gauge(
     let style = style_of_gauge(gauge);
     let value = labels::value(gauge, si_per_unit);
     let state = state_of_gauge(gauge);
+    let extremes = labels::extremes(gauge, si_per_unit);
     let sign = if gauge.sign_known {
         ""
     } else {
@@ -202,13 +207,18 @@ fn draw_gauge(
         for row in big_digits::rows(&value, glyphs.ink()) {
             lines.push(Line::styled(format!(" {row}"), style));
         }
-        lines.push(Line::styled(
-            format!(" {unit}{sign}"),
-            style.add_modifier(Modifier::BOLD),
-        ));
+        lines.push(Line::from(vec![
+            Span::styled(format!(" {unit}{sign}"), style.add_modifier(Modifier::BOLD)),
+            Span::raw(format!("   {extremes}")),
+        ]));
     } else {
-        let line = format!(" {value} {unit}{sign}");
-        lines.push(Line::styled(line, style.add_modifier(Modifier::BOLD)));
+        lines.push(Line::from(vec![
+            Span::styled(
+                format!(" {value} {unit}{sign}"),
+                style.add_modifier(Modifier::BOLD),
+            ),
+            Span::raw(format!("   {extremes}")),
+        ]));
     }
     lines.push(Line::raw(format!(" {state}")));
     let block = glyphs.block(format!(" {title} | {} ", gauge.name));

@@ -14,6 +14,8 @@ pub(super) enum Mode {
     Asked(Prompt),
     /// The number of a cell is being typed.
     Goto,
+    /// A note is being typed while this question is open, or was.
+    Note(Option<Prompt>),
 }
 
 /// The line that is being typed, and for what.
@@ -36,6 +38,8 @@ impl TypedLine {
     /// Turns to the session's open question, or away from one that is closed.
     pub(super) fn follow(&mut self, prompt: Option<&Prompt>) {
         match (prompt, &self.mode) {
+            // What is being typed stays.
+            (prompt, Mode::Note(_)) => self.mode = Mode::Note(prompt.cloned()),
             (None, Mode::Asked(_)) => self.turn_to(Mode::Orders),
             (Some(prompt), Mode::Asked(open)) if open == prompt => {}
             (Some(prompt), _) if self.answered.as_ref() != Some(prompt) => {
@@ -53,19 +57,22 @@ impl TypedLine {
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return match key.code {
                 KeyCode::Char('c' | 'C') => Some(self.interrupt()),
+                KeyCode::Char('n' | 'N') => self.begin_note(),
                 _ => None,
             };
         }
         match self.mode.clone() {
             Mode::Orders => self.order(key.code),
             Mode::Goto => self.goto(key.code),
+            Mode::Asked(prompt) if is_note(&prompt, key.code) => self.begin_note(),
             Mode::Asked(prompt) => self.answer(&prompt, key.code),
+            Mode::Note(prompt) => self.note(prompt, key.code),
         }
     }
 
     /// Text that comes at once.
     pub(super) fn paste(&mut self, text: &str) {
-        if matches!(self.mode, Mode::Asked(_) | Mode::Goto) {
+        if self.mode != Mode::Orders {
             self.line.extend(text.chars().filter(|c| !c.is_control()));
         }
     }
@@ -116,6 +123,31 @@ impl TypedLine {
             | KeyCode::Right => Some(OperatorEvent::Capture),
             _ => None,
         }
+    }
+
+    /// Opens the line for a note; the question waits.
+    fn begin_note(&mut self) -> Option<OperatorEvent> {
+        let prompt = match &self.mode {
+            Mode::Orders => return Some(OperatorEvent::Note { text: None }),
+            Mode::Asked(prompt) => Some(prompt.clone()),
+            Mode::Goto => None,
+            Mode::Note(_) => return None,
+        };
+        self.line.clear();
+        self.complaint = None;
+        self.mode = Mode::Note(prompt);
+        None
+    }
+
+    fn note(&mut self, prompt: Option<Prompt>, code: KeyCode) -> Option<OperatorEvent> {
+        if !matches!(code, KeyCode::Enter | KeyCode::Esc) {
+            self.edit(code);
+            return None;
+        }
+        let text = std::mem::take(&mut self.line).trim().to_owned();
+        self.mode = prompt.map_or(Mode::Orders, Mode::Asked);
+        (code == KeyCode::Enter && !text.is_empty())
+            .then_some(OperatorEvent::Note { text: Some(text) })
     }
 
     fn goto(&mut self, code: KeyCode) -> Option<OperatorEvent> {
@@ -197,6 +229,16 @@ impl TypedLine {
             _ => {}
         }
     }
+}
+
+/// Whether a key opens a note at a question: where the letter is no part of an answer.
+fn is_note(prompt: &Prompt, code: KeyCode) -> bool {
+    code == KeyCode::Char('n')
+        && match &prompt.kind {
+            PromptKind::Number { .. } | PromptKind::Checklist(_) => true,
+            PromptKind::Choice(choices) => choices.iter().all(|choice| choice.key != 'n'),
+            PromptKind::Confirm | PromptKind::Text => false,
+        }
 }
 
 fn skip(what: SkipScope) -> OperatorEvent {

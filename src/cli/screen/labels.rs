@@ -38,8 +38,17 @@ pub(super) fn displacement(displacement_m: f64) -> String {
     number(displacement_m / UM, 1)
 }
 
+/// The smallest and largest value since the task began, with the decimals of the gauge; empty before the first.
+pub(in crate::cli) fn extremes(gauge: &GaugeView, si_per_unit: f64) -> String {
+    let resolution = gauge.resolution_si.map_or(0.1, |step| step / si_per_unit);
+    gauge.extremes_si.map_or_else(String::new, |ends| {
+        let [low, high] = ends.map(|end| number(end / si_per_unit, decimals(resolution)));
+        format!("min {low} max {high}")
+    })
+}
+
 /// Age of a value.
-pub(super) fn age(age_s: Option<f64>) -> String {
+pub(in crate::cli) fn age(age_s: Option<f64>) -> String {
     match age_s {
         None => "no value yet".to_owned(),
         Some(s) if s < 1.0 => format!("{:.0} ms ago", s * 1e3),

@@ -7,7 +7,7 @@ mod big_digits;
 mod draw;
 mod glyphs;
 mod input;
-mod labels;
+pub(in crate::cli) mod labels;
 mod load;
 mod load_bar;
 mod question;

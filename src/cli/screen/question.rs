@@ -20,6 +20,17 @@ pub(super) fn question(view: &SessionView, input: &TypedLine) -> Vec<Line<'stati
                 typed(&input.line, "Enter goes there, Esc stays here"),
             ]
         }
+        Mode::Note(prompt) => {
+            let back = if prompt.is_some() {
+                "Enter keeps it, Esc leaves it; then the question"
+            } else {
+                "Enter keeps it, Esc leaves it"
+            };
+            vec![
+                Line::styled(" A note on this cell:", bold),
+                typed(&input.line, back),
+            ]
+        }
         Mode::Asked(prompt) => {
             let mut lines = vec![Line::styled(format!(" {}", prompt.text), bold)];
             lines.extend(
@@ -104,6 +115,9 @@ pub(super) fn keys(input: &TypedLine) -> &'static str {
         Mode::Orders => {
             " any key: take  r redo  g go to  s skip, S cell  n note  p pause  Ctrl-C end, twice stop"
         }
-        _ => " Ctrl-C finish, twice stop",
+        Mode::Asked(_) => {
+            " n note (Ctrl-N where n is an answer or text)  Ctrl-C finish, twice stop"
+        }
+        Mode::Goto | Mode::Note(_) => " Ctrl-C finish, twice stop",
     }
 }

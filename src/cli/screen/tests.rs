@@ -343,3 +343,52 @@ fn a_checklist_is_ticked_item_by_item() {
         })
     ));
 }
+
+#[test]
+fn the_range_of_each_gauge_since_the_task_began_is_shown() {
+    let mut view = view();
+    view.force.extremes_si = Some([-30.5, 0.2]);
+    view.displacements[0].extremes_si = Some([-140e-6, -1e-6]);
+    for size in [(80, 24), (100, 34)] {
+        let text = drawn(&view, &TypedLine::default(), size, false);
+        assert!(text.contains("min -30.5 max 0.2"), "{text}");
+        assert!(text.contains("min -140 max -1"), "{text}");
+    }
+}
+
+#[test]
+fn a_note_is_written_while_a_question_waits() {
+    let mut input = TypedLine::default();
+    let prompts = [
+        (Prompt::confirm("setup", "Done?"), true),
+        (
+            Prompt::choice("drift", "?", &[("redo", ""), ("keep", "")]),
+            false,
+        ),
+    ];
+    for (prompt, with_control) in prompts {
+        input.follow(Some(&prompt));
+        let begun = if with_control {
+            input.key(KeyEvent::new(KeyCode::Char('n'), KeyModifiers::CONTROL))
+        } else {
+            press(&mut input, KeyCode::Char('n'))
+        };
+        assert_eq!(begun, None);
+        let mut asked = view();
+        asked.prompt = Some(prompt.clone());
+        assert!(drawn(&asked, &input, (80, 24), false).contains("A note on this cell"));
+        for letter in "bolt".chars() {
+            assert_eq!(press(&mut input, KeyCode::Char(letter)), None);
+        }
+        // The session goes on showing the question.
+        input.follow(Some(&prompt));
+        let text = Some("bolt".to_owned());
+        assert_eq!(
+            press(&mut input, KeyCode::Enter),
+            Some(OperatorEvent::Note { text })
+        );
+        let asked = drawn(&asked, &input, (80, 24), false);
+        assert!(asked.contains(&prompt.text), "{asked}");
+        input.follow(None);
+    }
+}

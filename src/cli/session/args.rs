@@ -9,6 +9,7 @@ use crate::cli::gauge::BINDINGS_FILE;
 use crate::cli::instrument_args::ProtocolsArgs;
 use crate::cli::moved::MovedArgs;
 use crate::cli::procedure::ProcedureArgs;
+use crate::cli::trace::{Speed, pace};
 use crate::instrument::Channel;
 use crate::procedure::{Procedure, ProcedureProblem};
 use crate::test_point::Direction;
@@ -16,7 +17,7 @@ use crate::test_point::Direction;
 /// Arguments of `session`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
+    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session log monday\n  stiffbench session undo monday\n  stiffbench session replay monday --out monday-again\n  stiffbench session verify monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
 )]
 pub(in crate::cli) struct SessionArgs {
     /// What to do.
@@ -41,6 +42,10 @@ pub(super) enum SessionCommand {
     Recover(RecoverArgs),
     /// What happened in a session, line by line
     Log(FolderArgs),
+    /// Take back the last reading, skip or flag of a session that has stopped and is not complete; say what it was
+    Undo(FolderArgs),
+    /// Replay the traces of a session through decoder and session logic, into a new folder, and compare the readings
+    Replay(SessionReplayArgs),
     /// Moved to stiffbench-validate
     #[command(hide = true, disable_help_flag = true)]
     Faults(MovedArgs),
@@ -124,6 +129,23 @@ pub(super) struct RecoverArgs {
     pub(super) out: PathBuf,
 }
 
+/// Arguments of `session replay`.
+#[derive(Debug, Args)]
+pub(super) struct SessionReplayArgs {
+    /// Session folder with its traces; it is not touched
+    #[arg(value_name = "SESSION")]
+    pub(super) folder: PathBuf,
+    /// Session folder to make; must not exist
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: PathBuf,
+    /// How many times as fast as the real clock; max for as fast as possible
+    #[arg(long, default_value = "max", value_parser = pace)]
+    pub(super) speed: Speed,
+    /// More descriptions.
+    #[command(flatten)]
+    pub(super) protocols: ProtocolsArgs,
+}
+
 /// Arguments of `session run`.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
@@ -152,6 +174,9 @@ pub(super) struct RunArgs {
     /// Who measures
     #[arg(long, help_heading = "Record")]
     pub(super) operator: Option<String>,
+    /// Which specimen is measured; one of the procedure's, where it lists any
+    #[arg(long, value_name = "ID", help_heading = "Record")]
+    pub(super) specimen_id: Option<String>,
     /// Where
     #[arg(long, help_heading = "Record")]
     pub(super) place: Option<String>,

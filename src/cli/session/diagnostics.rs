@@ -160,6 +160,7 @@ fn level(event: &Event) -> LogLevel {
         Event::Superseded(_)
         | Event::Flagged(_)
         | Event::Skipped(_)
+        | Event::Undone(_)
         | Event::Link(_)
         | Event::Gap(_)
         | Event::ClockJump(_)

@@ -6,7 +6,8 @@ use std::path::Path;
 use jiff::{Timestamp, tz::TimeZone};
 
 use crate::analysis::{
-    AnalysisError, ArgumentError, ResolvedModel, add_poses, sha256, state_joint_values,
+    AnalysisError, ArgumentError, ResolvedModel, add_poses, check_specimen, sha256,
+    state_joint_values,
 };
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -21,7 +22,7 @@ use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
     Answers, Event, Journal, JournalFile, KeptAwake, Machine, Operator, RepeatCheck, Resumed,
     SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState, Settings, Started,
-    Warning, host, lag_s, read_folder, run as run_session,
+    Warning, check_question, host, lag_s, read_folder, run as run_session,
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
@@ -57,6 +58,8 @@ struct Ready {
     warnings: Vec<String>,
     clock: Clock,
     hand: Option<BenchOperator>,
+    /// Who measures.
+    operator_name: Option<String>,
     /// Robot and header, for a look at the readings of each cell; a robot that is not there any more looks at nothing.
     robot: Option<(ResolvedModel, SessionHeader)>,
 }
@@ -70,6 +73,10 @@ pub(super) fn run(
     let mut robot = args.model.resolve()?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     let mut procedure = args.axes.applied(procedure)?;
+    check_specimen(&procedure, args.specimen_id.as_deref())?;
+    for (question, _) in &procedure.answer_within_s {
+        check_question(&format!("{}: answer_within", procedure.name), question)?;
+    }
     warnings.extend(robot.warnings.iter().cloned());
     warnings.extend(add_poses(&mut robot.robot, &procedure)?);
     // The poses are frozen with the procedure.
@@ -115,6 +122,7 @@ pub(super) fn run(
             .then(|| robot.factors_name.clone()),
         origin: origin(&args.bench, &robot.physics),
         operator: args.operator.clone(),
+        specimen: args.specimen_id.clone(),
         place: args.place.clone(),
         software: Some(SOFTWARE.to_owned()),
         procedure: Some(procedure.to_record()),
@@ -136,6 +144,7 @@ pub(super) fn run(
         warnings,
         clock,
         hand,
+        operator_name: args.operator.clone(),
         robot: Some((robot, header)),
     };
     let operator = other.unwrap_or_else(|| operator(&args.bench, global));
@@ -194,6 +203,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         state,
         plan,
         instruments: header.instruments,
+        operator_name: header.operator,
         first,
         resolved,
         answers: answers(&args.bench)?,
@@ -225,6 +235,7 @@ fn drive(
         mut warnings,
         clock,
         hand,
+        operator_name,
         robot,
     } = ready;
     let mut log = DiagnosticLog::open(folder.path(), global);
@@ -237,6 +248,7 @@ fn drive(
     let Connected {
         mut gauges,
         names,
+        traces,
         compression_sign,
         units_by_eye,
     } = connect(resolved, &folder.raw()?, clock).inspect_err(|failure| {
@@ -269,6 +281,8 @@ fn drive(
         gauges: gauge_terms(&instruments)?,
         warnings: warnings.clone(),
         names,
+        traces,
+        operator: operator_name,
         ..Settings::default()
     };
     let planned = plan.len();
@@ -310,7 +324,7 @@ fn drive(
     }
     let outcome = ended?;
     table.rewrite(machine.state())?;
-    Ok(report(folder.path(), outcome, machine.state(), planned).with_warnings(warnings))
+    Ok(report(folder.path(), outcome, &machine, planned).with_warnings(warnings))
 }
 
 /// Whoever is there: on the whole of a terminal where there is one, else in lines.
@@ -326,7 +340,12 @@ fn operator(args: &BenchArgs, global: &Global) -> Box<dyn Operator> {
 }
 
 /// How it went.
-fn report(folder: &Path, outcome: SessionEnd, state: &SessionState, planned: usize) -> Printed {
+fn report(folder: &Path, outcome: SessionEnd, machine: &Machine, planned: usize) -> Printed {
+    let state = machine.state();
+    let repeats = match machine.repeated_on_resume() {
+        none if none.is_empty() => String::new(),
+        repeats => format!("Resuming repeats: {}\n", repeats.join("; ")),
+    };
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());
     let (next, exit) = match outcome {
         SessionEnd::Complete => ("stiffness", 0),
@@ -335,7 +354,7 @@ fn report(folder: &Path, outcome: SessionEnd, state: &SessionState, planned: usi
     let outcome = SessionOutcome::from(outcome);
     let word = outcome.words();
     let text = format!(
-        "{}: {word}, {accepted} of {planned} readings, {skipped} skipped\nNext: stiffbench {next} {}\n",
+        "{}: {word}, {accepted} of {planned} readings, {skipped} skipped\n{repeats}Next: stiffbench {next} {}\n",
         folder.display(),
         folder.display()
     );
@@ -393,7 +412,7 @@ fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, An
 }
 
 /// Name of the folder and day.
-fn session_id(folder: &Path, now: Timestamp) -> String {
+pub(super) fn session_id(folder: &Path, now: Timestamp) -> String {
     let name = folder
         .file_name()
         .map_or("session".into(), |name| name.to_string_lossy());

@@ -201,6 +201,11 @@ pub(super) fn of_a_hand(plan: &SessionPlan) -> Result<Answers, Failure> {
         "ready=true",
         "setup=true",
         "unit=same",
+        "humidity=",
+        "bench-note=",
+        "temperature-end=",
+        "humidity-end=",
+        "bench-note-end=",
         &format!("sign-check={way}"),
     ] {
         answers.take_argument(answer)?;

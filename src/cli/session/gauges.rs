@@ -19,12 +19,15 @@ use crate::instrument::{Channel, Gauges, InstrumentDescription};
 use crate::readings::{InstrumentRecord, Instruments};
 use crate::session::SessionState;
 
+use super::answering::{AnsweringGauge, who_answers};
 use super::args::BenchArgs;
 
 /// Gauges that are being read, and what is known of them.
 pub(super) struct Connected {
     pub(super) gauges: Box<dyn Gauges>,
     pub(super) names: [String; Channel::COUNT],
+    /// Files in the folder `raw` that keep their bytes.
+    pub(super) traces: [String; Channel::COUNT],
     pub(super) compression_sign: Option<f64>,
     /// Units that were configured for gauges that cannot tell theirs.
     pub(super) units_by_eye: [Option<String>; Channel::COUNT],
@@ -78,17 +81,41 @@ pub(super) fn resolve_gauges(
     }
     for &channel in channels {
         let bound = bindings.of(channel);
-        let known = state.instruments[channel.index()].as_ref();
-        let port = known
-            .map(|known| known.port.as_str())
-            .filter(|port| !port.is_empty());
+        let named = |of: &Channel| args.of(*of)[1].clone();
+        let known_port = |of: &Channel| {
+            let known = state.instruments[of.index()].as_ref()?;
+            Some(known.port.clone()).filter(|port| !port.is_empty())
+        };
+        let port = known_port(&channel);
         let model = record_of(begun_with, channel).and_then(|record| record.model.as_deref());
+        let bound_port = bound.and_then(Binding::port);
+        let answers = if named(&channel).is_none() && bound_port.is_none() && port.is_none() {
+            let [instrument, ..] = args.of(channel);
+            let bound = bound.map(|bound| bound.instrument.clone());
+            let name = instrument.or(bound).or(model.map(str::to_owned));
+            let mut taken: Vec<String> = channels.iter().filter_map(named).collect();
+            taken.extend(channels.iter().filter_map(known_port));
+            let bound = channels.iter().filter_map(|of| bindings.of(*of)?.port());
+            taken.extend(bound.map(|port| port.to_string()));
+            taken.extend(
+                resolved
+                    .iter()
+                    .map(|gauge: &ResolvedGauge| gauge.port.to_string()),
+            );
+            who_answers(channel, name.as_deref(), &args.protocols, &taken)?
+        } else {
+            None
+        };
+        if let Some(found) = &answers {
+            warnings.push(found.note(channel));
+        }
         resolved.push(resolve_gauge(
             args,
             channel,
             bound,
             model,
-            port,
+            port.as_deref(),
+            answers.as_ref(),
             &mut warnings,
         )?);
     }
@@ -147,6 +174,7 @@ fn resolve_gauge(
     bound: Option<&Binding>,
     model: Option<&str>,
     port: Option<&str>,
+    answers: Option<&AnsweringGauge>,
     warnings: &mut Vec<String>,
 ) -> Result<ResolvedGauge, Failure> {
     let [instrument, named_port, unit] = args.of(channel);
@@ -166,7 +194,8 @@ fn resolve_gauge(
     let name = instrument
         .as_deref()
         .or(bound.map(|bound| bound.instrument.as_str()))
-        .or(model);
+        .or(model)
+        .or(answers.map(|found| found.instrument.as_str()));
     let name = name.ok_or_else(|| needed("instrument"))?;
     let found = find_description(name, &args.protocols)?;
     warnings.extend(found.warnings);
@@ -197,10 +226,14 @@ fn resolve_gauge(
         (Some(path), ..) => PortIdentity::of_path(&path, &ports),
         (None, Some(port), _) => port,
         (None, None, Some(path)) => PortIdentity::of_path(path, &ports),
-        (None, None, None) => return Err(needed("port").into()),
+        (None, None, None) => match answers {
+            Some(found) => PortIdentity::of_path(&found.path, &ports),
+            None => return Err(needed("port").into()),
+        },
     };
     let bound_unit = bound.and_then(|bound| bound.unit.clone());
     let baud = bound.and_then(|bound| bound.baud);
+    let baud = baud.or(answers.and_then(|found| found.other_baud));
     let baud = baud.unwrap_or(description.line.baud);
     Ok(ResolvedGauge {
         unit: unit.or(bound_unit),
@@ -219,6 +252,7 @@ pub(super) fn connect(
     let mut names: [String; Channel::COUNT] = Default::default();
     let mut compression_sign = None;
     let mut units_by_eye: [Option<String>; Channel::COUNT] = Default::default();
+    let mut traces: [String; Channel::COUNT] = Default::default();
     let mut gauges = Vec::new();
     for gauge in resolved {
         let description = gauge.description;
@@ -243,9 +277,11 @@ pub(super) fn connect(
             started: Some(clock.utc().to_string()),
             speed: Some(clock.speed()),
         };
+        let (file, trace) = trace(raw, channel, &header)?;
+        traces[channel.index()] = file;
         gauges.push(LiveGauge {
             acquisition: Acquisition::surest(&description).sped_up(clock.speed()),
-            trace: Some(trace(raw, channel, &header)?),
+            trace: Some(trace),
             description: description.sped_up(clock.speed()),
             unit: gauge.unit,
             port: gauge.port,
@@ -261,19 +297,25 @@ pub(super) fn connect(
     Ok(Connected {
         gauges: Box::new(live),
         names,
+        traces,
         compression_sign,
         units_by_eye,
     })
 }
 
-/// A new trace in the folder: `force.trace`, and `force-2.trace` and so on after each interruption.
-fn trace(raw: &Path, channel: Channel, header: &TraceHeader) -> Result<Box<dyn Sink>, CliError> {
-    let mut path = raw.join(format!("{channel}.trace"));
+/// A new trace in the folder, with its name: `force.trace`, and `force-2.trace` and so on after each interruption.
+fn trace(
+    raw: &Path,
+    channel: Channel,
+    header: &TraceHeader,
+) -> Result<(String, Box<dyn Sink>), CliError> {
+    let mut file = format!("{channel}.trace");
     let mut number = 1;
-    while path.exists() {
+    while raw.join(&file).exists() {
         number += 1;
-        path = raw.join(format!("{channel}-{number}.trace"));
+        file = format!("{channel}-{number}.trace");
     }
+    let path = raw.join(&file);
     let begun =
         File::create_new(&path).and_then(|file| TraceWriter::begin(BufWriter::new(file), header));
     let writer = begun.map_err(|source| CliError::Write {
@@ -283,5 +325,5 @@ fn trace(raw: &Path, channel: Channel, header: &TraceHeader) -> Result<Box<dyn S
     let failed = move |error| {
         print_error(&format!("note: {} takes no more: {error}", path.display()));
     };
-    Ok(Box::new(TraceSink::start(writer, failed)))
+    Ok((file, Box::new(TraceSink::start(writer, failed))))
 }

@@ -11,7 +11,10 @@ use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
-use crate::session::{Event, JournalEnd, SessionState, ZeroOccasion, Zeroed, read_folder};
+use crate::session::{
+    Event, FolderHolder, JournalEnd, OmittedReadings, SessionState, Undone, UndoneAction,
+    ZeroOccasion, Zeroed, folder_holder, read_folder,
+};
 
 use super::prepare::{calibration_warnings, plan_of};
 
@@ -21,11 +24,18 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
     let (plan, header, _) = plan_of(&read)?;
     let state = SessionState::fold(&read.journal.records);
     let ended = state.ended.as_ref();
-    // Where no event states that it ended, it runs, or it was cut off.
-    let outcome = ended.map_or(SessionOutcome::RunningOrCrashed, |ended| {
-        ended.outcome.into()
-    });
-    let word = outcome.words();
+    let holder = folder_holder(folder);
+    // Where no event states that it ended and no process has it, it was cut off.
+    let outcome = match (&holder, ended) {
+        (FolderHolder::Process(_), _) => SessionOutcome::Running,
+        (_, Some(ended)) => ended.outcome.into(),
+        (FolderHolder::Nobody, None) => SessionOutcome::Crashed,
+        (FolderHolder::Unknown, None) => SessionOutcome::RunningOrCrashed,
+    };
+    let word = match &holder {
+        FolderHolder::Process(process) => format!("running, {process}"),
+        _ => outcome.words().to_owned(),
+    };
     let open = plan.next_open(&state, 0);
     let left_s = plan.seconds_left(&state, &Pace::default());
     let superseded = state.readings.len() - state.taken.len();
@@ -36,8 +46,17 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
         plan.len(),
         state.skipped.len(),
     );
+    let left_out = OmittedReadings::of(state.skipped.values());
+    for one in &left_out {
+        let _ = writeln!(text, "{one}");
+    }
     if let Some(ended) = ended {
-        let _ = writeln!(text, "ended: {}", ended.reason);
+        let by = by_text(ended.by.as_deref());
+        let _ = writeln!(text, "ended: {}{by}", ended.reason);
+    }
+    let repeats = plan.repeated_on_resume(&state);
+    if !repeats.is_empty() && outcome != SessionOutcome::Running {
+        let _ = writeln!(text, "resuming repeats: {}", repeats.join("; "));
     }
     if let Some((cell, index)) = open {
         let place = &plan.cells[cell];
@@ -65,8 +84,12 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
         planned: plan.len(),
         accepted: state.taken.len(),
         skipped: state.skipped.len(),
+        left_out,
         superseded,
         minutes_left: (left_s / 60.0).round(),
+        ended_by: ended.and_then(|ended| ended.by.clone()),
+        reason: ended.map(|ended| ended.reason.clone()),
+        repeats,
         next: open.map(|(cell, index)| NextReading {
             pose: plan.cells[cell].pose.clone(),
             direction: plan.cells[cell].direction.clone(),
@@ -167,23 +190,59 @@ pub(super) fn event_text(event: &Event) -> String {
             )
         }
         Event::Skipped(skipped) => format!(
-            "cell {} reading {} left out: {}",
-            skipped.cell + 1,
+            "{} reading {} left out: {}",
+            skipped.cell_text(),
             skipped.index + 1,
-            skipped.reason
+            skipped.words()
         ),
+        Event::Undone(undone) => undone_text(undone),
         Event::Note(noted) => format!("note: {}", noted.text),
-        Event::Environment(event_text) => format!("{} degC", event_text.temperature_deg_c),
+        Event::Environment(surroundings) => surroundings.to_string(),
         Event::Link(link) => format!("{} gauge: {}", link.channel, link.text),
         Event::Gap(gap) => format!("nothing ran for {:.0} s", gap.seconds),
         Event::ClockJump(jump) => format!("the clock jumped by {:.0} s", jump.seconds),
         Event::Paused(paused) => format!("paused {}", paused.reason),
         Event::CalibrationWarning(warning) => format!("warning: {}", warning.text),
         Event::Ended(ended) => format!(
-            "ended: {} ({} of {} readings)",
-            ended.reason, ended.accepted, ended.planned
+            "ended: {}{} ({} of {} readings)",
+            ended.reason,
+            by_text(ended.by.as_deref()),
+            ended.accepted,
+            ended.planned
         ),
     }
+}
+
+/// What was taken back, in words.
+pub(super) fn undone_text(undone: &Undone) -> String {
+    let numbers = |numbers: &[u32]| {
+        let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+        numbers.join(", ")
+    };
+    match &undone.action {
+        UndoneAction::Reading { number } => format!("undone: reading {number} no longer counts"),
+        UndoneAction::Skip {
+            cell,
+            indices,
+            reason,
+        } => {
+            let places: Vec<u32> = indices.iter().map(|index| *index as u32 + 1).collect();
+            format!(
+                "undone: cell {} readings {} are open again; they had been left out: {reason}",
+                cell + 1,
+                numbers(&places)
+            )
+        }
+        UndoneAction::Flag { numbers: of, flag } => format!(
+            "undone: readings {} are no longer flagged: {flag}",
+            numbers(of)
+        ),
+    }
+}
+
+/// By whom a session was ended, behind the reason.
+fn by_text(by: Option<&str>) -> String {
+    by.map_or_else(String::new, |by| format!(" (by: {by})"))
 }
 
 /// A gauge zero in words.

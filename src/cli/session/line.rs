@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::cli::outcome::print_error;
+use crate::cli::screen::labels;
 use crate::session::{
     Bell, GaugeView, Operator, OperatorEvent, Prompt, PromptKind, Purpose, SessionView, SkipScope,
     Task,
@@ -63,6 +64,9 @@ impl LineOperator {
 
     fn line(&mut self, line: &str) -> Option<OperatorEvent> {
         if let Some(prompt) = &self.prompt {
+            if let Some(text) = note_at(prompt, line) {
+                return Some(OperatorEvent::Note { text: Some(text) });
+            }
             match prompt.read_line(line) {
                 Ok(answer) => {
                     let id = prompt.id.clone();
@@ -77,6 +81,13 @@ impl LineOperator {
         }
         command(line)
     }
+}
+
+/// The note that a line is though a question is open; a question for a text takes every line as its answer.
+fn note_at(prompt: &Prompt, line: &str) -> Option<String> {
+    let text = line.trim().strip_prefix("n ")?.trim();
+    let is_text = matches!(prompt.kind, PromptKind::Text);
+    (!is_text && !text.is_empty()).then(|| text.to_owned())
 }
 
 /// What a line means where nothing is asked.
@@ -222,10 +233,18 @@ fn task_line(view: &SessionView) -> Option<String> {
     }
 }
 
-/// Both values, how far they have settled, and what holds the session up.
+/// Both values with their range, age and rate, how far they have settled, and what holds the session up.
 fn live_line(view: &SessionView) -> String {
     let value = |gauge: &GaugeView, factor: f64, unit: &str| match gauge.value_si {
-        Some(value) => format!("{:.2} {unit}", value * factor),
+        Some(value) => {
+            let extremes = labels::extremes(gauge, 1.0 / factor);
+            let age = labels::age(gauge.age_s);
+            let rate = gauge
+                .rate_hz
+                .map_or(String::new(), |hz| format!(", {hz:.0}/s"));
+            format!("{:.2} {unit} ({extremes}, {age}{rate})", value * factor)
+        }
+        None if gauge.stale => format!("- {unit} (STALE, {})", labels::age(gauge.age_s)),
         None => format!("- {unit}"),
     };
     let displacements = view.displacements.iter().map(|gauge| {
@@ -271,5 +290,18 @@ mod tests {
             Some(OperatorEvent::Skip { what, reason })
         );
         assert_eq!(command("n"), Some(OperatorEvent::Note { text: None }));
+    }
+
+    #[test]
+    fn a_note_can_be_written_while_a_question_is_open() {
+        let setup = Prompt::confirm("setup", "Done?");
+        assert_eq!(
+            note_at(&setup, "n bolt loose"),
+            Some("bolt loose".to_owned())
+        );
+        assert_eq!(note_at(&setup, "n"), None);
+        assert_eq!(note_at(&setup, "no"), None);
+        let text = Prompt::new("skip-reason", "Why?", PromptKind::Text);
+        assert_eq!(note_at(&text, "n bolt loose"), None);
     }
 }

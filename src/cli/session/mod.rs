@@ -1,5 +1,6 @@
 //! `stiffbench session`.
 
+mod answering;
 mod args;
 mod diagnostics;
 mod drive;
@@ -12,6 +13,8 @@ mod plan;
 mod prepare;
 mod repair;
 mod repeats;
+mod replay;
+mod undo;
 
 pub(super) use args::SessionArgs;
 pub(super) use prepare::instrument_records;
@@ -33,6 +36,8 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Resume(args) => drive::resume(&args, global),
         SessionCommand::Status(args) => inspect::status(&args.folder),
         SessionCommand::Log(args) => inspect::log(&args.folder),
+        SessionCommand::Undo(args) => undo::run(&args.folder),
+        SessionCommand::Replay(args) => replay::run(&args, global),
         SessionCommand::Faults(args) => args.run("session faults", "faults"),
         SessionCommand::Verify(args) => repair::verify(&args.folder),
         SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out),

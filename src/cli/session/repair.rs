@@ -15,7 +15,10 @@ use crate::readings::{
     ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
 };
 use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
-use crate::session::{JournalEnd, ReadFolder, ReadJournal, SessionState, read_folder, recover};
+use crate::session::{
+    JournalEnd, RawCheck, ReadFolder, ReadJournal, SessionState, check_raw_bytes, read_folder,
+    recover,
+};
 
 use super::prepare::plan_of;
 
@@ -35,6 +38,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         let report = VerifyReport {
             journal: VerifiedJournal::None { whole: true },
             table: TableCheck::NotProtected,
+            raw: None,
         };
         return Ok(Outcome::new("session-verify", text, report));
     }
@@ -43,7 +47,8 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let (found, exit) = finding(&read.journal);
     let file = folder.join("readings.csv");
     let (table, table_found, table_exit) = verify_table(folder, &file, &read)?;
-    let exit = exit.max(table_exit);
+    let (raw, raw_found, raw_exit) = verify_raw(folder, &state);
+    let exit = exit.max(table_exit).max(raw_exit);
     let next = if exit == 0 {
         String::new()
     } else {
@@ -53,7 +58,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         )
     };
     let text = format!(
-        "{}: {} events, {} readings; {found}\n{}: {table_found}\n{next}",
+        "{}: {} events, {} readings; {found}\n{}: {table_found}\n{raw_found}{next}",
         folder.display(),
         read.journal.records.len(),
         state.readings.len(),
@@ -62,6 +67,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let data = VerifyReport {
         journal: VerifiedJournal::Read(report(&read.journal, &state, exit)),
         table,
+        raw,
     };
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
@@ -69,6 +75,43 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         outcome = outcome.with_inputs(Inputs::default().with_folder(folder, &header));
     }
     Ok(outcome)
+}
+
+/// The readings beside the bytes of the gauges: for JSON, in words, and the exit code for it.
+fn verify_raw(folder: &Path, state: &SessionState) -> (Option<RawCheck>, String, u8) {
+    let mut readings = state.readings.iter();
+    if readings.all(|kept| kept.taken.raw_bytes.is_empty()) {
+        return (None, String::new(), 0);
+    }
+    let check = check_raw_bytes(folder, state);
+    let behind = match check.behind.len() {
+        0 => String::new(),
+        count => format!(
+            "; those of the last {count} readings were not on the disk yet when the session stopped"
+        ),
+    };
+    let (wrong, exit) = match check.wrong.first() {
+        None => (String::new(), 0),
+        Some(first) => {
+            let others = check.wrong.len() - 1;
+            let more = if others > 0 {
+                format!(", and {others} more")
+            } else {
+                String::new()
+            };
+            let text = format!(
+                "; reading {}, {} gauge: {}{more}",
+                first.number, first.channel, first.problem
+            );
+            (text, PART)
+        }
+    };
+    let text = format!(
+        "{}: the bytes of {} values are in the traces{behind}{wrong}\n",
+        folder.join("raw").display(),
+        check.found
+    );
+    (Some(check), text, exit)
 }
 
 /// The table beside its journal: for JSON, in words, and the exit code for it.

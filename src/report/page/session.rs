@@ -13,6 +13,7 @@ use crate::quantity::{
 use crate::readings::{InstrumentRecord, SessionHeader};
 use crate::report::stiffness::flag_lines;
 use crate::report::{VectorStiffnessReport, significant};
+use crate::session::OmittedReadings;
 use crate::stiffness::{Branches, Method, StiffnessTable};
 
 use super::blocks::{TextBlock, text_blocks};
@@ -297,6 +298,7 @@ fn conditions(
             "SHA-256 of the procedure",
             started.map(|started| started.procedure_sha256.clone()),
         );
+        add("specimen", header.specimen.clone());
         add("operator", header.operator.clone());
         add("place", header.place.clone());
         let import = header.import.as_ref();
@@ -326,6 +328,12 @@ fn conditions(
             "temperature at the start",
             start.map(|one| format!("{one} °C")),
         );
+    }
+    let entered = history
+        .iter()
+        .flat_map(|history| &history.state.surroundings);
+    for surroundings in entered.filter(|one| one.occasion.is_some()) {
+        add("entered at the bench", Some(surroundings.to_string()));
     }
     let ends = (temperatures_deg_c.iter()).fold(None, |ends: Option<[f64; 2]>, next| {
         Some(ends.map_or([*next; 2], |[low, high]| [low.min(*next), high.max(*next)]))
@@ -414,16 +422,8 @@ fn of_history(history: Option<&SessionHistory>) -> impl Iterator<Item = String> 
                 ended.accepted, ended.planned, ended.reason
             ));
         }
-        let mut reasons: Vec<&String> = history.state.skipped.values().collect();
-        reasons.sort_unstable();
-        reasons.dedup();
-        for reason in reasons {
-            let same = history.state.skipped.values().filter(|one| *one == reason);
-            all.push(format!(
-                "{} planned reading(s) left out: {reason}",
-                same.count()
-            ));
-        }
+        let left_out = OmittedReadings::of(history.state.skipped.values());
+        all.extend(left_out.iter().map(ToString::to_string));
         let notes = history.state.notes.iter();
         all.extend(notes.map(|(_, note)| format!("note of the operator: {}", note.text)));
         all.extend(history.incidents.iter().cloned());

@@ -129,7 +129,24 @@ impl Decoder {
         self.reported.as_deref()
     }
 
+    /// The same decoder where the gauge sent so many bytes before it began.
+    #[must_use]
+    pub fn behind(mut self, received: u64) -> Self {
+        self.framer.begin_behind(received);
+        self
+    }
+
     fn piece(&mut self, piece: &Fragment, out: &mut Vec<Decoded>) {
+        let before = out.len();
+        self.decode_piece(piece, out);
+        for decoded in &mut out[before..] {
+            if let Decoded::Sample(sample) = decoded {
+                sample.bytes = piece.place;
+            }
+        }
+    }
+
+    fn decode_piece(&mut self, piece: &Fragment, out: &mut Vec<Decoded>) {
         match piece.kind {
             FragmentKind::Packet => self.packet(piece, &piece.bytes, true, out),
             FragmentKind::Tail => self.packet(piece, &piece.bytes, false, out),

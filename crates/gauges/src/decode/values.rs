@@ -260,6 +260,8 @@ impl Decoder {
             unit: unit.into(),
             raw: raw_text(bytes),
             at_s,
+            // The place of a packet is that of its fragment.
+            bytes: [0; 2],
             marks: marks.to_vec(),
         })
     }

@@ -49,6 +49,8 @@ struct Out {
     channel: Channel,
     queue: Arc<Queue>,
     trace: Option<Box<dyn Sink>>,
+    /// Bytes that the gauge sent so far: where the next stands among those of the trace.
+    received: u64,
 }
 
 /// Why a line is not served any more.
@@ -75,6 +77,7 @@ impl LiveLine {
                 channel: gauge.description.channel,
                 queue,
                 trace: gauge.trace,
+                received: 0,
             },
             description: Arc::new(gauge.description),
             unit: gauge.unit,
@@ -206,6 +209,7 @@ impl LiveLine {
             // It was checked at the start.
             return Ending::Stopped;
         };
+        let decoder = decoder.behind(self.out.received);
         let mut driver = Driver::new(
             Arc::clone(&self.description),
             decoder,
@@ -350,6 +354,9 @@ enum Opening {
 
 impl Out {
     fn record(&mut self, at_s: f64, what: What) {
+        if let What::Received(bytes) = &what {
+            self.received += bytes.len() as u64;
+        }
         if let Some(trace) = &mut self.trace {
             trace.take(TraceEntry { at_s, what });
         }

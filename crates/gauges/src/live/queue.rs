@@ -81,6 +81,7 @@ mod tests {
             unit: "N".into(),
             raw: "1.0 N".into(),
             at_s,
+            bytes: [0; 2],
             marks: Vec::new(),
         };
         GaugeEvent::Sample {

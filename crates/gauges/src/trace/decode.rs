@@ -22,6 +22,7 @@ pub fn events_of(
         decoder: fresh.clone(),
         fresh,
         // Silence is measured in real seconds.
+        received: 0,
         idle_s: description.idle_gap_s() * trace.header.speed.unwrap_or(1.0),
         last_byte_s: None,
         asked: None,
@@ -40,6 +41,8 @@ struct Replayed<'a> {
     decoder: Decoder,
     /// The decoder that a line begins with whenever its port is opened.
     fresh: Decoder,
+    /// Bytes that the gauge sent so far.
+    received: u64,
     idle_s: f64,
     last_byte_s: Option<f64>,
     asked: Option<Ask>,
@@ -55,6 +58,7 @@ impl Replayed<'_> {
         match &entry.what {
             What::Received(bytes) => {
                 self.decoder.push(bytes, at_s, &mut self.decoded);
+                self.received += bytes.len() as u64;
                 self.last_byte_s = Some(at_s);
                 self.report(at_s);
             }
@@ -71,7 +75,7 @@ impl Replayed<'_> {
             }
             What::Link(state) => {
                 if matches!(state, LinkState::Lost { .. }) {
-                    self.decoder = self.fresh.clone();
+                    self.decoder = self.fresh.clone().behind(self.received);
                     self.last_byte_s = None;
                 }
                 let state = state.clone();

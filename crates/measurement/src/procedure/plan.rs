@@ -1,7 +1,7 @@
 //! The checked plan, its defaults, and its way to and from a session's header.
 
 use crate::readings::{
-    LoadOrder, PoseJoints, ProcedureRecord, RepeatOrder, SettleRecord, ZeroScope,
+    LoadOrder, PoseJoints, ProcedureRecord, ReadingLimits, RepeatOrder, SettleRecord, ZeroScope,
 };
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
@@ -22,6 +22,8 @@ pub struct Procedure {
     pub text: Option<String>,
     /// Poses, in the order of measurement; `None` stands for every named pose of the robot.
     pub poses: Option<Vec<PoseId>>,
+    /// The specimens that may be measured; empty for any.
+    pub specimens: Vec<String>,
     /// Joint values of poses: of those that the robot file does not have and, in sessions whose displacements are vectors, of all.
     pub joint_values: Vec<PoseJoints>,
     /// Directions of the loads, in the order of measurement.
@@ -48,6 +50,10 @@ pub struct Procedure {
     pub holds_s: Vec<f64>,
     /// When a load counts as settled.
     pub settle: Settle,
+    /// What a reading may be.
+    pub limits: ReadingLimits,
+    /// How long each question of a session may stay open, s, by its name; the others wait without limit.
+    pub answer_within_s: Vec<(String, f64)>,
 }
 
 /// When a load counts as settled.
@@ -82,6 +88,7 @@ impl Default for Procedure {
             name: "unnamed".to_owned(),
             text: None,
             poses: None,
+            specimens: Vec::new(),
             joint_values: Vec::new(),
             directions: LoadDirection::axes(),
             displacement_axes: Vec::new(),
@@ -96,6 +103,8 @@ impl Default for Procedure {
             preload_n: -1.0,
             holds_s: Vec::new(),
             settle: Settle::default(),
+            limits: ReadingLimits::default(),
+            answer_within_s: Vec::new(),
         }
     }
 }
@@ -123,6 +132,7 @@ impl Procedure {
             name: record.name.clone().unwrap_or(default.name),
             text: record.text.clone(),
             poses: (!record.poses.is_empty()).then(|| record.poses.clone()),
+            specimens: record.specimens.clone(),
             joint_values: record.joint_values.clone(),
             directions: match record.directions.as_slice() {
                 [] => default.directions,
@@ -147,6 +157,8 @@ impl Procedure {
                 .unwrap_or_else(|| toward(&loads_n, default.preload_n)),
             holds_s: record.holds_s.clone(),
             settle: Settle::from_record(&record.settle),
+            limits: record.limits,
+            answer_within_s: record.answer_within_s.clone(),
             loads_n,
         };
         procedure.check()?;
@@ -164,6 +176,7 @@ impl Procedure {
             name: Some(self.name.clone()),
             text: self.text.clone(),
             poses: self.poses.clone().unwrap_or_default(),
+            specimens: self.specimens.clone(),
             joint_values: self.joint_values.clone(),
             directions: self.directions.clone(),
             displacement_axes: self.displacement_axes.clone(),
@@ -182,6 +195,8 @@ impl Procedure {
                 spread_m: Some(self.settle.spread_m),
                 slope_m_per_s: Some(self.settle.slope_m_per_s),
             },
+            limits: self.limits,
+            answer_within_s: self.answer_within_s.clone(),
         }
     }
 
@@ -260,6 +275,9 @@ impl Procedure {
         if let Some(place) = (0..vectors.len()).find(|&i| vectors[..i].contains(&vectors[i])) {
             return twice("directions", self.directions[place].to_string());
         }
+        if let Some(name) = first_twice(&self.specimens) {
+            return twice("specimens", name.clone());
+        }
         if let Some(axis) = first_twice(&self.displacement_axes) {
             return twice("displacement_axes", axis.to_string());
         }
@@ -308,6 +326,16 @@ impl Procedure {
             }
             after_s = hold_s;
         }
+        for (_, time_s) in &self.answer_within_s {
+            finite("answer_within", *time_s)?;
+            if *time_s <= 0.0 {
+                return Err(ProcedureProblem::Negative {
+                    key: "answer_within",
+                    value: *time_s,
+                });
+            }
+        }
+        self.limits.check()?;
         let settle = &self.settle;
         for (key, value) in [
             ("settle.force_tolerance", settle.force_tolerance_n),

@@ -112,6 +112,16 @@ pub enum ProcedureProblem {
         /// The value, SI.
         value: f64,
     },
+    /// A warning limit beyond the hard one.
+    #[error("`{key}` is beyond the hard limit")]
+    #[diagnostic(
+        code(stiffbench::procedure::warns_too_late),
+        help("a warning limit is at most the hard limit of the same quantity")
+    )]
+    WarnsTooLate {
+        /// The key, without its unit.
+        key: &'static str,
+    },
     /// Holds that do not grow from zero.
     #[error("`holds` has {hold_s} s behind {after_s} s")]
     #[diagnostic(
@@ -174,7 +184,8 @@ impl ProcedureProblem {
             Self::Empty { key }
             | Self::Twice { key, .. }
             | Self::NotFinite { key, .. }
-            | Self::Negative { key, .. } => key,
+            | Self::Negative { key, .. }
+            | Self::WarnsTooLate { key } => key,
             Self::NoRepeat | Self::TooLong { .. } => "repeats",
             Self::NoLoading | Self::UnloadingAtLoad | Self::UnloadingShuffled => "branches",
             Self::OnlyZero => "loads",

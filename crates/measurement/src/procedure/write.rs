@@ -31,7 +31,7 @@ impl Procedure {
             let _ = write!(text, "\n[{name}]\n");
             let stem = format!("{name}.");
             for (key, value) in table {
-                let written = if name == "settle" {
+                let written = if ["settle", "limits", "answer_within"].contains(&name.as_str()) {
                     key.clone()
                 } else {
                     quoted(&key)
@@ -63,6 +63,7 @@ fn put_line(text: &mut String, table: &str, key: &str, value: &Value) {
 fn comment(key: &str) -> &'static str {
     match key {
         "poses" => "named in the robot file, in the order of measurement",
+        "specimens" => "which may be measured",
         "directions" => "x lateral, y vertical, z radial",
         "displacement_axes" => "base axes along which displacement gauges stand",
         "loads_N" => "signed, along the positive axis, in the order of loading",
@@ -81,6 +82,10 @@ fn comment(key: &str) -> &'static str {
         "settle.force_tolerance_N" => "largest difference of force and target",
         "settle.dwell_s" => "how long the gauges are watched before a reading counts",
         "settle.spread_um" => "largest spread of the displacement meanwhile",
+        "limits.force_warn_N" => "beyond this force a reading is flagged",
+        "limits.force_hard_N" => "beyond this force a reading is asked about",
+        "limits.displacement_warn_um" => "beyond this displacement a reading is flagged",
+        "limits.displacement_hard_um" => "beyond this displacement a reading is asked about",
         "settle.slope_um_per_s" => "largest slope of the displacement meanwhile",
         _ => "",
     }

@@ -42,7 +42,7 @@ pub use reading::{Reading, ReadingStatus, ReadingText};
 pub use rows::Delimiter;
 pub use session_file::{
     Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
-    ProcedureRecord, ReadSession, RepeatOrder, SESSION_SCHEMA, SessionFileError,
+    ProcedureRecord, ReadSession, ReadingLimits, RepeatOrder, SESSION_SCHEMA, SessionFileError,
     SessionFileProblem, SessionHeader, SettleRecord, ZeroScope,
 };
 pub use since_zero::SinceZero;

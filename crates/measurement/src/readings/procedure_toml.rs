@@ -3,12 +3,13 @@
 use toml::Table;
 
 use super::joint_values::{joint_values_table, read_joint_values};
-use super::session_file::{ProcedureRecord, SettleRecord};
+use super::session_file::{ProcedureRecord, ReadingLimits, SettleRecord};
 use super::toml_values::{
     decimal, one_of, put, put_list, put_number, put_text, quantities, quantity, rate, seed, word,
     words,
 };
-use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::load_direction::{LoadDirection, meant_direction};
+use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -50,6 +51,7 @@ pub(super) fn read_procedure(
         name: table.read("name", TomlValue::text_or_digits)?,
         text: table.read("text", TomlValue::text_or_digits)?,
         poses: table.read_all("poses", |name| name.text().map(PoseId::new))?,
+        specimens: table.read_all("specimens", |name| name.text().map(str::to_owned))?,
         joint_values: read_joint_values(table)?,
         directions: read_directions(table, unknown)?,
         displacement_axes: table.read_all("displacement_axes", one_of)?,
@@ -63,10 +65,15 @@ pub(super) fn read_procedure(
         preload_n: quantity(table, "preload", Kind::Force)?,
         holds_s: quantities(table, "holds", Kind::Time)?,
         settle: read_settle(table, unknown)?,
+        limits: read_limits(table, unknown)?,
+        answer_within_s: read_answer_within(table)?,
     };
     unknown.extend(table.unknown());
     Ok(procedure)
 }
+
+/// What an entry of `directions` may be.
+const DIRECTIONS: &str = "\"x\", \"y\", \"z\", \"-x\", \"-y\", \"-z\", a name of [load_directions], or a unit vector like [0, 0.6, 0.8]";
 
 /// The directions of the loads: words for axes, names of `[load_directions]`, unit vectors.
 fn read_directions(
@@ -109,9 +116,14 @@ fn read_directions(
         };
         let known = named.iter().find(|(name, _)| name == text);
         let known = known.map(|(_, direction)| direction.clone());
-        known
-            .or_else(|| text.parse().ok())
-            .ok_or_else(|| value.wrong("\"x\", \"y\", \"z\", \"-x\", \"-y\", \"-z\", a name of [load_directions], or a unit vector like [0, 0.6, 0.8]"))
+        known.or_else(|| text.parse().ok()).ok_or_else(|| {
+            let names = named.iter().map(|(name, _)| name.as_str());
+            let meant = nearest(text, names).or_else(|| meant_direction(text));
+            let Some(meant) = meant else {
+                return value.wrong(DIRECTIONS);
+            };
+            value.refused(format!("`{text}`: did you mean `{meant}`?"), DIRECTIONS)
+        })
     })
 }
 
@@ -142,6 +154,37 @@ fn read_settle(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> R
     Ok(settle)
 }
 
+fn read_limits(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> Read<ReadingLimits> {
+    let Some(table) = table.read("limits", TomlValue::table)? else {
+        return Ok(ReadingLimits::default());
+    };
+    let limits = ReadingLimits {
+        force_warn_n: quantity(&table, "force_warn", Kind::Force)?,
+        force_hard_n: quantity(&table, "force_hard", Kind::Force)?,
+        displacement_warn_m: quantity(&table, "displacement_warn", Kind::Displacement)?,
+        displacement_hard_m: quantity(&table, "displacement_hard", Kind::Displacement)?,
+    };
+    unknown.extend(table.unknown());
+    Ok(limits)
+}
+
+/// `[answer_within]`: a time for each question, as in `setup_s`.
+fn read_answer_within(table: &toml_text::Table<'_>) -> Read<Vec<(String, f64)>> {
+    let Some(table) = table.read("answer_within", TomlValue::table)? else {
+        return Ok(Vec::new());
+    };
+    let mut times = Vec::new();
+    for (key, _, value) in table.entries() {
+        let Some((question, _)) = key.rsplit_once('_') else {
+            return Err(value.wrong("a question with a unit of time behind it, as in setup_s"));
+        };
+        if let Some(time_s) = quantity(&table, question, Kind::Time)? {
+            times.push((question.to_owned(), time_s));
+        }
+    }
+    Ok(times)
+}
+
 /// The procedure as a table, with everything that is known.
 pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
     let mut table = Table::new();
@@ -154,6 +197,10 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
     put_text(&mut table, "text", procedure.text.as_ref());
     let names = procedure.poses.iter().map(PoseId::as_str);
     put_list(&mut table, "poses", names);
+    if !procedure.specimens.is_empty() {
+        let names = procedure.specimens.iter().map(String::as_str);
+        put_list(&mut table, "specimens", names);
+    }
     put_list(
         &mut table,
         "directions",
@@ -195,6 +242,32 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         put_number(&mut inner, "spread_um", settle.spread_m, 6);
         put_number(&mut inner, "slope_um_per_s", settle.slope_m_per_s, 6);
         put(&mut table, "settle", Some(toml::Value::Table(inner)));
+    }
+    let limits = &procedure.limits;
+    if *limits != ReadingLimits::default() {
+        let mut inner = Table::new();
+        put_number(&mut inner, "force_warn_N", limits.force_warn_n, 0);
+        put_number(&mut inner, "force_hard_N", limits.force_hard_n, 0);
+        put_number(
+            &mut inner,
+            "displacement_warn_um",
+            limits.displacement_warn_m,
+            6,
+        );
+        put_number(
+            &mut inner,
+            "displacement_hard_um",
+            limits.displacement_hard_m,
+            6,
+        );
+        put(&mut table, "limits", Some(toml::Value::Table(inner)));
+    }
+    if !procedure.answer_within_s.is_empty() {
+        let mut inner = Table::new();
+        for (question, time_s) in &procedure.answer_within_s {
+            put_number(&mut inner, &format!("{question}_s"), Some(*time_s), 0);
+        }
+        put(&mut table, "answer_within", Some(toml::Value::Table(inner)));
     }
     put(
         &mut table,

@@ -35,6 +35,8 @@ pub struct SessionHeader {
     pub origin: Option<String>,
     /// Who measured.
     pub operator: Option<String>,
+    /// Which specimen was measured, where several are alike.
+    pub specimen: Option<String>,
     /// Where.
     pub place: Option<String>,
     /// Under which conditions.
@@ -162,6 +164,8 @@ pub struct ProcedureRecord {
     pub text: Option<String>,
     /// Poses, in the order of measurement.
     pub poses: Vec<PoseId>,
+    /// The specimens that may be measured; empty for any.
+    pub specimens: Vec<String>,
     /// Joint values of poses, of those that the robot file does not have and, in sessions whose displacements are vectors, of all.
     pub joint_values: Vec<PoseJoints>,
     /// Directions of the loads, in the order of measurement.
@@ -188,6 +192,23 @@ pub struct ProcedureRecord {
     pub holds_s: Vec<f64>,
     /// When a load counts as settled.
     pub settle: SettleRecord,
+    /// What a reading may be.
+    pub limits: ReadingLimits,
+    /// How long each question may stay open, s, by its name; the others wait without limit.
+    pub answer_within_s: Vec<(String, f64)>,
+}
+
+/// What a reading may be in size; what is absent has no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ReadingLimits {
+    /// Force beyond which a reading is flagged, N.
+    pub force_warn_n: Option<f64>,
+    /// Force beyond which a reading is asked about, N.
+    pub force_hard_n: Option<f64>,
+    /// Displacement beyond which a reading is flagged, m.
+    pub displacement_warn_m: Option<f64>,
+    /// Displacement beyond which a reading is asked about, m.
+    pub displacement_hard_m: Option<f64>,
 }
 
 /// When a load counts as settled.

@@ -63,6 +63,7 @@ impl SessionHeader {
         put_text(&mut table, "factors", self.factors.as_ref());
         put_text(&mut table, "origin", self.origin.as_ref());
         put_text(&mut table, "operator", self.operator.as_ref());
+        put_text(&mut table, "specimen", self.specimen.as_ref());
         put_text(&mut table, "place", self.place.as_ref());
         put_text(&mut table, "software", self.software.as_ref());
         let environment = self.environment.as_ref().map(environment_table);
@@ -124,6 +125,7 @@ fn read_header(root: &Section<'_>, unknown: &mut Unknown) -> Read<SessionHeader>
         factors: text("factors")?,
         origin: text("origin")?,
         operator: text("operator")?,
+        specimen: text("specimen")?,
         place: text("place")?,
         environment: root.read("environment", |value| read_environment(value, unknown))?,
         software: text("software")?,

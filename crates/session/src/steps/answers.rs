@@ -1,18 +1,20 @@
 //! What is asked on the way, and what an answer does.
 
-use crate::event::{Event, Flagged, Noted, Skipped, Superseded, Surroundings};
-use crate::operator::{Answer, Prompt, PromptKind, SkipScope};
+use crate::decision::{Flagged, SkipCode, Skipped, Superseded};
+use crate::event::{Event, Noted};
+use crate::operator::{Answer, Prompt, SkipScope};
 use stiffbench_gauges::Channel;
 
 use super::load::LoadApproach;
 use super::signs::CountedWays;
+use super::surroundings::SurroundingsQuestion;
 use super::{Action, Job, Machine};
 
 /// What an open question is about.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Why {
     Ready,
-    Temperature,
+    Surroundings(SurroundingsQuestion),
     Unit(Channel),
     SetUp(usize),
     OtherGauge(Channel, String),
@@ -49,7 +51,7 @@ impl Why {
             | Self::Way(_)
             | Self::SignDiffers { .. } => true,
             Self::Ready
-            | Self::Temperature
+            | Self::Surroundings(_)
             | Self::Unit(_)
             | Self::SetUp(_)
             | Self::OtherGauge(..)
@@ -63,17 +65,6 @@ impl Why {
 }
 
 impl Machine {
-    pub(super) fn ask_temperature(&mut self, out: &mut Vec<Action>) {
-        let kind = PromptKind::Number {
-            unit: "degC",
-            range: [-40.0, 80.0],
-        };
-        let mut prompt = Prompt::new("temperature", "How warm is it at the bench?", kind);
-        prompt.details = vec!["Left blank, the readings have no temperature.".to_owned()];
-        prompt.default = Some(Answer::Text(String::new()));
-        self.ask(prompt, Why::Temperature, out);
-    }
-
     /// A gauge that does not send its unit is asked for it by way of the operator's eyes.
     pub(super) fn ask_unit(&mut self, channel: Channel, out: &mut Vec<Action>) {
         let Some(unit) = self.settings.units_by_eye[channel.index()].clone() else {
@@ -178,7 +169,7 @@ impl Machine {
                 self.done();
             }
             Why::Unit(channel) => self.unit_answered(channel, word, out),
-            Why::Temperature => self.temperature(answer, out),
+            Why::Surroundings(of) => self.surroundings_answered(of, answer, out),
             Why::SetUp(cell) if yes => self.set_up(cell, out),
             Why::SetUp(_) => {
                 self.done();
@@ -204,22 +195,12 @@ impl Machine {
             Why::Changed => self.changed_answered(word),
             Why::Drift if word == "redo" => self.redo_zero(out),
             Why::Drift => {}
-            Why::SkipReason(_) if word.trim().is_empty() => {
-                self.notify("nothing is left out", out);
-            }
-            Why::SkipReason(what) => self.skip(what, word, out),
+            Why::SkipReason(what) => self.skip_for(what, word, out),
             Why::NoteText => self.note(word, out),
             Why::RedoCell(cell) if yes => self.redo_cell(cell, out),
             Why::RedoCell(_) => {}
             Why::Contradicted(numbers) => self.contradiction_answered(numbers, word, out),
         }
-    }
-
-    fn temperature(&mut self, answer: &Answer, out: &mut Vec<Action>) {
-        if let Answer::Number(temperature_deg_c) = *answer {
-            self.record(Event::Environment(Surroundings { temperature_deg_c }), out);
-        }
-        self.done();
     }
 
     fn other_gauge(&mut self, channel: Channel, identity: String, yes: bool) {
@@ -265,7 +246,7 @@ impl Machine {
             // What was wrong may have been the zero, or may have changed it.
             "skip" => {
                 self.unsure = true;
-                self.skip(SkipScope::Reading, rule, out);
+                self.skip(SkipScope::Reading, (SkipCode::Check, rule), out);
             }
             _ if rule == "implausible" || rule == "displacement-sign" => {
                 self.unsure = true;
@@ -308,7 +289,14 @@ impl Machine {
         });
         let numbers: Vec<u32> = since.map(|kept| kept.taken.number).collect();
         if !numbers.is_empty() {
-            self.record(Event::Flagged(Flagged { numbers, flag }), out);
+            self.record(
+                Event::Flagged(Flagged {
+                    numbers,
+                    flag,
+                    by_operator: false,
+                }),
+                out,
+            );
         }
     }
 
@@ -321,8 +309,15 @@ impl Machine {
         }
     }
 
-    /// Leaves out what is open, with a reason.
-    pub(super) fn skip(&mut self, what: SkipScope, reason: &str, out: &mut Vec<Action>) {
+    /// Leaves out what is open, with a reason as typed; without one nothing is.
+    pub(super) fn skip_for(&mut self, what: SkipScope, typed: &str, out: &mut Vec<Action>) {
+        match SkipCode::of_typed(typed) {
+            Some(reason) => self.skip(what, reason, out),
+            None => self.notify("nothing is left out: a reason is needed", out),
+        }
+    }
+
+    fn skip(&mut self, what: SkipScope, (code, reason): (SkipCode, &str), out: &mut Vec<Action>) {
         let open = match self.job {
             Some(Job::Read { cell, index }) => Some((cell, index)),
             _ => self.plan.next_open(&self.state, self.focus),
@@ -338,23 +333,28 @@ impl Machine {
             if self.state.taken.contains_key(&(cell, index)) {
                 continue;
             }
-            let reason = reason.to_owned();
-            self.record(
-                Event::Skipped(Skipped {
-                    cell,
-                    index,
-                    reason,
-                }),
-                out,
-            );
+            let planned = &self.plan.cells[cell];
+            let skipped = Skipped {
+                cell,
+                index,
+                code: Some(code),
+                reason: reason.to_owned(),
+                pose: Some(planned.pose.to_string()),
+                direction: Some(planned.direction.clone()),
+            };
+            self.record(Event::Skipped(skipped), out);
         }
         self.reroute();
     }
 
-    /// Keeps the operator's words.
+    /// Keeps the operator's words, on the cell that stands or is being set up.
     pub(super) fn note(&mut self, text: &str, out: &mut Vec<Action>) {
+        let being_set_up = match self.job {
+            Some(Job::SetUp(cell)) => Some(cell),
+            _ => None,
+        };
         let noted = Noted {
-            cell: self.mounted,
+            cell: being_set_up.or(self.mounted),
             text: text.to_owned(),
         };
         self.record(Event::Note(noted), out);

@@ -1,7 +1,8 @@
 //! Taking a reading: when it may be taken, and what must be asked before.
 
-use crate::event::{AxisReading, Event, TakenReading};
+use crate::event::{AxisReading, Event, LimitCheck, TakenReading};
 use crate::operator::{Bell, Prompt};
+use crate::raw_bytes::RawBytes;
 use stiffbench_gauges::Channel;
 
 use super::answers::Why;
@@ -84,6 +85,9 @@ impl Machine {
             taken.force_n,
             taken.displacement_text()
         );
+        if let Some(checked) = taken.limits.as_ref().filter(|of| !of.exceeded.is_empty()) {
+            self.message(checked.exceeded.clone(), true, out);
+        }
         self.record(Event::Reading(Box::new(taken)), out);
         out.push(Action::Bell(Bell::Captured));
         self.notify(text, out);
@@ -156,6 +160,13 @@ impl Machine {
             Some(axis) => format!("{rule} along {axis}: accepted by the operator"),
         });
         let standing = Some(self.standing_flag.clone()).filter(|flag| !flag.is_empty());
+        let limits = &self.plan.procedure.limits;
+        let others_m = gauges.iter().flatten().map(|gauge| gauge.displacement_m);
+        let (verdict, exceeded) = limits.verdict(force_n, others_m.chain([displacement_m]));
+        let checked = LimitCheck {
+            verdict,
+            exceeded: exceeded.unwrap_or_default(),
+        };
         let flags: Vec<String> = accepted.chain(standing).collect();
         Some(TakenReading {
             number: self.state.readings.len() as u32 + 1,
@@ -183,7 +194,24 @@ impl Machine {
             temperature_deg_c: self.state.temperature_deg_c,
             flag: flags.join("; "),
             gauges: gauges?,
+            raw_bytes: self.raw_bytes(),
+            limits: (!limits.is_empty()).then_some(checked),
         })
+    }
+
+    /// Where the last values lie in the traces.
+    fn raw_bytes(&self) -> Vec<RawBytes> {
+        let kept = self.feeds.iter().filter_map(|stream| {
+            let file = &self.settings.traces[stream.channel.index()];
+            let sample = stream.last.as_ref().filter(|_| !file.is_empty())?;
+            Some(RawBytes {
+                channel: stream.channel,
+                file: file.clone(),
+                from: sample.bytes[0],
+                to: sample.bytes[1],
+            })
+        });
+        kept.collect()
     }
 
     fn ask_capture_check(&mut self, capture_check: &CaptureCheck, out: &mut Vec<Action>) {

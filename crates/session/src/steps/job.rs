@@ -3,6 +3,8 @@
 use crate::view::Purpose;
 use stiffbench_gauges::Channel;
 
+use super::surroundings::SurroundingsQuestion;
+
 /// One thing on the way to the next reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Job {
@@ -10,8 +12,8 @@ pub(super) enum Job {
     CheckInstruments,
     /// Ask whether everything is ready.
     Ready,
-    /// Ask how warm it is.
-    Temperature,
+    /// Ask for something of the surroundings.
+    Surroundings(SurroundingsQuestion),
     /// Ask for a pose and direction.
     SetUp(usize),
     /// Watch a push by hand.

@@ -6,6 +6,8 @@
 
 mod answers;
 mod capture;
+mod ending;
+mod hard_limits;
 mod input;
 mod instruments;
 mod job;
@@ -19,6 +21,7 @@ mod set_up;
 mod settings;
 mod show;
 mod signs;
+mod surroundings;
 mod zero_check;
 mod zeroing;
 
@@ -26,13 +29,14 @@ use std::collections::VecDeque;
 
 use stiffbench_gauges::Channel;
 
-use super::event::{Ended, Event, SessionEnd};
+use super::event::{Event, SessionEnd};
 use super::gauge_stream::GaugeStream;
 use super::journal::Record;
 use super::live::cell_view;
 use super::operator::{Bell, Prompt};
 use super::plan::SessionPlan;
 use super::state::SessionState;
+use super::surroundings::Surroundings;
 use super::view::{CellView, Message, Purpose};
 
 use answers::Why;
@@ -46,6 +50,9 @@ pub use settings::{Settings, lag_s};
 /// Time without a reading after which a session without an operator gives up, s, and so many dwells more.
 const STUCK_S: f64 = 600.0;
 const STUCK_DWELLS: f64 = 20.0;
+
+/// Why a session is complete.
+const EVERYTHING_DONE: &str = "every planned reading is done";
 
 /// Lines that a view keeps.
 const MESSAGES: usize = 100;
@@ -86,6 +93,10 @@ pub struct Machine {
     /// Who answers instead of the gauge of before, and may.
     other_accepted: [Option<String>; Channel::COUNT],
     checked: bool,
+    /// What was entered of the surroundings and is not recorded yet.
+    surroundings: Surroundings,
+    /// Whether the surroundings at the end have been asked for.
+    asked_at_end: bool,
     /// Whether the operator has confirmed that the bench is ready.
     begun: bool,
     /// Whether the unit of a gauge that does not send it is to be asked for.
@@ -173,6 +184,8 @@ impl Machine {
             identities: <[Option<String>; Channel::COUNT]>::default(),
             other_accepted: <[Option<String>; Channel::COUNT]>::default(),
             checked: false,
+            surroundings: Surroundings::default(),
+            asked_at_end: false,
             begun: false,
             unit_unsure: [true; Channel::COUNT],
             asked_state_s: f64::NEG_INFINITY,
@@ -248,6 +261,15 @@ impl Machine {
             .filter_map(|reading| reading.extra_hold_s)
             .fold(0.0, f64::max);
         STUCK_S + STUCK_DWELLS * self.plan.procedure.settle.dwell_s + hold_s
+    }
+
+    /// The open question, with how long it may stay open, s; `None` for the time where it waits without limit.
+    #[must_use]
+    pub fn open_question(&self) -> Option<(&Prompt, Option<f64>)> {
+        let prompt = &self.pending.as_ref()?.prompt;
+        let mut times = self.plan.procedure.answer_within_s.iter();
+        let within_s = times.find(|(id, _)| *id == prompt.id);
+        Some((prompt, within_s.map(|(_, time_s)| *time_s)))
     }
 
     /// Whether the session waits for the operator to continue it.
@@ -369,7 +391,12 @@ impl Machine {
             return;
         }
         if self.stopping && !self.in_the_middle_of_a_reading() {
-            self.end(SessionEnd::Partial, "the operator stopped it", out);
+            // Asked for what is at the end, everything is measured.
+            if matches!(self.job, Some(Job::Surroundings(_))) && self.is_measured() {
+                self.end(SessionEnd::Complete, EVERYTHING_DONE, out);
+            } else {
+                self.end_by_operator(SessionEnd::Partial, "the operator stopped it", out);
+            }
             return;
         }
         self.withdraw_what_is_gone(out);
@@ -400,7 +427,7 @@ impl Machine {
             Job::UnitShown(channel) => self.ask_unit(channel, out),
             Job::LookAtZero => self.look_since_s = self.now_s,
             Job::Ready => self.ask_ready(out),
-            Job::Temperature => self.ask_temperature(out),
+            Job::Surroundings(of) => self.ask_surroundings(of, out),
             Job::SetUp(cell) => self.ask_set_up(cell, out),
             Job::CheckRepeats(cell) => out.push(Action::CheckRepeats(cell)),
             Job::SignCheck(cell) => self.begin_sign_check(cell, out),
@@ -410,7 +437,7 @@ impl Machine {
                 let target_n = self.plan.cells[cell].readings[index].target_n;
                 self.begin_load(target_n, Purpose::Reading, out);
             }
-            Job::Finish => self.end(SessionEnd::Complete, "every planned reading is done", out),
+            Job::Finish => self.end(SessionEnd::Complete, EVERYTHING_DONE, out),
         }
     }
 
@@ -420,7 +447,7 @@ impl Machine {
             // These wait for an answer, which finishes them.
             Job::UnitShown(_)
             | Job::Ready
-            | Job::Temperature
+            | Job::Surroundings(_)
             | Job::SetUp(_)
             | Job::CheckRepeats(_)
             | Job::Finish => {}
@@ -454,19 +481,5 @@ impl Machine {
         let reading = matches!(self.job, Some(Job::Read { .. }));
         let settling = self.load.as_ref().is_some_and(LoadApproach::is_in_band);
         reading && settling && self.pending.is_none() && self.paused.is_none()
-    }
-
-    fn end(&mut self, outcome: SessionEnd, reason: &str, out: &mut Vec<Action>) {
-        self.over = Some(outcome);
-        self.pending = None;
-        let event = Event::Ended(Ended {
-            outcome,
-            reason: reason.to_owned(),
-            accepted: self.state.taken.len() as u32,
-            planned: self.plan.len() as u32,
-        });
-        self.record(event, out);
-        out.push(Action::Bell(Bell::Done));
-        out.push(Action::Finish(outcome));
     }
 }

@@ -1,6 +1,7 @@
 //! What the operator does besides answering.
 
-use crate::event::{Event, Paused, SessionEnd, Superseded};
+use crate::decision::{SkipCode, Superseded};
+use crate::event::{Event, Paused, SessionEnd};
 use crate::operator::{OperatorEvent, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::{Ask, Channel};
 
@@ -18,9 +19,10 @@ impl Machine {
                     "stopping at the next safe point; once more to stop now",
                     out,
                 );
+                self.notify_of_repeats(out);
             }
             OperatorEvent::Abort => {
-                self.end(SessionEnd::Aborted, "the operator stopped it at once", out);
+                self.end_by_operator(SessionEnd::Aborted, "the operator stopped it at once", out);
             }
             OperatorEvent::Pause => self.pause(out),
             _ if self.pending.is_some() => {
@@ -33,14 +35,18 @@ impl Machine {
             OperatorEvent::Skip {
                 what,
                 reason: Some(reason),
-            } => self.skip(what, &reason, out),
+            } => self.skip_for(what, &reason, out),
             OperatorEvent::Skip { what, reason: None } => {
                 let left_out = match what {
                     SkipScope::Reading => "this reading",
                     SkipScope::Cell => "the rest of this cell",
                 };
                 let text = format!("Why is {left_out} left out? Without a reason nothing is.");
-                let prompt = Prompt::new("skip-reason", text, PromptKind::Text);
+                let mut prompt = Prompt::new("skip-reason", text, PromptKind::Text);
+                let words = SkipCode::GIVEN.map(SkipCode::word).join(", ");
+                prompt.details = vec![format!(
+                    "Begin with one of {words}; more about it may follow."
+                )];
                 self.ask(prompt, Why::SkipReason(what), out);
             }
             OperatorEvent::Note { text: None } => {
@@ -65,6 +71,29 @@ impl Machine {
         let reason = "by the operator".to_owned();
         self.paused = Some(reason.clone());
         self.record(Event::Paused(Paused { reason }), out);
+        if let Some(Job::Read { cell, index }) = self.job {
+            let reading = &self.plan.cells[cell].readings[index];
+            let text = format!(
+                "on going on: the gauges settle anew for the reading at {} N, repeat {}",
+                reading.target_n, reading.repeat
+            );
+            self.notify(text, out);
+        }
+        self.notify_of_repeats(out);
+    }
+
+    /// What a session that ends here will do once more.
+    fn notify_of_repeats(&mut self, out: &mut Vec<Action>) {
+        let repeats = self.repeated_on_resume();
+        if !repeats.is_empty() {
+            self.notify(
+                format!(
+                    "if the session ends here, session resume repeats: {}",
+                    repeats.join("; ")
+                ),
+                out,
+            );
+        }
     }
 
     fn capture_now(&mut self, out: &mut Vec<Action>) {

@@ -91,6 +91,7 @@ impl Machine {
             found.extend(each().map(|of| self.out_of_proportion(taken, of)));
             found.push(self.flicker_has_ended(taken));
         }
+        found.push(self.beyond_a_hard_limit(taken));
         found.push(self.against_the_force(taken));
         found.extend(each().map(|of| self.far_from_repeats(taken, of)));
         found.extend(self.channels.iter().map(|of| self.few_digits(*of)));

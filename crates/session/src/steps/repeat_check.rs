@@ -1,7 +1,8 @@
 //! A cell that is complete: its readings against their repeats, and what the operator decides about one that they contradict.
 
 use crate::contradiction::Contradiction;
-use crate::event::{Event, Flagged, Superseded};
+use crate::decision::{Flagged, Superseded};
+use crate::event::Event;
 use crate::operator::{Answer, Prompt};
 
 use super::answers::Why;
@@ -48,7 +49,7 @@ impl Machine {
         });
         if tries.max().unwrap_or(0) >= MOST_TRIES {
             self.message(format!("{} It is flagged.", worst.text), true, out);
-            self.keep_contradicted(worst.numbers, out);
+            self.keep_contradicted(worst.numbers, false, out);
             return;
         }
         let choices = [
@@ -79,13 +80,17 @@ impl Machine {
         if word == "redo" {
             self.redo_run(&numbers, out);
         } else {
-            self.keep_contradicted(numbers, out);
+            self.keep_contradicted(numbers, true, out);
         }
     }
 
-    fn keep_contradicted(&mut self, numbers: Vec<u32>, out: &mut Vec<Action>) {
-        let flag = KEPT.to_owned();
-        self.record(Event::Flagged(Flagged { numbers, flag }), out);
+    fn keep_contradicted(&mut self, numbers: Vec<u32>, by_operator: bool, out: &mut Vec<Action>) {
+        let flagged = Flagged {
+            numbers,
+            flag: KEPT.to_owned(),
+            by_operator,
+        };
+        self.record(Event::Flagged(flagged), out);
         self.done();
     }
 

@@ -1,8 +1,10 @@
 //! The way from where the session stands to its next open reading.
 
+use crate::surroundings::Occasion;
 use crate::view::Purpose;
 use stiffbench_gauges::Channel;
 
+use super::surroundings::surroundings;
 use super::{Job, Machine};
 
 impl Machine {
@@ -17,7 +19,8 @@ impl Machine {
             });
             jobs.extend(by_eye.map(Job::UnitShown));
             if !self.begun {
-                jobs.extend([Job::Ready, Job::Temperature]);
+                jobs.push(Job::Ready);
+                jobs.extend(surroundings(Occasion::Start));
             }
             return jobs;
         }
@@ -37,7 +40,11 @@ impl Machine {
             return vec![Job::CheckRepeats(cell)];
         }
         let Some((cell, index)) = open else {
-            return vec![Job::Finish];
+            return if self.asked_at_end {
+                vec![Job::Finish]
+            } else {
+                surroundings(Occasion::End).into()
+            };
         };
         if self.mounted != Some(cell) {
             return vec![Job::SetUp(cell)];

@@ -41,10 +41,14 @@ pub struct Settings {
     pub gauges: GaugeTerms,
     /// How fast the operator works, for the time left.
     pub pace: Pace,
+    /// Name of the operator, where it is known.
+    pub operator: Option<String>,
     /// What stays true for the whole session.
     pub warnings: Vec<String>,
     /// Names of the gauges.
     pub names: [String; Channel::COUNT],
+    /// Files in the folder `raw` that keep the bytes of the gauges; empty where none is kept.
+    pub traces: [String; Channel::COUNT],
 }
 
 impl Default for Settings {
@@ -60,8 +64,10 @@ impl Default for Settings {
             units_by_eye: <[Option<String>; Channel::COUNT]>::default(),
             gauges: GaugeTerms::default(),
             pace: Pace::default(),
+            operator: None,
             warnings: Vec::new(),
             names: Channel::EVERY.map(|channel| format!("{channel} gauge")),
+            traces: <[String; Channel::COUNT]>::default(),
         }
     }
 }

@@ -41,6 +41,22 @@ impl Machine {
         }
     }
 
+    /// Whether no planned reading is open.
+    pub(super) fn is_measured(&self) -> bool {
+        self.plan.next_open(&self.state, self.focus).is_none()
+    }
+
+    /// The sign of the loads of the plan.
+    pub(crate) fn load_sense(&self) -> f64 {
+        self.plan.procedure.load_sense()
+    }
+
+    /// What will be done once more when the session is resumed, in words.
+    #[must_use]
+    pub fn repeated_on_resume(&self) -> Vec<String> {
+        self.plan.repeated_on_resume(&self.state)
+    }
+
     fn task(&self) -> Task {
         if self.over.is_some() {
             return Task::Done;
@@ -72,7 +88,7 @@ impl Machine {
             Some(
                 Job::UnitShown(_)
                 | Job::Ready
-                | Job::Temperature
+                | Job::Surroundings(_)
                 | Job::Zero { .. }
                 | Job::LookAtZero
                 | Job::CheckRepeats(_)

@@ -1,6 +1,7 @@
 //! Checking the zero again: whether it has moved, and what that means for the readings on it.
 
-use crate::event::{Event, Superseded, ZeroOccasion};
+use crate::decision::Superseded;
+use crate::event::{Event, ZeroOccasion};
 use crate::operator::Prompt;
 use stiffbench_gauges::Channel;
 

@@ -1,0 +1,77 @@
+//! `session undo`: the last decision of a session that has stopped is taken back by one more event.
+
+use std::path::Path;
+
+use jiff::Timestamp;
+
+use crate::analysis::{ArgumentError, Inputs};
+use crate::cli::failure::Failure;
+use crate::cli::outcome::Outcome;
+use crate::report::UndoReport;
+use crate::session::{Event, SessionEnd, SessionFolder, SessionState, last_decision, read_folder};
+
+use super::inspect::undone_text;
+use super::prepare::plan_of;
+
+/// Takes back the last reading, skip or flag, and states which it was.
+pub(super) fn run(folder: &Path) -> Result<Outcome, Failure> {
+    let (plan, header, _) = plan_of(&read_folder(folder)?)?;
+    let (held, mut journal, read, _) = SessionFolder::open(folder, Timestamp::now())?;
+    let mut state = SessionState::fold(&read.records);
+    let refused =
+        |problem: &str, help: &str| ArgumentError::new(folder.display().to_string(), problem, help);
+    let ended = state.ended.as_ref().map(|ended| ended.outcome);
+    if ended == Some(SessionEnd::Complete) {
+        return Err(refused(
+            "the session is complete: nothing of it is taken back",
+            "to leave a reading out of the analyses, set its status in readings.csv to rejected; the journal keeps it",
+        )
+        .into());
+    }
+    let Some(undone) = last_decision(&read.records, &state) else {
+        return Err(refused(
+            "there is no reading, skip or flag that could be taken back",
+            "stiffbench session log shows what happened in the session",
+        )
+        .into());
+    };
+    let record = journal.append(
+        Event::Undone(undone.clone()),
+        Timestamp::now(),
+        state.last_s,
+    )?;
+    let was = read
+        .records
+        .iter()
+        .filter(|record| undone.events.contains(&record.seq))
+        .map(|record| {
+            format!(
+                "  event {}: {}\n",
+                record.seq,
+                super::inspect::event_text(&record.event)
+            )
+        });
+    let was: String = was.collect();
+    state.apply(&record);
+    held.table().rewrite(&state)?;
+    let words = undone_text(&undone);
+    let text = format!(
+        "{}: {words}\n{was}{} of {} readings; the journal keeps what was taken back, event {} takes it back\nNext: stiffbench session resume {}\n",
+        folder.display(),
+        state.taken.len(),
+        plan.len(),
+        record.seq,
+        folder.display()
+    );
+    let report = UndoReport {
+        folder: folder.to_owned(),
+        event: record.seq,
+        undone,
+        text: words,
+        planned: plan.len(),
+        accepted: state.taken.len(),
+        skipped: state.skipped.len(),
+    };
+    Ok(Outcome::new("session-undo", text, report)
+        .with_inputs(Inputs::default().with_folder(folder, &header)))
+}

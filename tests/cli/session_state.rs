@@ -1,0 +1,35 @@
+//! `stiffbench session status` tells a session that runs from one that crashed, and states by whom one was ended.
+
+use super::desk;
+use super::session::{EMULATED, SHORT};
+
+#[cfg(unix)]
+#[test]
+fn running_crashed_and_ended_sessions_are_told_apart() {
+    let desk = desk();
+    desk.run(&format!(
+        "session run s {SHORT} {EMULATED} --operator Jones --answer humidity=40"
+    ))
+    .succeeds();
+    let status = desk.data("session status s");
+    assert_eq!(status["outcome"], "complete");
+    assert_eq!(status["ended_by"], "program");
+    let log = desk.run("session log s").succeeds().stdout;
+    assert!(log.contains("40 % relative humidity at the start"), "{log}");
+    // As after a power cut behind the first reading.
+    let journal = desk.read("s/journal.jsonl");
+    let first = journal.find("\"kind\":\"reading\"").unwrap();
+    let end = first + journal[first..].find('\n').unwrap() + 1;
+    desk.write("s/journal.jsonl", &journal[..end]);
+    let status = desk.data("session status s");
+    assert_eq!(status["outcome"], "crashed");
+    let repeats = status["repeats"].to_string();
+    assert!(repeats.contains("the check of zero 1"), "{repeats}");
+    assert!(repeats.contains("the loads 0 N, not recorded"), "{repeats}");
+    let lock = std::fs::File::open(desk.path("s/session.lock")).unwrap();
+    lock.lock().unwrap();
+    assert_eq!(desk.data("session status s")["outcome"], "running");
+    let text = desk.run("session status s").succeeds().stdout;
+    assert!(text.contains("running, process "), "{text}");
+    lock.unlock().unwrap();
+}
