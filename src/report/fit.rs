@@ -266,6 +266,7 @@ fn agreement_text(fit: &FitReport) -> String {
 }
 
 /// Quantities that were derived from the parameters; empty without any.
+#[must_use]
 pub fn derived_text(derived: &[DerivedQuantity]) -> String {
     if derived.is_empty() {
         return String::new();

@@ -16,8 +16,8 @@ use super::outcome::FactorStatus;
 use super::problem::FitProblem;
 use super::shares::Shares;
 
-/// A derivative of ln K below this is rounding: a compliance keeps nine digits.
-const NO_EFFECT: f64 = 1e-8;
+/// A derivative of ln K below this shows on no bench: ten times the parameter changes the stiffness by two millionths.
+const NO_EFFECT: f64 = 1e-6;
 
 /// The parameters of one fit.
 #[derive(Debug, Clone)]
