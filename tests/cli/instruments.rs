@@ -124,6 +124,16 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
         .succeeds();
     let data = desk.data("session verify s");
     assert_eq!(data["readings"], 9, "{data}");
+    assert!(!desk.read("s/session.toml").contains("resolution"));
+    // The step of its display, where it is known, goes into the session and so into U.
+    desk.write(
+        "stated/instruments/my-gauge.toml",
+        &format!("{own}\n[physical.resolution]\nN = 0.02\n"),
+    );
+    desk.run("session run t --emulated --no-input --speed 50 --protocols stated --force-instrument my-gauge --poses P1 --directions x --repeats 1 --loads-n=0,-20")
+        .succeeds();
+    let header = desk.read("t/session.toml");
+    assert!(header.contains("resolution_N = 0.02"), "{header}");
     assert!(
         desk.read("s/readings.csv").contains("0N,0,"),
         "the gauge's own text"

@@ -106,7 +106,7 @@ pub(super) fn run(
     if bench.no_input {
         check_present(&resolved)?;
     }
-    name_models(&mut instruments, &resolved);
+    state_gauges(&mut instruments, &resolved);
     warnings.extend(overdue(&instruments, global)?);
     let answers = answers(&args.bench)?;
     let now = Timestamp::now();
@@ -369,8 +369,8 @@ fn report(folder: &Path, outcome: SessionEnd, machine: &Machine, planned: usize)
     Printed::new("session-run", text, report).with_exit(exit)
 }
 
-/// The records name the descriptions that the gauges are read by.
-fn name_models(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
+/// The records name the descriptions that the gauges are read by, and the steps of their displays where these state one.
+fn state_gauges(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
     for gauge in resolved {
         let channel = gauge.description.channel;
         let record = match (channel, channel.axis()) {
@@ -380,6 +380,7 @@ fn name_models(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
         };
         let record = record.get_or_insert_with(InstrumentRecord::default);
         record.model = Some(gauge.description.name.clone());
+        record.resolution = record.resolution.or_else(|| gauge.resolution_si());
     }
 }
 

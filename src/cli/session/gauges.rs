@@ -16,6 +16,7 @@ use crate::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
 use crate::instrument::port::{Binding, PortError, PortIdentity, PortTimeouts, list_ports};
 use crate::instrument::trace::{Sink, TraceHeader, TraceSink, TraceWriter};
 use crate::instrument::{Channel, Gauges, InstrumentDescription};
+use crate::quantity::Kind;
 use crate::readings::{InstrumentRecord, Instruments};
 use crate::session::SessionState;
 
@@ -42,6 +43,20 @@ pub(super) struct ResolvedGauge {
 }
 
 impl ResolvedGauge {
+    /// Step of its display in N or m: in the unit that is configured, or the only one that it has.
+    pub(super) fn resolution_si(&self) -> Option<f64> {
+        let steps = &self.description.physical.resolution;
+        let (unit, step) = match &self.unit {
+            Some(unit) => steps.iter().find(|(of, _)| of == unit)?,
+            None => steps.first().filter(|_| steps.len() == 1)?,
+        };
+        let kind = match self.description.channel {
+            Channel::Force => Kind::Force,
+            _ => Kind::Displacement,
+        };
+        Some(step * kind.si_factor(unit)?)
+    }
+
     /// What it is and where, in words.
     pub(super) fn words(&self) -> String {
         let (channel, name) = (self.description.channel, &self.description.name);

@@ -245,22 +245,7 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
     }
     let limits = &procedure.limits;
     if *limits != ReadingLimits::default() {
-        let mut inner = Table::new();
-        put_number(&mut inner, "force_warn_N", limits.force_warn_n, 0);
-        put_number(&mut inner, "force_hard_N", limits.force_hard_n, 0);
-        put_number(
-            &mut inner,
-            "displacement_warn_um",
-            limits.displacement_warn_m,
-            6,
-        );
-        put_number(
-            &mut inner,
-            "displacement_hard_um",
-            limits.displacement_hard_m,
-            6,
-        );
-        put(&mut table, "limits", Some(toml::Value::Table(inner)));
+        put(&mut table, "limits", Some(limits_value(limits)));
     }
     if !procedure.answer_within_s.is_empty() {
         let mut inner = Table::new();
@@ -288,6 +273,19 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         );
     }
     table
+}
+
+fn limits_value(limits: &ReadingLimits) -> toml::Value {
+    let mut table = Table::new();
+    for (key, value, shift) in [
+        ("force_warn_N", limits.force_warn_n, 0),
+        ("force_hard_N", limits.force_hard_n, 0),
+        ("displacement_warn_um", limits.displacement_warn_m, 6),
+        ("displacement_hard_um", limits.displacement_hard_m, 6),
+    ] {
+        put_number(&mut table, key, value, shift);
+    }
+    toml::Value::Table(table)
 }
 
 /// A direction in the list of directions.
