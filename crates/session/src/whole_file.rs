@@ -57,10 +57,6 @@ mod tests {
     use super::*;
 
     #[test]
-    #[expect(
-        clippy::unwrap_used,
-        reason = "a test stops at what is not as it must be"
-    )]
     fn a_file_is_replaced_as_a_whole_and_nothing_is_left_beside_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
@@ -78,10 +74,6 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    #[expect(
-        clippy::unwrap_used,
-        reason = "a test stops at what is not as it must be"
-    )]
     fn a_link_stays_a_link_and_a_device_a_device() {
         let folder = tempfile::tempdir().unwrap();
         let (real, link) = (folder.path().join("real"), folder.path().join("link"));

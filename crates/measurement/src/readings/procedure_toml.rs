@@ -243,32 +243,7 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         put_number(&mut inner, "slope_um_per_s", settle.slope_m_per_s, 6);
         put(&mut table, "settle", Some(toml::Value::Table(inner)));
     }
-    let limits = &procedure.limits;
-    if *limits != ReadingLimits::default() {
-        let mut inner = Table::new();
-        put_number(&mut inner, "force_warn_N", limits.force_warn_n, 0);
-        put_number(&mut inner, "force_hard_N", limits.force_hard_n, 0);
-        put_number(
-            &mut inner,
-            "displacement_warn_um",
-            limits.displacement_warn_m,
-            6,
-        );
-        put_number(
-            &mut inner,
-            "displacement_hard_um",
-            limits.displacement_hard_m,
-            6,
-        );
-        put(&mut table, "limits", Some(toml::Value::Table(inner)));
-    }
-    if !procedure.answer_within_s.is_empty() {
-        let mut inner = Table::new();
-        for (question, time_s) in &procedure.answer_within_s {
-            put_number(&mut inner, &format!("{question}_s"), Some(*time_s), 0);
-        }
-        put(&mut table, "answer_within", Some(toml::Value::Table(inner)));
-    }
+    put_limits(&mut table, procedure);
     put(
         &mut table,
         "joint_values",
@@ -288,6 +263,36 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         );
     }
     table
+}
+
+/// Limits of readings and times for answers, where there are any.
+fn put_limits(table: &mut Table, procedure: &ProcedureRecord) {
+    let limits = &procedure.limits;
+    if *limits != ReadingLimits::default() {
+        let mut inner = Table::new();
+        put_number(&mut inner, "force_warn_N", limits.force_warn_n, 0);
+        put_number(&mut inner, "force_hard_N", limits.force_hard_n, 0);
+        put_number(
+            &mut inner,
+            "displacement_warn_um",
+            limits.displacement_warn_m,
+            6,
+        );
+        put_number(
+            &mut inner,
+            "displacement_hard_um",
+            limits.displacement_hard_m,
+            6,
+        );
+        put(table, "limits", Some(toml::Value::Table(inner)));
+    }
+    if !procedure.answer_within_s.is_empty() {
+        let mut inner = Table::new();
+        for (question, time_s) in &procedure.answer_within_s {
+            put_number(&mut inner, &format!("{question}_s"), Some(*time_s), 0);
+        }
+        put(table, "answer_within", Some(toml::Value::Table(inner)));
+    }
 }
 
 /// A direction in the list of directions.
