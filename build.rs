@@ -13,13 +13,13 @@ fn main() {
         println!("cargo:rerun-if-changed={path}");
     }
     let commit = of_checkout().or_else(of_package).unwrap_or_default();
-    println!("cargo:rustc-env=STIFFBENCH_COMMIT={commit}");
+    println!("cargo:rustc-env=PROGRAM_COMMIT={commit}");
     let version = env!("CARGO_PKG_VERSION");
     let version = match commit.as_str() {
         "" => version.to_owned(),
         commit => format!("{version} ({commit})"),
     };
-    println!("cargo:rustc-env=STIFFBENCH_VERSION={version}");
+    println!("cargo:rustc-env=PROGRAM_VERSION={version}");
 }
 
 /// The commit of the checkout, and whether the sources were changed after it.

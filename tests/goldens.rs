@@ -10,7 +10,7 @@ fn every_command_reproduces_its_golden() {
         program: env!("CARGO_BIN_EXE_stiffbench"),
         name: "stiffbench",
         folder: "fixtures/goldens",
-        commit: env!("STIFFBENCH_COMMIT"),
+        commit: env!("PROGRAM_COMMIT"),
     }
     .check();
 }

@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The commit that the program was built from, with `+changes` if the sources differed from it; empty if not known.
-pub const COMMIT: &str = env!("STIFFBENCH_COMMIT");
+pub const COMMIT: &str = env!("PROGRAM_COMMIT");
 
 /// Version and commit, as `0.1.0 (0123456789ab)`.
-pub const VERSION: &str = env!("STIFFBENCH_VERSION");
+pub const VERSION: &str = env!("PROGRAM_VERSION");
 
 /// Completions of a shell.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

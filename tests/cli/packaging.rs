@@ -42,7 +42,7 @@ fn the_archive_installs_the_program_and_refuses_a_damaged_file() {
     let version = succeeds(folder, "prefix/bin/stiffbench --version");
     assert_eq!(
         version.trim(),
-        concat!("stiffbench ", env!("STIFFBENCH_VERSION"))
+        concat!("stiffbench ", env!("PROGRAM_VERSION"))
     );
     for file in [
         "man/man1/stiffbench-session-run.1.gz",

@@ -178,7 +178,7 @@ fn help_has_examples_and_exit_codes() {
     }
     assert_eq!(
         desk.run("--version").succeeds().stdout,
-        concat!("stiffbench ", env!("STIFFBENCH_VERSION"), "\n")
+        concat!("stiffbench ", env!("PROGRAM_VERSION"), "\n")
     );
 }
 

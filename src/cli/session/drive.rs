@@ -40,7 +40,7 @@ use super::prepare::{
 use super::repeats::BenchRepeats;
 
 /// Program and version.
-const SOFTWARE: &str = concat!("stiffbench ", env!("STIFFBENCH_VERSION"));
+const SOFTWARE: &str = concat!("stiffbench ", env!("PROGRAM_VERSION"));
 
 /// Exit code of a session that was interrupted and can be resumed.
 const INTERRUPTED: u8 = 130;

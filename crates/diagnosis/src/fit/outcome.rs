@@ -115,8 +115,7 @@ impl FactorEstimate {
     pub(crate) fn disagreement(&self) -> Option<String> {
         let quadratic = self.quadratic_interval_95?;
         let name = &self.name;
-        let [from, to] = quadratic;
-        let by_covariance = format!("the covariance gives {from:.3e} to {to:.3e} (95 %)");
+        let by_covariance = format!("the covariance gives {} (95 %)", interval_words(quadratic));
         let Some([lower, upper]) = self.interval_95 else {
             let is_open = matches!(self.status, FactorStatus::NotIdentified { .. });
             return is_open.then(|| {
@@ -136,7 +135,8 @@ impl FactorEstimate {
         let differs = shift > DISAGREEMENT * 0.5 * (to - from) || !self.islands_95.is_empty();
         differs.then(|| {
             format!(
-                "{name}: {by_covariance}, the profile likelihood {lower:.3e} to {upper:.3e}: do not use its standard error, use the interval of the likelihood"
+                "{name}: {by_covariance}, the profile likelihood {}: do not use its standard error, use the interval of the likelihood",
+                interval_words([lower, upper])
             )
         })
     }
@@ -150,6 +150,24 @@ impl FactorEstimate {
             self.islands_95.clone()
         }
     }
+}
+
+/// The ends of an interval with four digits, in powers of ten where that is shorter.
+fn interval_words(ends: [f64; 2]) -> String {
+    let words = |end: f64| {
+        let exponent = if end == 0.0 {
+            0.0
+        } else {
+            end.abs().log10().floor()
+        };
+        if (-4.0..6.0).contains(&exponent) {
+            format!("{end:.*}", (3.0 - exponent).max(0.0) as usize)
+        } else {
+            format!("{end:.3e}")
+        }
+    };
+    let [low, high] = ends.map(words);
+    format!("{low} to {high}")
 }
 
 /// One cell after a fit.

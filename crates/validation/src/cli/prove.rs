@@ -187,7 +187,8 @@ fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(),
     let texts = plan_texts(args)?;
     let plans = calibration_plans(&texts, args.quick.then_some(1))?;
     let trials = trials(args);
-    let bar = progress(global, "benches with nothing missing", trials as u64);
+    // So many trials for each of several plans and noises.
+    let bar = progress(global, "benches with nothing missing", 0);
     let done_one = || bar.inc(1);
     let rows = calibrate(&plans, (trials, args.earlier), args.seed, &done_one)?;
     bar.finish_and_clear();
