@@ -249,10 +249,10 @@ fn progress_is_text_if_asked_for() {
     let ran = desk
         .run("fit session --bootstrap 50 --progress text")
         .succeeds();
-    assert!(ran.stderr.contains("refits: 50 steps"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("refits: 50 of 50 done"), "{}", ran.stderr);
     assert!(
         !desk
-            .run("fit session --bootstrap 50")
+            .run("fit session --bootstrap 50 --progress none")
             .succeeds()
             .stderr
             .contains("refits")
