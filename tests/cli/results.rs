@@ -249,7 +249,11 @@ fn progress_is_text_if_asked_for() {
     let ran = desk
         .run("fit session --bootstrap 50 --progress text")
         .succeeds();
-    assert!(ran.stderr.contains("refits: 50 of 50 done"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("refits: 50 of 50 done"),
+        "{}",
+        ran.stderr
+    );
     assert!(
         !desk
             .run("fit session --bootstrap 50 --progress none")
