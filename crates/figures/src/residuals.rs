@@ -288,7 +288,7 @@ mod tests {
         assert!(drawn(&figure.panels[0]).iter().any(|p| p.y == 2.5));
         let svg = figure.to_svg();
         assert!(
-            svg.contains("4 points have no place on the axes"),
+            svg.contains("5 points have no place on the axes"),
             "one in each panel"
         );
         parse(&svg).unwrap();

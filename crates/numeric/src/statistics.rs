@@ -297,6 +297,8 @@ mod tests {
         assert_eq!(standard_deviation(&[]), None);
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), Some(2.5));
+        assert_eq!(median(&mut [9.0, 1.0, 2.0, 3.0, 4.0]), Some(3.0));
+        assert_eq!(median(&mut [1.0, 2.0]), Some(1.5));
         assert_eq!((mean(&[]), median(&mut [])), (None, None));
     }
 }
