@@ -343,7 +343,8 @@ fn words_around(ours: &str, theirs: &str) -> [String; 2] {
     })
 }
 
-/// Values that differ, by their paths. Of another program its own name, the number and the drawings are passed over.
+/// Values that differ, by their paths. Of another program its own name, the number, drawings, words and values that only one of the two
+/// programs gives are passed over.
 fn compare_values(
     path: &str,
     printed: &Value,
@@ -353,13 +354,16 @@ fn compare_values(
 ) {
     const OF_PROGRAM: [&str; 3] = ["/program", "/number", "/items/3"];
     let is_drawing = path.starts_with("/figures/") && path.ends_with("/svg");
-    if !same_program && (is_drawing || OF_PROGRAM.contains(&path)) {
+    let is_words = path.ends_with("/text");
+    if !same_program && (is_drawing || is_words || OF_PROGRAM.contains(&path)) {
         return;
     }
     match (printed, expected) {
         (Value::Object(ours), Value::Object(theirs)) => {
             let only_theirs = theirs.keys().filter(|key| !ours.contains_key(*key));
-            for key in ours.keys().chain(only_theirs) {
+            let is_common = |key: &&String| ours.contains_key(*key) && theirs.contains_key(*key);
+            let keys = ours.keys().chain(only_theirs);
+            for key in keys.filter(|key| same_program || is_common(key)) {
                 let [a, b] = [ours, theirs].map(|map| map.get(key).unwrap_or(&Value::Null));
                 compare_values(&format!("{path}/{key}"), a, b, same_program, differences);
             }
@@ -381,4 +385,34 @@ fn compare_values(
 
 fn shortened(value: &Value) -> String {
     value.to_string().chars().take(60).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn pages_of_another_program_are_compared_by_the_values_that_both_give() {
+        let printed = json!({
+            "program": { "version": "1" },
+            "fit": { "text": ["old words"], "numbers": { "K": 1.0 } },
+            "figures": [{ "title": "a", "svg": "<svg/>" }],
+        });
+        let mut expected = json!({
+            "program": { "version": "2" },
+            "fit": { "text": ["new words", "more"], "numbers": { "K": 1.0, "rank": 4 } },
+            "figures": [{ "title": "a", "svg": "<svg></svg>" }],
+        });
+        let places = |expected: &Value, same| {
+            let mut differences = Vec::new();
+            compare_values("", &printed, expected, same, &mut differences);
+            let places = differences.into_iter().map(|one| one.place);
+            places.collect::<Vec<String>>()
+        };
+        assert_eq!(places(&expected, false), [] as [&str; 0]);
+        assert_eq!(places(&expected, true).len(), 5);
+        expected["fit"]["numbers"]["K"] = json!(1.1);
+        assert_eq!(places(&expected, false), ["/fit/numbers/K"]);
+    }
 }
