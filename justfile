@@ -84,6 +84,7 @@ fuzz target="readings_csv" seconds="60":
 dist:
     rustup target add x86_64-unknown-linux-musl
     cargo build --locked --profile dist --target x86_64-unknown-linux-musl --bin stiffbench
+    strip -s target/x86_64-unknown-linux-musl/dist/stiffbench
     packaging/archive.sh target/x86_64-unknown-linux-musl/dist/stiffbench target/archive
     ls -l target/x86_64-unknown-linux-musl/dist/stiffbench target/archive
 

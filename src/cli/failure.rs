@@ -258,7 +258,7 @@ pub(super) fn exit_code_of(code: &str) -> u8 {
 }
 
 /// The exit code of an error that has none.
-const INTERNAL_ERROR: u8 = 70;
+pub(super) const INTERNAL_ERROR: u8 = 70;
 
 /// A failure on its way out of the program.
 #[derive(Debug)]

@@ -61,6 +61,7 @@ mod specimen_args;
 mod stiffness;
 mod trace;
 
+use std::any::Any;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -100,6 +101,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     let mut global = cli.global.clone();
     global.json |= json;
+    #[cfg(panic = "abort")]
+    end_on_panic(&global);
     match guarded(|| run(cli)) {
         Ok(outcome) => outcome.print(&global),
         Err(failure) => failure.print(&global, &[]),
@@ -197,12 +200,25 @@ fn only_json(json: bool) -> Global {
 /// What a command does; a panic, which is a mistake of the program, becomes a failure with its exit code.
 fn guarded(work: impl FnOnce() -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
-    done.unwrap_or_else(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-        let problem = text.unwrap_or("it stopped without a word").to_owned();
-        Err(CliError::Internal { problem }.into())
-    })
+    done.unwrap_or_else(|panic| Err(mistake(&*panic)))
+}
+
+/// A panic as a failure.
+fn mistake(panic: &dyn Any) -> Failure {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    let problem = text.unwrap_or("it stopped without a word").to_owned();
+    CliError::Internal { problem }.into()
+}
+
+/// Where panics are not caught, as in the profile `dist`, the program ends with the same failure and exit code.
+#[cfg(panic = "abort")]
+fn end_on_panic(global: &Global) {
+    let global = global.clone();
+    std::panic::set_hook(Box::new(move |panic| {
+        let _ = mistake(panic.payload()).print(&global, &[]);
+        std::process::exit(i32::from(failure::INTERNAL_ERROR));
+    }));
 }
 
 fn run(cli: Cli) -> Result<Outcome, Failure> {

@@ -138,6 +138,7 @@ mod tests {
             ..shape()
         };
         assert_eq!(lengths(&comma, "1,23"), [4, 3]);
+        assert_eq!(lengths(&comma, "1,2,3"), [3]);
     }
 
     #[test]
