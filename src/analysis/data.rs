@@ -79,6 +79,8 @@ pub struct LoadedSession {
     pub warnings: Vec<String>,
     /// Calibrations that were given beside the session, in words.
     pub calibration: Vec<String>,
+    /// Whether the readings were used though they differ from the journal.
+    pub differs_from_journal: bool,
 }
 
 /// Data to fit.
@@ -236,11 +238,12 @@ impl LoadedSession {
             .collect();
         warnings.extend(table.notes.iter().map(ToString::to_string));
         let mut header = session_header(&folder, &mut warnings)?;
+        let mut differs_from_journal = false;
         if file.file_name().is_some_and(|name| name == "readings.csv")
             && options.gauge_log.is_none()
         {
             let check = compare_with_journal(&folder, &table, header.as_ref())?;
-            check.judge(&file, options.trust_csv, &mut warnings)?;
+            differs_from_journal = check.judge(&file, options.trust_csv, &mut warnings)?;
         }
         let calibration = options.gauges.apply(&mut table, &mut header, &mut warnings);
         let mut session = Self {
@@ -251,6 +254,7 @@ impl LoadedSession {
             folder,
             warnings,
             calibration,
+            differs_from_journal,
         };
         let read_off = session.gauges()?;
         session.warnings.extend(read_off.read_off());
@@ -277,6 +281,7 @@ impl LoadedSession {
             folder: PathBuf::new(),
             warnings: Vec::new(),
             calibration: Vec::new(),
+            differs_from_journal: false,
         })
     }
 

@@ -105,17 +105,8 @@ fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Differenc
     changed.collect()
 }
 
-/// How the warning of a table begins that was used though it differs from its journal.
-const TRUSTED: &str = "--trust-csv:";
-
-/// Whether the readings were used though they differ from the journal.
-#[must_use]
-pub fn differs_from_journal(warnings: &[String]) -> bool {
-    warnings.iter().any(|warning| warning.starts_with(TRUSTED))
-}
-
 impl JournalCheck {
-    /// Refuses changed numbers unless they are to be trusted; states what else was changed.
+    /// Refuses changed numbers unless they are to be trusted, and returns whether there are some; states what else was changed.
     ///
     /// # Errors
     /// [`AnalysisError::Changed`].
@@ -124,14 +115,14 @@ impl JournalCheck {
         file: &Path,
         trust: bool,
         warnings: &mut Vec<String>,
-    ) -> Result<(), AnalysisError> {
+    ) -> Result<bool, AnalysisError> {
         let Self::Compared {
             table,
             header,
             left_out,
         } = self
         else {
-            return Ok(());
+            return Ok(false);
         };
         warnings.extend(left_out.iter().map(ToString::to_string));
         let changes = self.changes(file);
@@ -143,7 +134,7 @@ impl JournalCheck {
                 });
             }
             warnings.push(format!(
-                "{TRUSTED} {} differs from the journal in {} value(s), and the table was used",
+                "--trust-csv: {} differs from the journal in {} value(s), and the table was used",
                 file.display(),
                 table.changed.len() + header.len()
             ));
@@ -164,7 +155,7 @@ impl JournalCheck {
                 table.unknown.len()
             ));
         }
-        Ok(())
+        Ok(!changes.is_empty())
     }
 
     /// What was changed, in words.

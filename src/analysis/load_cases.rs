@@ -61,6 +61,7 @@ impl LoadedLoadCases {
             header,
             folder,
             warnings,
+            differs_from_journal: false,
         })
     }
 
@@ -73,6 +74,7 @@ impl LoadedLoadCases {
             sha256: session.sha256,
             header: session.header,
             folder: session.folder,
+            differs_from_journal: session.differs_from_journal,
             table,
         })
     }

@@ -64,7 +64,7 @@ pub use history::SessionHistory;
 pub use inputs::Inputs;
 pub use integrity::{
     Differences, JournalCheck, TableCheck, compare_vectors_with_journal, compare_with_journal,
-    differs_from_journal, shortened,
+    shortened,
 };
 pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
 pub use marked::ReadingMark;

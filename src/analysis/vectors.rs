@@ -28,6 +28,8 @@ pub struct SessionTable<T> {
     pub folder: PathBuf,
     /// What was assumed, and what a user should know.
     pub warnings: Vec<String>,
+    /// Whether the readings were used though they differ from the journal.
+    pub differs_from_journal: bool,
 }
 
 impl<T> SessionTable<T> {
@@ -62,9 +64,10 @@ impl VectorSession {
         let folder = folder_of(&file);
         let mut warnings = Vec::new();
         let header = session_header(&folder, &mut warnings)?;
+        let mut differs_from_journal = false;
         if file.file_name().is_some_and(|name| name == "readings.csv") {
             let check = compare_vectors_with_journal(&folder, &table, header.as_ref())?;
-            check.judge(&file, options.trust_csv, &mut warnings)?;
+            differs_from_journal = check.judge(&file, options.trust_csv, &mut warnings)?;
         }
         check_calibration(header.as_ref(), options.calibration, &mut warnings)?;
         Ok(Some(Self {
@@ -74,6 +77,7 @@ impl VectorSession {
             header,
             folder,
             warnings,
+            differs_from_journal,
         }))
     }
 

@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{
-    LoadedLoadCases, LoadedSession, SessionHistory, VectorSession, differs_from_journal,
-    doubts_about_stiffness,
+    LoadedLoadCases, LoadedSession, SessionHistory, VectorSession, doubts_about_stiffness,
 };
 use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
@@ -129,7 +128,7 @@ impl PageSession {
         page.results = table.cells.iter().map(page_cell).collect();
         page.budget = PageBudget::from(&table);
         page.deviations = deviations(session, &table, history);
-        page.protected &= !differs_from_journal(&session.warnings);
+        page.protected &= !session.differs_from_journal;
         page.numbers = Some(table);
         page
     }
@@ -161,6 +160,7 @@ impl PageSession {
         }
         .page();
         page.load_cases = Some(loaded.table.cases.len());
+        page.protected &= !loaded.differs_from_journal;
         page.deviations = of_history(history).collect();
         page.deviations.extend(loaded.warnings.iter().cloned());
         if let Some(session) = vectors {
@@ -169,7 +169,6 @@ impl PageSession {
                 session.procedure(),
             );
             page.readings = session.table.accepted().count();
-            page.protected &= !differs_from_journal(&session.warnings);
             page.results = report.cells.iter().map(PageCell::from).collect();
             page.further = text_blocks(&report.text());
             page.vectors = Some(report);

@@ -175,26 +175,18 @@ impl ResampledCells {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::refit::tests::cells_of;
     use crate::fit::{CellModel, MeasuredCell, WeightBasis};
     use crate::parameters::FitRole;
     use stiffbench_beams::robot::{ModelParameter, Robot};
     use stiffbench_test_files::shipped_robot;
-    use stiffbench_units_and_text::test_point::Direction;
 
     #[test]
     fn cells_drawn_again_give_the_standard_error_that_allows_for_unequal_scatter() {
         let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
         let mechanism = robot.mechanism(Some("F")).unwrap();
         let start = robot.factor_set("m_fsd").unwrap();
-        let poses = robot.poses.iter().map(|named| &named.id);
-        let cells: Vec<Cell> = poses
-            .flat_map(|pose| {
-                Direction::ALL.map(|direction| Cell {
-                    pose: pose.clone(),
-                    direction,
-                })
-            })
-            .collect();
+        let cells = cells_of(&robot);
         let mut model =
             CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
         let truth = model.stiffness(&start).unwrap();

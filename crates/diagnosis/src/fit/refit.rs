@@ -84,7 +84,7 @@ impl<'a> Refitter<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, Normal};
@@ -95,20 +95,25 @@ mod tests {
     use stiffbench_test_files::shipped_robot;
     use stiffbench_units_and_text::test_point::{Cell, Direction};
 
-    #[test]
-    fn refits_without_weights_all_converge_and_scatter_about_the_truth() {
-        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
-        let mechanism = robot.mechanism(Some("F")).unwrap();
-        let start = robot.factor_set("m_fsd").unwrap();
+    /// Every pose of a robot in every direction.
+    pub(in crate::fit) fn cells_of(robot: &Robot) -> Vec<Cell> {
         let poses = robot.poses.iter().map(|named| &named.id);
-        let cells: Vec<Cell> = poses
+        poses
             .flat_map(|pose| {
                 Direction::ALL.map(|direction| Cell {
                     pose: pose.clone(),
                     direction,
                 })
             })
-            .collect();
+            .collect()
+    }
+
+    #[test]
+    fn refits_without_weights_all_converge_and_scatter_about_the_truth() {
+        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let mechanism = robot.mechanism(Some("F")).unwrap();
+        let start = robot.factor_set("m_fsd").unwrap();
+        let cells = cells_of(&robot);
         let mut model =
             CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
         let truth = model.stiffness(&start).unwrap();
