@@ -187,7 +187,10 @@ pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
 }
 
 /// `session.toml` in a folder, if there is one.
-pub(super) fn session_header(
+///
+/// # Errors
+/// For a file that cannot be read or is no session's.
+pub fn session_header(
     folder: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Option<SessionHeader>, AnalysisError> {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::mismatch::{
     PartBand, PartConfiguration, PartModel, PartUnits, SPECIMEN_JOINT, SpecimenScale, test_object,
 };
+use crate::nearest::listed_names;
 use crate::physics::{Effect, Law, Place};
 use crate::specimen::{ColumnUnit, ResponseVariable, SpecimenOptions, SpecimenTable};
 
@@ -368,12 +369,11 @@ pub fn check_predictable(
     }
     let known = |name: &&String| model.configurations.iter().any(|one| one.name == **name);
     if let Some(configuration) = table.configurations.iter().find(|name| !known(name)) {
-        let known = model.configurations.iter();
-        let known: Vec<String> = known.map(|one| format!("`{}`", one.name)).collect();
+        let known = model.configurations.iter().map(|one| one.name.as_str());
         return Err(PartModelError::UnknownConfiguration {
             file: file.to_owned(),
             configuration: configuration.clone(),
-            known: known.join(", "),
+            known: listed_names(known),
         });
     }
     Ok(())

@@ -2,9 +2,12 @@
 
 use crate::analysis::read_text;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::bench::{EmulatedSetup, NoiseModel};
 use crate::clock::Clock;
@@ -24,6 +27,9 @@ use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error, print_now};
 use super::procedure::{ProcedureArgs, resolve_procedure};
+
+/// How often it is looked whether a signal came.
+const SIGNAL_WAIT: Duration = Duration::from_millis(50);
 
 /// Arguments of `instrument emulate`.
 #[derive(Debug, Args)]
@@ -106,6 +112,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     }
     .start()?;
     let [force, displacement] = Channel::ALL.map(|channel| hand.port(channel));
+    remove_when_stopped(vec![force.clone(), displacement.clone()]);
     let text = format!(
         "{:13} {}\n{:13} {}\nready\n",
         "force",
@@ -153,6 +160,31 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         ));
     }
     Ok(ended)
+}
+
+/// Removes links when a signal ends the program, which then ends as it would have.
+fn remove_when_stopped(links: Vec<PathBuf>) {
+    let stopped_by = Arc::new(AtomicUsize::new(0));
+    for signal in [SIGINT, SIGTERM] {
+        let flag = Arc::clone(&stopped_by);
+        if let Err(error) = signal_hook::flag::register_usize(signal, flag, signal as usize) {
+            print_error(&format!("note: no signal handler: {error}"));
+        }
+    }
+    std::thread::spawn(move || {
+        loop {
+            std::thread::sleep(SIGNAL_WAIT);
+            let signal = stopped_by.load(Ordering::Relaxed);
+            if signal == 0 {
+                continue;
+            }
+            for link in &links {
+                // A link that is not there is what is wanted.
+                let _ = std::fs::remove_file(link);
+            }
+            let _ = signal_hook::low_level::emulate_default_handler(signal as i32);
+        }
+    });
 }
 
 /// A speed from that of the real clock on.

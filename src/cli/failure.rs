@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::args::Global;
 use crate::report::ErrorReport;
 
+use super::excerpt::excerpt;
 use super::outcome::{envelope, not_printed, print_error, print_json};
 
 /// Errors of the command line itself.
@@ -335,6 +336,9 @@ impl Failure {
             }
         } else {
             print_error(&format!("{:?}", self.report));
+            if let Some(excerpt) = excerpt(&self.report) {
+                print_error(&excerpt);
+            }
             for warning in self.warnings.iter().filter(|_| !global.quiet) {
                 print_error(&format!("note: {warning}"));
             }

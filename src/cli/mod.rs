@@ -17,6 +17,7 @@ mod doctor;
 mod emulate;
 #[cfg(unix)]
 pub mod emulated;
+mod excerpt;
 mod explain;
 mod export;
 pub mod failure;

@@ -7,13 +7,7 @@ use crate::robot::Robot;
 #[must_use]
 pub(super) fn axis_name(robot: &Robot, axis: usize) -> String {
     let letter = ["x", "y", "z"][axis];
-    // A word may say more, such as `vertical, up` or `lateral (out of the plane)`.
-    let word = robot.axis_words[axis].as_deref();
-    let word = word
-        .and_then(|words| words.split([',', '(']).next())
-        .map(str::trim);
-    let up = (robot.vertical[axis] == 1.0).then_some("vertical");
-    match word.filter(|word| !word.is_empty()).or(up) {
+    match robot.axis_word(axis) {
         Some(word) => format!("{letter}, {word}"),
         None => letter.to_owned(),
     }

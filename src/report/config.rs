@@ -50,6 +50,8 @@ pub enum SettingOrigin {
     Folder,
     /// An environment variable.
     Environment,
+    /// What a session states of its own.
+    Session,
     /// An option of the command line.
     Option,
 }
@@ -111,6 +113,7 @@ impl SettingReport {
             SettingOrigin::Option => "option",
             SettingOrigin::System | SettingOrigin::User | SettingOrigin::Folder => "file",
             SettingOrigin::Environment => "variable",
+            SettingOrigin::Session => "session",
         };
         match &self.place {
             Some(place) => format!("{kind} {place}"),

@@ -354,7 +354,7 @@ fn cells_text(fit: &FitReport) -> String {
         };
         rows.row([
             pose,
-            format!("{} {}", cell.direction, cell.direction.word()),
+            cell.direction.to_string(),
             number(cell.measured.value, &|k| significant(k, 4)),
             number(cell.predicted.value, &|k| significant(k, 4)),
             format!("{:.2}", cell.ratio_percent),

@@ -59,11 +59,21 @@ impl ImportReport {
     }
 }
 
+/// So many columns that are not used are shown.
+const MOST_UNUSED: usize = 40;
+
 /// The first rows of a file, and what its columns were taken for.
 #[must_use]
 pub fn columns_text(columns: &[ColumnGuess]) -> String {
     let mut table = AlignedTable::new(&["column", "first values", "taken as", "unit", "by"]);
+    let mut unused = 0;
     for column in columns {
+        if column.role.is_none() {
+            unused += 1;
+            if unused > MOST_UNUSED {
+                continue;
+            }
+        }
         let by = match column.from {
             Some(GuessedFrom::Stated) => "option or mapping",
             Some(GuessedFrom::Name) => "its name",
@@ -78,5 +88,10 @@ pub fn columns_text(columns: &[ColumnGuess]) -> String {
             by.to_owned(),
         ]);
     }
-    table.text()
+    let mut text = table.text();
+    if unused > MOST_UNUSED {
+        let further = unused - MOST_UNUSED;
+        let _ = writeln!(text, "{further} further columns are not used.");
+    }
+    text
 }

@@ -195,9 +195,12 @@ fn stated_worst(rows: &[Printed]) -> [f64; 2] {
 /// Global axis of a word of the tables.
 #[must_use]
 pub fn direction(word: &str) -> Option<Direction> {
-    Direction::ALL
-        .into_iter()
-        .find(|direction| direction.word() == word)
+    match word {
+        "lateral" => Some(Direction::X),
+        "vertical" => Some(Direction::Y),
+        "radial" => Some(Direction::Z),
+        _ => None,
+    }
 }
 
 impl PaperReport {

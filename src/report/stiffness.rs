@@ -37,7 +37,7 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
         let [paper_value, paper_u, paper_k, _] = paper;
         rows.row([
             cell.cell.pose.to_string(),
-            format!("{} {}", cell.cell.direction, cell.cell.direction.word()),
+            cell.cell.direction.to_string(),
             cell.n_runs.to_string(),
             value,
             u,

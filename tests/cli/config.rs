@@ -95,6 +95,34 @@ fn each_layer_goes_before_those_below_it() {
 }
 
 #[test]
+fn a_session_goes_before_files_and_variables() {
+    let desk = desk();
+    desk.write(
+        "s/session.toml",
+        "schema = \"stiffbench/session/1\"\nrobot = \"robot.toml\"\nplace = \"Hall 3\"\n",
+    );
+    desk.write(
+        "stiffbench.toml",
+        "place = \"Hall 1\"\noperator = \"A. Meyer\"\n",
+    );
+    let variables = [("STIFFBENCH_PLACE", "Hall 2")];
+    let of_session = run(&desk, ".", &variables, "config show s --json").succeeds();
+    let place = setting(&of_session, "place");
+    assert_eq!(
+        (&place["value"], &place["origin"]),
+        (&"Hall 3".into(), &"session".into())
+    );
+    assert_eq!(setting(&of_session, "robot")["origin"], "session");
+    assert_eq!(setting(&of_session, "operator")["origin"], "folder");
+    let text = run(&desk, ".", &variables, "config show s --origin")
+        .succeeds()
+        .stdout;
+    assert!(text.contains("session s/session.toml"), "{text}");
+    let none = run(&desk, ".", &[], "config show home --json").succeeds();
+    assert_eq!(none.json()["warnings"][0], "home has no session.toml");
+}
+
+#[test]
 fn a_configured_robot_is_used_where_nothing_names_one_and_is_stated() {
     let desk = desk();
     desk.write("readings.csv", &five_columns(&["P1", "P2"], 3));

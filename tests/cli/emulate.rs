@@ -206,3 +206,21 @@ fn what_cannot_be_emulated_is_refused() {
         assert!(ran.stderr.contains(part), "{arguments}: {}", ran.stderr);
     }
 }
+
+#[test]
+fn a_signal_ends_it_and_takes_its_links_away() {
+    use std::os::unix::process::ExitStatusExt;
+
+    let desk = desk();
+    let mut bench = Bench::new(
+        &desk,
+        "--poses P1 --directions x --loads-n 0,-10 --repeats 1",
+    );
+    let links = ["ports/force", "ports/displacement"].map(|link| desk.path(link));
+    assert!(links.iter().all(|link| link.is_symlink()));
+    let id = bench.process.id().to_string();
+    let stopped = Command::new("kill").args(["-TERM", &id]).status().unwrap();
+    assert!(stopped.success());
+    assert_eq!(bench.process.wait().unwrap().signal(), Some(15));
+    assert!(links.iter().all(|link| !link.is_symlink()));
+}

@@ -34,6 +34,12 @@ fn wrong_readings_are_named_by_file_line_and_column() {
         &error,
         &["word.csv", "line 3", "displacement_um", "abc", "number"],
     );
+    // The line as it stands, with a mark under the value.
+    let printed = desk.run("stiffness word.csv").stderr;
+    assert!(
+        printed.contains("  3 | P1,x,1,-20,abc\n    |            ^^^\n"),
+        "{printed}"
+    );
     desk.write(
         "column.csv",
         "pose,direction,force_N,displacement_um\nP1,x,-10,-5\n",

@@ -49,6 +49,31 @@ fn a_page_stands_alone_is_small_and_has_the_same_bytes_twice() {
     assert_eq!(page, desk.read("third.html"));
 }
 
+/// The command `map` is another way to the same numbers.
+#[test]
+fn the_map_of_a_page_is_that_of_the_fitted_model() {
+    let desk = desk_with_report("");
+    let fit = desk.run("fit session --json").succeeds().stdout;
+    desk.write("fit.json", &fit);
+    let map = desk.data(
+        "map --fit fit.json --mechanisms F --samples 600 --sampling low-discrepancy --directions x,y,z",
+    );
+    let page = desk.data("report session --no-diagnosis --out again.html");
+    let rows = page["map"]["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    let columns = map["mechanisms"][0]["stiffness"].as_array().unwrap();
+    for (row, column) in rows.iter().zip(columns) {
+        for end in ["smallest", "largest"] {
+            let printed: f64 = row[end].as_str().unwrap().parse().unwrap();
+            let value = column[end]["sampled"]["value"]["value"].as_f64().unwrap();
+            // Three digits are printed.
+            assert!((printed / value - 1.0).abs() < 0.005, "{row}: {value}");
+        }
+    }
+    let html = desk.read("again.html");
+    assert!(html.contains("<h2>Stiffness over the workspace</h2>"));
+}
+
 #[test]
 fn a_report_with_a_diagnosis_names_the_verdict_and_is_below_a_megabyte() {
     let desk = desk();
@@ -102,7 +127,7 @@ fn printed_digits(page: &str) -> Vec<usize> {
 fn a_changed_number_is_named_with_its_line_and_what_it_was() {
     let desk = desk_with_report("");
     let page = desk.read("session/report.html");
-    let row = page.find("<tr><td>P1</td><td>x lateral").unwrap();
+    let row = page.find("<tr><td>P1</td><td>x").unwrap();
     let cell = row + page[row..].find("<td>0.0").unwrap() + "<td>0.0".len();
     let mut changed = page.clone();
     changed.replace_range(cell..=cell, "9");
@@ -354,7 +379,7 @@ fn markdown_has_the_tables_and_figures_beside_it() {
     let desk = desk_with_report("--format markdown --figures figures");
     let text = desk.read("session/report.md");
     assert!(text.contains("| pose | direction | runs | K, N/µm |"));
-    assert!(text.contains("| P1 | x lateral |"));
+    assert!(text.contains("| P1 | x |"));
     assert!(!text.contains('<') && !text.contains("{{"), "{text}");
     assert!(
         desk.read("figures/load-displacement.svg")

@@ -142,7 +142,7 @@ fn panel(input: &ResidualsBeforeAfter, row: PanelRow, direction: Direction) -> P
         ..FigurePoint::new(across(input, point), row.residual_um(point))
     });
     panel.series.push(Series::labelled(
-        format!("{direction} ({})", direction.word()),
+        direction.to_string(),
         mark_style(direction),
         Marks::Points(drawn.collect()),
     ));

@@ -176,7 +176,7 @@ fn panel(
     has_unloading: bool,
 ) -> Panel {
     let mut panel = Panel::new(
-        format!("{pose}, {direction} ({})", direction.word()),
+        format!("{pose}, {direction}"),
         Axis::linear("load", "N"),
         Axis::linear("displacement", "µm"),
     );
@@ -316,7 +316,7 @@ mod tests {
         let figure = load_displacement(&input());
         assert_eq!(figure.columns, 2);
         assert_eq!(figure.panels.len(), 4);
-        assert_eq!(figure.panels[0].title, "P1, x (lateral)");
+        assert_eq!(figure.panels[0].title, "P1, x");
         let Marks::Points(points) = &figure.panels[0].series[1].marks else {
             panic!("points stand over the line");
         };

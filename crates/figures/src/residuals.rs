@@ -69,6 +69,10 @@ pub fn residuals(input: &Residuals) -> Figure {
         let aside = 0.24 * (point.cell.direction.index() as f64 - 1.0);
         Some(pose as f64 + aside)
     };
+    let direction_axis = match poses.as_slice() {
+        [first, .., last] => format!("direction; in each {first} to {last} from left to right"),
+        _ => "direction".to_owned(),
+    };
     let directions = Direction::ALL.iter().map(ToString::to_string).collect();
     let direction_place = |point: &ResidualPoint| {
         let pose = poses.iter().position(|pose| *pose == point.cell.pose)?;
@@ -83,7 +87,7 @@ pub fn residuals(input: &Residuals) -> Figure {
         panel(
             input,
             "against direction",
-            Axis::categories("direction", directions),
+            Axis::categories(&direction_axis, directions),
             &y,
             &direction_place,
         ),
@@ -195,7 +199,7 @@ fn panel(
             .collect();
         if !points.is_empty() {
             panel.series.push(Series::labelled(
-                format!("{direction} ({})", direction.word()),
+                direction.to_string(),
                 mark_style(direction),
                 Marks::Points(points),
             ));

@@ -15,6 +15,8 @@ pub struct SessionPlan {
     pub procedure: Procedure,
     /// Poses and directions in the order of measurement, each with its readings.
     pub cells: Vec<SessionCell>,
+    /// What the robot file calls x, y and z.
+    axis_words: [Option<String>; 3],
 }
 
 /// One pose and direction.
@@ -46,6 +48,29 @@ impl SessionPlan {
         Self {
             cells: cells.collect(),
             procedure: procedure.clone(),
+            axis_words: Default::default(),
+        }
+    }
+
+    /// With the words of the robot file for x, y and z.
+    #[must_use]
+    pub fn with_axis_words(self, axis_words: [Option<&str>; 3]) -> Self {
+        Self {
+            axis_words: axis_words.map(|word| word.map(str::to_owned)),
+            ..self
+        }
+    }
+
+    /// A direction with what it is, for example `y (vertical)`.
+    #[must_use]
+    pub fn direction_text(&self, direction: &LoadDirection) -> String {
+        let words = match direction {
+            LoadDirection::Axis(axis) => self.axis_words[axis.index()].clone(),
+            LoadDirection::Oblique(_) => direction.components_text(),
+        };
+        match words {
+            Some(words) => format!("{direction} ({words})"),
+            None => direction.to_string(),
         }
     }
 

@@ -82,13 +82,13 @@ pub enum NotALoadDirection {
 #[must_use]
 pub fn meant_direction(word: &str) -> Option<&'static str> {
     const AXES: [(&str, &str); 3] = [("x", "-x"), ("y", "-y"), ("z", "-z")];
+    const WORDS: [&str; 3] = ["lateral", "vertical", "radial"];
     let lower = word.trim().to_lowercase();
     let letter = lower.trim_matches(|c: char| !c.is_alphabetic());
     let against = lower.contains('-');
     let of_word = || {
-        let words = Direction::ALL.map(Direction::word);
-        let meant = nearest(letter, words).filter(|_| letter.len() > 2)?;
-        words.iter().position(|word| *word == meant)
+        let meant = nearest(letter, WORDS).filter(|_| letter.len() > 2)?;
+        WORDS.iter().position(|word| *word == meant)
     };
     let of_letter = || AXES.iter().position(|(axis, _)| *axis == letter);
     let (along, opposite) = AXES[of_letter().or_else(of_word)?];
@@ -172,12 +172,12 @@ impl LoadDirection {
         }
     }
 
-    /// In words: lateral, vertical or radial for an axis, else the components.
+    /// The components of a direction that is no axis, for example `(0, 0.6, 0.8)`.
     #[must_use]
-    pub fn word(&self) -> String {
+    pub fn components_text(&self) -> Option<String> {
         match self {
-            Self::Axis(axis) => axis.word().to_owned(),
-            Self::Oblique(oblique) => format!("({})", numbers(&oblique.unit)),
+            Self::Axis(_) => None,
+            Self::Oblique(oblique) => Some(format!("({})", numbers(&oblique.unit))),
         }
     }
 

@@ -1,8 +1,11 @@
-//! The known name that comes nearest to a mistyped one.
+//! Names in messages: those that are known, and the one that comes nearest to a mistyped one.
 //!
 //! Leaf module.
 
 use strsim::levenshtein;
+
+/// So many names are listed in a message.
+const MOST_NAMES: usize = 40;
 
 /// The name in `known` nearest to `name`, if it is near enough to be worth suggesting.
 ///
@@ -25,6 +28,22 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
+/// Names in backquotes; of very many the first, and how many more there are.
+#[must_use]
+pub fn listed_names<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let mut names = names.into_iter();
+    let first = names.by_ref().take(MOST_NAMES);
+    let mut text = first
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ");
+    let further = names.count();
+    if further > 0 {
+        text = format!("{text} and {further} more");
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -36,5 +55,12 @@ mod tests {
         assert_eq!(nearest("p1", known), Some("P1"));
         assert_eq!(nearest("dir", known), Some("direction"));
         assert_eq!(nearest("banana", known), None);
+    }
+
+    #[test]
+    fn of_very_many_names_the_first_are_listed() {
+        assert_eq!(listed_names(["a", "b"]), "`a`, `b`");
+        let listed = listed_names(vec!["a"; 1_000_000]);
+        assert!(listed.ends_with("`a` and 999960 more"), "{listed}");
     }
 }

@@ -44,7 +44,7 @@ impl Serialize for PoseId {
     }
 }
 
-/// Global axis of load and displacement: x lateral, y vertical, z radial (the paper's Section II).
+/// Axis of load and displacement, of the robot's base.
 #[derive(
     Debug,
     Clone,
@@ -60,11 +60,11 @@ impl Serialize for PoseId {
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
-    /// Lateral, out of the arm plane.
+    /// x of the robot's base; in the paper lateral, out of the arm plane.
     X,
-    /// Vertical, up.
+    /// y of the robot's base; in the paper vertical, up.
     Y,
-    /// Radial, the reach of the arm.
+    /// z of the robot's base; in the paper radial, the reach of the arm.
     Z,
 }
 
@@ -84,16 +84,6 @@ impl Direction {
         let mut vector = [0.0; 3];
         vector[self.index()] = 1.0;
         vector
-    }
-
-    /// The word for this axis: lateral, vertical or radial.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::X => "lateral",
-            Self::Y => "vertical",
-            Self::Z => "radial",
-        }
     }
 }
 

@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use crate::analysis::{ReadError, read_text};
 use crate::nearest::nearest;
+use crate::readings::SessionHeader;
 use crate::report::{ConfigFileReport, SettingOrigin};
 use crate::shipped::shipped_robot;
 use crate::source_text::SourceText;
@@ -231,6 +232,25 @@ impl Config {
     pub(in crate::cli) fn value(&self, name: &str) -> Option<&SetValue> {
         let place = SETTINGS.iter().position(|setting| setting.name == name)?;
         self.values[place].as_ref()
+    }
+
+    /// Takes what a session states of its own.
+    pub(super) fn take_session(&mut self, folder: &Path, header: &SessionHeader) {
+        let own = [
+            ("operator", &header.operator),
+            ("place", &header.place),
+            ("robot", &header.robot),
+        ];
+        for (name, value) in own {
+            let place = SETTINGS.iter().position(|setting| setting.name == name);
+            if let (Some(place), Some(value)) = (place, value) {
+                self.values[place] = Some(SetValue {
+                    value: value.clone(),
+                    origin: SettingOrigin::Session,
+                    place: folder.join("session.toml").display().to_string(),
+                });
+            }
+        }
     }
 
     fn take_file(&mut self, path: &Path, layer: SettingOrigin) -> Result<(), ConfigError> {

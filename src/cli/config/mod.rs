@@ -5,10 +5,12 @@
 mod layers;
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 use clap::{Args, Command, Subcommand};
 use serde_json::json;
 
+use crate::analysis::session_header;
 use crate::report::{ConfigReport, SettingOrigin, SettingReport};
 
 use super::args::{Global, ProgressMode};
@@ -22,7 +24,7 @@ use layers::{ConfigSetting, SETTINGS, SetValue, json_schema};
 /// Arguments of `config`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench config show --origin                  each value in force, and where it comes from\n  stiffbench config path                           where files are looked for\n  stiffbench config show --schema > stiffbench.schema.json"
+    after_help = "Examples:\n  stiffbench config show --origin                  each value in force, and where it comes from\n  stiffbench config show --origin my-session       of the data of this session\n  stiffbench config path                           where files are looked for\n  stiffbench config show --schema > stiffbench.schema.json"
 )]
 pub(super) struct ConfigArgs {
     /// What to do.
@@ -35,7 +37,10 @@ pub(super) struct ConfigArgs {
 enum ConfigCommand {
     /// Print each setting with the value in force
     Show {
-        /// Print where each value comes from too: default, file, variable or option
+        /// Folder of a session: what it states of its own counts before variables and files
+        #[arg(conflicts_with = "schema")]
+        session: Option<PathBuf>,
+        /// Print where each value comes from too: default, file, variable, session or option
         #[arg(long)]
         origin: bool,
         /// Instead: the JSON Schema of configuration files
@@ -73,6 +78,17 @@ pub(super) fn run(args: &ConfigArgs, global: &Global) -> Result<Outcome, Failure
         }
         loaded => loaded?,
     };
+    let mut config = config;
+    if let ConfigCommand::Show {
+        session: Some(folder),
+        ..
+    } = &args.what
+    {
+        match session_header(folder, &mut notes)? {
+            Some(header) => config.take_session(folder, &header),
+            None => notes.push(format!("{} has no session.toml", folder.display())),
+        }
+    }
     let report = report(&config, global.progress);
     let text = match args.what {
         ConfigCommand::Show { origin, .. } => report.text(origin),

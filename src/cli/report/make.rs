@@ -176,7 +176,7 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
     let headline = &page.headline;
     let lines = headline.stiffness.iter();
     let lines = lines.chain(&headline.conformity).chain(&headline.verdict);
-    let lines = lines.chain(&headline.improvement);
+    let lines = lines.chain(&headline.limit).chain(&headline.improvement);
     for line in lines.chain(&headline.validation) {
         let _ = writeln!(text, "{line}");
     }

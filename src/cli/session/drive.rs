@@ -90,7 +90,8 @@ pub(super) fn run(
     if !procedure.displacement_axes.is_empty() {
         state_joint_values(&robot.robot, &mut procedure)?;
     }
-    let plan = SessionPlan::new(&procedure, &[]);
+    let plan = SessionPlan::new(&procedure, &[])
+        .with_axis_words([0, 1, 2].map(|axis| robot.robot.axis_word(axis)));
     let (mut instruments, notes) = instrument_records(args.instruments.as_deref())?;
     warnings.extend(notes);
     let clock = Clock::starting_at(0.0, speed(&args.bench));
@@ -182,6 +183,10 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let hand = emulate_again(&mut bench, &header, &args.folder, &plan, clock)?;
     // Readings can be taken without it.
     let robot = robot_of(&header, &args.folder, &plan).ok();
+    let plan = match &robot {
+        Some(robot) => plan.with_axis_words([0, 1, 2].map(|axis| robot.robot.axis_word(axis))),
+        None => plan,
+    };
     let robot = robot.map(|robot| (robot, header.clone()));
     let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &header.instruments, &state)?;
     warnings.extend(notes);

@@ -38,7 +38,8 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         .iter()
         .map(|named| named.id.clone())
         .collect();
-    let plan = SessionPlan::new(&procedure, &poses);
+    let plan = SessionPlan::new(&procedure, &poses)
+        .with_axis_words([0, 1, 2].map(|axis| resolved.robot.axis_word(axis)));
     let seconds = plan.seconds_left(&SessionState::default(), &Pace::default());
     let mut text = format!(
         "Procedure {}: {} readings in {} cells, some {:.0} minutes\n",
@@ -109,15 +110,14 @@ fn best_poses(
 fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionPlan) {
     let _ = writeln!(
         text,
-        "\nCell {} of {}: setup.{}.{} asks for pose {}{} and direction {} ({})",
+        "\nCell {} of {}: setup.{}.{} asks for pose {}{} and direction {}",
         place + 1,
         plan.cells.len(),
         cell.pose,
         cell.direction,
         cell.pose,
         plan.joints_text(&cell.pose),
-        cell.direction,
-        cell.direction.word()
+        plan.direction_text(&cell.direction)
     );
     let mut line = String::new();
     let mut before: Option<&PlannedReading> = None;

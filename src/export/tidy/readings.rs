@@ -128,7 +128,7 @@ fn meaning_of(column: Column) -> &'static str {
         Column::Utc => "Time of the reading, UTC",
         Column::Time => "Time since the session began",
         Column::Pose => "Pose of the robot",
-        Column::Direction => "Direction of the load: x lateral, y vertical, z radial",
+        Column::Direction => "Direction of the load: x, y or z of the robot's base",
         Column::Branch => "Loading or unloading",
         Column::Step => "Place in the load sequence, from 0",
         Column::Target => "Force that was aimed at",

@@ -15,7 +15,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
     let mut text = head(if found {
         "How the fitted factors move back"
     } else {
-        "The fitted factors"
+        "Factors fitted in the diagnosis"
     });
     if found {
         text.push_str(&paragraph(

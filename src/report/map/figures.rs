@@ -105,7 +105,7 @@ impl MapReport<'_> {
             .collect()
     }
 
-    pub(super) fn about(&self) -> String {
+    pub(in crate::report) fn about(&self) -> String {
         let load = self.at_load_n.map_or_else(String::new, |load| {
             format!(", secant at {load} N where not linear")
         });

@@ -12,6 +12,7 @@ use super::details::{KnownItems, page_items};
 use super::figures::{figures_of_diagnosis, figures_of_fit, readings_figure};
 use super::headline::HeadlineParts;
 use super::load_cases::add_load_case_model;
+use super::map::{MappedModel, add_map};
 use super::model::{PageComparison, PageDiagnosis, PageFit, PageModel};
 use super::session::PageSession;
 use super::source::PageSource;
@@ -19,6 +20,9 @@ use super::{PageFigures, PageProgram, PageSettings, ReportPage};
 
 /// Why a report that was asked for without a diagnosis has none.
 pub(super) const NO_DIAGNOSIS: &str = "Diagnosis: not asked for (--no-diagnosis).";
+
+/// Why a report of a session without a robot has neither fit nor diagnosis.
+const NO_ROBOT: &str = "Fit, map and diagnosis: no robot is named (--robot).";
 
 /// The schema of the data of a report.
 const SCHEMA: &str = "stiffbench/report/1";
@@ -43,8 +47,7 @@ pub fn session_page(
     match answered {
         Ok(()) => {}
         Err(AnalysisError::NoRobot { .. }) => {
-            let why = "Fit and diagnosis: no robot is named (--robot).";
-            page.left_out.push(why.to_owned());
+            page.left_out.push(NO_ROBOT.to_owned());
         }
         Err(error) => return Err(error),
     }
@@ -84,6 +87,7 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
     let empty = HeadlineParts {
         sessions: &[],
         comparison: None,
+        has_robot: false,
         fit: None,
         diagnosis: None,
         conformity: None,
@@ -105,6 +109,7 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         comparison: None,
         model: None,
         fit: None,
+        map: None,
         diagnosis: None,
         left_out: Vec::new(),
         figures: PageFigures {
@@ -140,6 +145,16 @@ fn add_model(
             let range = crate::parameters::ParameterChoice::default().range;
             page.figures.fit = figures_of_fit(&outcome, table, range);
             page.fit = Some(PageFit::new(&outcome, numbers));
+            let fitted = MappedModel {
+                robot: &model.robot,
+                mechanism: &outcome.mechanism,
+                factors: &outcome.factors,
+                effects: &outcome.physics,
+                estimates: &outcome.estimates,
+                at_load_n: largest_load_n(&source.tables),
+            };
+            let cells = outcome.cells.iter().map(|cell| cell.cell.direction);
+            add_map(page, &fitted, &cells.collect::<Vec<_>>());
         }
         Err(AnalysisError::Argument(error)) => return Err(error.into()),
         Err(error) => page.left_out.push(format!("Fit: {}.", in_words(&error))),
@@ -163,6 +178,13 @@ fn add_model(
         }
     }
     Ok(())
+}
+
+/// The largest load of sessions, N.
+fn largest_load_n(tables: &[StiffnessTable]) -> f64 {
+    let cells = tables.iter().flat_map(|table| &table.cells);
+    let loads = cells.flat_map(|cell| &cell.loads);
+    loads.map(|load| load.target_n.abs()).fold(0.0, f64::max)
 }
 
 fn fitted(
@@ -234,6 +256,7 @@ fn finished(mut page: ReportPage) -> ReportPage {
     page.headline = HeadlineParts {
         sessions: &page.sessions,
         comparison: page.comparison.as_ref(),
+        has_robot: page.model.is_some(),
         fit: page.fit.as_ref(),
         diagnosis: page.diagnosis.as_ref(),
         conformity: page.conformity.as_ref(),

@@ -37,8 +37,8 @@ pub(super) fn readings_figure(sessions: &[(&str, &StiffnessTable)]) -> PageFigur
         for panel in &mut figure.panels {
             let cell = table.cells.iter().find(|row| {
                 let cell = &row.cell;
-                let title = format!("{}, {} (", cell.pose, cell.direction);
-                panel.title.starts_with(&title)
+                let title = format!("{}, {}", cell.pose, cell.direction);
+                panel.title == title
             });
             if let Some(row) = cell {
                 panel.title = format!(

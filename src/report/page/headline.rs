@@ -4,7 +4,8 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mismatch::VerdictGrade;
+use crate::mismatch::{Verdict, VerdictGrade};
+use crate::physics::{LawKind, PlaceKind};
 use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, NextLoadCase, significant};
 
 use super::blocks::{TextBlock, under};
@@ -19,6 +20,9 @@ const FEW_CELLS: usize = 3;
 /// So many checks by hand are named.
 const CHECKS: usize = 3;
 
+/// What leads from stiffness alone to a fit.
+const NAME_A_ROBOT: &str = "To fit a model and find what it leaves out, name the robot with --robot; stiffbench robot new writes a robot file.";
+
 /// The answer of a report.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct PageHeadline {
@@ -26,6 +30,8 @@ pub struct PageHeadline {
     pub stiffness: Vec<String>,
     /// The verdict on the model, or of the comparison.
     pub verdict: Option<String>,
+    /// Where nothing was found, what would have been.
+    pub limit: Option<String>,
     /// By how much what is named improves the model in poses left out of the fit.
     pub improvement: Option<String>,
     /// How well the fitted model predicts.
@@ -40,6 +46,7 @@ pub struct PageHeadline {
 pub(super) struct HeadlineParts<'a> {
     pub(super) sessions: &'a [PageSession],
     pub(super) comparison: Option<&'a PageComparison>,
+    pub(super) has_robot: bool,
     pub(super) fit: Option<&'a PageFit>,
     pub(super) diagnosis: Option<&'a PageDiagnosis>,
     pub(super) conformity: Option<&'a ConformityStatement>,
@@ -69,6 +76,7 @@ impl HeadlineParts<'_> {
                 .comparison
                 .map(|comparison| comparison.verdict.clone())
                 .or(verdict),
+            limit: (self.diagnosis).and_then(|one| limit(&one.numbers)),
             improvement: (self.diagnosis).and_then(|one| improvement(&one.numbers)),
             validation: self.fit.and_then(|fit| fit.validation.clone()),
             conformity: self.conformity.map(|one| one.sentence.clone()),
@@ -76,10 +84,14 @@ impl HeadlineParts<'_> {
         }
     }
 
-    /// What to check by hand and to measure next; of a report without diagnosis nothing.
+    /// What to check by hand and to measure next; of a report without a robot to name one.
     fn next(&self) -> Vec<String> {
         let Some(diagnosis) = self.diagnosis else {
-            return Vec::new();
+            let may_name_one = !self.has_robot && self.comparison.is_none();
+            return may_name_one
+                .then(|| NAME_A_ROBOT.to_owned())
+                .into_iter()
+                .collect();
         };
         let findings = match &diagnosis.numbers {
             DiagnosisResult::Session(summary) => &summary.findings[..],
@@ -155,6 +167,38 @@ fn springs(fit: &LoadCaseFitReport) -> Vec<String> {
     lines
         .map(|(unit, springs)| format!("K in {unit}, with 95 % intervals: {}.", springs.join("; ")))
         .collect()
+}
+
+/// From what size on laws of joints and base would have been found, each where it is seen best; `None` where something was found.
+fn limit(diagnosis: &DiagnosisResult) -> Option<String> {
+    let DiagnosisResult::Session(one) = diagnosis else {
+        return None;
+    };
+    if one.verdict != Verdict::NothingMissing {
+        return None;
+    }
+    let mut best: IndexMap<&str, f64> = IndexMap::new();
+    let of_robot = one.detection_limits.iter().filter(|limit| {
+        let place = limit.physics.place_kind;
+        limit.physics.kind == LawKind::Physics
+            && matches!(place, PlaceKind::Joint | PlaceKind::Axis)
+    });
+    for limit in of_robot {
+        let Some(end_um) = limit.seen.as_ref().and_then(|seen| seen.end_effect_um) else {
+            continue;
+        };
+        let known = best.entry(limit.physics.row).or_insert(end_um);
+        *known = known.min(end_um);
+    }
+    best.sort_by(|_, a, _, b| a.total_cmp(b));
+    let words = |(law, um): (&&str, &f64)| format!("{law} {}\u{a0}µm", significant(*um, 2));
+    let each: Vec<String> = best.iter().map(words).collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "It would have shown effects of these sizes at the end of the robot, in four sessions of five: {}. Smaller ones may be there.",
+            each.join(", ")
+        )
+    })
 }
 
 /// What is named against the model without it, in poses that neither was fitted to.

@@ -8,6 +8,7 @@ use crate::report::{LoadCaseFitReport, load_case_figures};
 
 use super::build::{NO_DIAGNOSIS, in_words};
 use super::figures::page_figure;
+use super::map::{MappedModel, add_map};
 use super::model::{PageDiagnosis, PageFit, PageModel};
 use super::{PageSettings, ReportPage};
 
@@ -53,6 +54,16 @@ pub(super) fn add_load_case_model(
         .map(|(name, figure)| page_figure(*name, figure))
         .collect();
     page.fit = Some(PageFit::of_load_cases(&fit, numbers));
+    let fitted = MappedModel {
+        robot: &data.model.robot,
+        mechanism: &fit.mechanism,
+        factors: &fit.factors,
+        effects: &[],
+        estimates: &fit.estimates,
+        at_load_n: 0.0,
+    };
+    let axes = fit.components.iter().map(|component| component.axis);
+    add_map(page, &fitted, &axes.collect::<Vec<_>>());
     let warnings = doubts_about_load_cases(&data.posed).into_iter();
     let warnings: Vec<String> = warnings.chain(doubts_about_load_case_fit(&fit)).collect();
     if let Some(session) = page.sessions.first_mut() {

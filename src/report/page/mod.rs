@@ -11,6 +11,7 @@ mod error;
 mod figures;
 mod headline;
 mod load_cases;
+mod map;
 mod model;
 mod packed;
 mod results;
@@ -35,6 +36,7 @@ pub use details::{
 };
 pub use error::ReportError;
 pub use headline::PageHeadline;
+pub use map::{PageMap, PageMapRow};
 pub use model::{PageComparison, PageDiagnosis, PageFit, PageModel};
 pub use results::{PageBudget, PageBudgetRow, PageBudgetSource, PageCell};
 pub use session::{PageEntry, PageGauge, PageSession};
@@ -125,6 +127,8 @@ pub struct PageFigures {
     pub readings: Vec<PageFigure>,
     /// Of the fit.
     pub fit: Vec<PageFigure>,
+    /// Of the stiffness over the workspace.
+    pub map: Vec<PageFigure>,
     /// Of the diagnosis.
     pub diagnosis: Vec<PageFigure>,
 }
@@ -133,14 +137,20 @@ impl PageFigures {
     /// All, in the order of the report.
     pub fn all(&self) -> impl Iterator<Item = &PageFigure> {
         let all = self.readings.iter().chain(&self.fit);
-        all.chain(&self.diagnosis)
+        all.chain(&self.map).chain(&self.diagnosis)
     }
 
     /// Leaves out what exceeds so many bytes of SVG, the least important first; what was left out.
     fn shed(&mut self, bytes: usize) -> Vec<String> {
         let mut left = bytes;
         let mut titles = Vec::new();
-        for section in [&mut self.readings, &mut self.fit, &mut self.diagnosis] {
+        let by_importance = [
+            &mut self.readings,
+            &mut self.fit,
+            &mut self.diagnosis,
+            &mut self.map,
+        ];
+        for section in by_importance {
             section.retain(|figure| {
                 let fits = figure.svg.len() <= left;
                 if fits {
@@ -186,6 +196,8 @@ pub struct ReportPage {
     pub model: Option<PageModel>,
     /// The fit.
     pub fit: Option<PageFit>,
+    /// The stiffness of the fitted model over the workspace.
+    pub map: Option<PageMap>,
     /// The diagnosis.
     pub diagnosis: Option<PageDiagnosis>,
     /// Parts that are missing, with the reason.
@@ -235,7 +247,7 @@ impl ReportPage {
         let titles = self.figures.shed(room);
         self.left_out.extend(titles.into_iter().map(|title| {
             format!(
-                "Figure: {title}. The page would exceed 1 MB; stiffbench fit and diagnose draw it."
+                "Figure: {title}. The page would exceed 1 MB; stiffbench fit, map and diagnose draw it."
             )
         }));
         self

@@ -18,8 +18,6 @@ pub struct PageCell {
     pub pose: String,
     /// The direction.
     pub direction: String,
-    /// The direction in a word.
-    pub direction_word: String,
     /// Number of runs.
     pub runs: usize,
     /// Stiffness, N/µm; a dash where there is none.
@@ -100,7 +98,6 @@ pub(super) fn page_cell(cell: &CellStiffness) -> PageCell {
     PageCell {
         pose: cell.cell.pose.to_string(),
         direction: cell.cell.direction.to_string(),
-        direction_word: cell.cell.direction.word().to_owned(),
         runs: cell.n_runs,
         stiffness,
         expanded,
@@ -143,7 +140,6 @@ impl From<&VectorStiffnessCell> for PageCell {
         Self {
             pose: cell.pose.to_string(),
             direction: cell.direction.clone(),
-            direction_word: String::new(),
             runs: cell.runs,
             stiffness,
             expanded,

@@ -269,6 +269,16 @@ impl Robot {
         }
     }
 
+    /// What the robot file calls x, y or z (0, 1, 2), without its explanation: of `lateral (out of the plane)` the first word; the
+    /// vertical needs no word.
+    #[must_use]
+    pub fn axis_word(&self, axis: usize) -> Option<&str> {
+        let words = self.axis_words[axis].as_deref();
+        let word = words.and_then(|words| words.split([',', '(']).next());
+        let up = (self.vertical[axis] == 1.0).then_some("vertical");
+        word.map(str::trim).filter(|word| !word.is_empty()).or(up)
+    }
+
     /// The pose with every variable at its nominal value.
     #[must_use]
     pub fn nominal_pose(&self) -> Pose {

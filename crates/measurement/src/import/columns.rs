@@ -4,6 +4,7 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// What a column holds.
@@ -141,8 +142,8 @@ impl fmt::Display for MissingPart {
             if candidates.is_empty() {
                 return Ok(());
             }
-            let names: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
-            write!(f, " (one of {})", names.join(", "))
+            let names = candidates.iter().map(String::as_str);
+            write!(f, " (one of {})", listed_names(names))
         };
         match self {
             Self::ForceColumn { candidates } => column(f, "force", candidates),

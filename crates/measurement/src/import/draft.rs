@@ -3,12 +3,13 @@
 use super::build::{ImportedReadings, build};
 use super::columns::{ColumnGuess, ColumnRole, MissingPart};
 use super::error::{MissingParts, TableImportError};
-use super::guess::{FoundColumns, duplicate, quoted, unit_of};
+use super::guess::{FoundColumns, duplicate, unit_of};
 use super::joints::joint_unit;
 use super::keywords::is_of;
 use super::mapping::ImportMapping;
 use super::pairs::PairedLog;
 use crate::table_files::{MachineTable, read_table_file};
+use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Values of a column that are shown.
@@ -159,7 +160,7 @@ impl ImportDraft {
                 file: self.table.source.clone(),
                 line: self.table.layout.header_line.unwrap_or(1),
                 missing: MissingParts(missing.clone()),
-                found: quoted(names.map(|column| column.name.as_str())),
+                found: listed_names(names.map(|column| column.name.as_str())),
                 help: format!("{command} {}", options.join(" ")),
             });
         }

@@ -7,7 +7,7 @@ use super::error::TableImportError;
 use super::keywords::{is_of, plain, roles_of};
 use super::mapping::ImportMapping;
 use crate::table_files::{FileColumn, MachineTable, StampKind};
-use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::nearest::{listed_names, nearest};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Columns by what they hold, with where that comes from.
@@ -183,7 +183,7 @@ pub(super) fn column_of(
         line: table.layout.header_line.unwrap_or(1),
         column: wanted.to_owned(),
         role: role.to_string(),
-        found: quoted(names()),
+        found: listed_names(names()),
         advice,
     })
 }
@@ -204,12 +204,6 @@ pub(super) fn duplicate(
         first: first + 1,
         second: second + 1,
     }
-}
-
-/// Names in backquotes.
-pub(super) fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
-    names.join(", ")
 }
 
 /// The unit of a column: the one stated, else that of the file if it is of the kind.

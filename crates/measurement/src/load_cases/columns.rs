@@ -5,6 +5,7 @@ use super::table::{LoadCaseNote, VectorQuantity};
 use crate::readings::{
     Conversion, JointColumn, JointUnit, ReadOptions, ReadingsError, RecordTable, split_unit,
 };
+use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -265,12 +266,11 @@ impl LoadCaseColumns {
         } else {
             return Ok(());
         };
-        let names = text.names.iter().map(|name| format!("`{name}`"));
         Err(LoadCaseError::MissingColumn {
             file: text.file(),
             line: text.header_line,
             what,
-            found: names.collect::<Vec<_>>().join(", "),
+            found: listed_names(text.names.iter().map(String::as_str)),
             advice,
         })
     }

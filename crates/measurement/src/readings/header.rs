@@ -6,7 +6,7 @@ use super::error::ReadingsError;
 use super::log_columns::is_log_header;
 use super::number::Conversion;
 use super::text_table::RecordTable;
-use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::nearest::{listed_names, nearest};
 
 /// Where the columns of a file are.
 #[derive(Debug)]
@@ -131,7 +131,6 @@ impl ColumnHeader {
         advice.push(format!(
             "stiffbench import {named} --out {stem}-session takes columns of other names"
         ));
-        let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
         let others: Vec<String> = others
             .iter()
             .map(|column| format!(", `{column}`"))
@@ -141,7 +140,7 @@ impl ColumnHeader {
             line: self.line,
             column: first.name(),
             others: others.concat(),
-            found: found.join(", "),
+            found: listed_names(self.names.iter().map(String::as_str)),
             advice: advice.join("; "),
         }
     }

@@ -7,7 +7,7 @@ use super::assumption::{Assumption, AssumptionNote, Excluded};
 use super::column::Column;
 use super::error::ReadingsError;
 use super::reading::{Reading, ReadingStatus};
-use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::nearest::{listed_names, nearest};
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 /// What the readings of one run, or of one gauge zero, have in common.
@@ -269,7 +269,6 @@ pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), Reading
         .iter()
         .find(|reading| reading.pose == pose)
         .map_or(0, |reading| reading.line);
-    let names: Vec<String> = known.iter().map(|pose| format!("`{pose}`")).collect();
     let advice = match nearest(pose.as_str(), known.iter().map(PoseId::as_str)) {
         Some(near) => format!("is `{near}` meant?"),
         None => "correct the name, or add the pose to the robot or procedure file".to_owned(),
@@ -278,7 +277,7 @@ pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), Reading
         file: table.source.clone(),
         line,
         pose: pose.to_string(),
-        known: names.join(", "),
+        known: listed_names(known.iter().map(PoseId::as_str)),
         advice,
     })
 }

@@ -6,7 +6,7 @@ use super::options::{ResponseVariable, SpecimenOptions};
 use super::table::ColumnUnit;
 use crate::readings::Conversion;
 use crate::table_files::{FileColumn, MachineTable, StatedUnit};
-use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::nearest::{listed_names, nearest};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// A column that is read.
@@ -211,12 +211,11 @@ impl Header<'_> {
                 "columns are named as in the first line of the table, capitals included".to_owned()
             }
         };
-        let found: Vec<String> = known().map(|name| format!("`{name}`")).collect();
         SpecimenError::MissingColumn {
             file: self.file.clone(),
             line: self.line.unwrap_or(1),
             column: wanted.to_owned(),
-            found: found.join(", "),
+            found: listed_names(known()),
             advice,
         }
     }

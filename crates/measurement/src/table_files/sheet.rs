@@ -8,6 +8,7 @@ use csv::StringRecord;
 use super::cell::{CellKind, kind};
 use super::error::TableFileError;
 use super::records::TextRecord;
+use stiffbench_units_and_text::nearest::listed_names;
 
 /// Whether the bytes are a spreadsheet: a ZIP archive, or the container of old office programs.
 pub(super) fn is_spreadsheet(bytes: &[u8]) -> bool {
@@ -30,10 +31,7 @@ pub(super) fn read_sheet(
     let mut book: Sheets<_> =
         open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(|error| wrong(error.to_string()))?;
     let names = book.sheet_names();
-    let listed = |names: &[String]| {
-        let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-        quoted.join(", ")
-    };
+    let listed = |names: &[String]| listed_names(names.iter().map(String::as_str));
     if let Some(wanted) = wanted {
         let Some(name) = names.iter().find(|name| *name == wanted) else {
             return Err(TableFileError::NoSheet {

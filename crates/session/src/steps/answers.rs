@@ -99,14 +99,14 @@ impl Machine {
         let joints = self.plan.joints_text(pose);
         let text = if axes.is_empty() {
             format!(
-                "Set pose {pose}{joints} and mount jack and gauges along {direction} ({}). Done?",
-                direction.word()
+                "Set pose {pose}{joints} and mount jack and gauges along {}. Done?",
+                self.plan.direction_text(direction)
             )
         } else {
             let axes: Vec<String> = axes.iter().map(ToString::to_string).collect();
             format!(
-                "Set pose {pose}{joints} and mount the jack along {direction} ({}), the displacement gauges along {}. Done?",
-                direction.word(),
+                "Set pose {pose}{joints} and mount the jack along {}, the displacement gauges along {}. Done?",
+                self.plan.direction_text(direction),
                 axes.join(", ")
             )
         };
