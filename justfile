@@ -83,7 +83,7 @@ fuzz target="readings_csv" seconds="60":
 # The program as one static file for any Linux, without Parquet: target/x86_64-unknown-linux-musl/dist/stiffbench; target/archive for releases
 dist:
     rustup target add x86_64-unknown-linux-musl
-    cargo build --locked --profile dist --target x86_64-unknown-linux-musl --bin stiffbench
+    RUSTFLAGS="-C relocation-model=static" cargo build --locked --profile dist --target x86_64-unknown-linux-musl --bin stiffbench
     strip -s target/x86_64-unknown-linux-musl/dist/stiffbench
     packaging/archive.sh target/x86_64-unknown-linux-musl/dist/stiffbench target/archive
     ls -l target/x86_64-unknown-linux-musl/dist/stiffbench target/archive

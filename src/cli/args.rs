@@ -112,6 +112,13 @@ pub(super) enum Command {
         /// The shell
         shell: clap_complete::Shell,
     },
+    /// What completes a word, one a line, for the scripts of shells
+    #[command(name = "__complete", hide = true)]
+    Complete {
+        /// Of what
+        #[arg(value_enum)]
+        of: super::complete::CompletedWord,
+    },
     /// Manual pages: one on standard output, or a file for every command
     Man(super::help::ManArgs),
 }

@@ -229,7 +229,10 @@ pub const EXIT_CODE_MEANINGS: &[(u8, &str)] = &[
     (0, "done"),
     (1, "findings under --strict"),
     (2, "usage"),
-    (3, "a question has no answer under --no-input"),
+    (
+        3,
+        "a question has no answer: --no-input, or the input has ended",
+    ),
     (
         10,
         "configuration, robot, procedure or session file invalid",

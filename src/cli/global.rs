@@ -22,6 +22,9 @@ pub struct Global {
     /// Use neither configuration files nor STIFFBENCH_ variables
     #[arg(long, global = true)]
     pub no_config: bool,
+    /// Never wait for an answer: a question without one is an error that names the option which would have answered it
+    #[arg(long, global = true)]
+    pub no_input: bool,
     /// Print the log of a session on standard error too; -vv: with every reading
     #[arg(long, short, global = true, action = ArgAction::Count)]
     pub verbose: u8,

@@ -4,6 +4,7 @@ pub mod args;
 mod calibration_args;
 pub mod colour;
 mod compare;
+mod complete;
 mod config;
 mod demo;
 mod descriptions;
@@ -179,6 +180,7 @@ fn run_words(words: &[&str], global: &Global) -> Result<Outcome, Failure> {
     let mut cli = parse_words(words)?;
     cli.global = Global {
         quiet: true,
+        no_input: cli.global.no_input,
         ..global.clone()
     };
     run(cli)
@@ -191,6 +193,7 @@ fn only_json(json: bool) -> Global {
         strict: false,
         trust_csv: false,
         no_config: false,
+        no_input: false,
         verbose: 0,
         quiet: false,
         color: ColorChoice::Auto,
@@ -251,6 +254,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Ports(args) => ports::run(&args, global),
         Command::Trace(args) => trace::run(&args, global),
         Command::Completions { shell } => Ok(outcome::completions(shell)),
+        Command::Complete { of } => complete::run(of),
         Command::Man(args) => help::run(&args),
     }
 }

@@ -94,7 +94,7 @@ pub use model_comparison::{ComparedFit, ComparedModel, ModelComparison, NestedTe
 pub use model_export::{ExportFormat, ModelExportReport};
 pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
-pub use program::{COMMIT, CompletionScript, ErrorReport, ManualPage, VERSION};
+pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
     ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
     OutermostPoint, PoseReport, RobotReport, VariableReport, WorkspaceReport, robot_check_text,

@@ -16,6 +16,13 @@ pub struct CompletionScript {
     pub script: String,
 }
 
+/// Words that complete one.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct CompletedWords {
+    /// The words.
+    pub words: Vec<String>,
+}
+
 /// What went wrong: `error` of the output of a command that failed.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ErrorReport {

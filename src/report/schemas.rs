@@ -6,13 +6,13 @@ use schemars::{JsonSchema, Schema};
 use crate::stiffness::StiffnessTable;
 
 use super::{
-    BindingReport, ComparisonReport, CompletionScript, ComplianceReport, DecodeReport, DemoReport,
-    DesignSummary, DiagnosisResult, EmulationReport, FigureReport, FitResult, InstrumentList,
-    InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult, MobilityReport,
-    ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport, RecordReport, ReplayReport,
-    RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport, SignificanceReport,
-    SimulationReport, StatusReport, TraceReport, TraceValues, UndoReport, VectorStiffnessReport,
-    VerifyReport, WorkspaceReport,
+    BindingReport, ComparisonReport, CompletedWords, CompletionScript, ComplianceReport,
+    DecodeReport, DemoReport, DesignSummary, DiagnosisResult, EmulationReport, FigureReport,
+    FitResult, InstrumentList, InstrumentReport, InstrumentSummary, JournalReport, ManualPage,
+    MapResult, MobilityReport, ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport,
+    RecordReport, ReplayReport, RobotReport, RunReport, SessionLog, SessionReplayReport,
+    ShardReport, SignificanceReport, SimulationReport, StatusReport, TraceReport, TraceValues,
+    UndoReport, VectorStiffnessReport, VerifyReport, WorkspaceReport,
 };
 
 /// The schema of `data` of each kind of result.
@@ -20,6 +20,7 @@ use super::{
 pub fn schemas() -> Vec<(&'static str, Schema)> {
     vec![
         ("compare", schema_of::<ComparisonReport>()),
+        ("complete", schema_of::<CompletedWords>()),
         ("completions", schema_of::<CompletionScript>()),
         ("config", schema_of::<super::ConfigReport>()),
         ("config-schema", schema_of::<Schema>()),

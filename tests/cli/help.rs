@@ -77,6 +77,17 @@ fn help_shows_examples_before_options_and_the_exit_codes_last() {
     assert!(at("Examples:") < at("Commands:") && at("Commands:") < at("Exit codes: 0 done;"));
 }
 
+/// For the scripts of shells; ports are those of the computer.
+#[test]
+fn words_are_completed() {
+    let desk = desk();
+    let robots = desk.run("__complete robots").succeeds().stdout;
+    assert!(robots.lines().any(|name| name == "hp-robot"), "{robots}");
+    assert!(desk.data("__complete ports")["words"].is_array());
+    let instruments = desk.data("__complete instruments");
+    assert!(instruments["words"].as_array().unwrap().len() > 10);
+}
+
 #[test]
 fn every_command_has_a_manual_page() {
     let desk = desk();

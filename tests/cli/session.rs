@@ -57,6 +57,46 @@ fn a_session_on_an_emulated_bench_gives_readings_that_are_analysed() {
     );
 }
 
+/// A push by hand lasts a moment of the session's time: slower than in other tests, it lies between few samples.
+#[cfg(unix)]
+#[test]
+fn an_emulated_session_at_a_slow_pace_asks_no_question_of_its_own_making() {
+    let desk = desk();
+    let data = desk.data(
+        "session run s --emulated --speed 20 --no-input --procedure paper --poses P1 --directions z --repeats 1 --loads-n=0,-10,-20 --seed 1",
+    );
+    assert_eq!(data["outcome"], "complete");
+}
+
+#[test]
+fn a_dry_run_prints_the_plan_and_makes_nothing() {
+    let desk = desk();
+    let options = "--procedure sweeps --poses P1 --directions x";
+    let dry = desk
+        .run(&format!("session run s {options} --dry-run"))
+        .succeeds();
+    let plan = desk.run(&format!("session plan {options}")).succeeds();
+    assert!(dry.stdout.contains("readings in 1 cells"), "{}", dry.stdout);
+    assert_eq!(dry.stdout, plan.stdout);
+    assert!(!desk.path("s").exists());
+}
+
+/// Standard input of a test is empty.
+#[cfg(unix)]
+#[test]
+fn a_question_at_the_end_of_the_input_names_the_option_that_would_have_answered_it() {
+    let desk = desk();
+    let ran = desk
+        .run("session run s --emulated --speed 50 --procedure sweeps --poses P1 --directions x")
+        .exits_with(3);
+    assert!(
+        ran.stderr.contains("--answer temperature=VALUE"),
+        "{}",
+        ran.stderr
+    );
+    assert_eq!(desk.data("session status s")["outcome"], "partial");
+}
+
 #[cfg(unix)]
 #[test]
 fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {

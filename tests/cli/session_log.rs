@@ -9,9 +9,10 @@ const RUN: &str = "session run s --emulated --speed 50 --no-input --procedure sw
 /// The lines as time, level and message.
 fn lines(desk: &Desk) -> Vec<(String, String, String)> {
     let parts = |line: &str| {
-        let (time, rest) = line.split_once(' ').unwrap();
-        let (level, message) = rest.split_once(' ').unwrap();
-        (time.to_owned(), level.to_owned(), message.trim().to_owned())
+        let line: serde_json::Value = serde_json::from_str(line).unwrap();
+        let [time, level, message] =
+            ["utc", "level", "message"].map(|key| line[key].as_str().unwrap().to_owned());
+        (time, level, message)
     };
     desk.read("s/session.log").lines().map(parts).collect()
 }
@@ -60,12 +61,13 @@ fn a_verbose_session_prints_its_log_and_at_the_second_level_every_reading() {
         let log = desk.read("s/session.log");
         let readings = log
             .lines()
-            .filter(|line| line.contains(" DEBUG ") && line.contains(": reading "))
+            .filter(|line| line.contains("\"DEBUG\"") && line.contains(": reading "))
             .count();
         let taken = desk.read("s/readings.csv").lines().count() - 1;
         assert_eq!(readings, if with_readings { taken } else { 0 }, "{option}");
-        for line in log.lines() {
-            assert!(ran.stderr.contains(line), "{option}: {line}");
+        for (time, level, message) in lines(&desk) {
+            let line = format!("{time} {level:<5} {message}");
+            assert!(ran.stderr.contains(&line), "{option}: {line}");
         }
     }
 }

@@ -153,10 +153,12 @@ impl Probe {
         &mut self,
         description: &InstrumentDescription,
     ) -> Result<Option<ProbeFinding>, PortError> {
-        let Some(heard) = self.reply(description, CommandRole::Read)? else {
-            return Ok(None);
-        };
-        let Some(mut finding) = assess(description, Some(CommandRole::Read), &heard) else {
+        let mut finding = self.value(description)?;
+        if finding.is_none() {
+            // A request that was meant for another gauge may have had no end for this one, and have spoilt the next.
+            finding = self.value(description)?;
+        }
+        let Some(mut finding) = finding else {
             return Ok(None);
         };
         if finding.points > 0
@@ -167,6 +169,15 @@ impl Probe {
             finding.identity = Some(identity);
         }
         Ok(Some(finding))
+    }
+
+    /// What a request for a value brings; `None` if the gauge has none that only reads, or nothing comes that fits.
+    fn value(
+        &mut self,
+        description: &InstrumentDescription,
+    ) -> Result<Option<ProbeFinding>, PortError> {
+        let heard = self.reply(description, CommandRole::Read)?;
+        Ok(heard.and_then(|heard| assess(description, Some(CommandRole::Read), &heard)))
     }
 
     /// What comes of a command; `None` if the gauge has none that only reads, or nothing comes.

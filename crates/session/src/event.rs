@@ -57,9 +57,15 @@ pub enum Event {
     Ended(Ended),
 }
 
+/// The form of a journal.
+pub const JOURNAL_SCHEMA: &str = "stiffbench/journal/1";
+
 /// How a session began.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Started {
+    /// The form of the journal, [`JOURNAL_SCHEMA`]; journals of before do not state it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
     /// Session id.
     pub session: String,
     /// Name of the procedure.

@@ -31,9 +31,9 @@ pub use decision::{
     Flagged, OmittedReadings, SkipCode, Skipped, Superseded, Undone, UndoneAction, last_decision,
 };
 pub use event::{
-    AxisReading, AxisZero, ClockJump, Ended, Event, Gap, InstrumentSeen, JointSet, LimitCheck,
-    LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Started, TakenReading,
-    Warning, ZeroOccasion, Zeroed,
+    AxisReading, AxisZero, ClockJump, Ended, Event, Gap, InstrumentSeen, JOURNAL_SCHEMA, JointSet,
+    LimitCheck, LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Started,
+    TakenReading, Warning, ZeroOccasion, Zeroed,
 };
 pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, read_folder, recover, table,

@@ -77,6 +77,8 @@ pub enum OperatorEvent {
         /// The answer.
         answer: Answer,
     },
+    /// Nobody can answer any more: a question that is open ends the session as partial.
+    NoInput,
     /// First Ctrl-C: finish what is being taken, store it, end as partial.
     Interrupt,
     /// Second Ctrl-C: stop now.

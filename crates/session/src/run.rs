@@ -130,7 +130,7 @@ impl<S: Store> RunningSession<'_, '_, S> {
                 wait = Duration::ZERO;
             }
             while let Some(event) = self.bench.operator.poll(Duration::ZERO) {
-                self.input(Input::Operator(event))?;
+                self.operator(event)?;
             }
             self.input(Input::Tick)?;
             self.end_of_patience()?;
@@ -243,6 +243,17 @@ impl<S: Store> RunningSession<'_, '_, S> {
         self.bench.operator.notify(&text);
         let id = prompt.id.clone();
         Ok(Some(OperatorEvent::Answer { id, answer }))
+    }
+
+    fn operator(&mut self, event: OperatorEvent) -> Result<(), RunError> {
+        if event != OperatorEvent::NoInput {
+            return self.input(Input::Operator(event));
+        }
+        let open = self.machine.open_question();
+        match open.map(|(prompt, _)| prompt.clone()) {
+            Some(prompt) => Err(self.needs_input(&prompt, "the input has ended")),
+            None => Ok(()),
+        }
     }
 
     /// A question that the procedure gives a time is not left open longer: its default counts, or the session ends as partial.

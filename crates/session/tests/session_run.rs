@@ -12,9 +12,9 @@ use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_session::{
-    Answers, Bell, Event, FolderError, JournalEnd, Machine, Operator, OperatorEvent, Prompt,
-    Resumed, RunError, SessionEnd, SessionFolder, SessionInputs, SessionState, SessionView,
-    Settings, Started, read_folder, recover, run,
+    Answers, Bell, Event, FolderError, JOURNAL_SCHEMA, JournalEnd, Machine, Operator,
+    OperatorEvent, Prompt, Resumed, RunError, SessionEnd, SessionFolder, SessionInputs,
+    SessionState, SessionView, Settings, Started, read_folder, recover, run,
 };
 use stiffbench_units_and_text::clock::Clock;
 
@@ -139,6 +139,7 @@ fn session_of(
     let (pid, host) = (1, "here".to_owned());
     let first = if state.started.is_none() {
         Event::Started(Started {
+            schema: Some(JOURNAL_SCHEMA.to_owned()),
             session: "s1".to_owned(),
             procedure: procedure.name.clone(),
             procedure_sha256: String::new(),

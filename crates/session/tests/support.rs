@@ -6,9 +6,9 @@ use jiff::{SignedDuration, Timestamp};
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Sample};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
-    Action, Answer, Contradiction, Event, Input, Journal, Machine, OperatorEvent, Prompt, Purpose,
-    Record, SessionEnd, SessionPlan, SessionState, SessionView, Settings, Started, Store, Task,
-    read_journal, table,
+    Action, Answer, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal, Machine, OperatorEvent,
+    Prompt, Purpose, Record, SessionEnd, SessionPlan, SessionState, SessionView, Settings, Started,
+    Store, Task, read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -356,6 +356,7 @@ impl Rig {
             Journal::behind(disk, 0),
         );
         rig.record(Event::Started(Started {
+            schema: Some(JOURNAL_SCHEMA.to_owned()),
             session: "test".to_owned(),
             procedure: procedure.name.clone(),
             procedure_sha256: String::new(),

@@ -23,7 +23,7 @@ use super::virtual_bench::BenchError;
 use cell::{CellKey, SolvedCell};
 use motion::{Motion, Stand};
 
-/// How far a hand that pushes on the force gauge moves the end, m.
+/// How far a hand that pushes moves the end, m, if it does not take more than the largest load of the procedure.
 const HAND_M: f64 = 150e-6;
 
 /// How much more than was asked for a hand pushes.
@@ -78,10 +78,8 @@ struct Inner {
     repeat: u32,
     /// Force to which the jack is set without a planned load: nothing or the preload.
     motion: Motion,
-    hand_n: f64,
-    hand_m: f64,
-    /// The same along the base axes.
-    hand_along_m: [f64; 3],
+    /// What a hand adds.
+    hand: Stand,
 }
 
 impl EmulatedBench {
@@ -128,9 +126,7 @@ impl EmulatedBench {
             direction: 0,
             repeat: 1,
             motion: Motion::default(),
-            hand_n: 0.0,
-            hand_m: 0.0,
-            hand_along_m: [0.0; 3],
+            hand: Stand::default(),
         };
         inner.stand_at_rest();
         Ok(Self {
@@ -215,13 +211,15 @@ impl EmulatedBench {
     /// A hand pushes on the force gauge, and the end of the robot with it, until [`EmulatedBench::let_go`].
     ///
     /// # Arguments
-    /// - `force_n`: what was asked for, N along the axis; a hand pushes a quarter more.
+    /// - `force_n`: what was asked for, N along the axis; a hand pushes a quarter more, and harder until the end moves visibly.
     pub fn push_by_hand(&self, force_n: f64) {
         let mut inner = self.lock();
-        inner.hand_n = FIRMLY * force_n;
-        inner.hand_m = HAND_M.copysign(force_n);
-        let direction = inner.procedure.directions[inner.direction].unit_vector();
-        inner.hand_along_m = direction.map(|part| part * HAND_M.copysign(force_n));
+        let loads_n = inner.procedure.loads_n.iter();
+        let largest_n = loads_n.fold(0.0_f64, |largest, load_n| largest.max(load_n.abs()));
+        let least_n = FIRMLY * force_n.abs();
+        let moved_m = inner.cell().more_load(least_n).displacement_m.abs();
+        let harder = (HAND_M / moved_m).min(largest_n / least_n).max(1.0);
+        inner.hand = inner.cell().more_load(harder * FIRMLY * force_n);
     }
 
     /// A hand pushes on the end of the robot along a base axis, beside the force gauge, until [`EmulatedBench::let_go`].
@@ -230,21 +228,23 @@ impl EmulatedBench {
     /// - `sense`: above zero toward the positive end.
     pub fn push_end(&self, axis: Direction, sense: f64) {
         let mut inner = self.lock();
-        (inner.hand_n, inner.hand_m) = (0.0, 0.0);
-        inner.hand_along_m = axis.unit_vector().map(|part| part * HAND_M.copysign(sense));
+        inner.hand = Stand {
+            along_m: axis.unit_vector().map(|part| part * HAND_M.copysign(sense)),
+            ..Stand::default()
+        };
     }
 
     /// The hand lets go.
     pub fn let_go(&self) {
         let mut inner = self.lock();
-        inner.take_hand_off();
+        inner.hand = Stand::default();
     }
 
     /// What acts on the force gauge now, N, tension positive for a gauge that is not turned round: the loads of a procedure compress it.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         let inner = self.lock();
-        let force_n = inner.motion.at(self.clock.now_s()).force_n + inner.hand_n;
+        let force_n = inner.stand(self.clock.now_s()).force_n;
         let positive = inner.procedure.load_sense() > 0.0;
         turned(force_n, inner.setup.force_turned != positive)
     }
@@ -253,7 +253,7 @@ impl EmulatedBench {
     #[must_use]
     pub fn displacement_m(&self) -> f64 {
         let inner = self.lock();
-        let displacement_m = inner.motion.at(self.clock.now_s()).displacement_m + inner.hand_m;
+        let displacement_m = inner.stand(self.clock.now_s()).displacement_m;
         turned(displacement_m, inner.setup.displacement_turned)
     }
 
@@ -261,8 +261,7 @@ impl EmulatedBench {
     #[must_use]
     pub fn displacement_along_m(&self, axis: Direction) -> f64 {
         let inner = self.lock();
-        let at = axis.index();
-        let along_m = inner.motion.at(self.clock.now_s()).along_m[at] + inner.hand_along_m[at];
+        let along_m = inner.stand(self.clock.now_s()).along_m[axis.index()];
         turned(along_m, inner.setup.displacement_turned)
     }
 
@@ -316,13 +315,13 @@ impl Inner {
         self.go_to(vec![(0.0, stand)], now_s);
     }
 
-    fn take_hand_off(&mut self) {
-        (self.hand_n, self.hand_m) = (0.0, 0.0);
-        self.hand_along_m = [0.0; 3];
+    /// Where everything stands, with what a hand adds.
+    fn stand(&self, now_s: f64) -> Stand {
+        self.motion.at(now_s).plus(&self.hand)
     }
 
     fn go_to(&mut self, stages: Vec<(f64, Stand)>, now_s: f64) {
-        self.take_hand_off();
+        self.hand = Stand::default();
         self.motion = Motion::new(self.motion.at(now_s), stages, now_s);
     }
 }

@@ -36,8 +36,6 @@ const COMMAND_GOES_ON: &[&str] = &[
     "temperature=21",
     "--answer",
     "drift=keep",
-    "--answer",
-    "implausible=accept",
 ];
 
 /// There are no pseudo-terminals on this system: the shipped session, which was simulated, takes their place.

@@ -79,9 +79,6 @@ pub(in crate::cli) struct ImportArgs {
     /// Records of the gauges in the form of session.toml
     #[arg(long, value_name = "FILE")]
     pub(super) instrument_records: Option<PathBuf>,
-    /// Never wait for an answer
-    #[arg(long)]
-    pub(super) no_input: bool,
 }
 
 /// A quantity whose sign is turned.

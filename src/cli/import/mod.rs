@@ -179,7 +179,7 @@ fn asked(
     read: impl Fn(&ImportMapping) -> Result<ImportDraft, Failure>,
 ) -> Result<ImportDraft, Failure> {
     let can_ask =
-        !args.no_input && !global.json && !is_dash(&args.file) && std::io::stdin().is_terminal();
+        !global.no_input && !global.json && !is_dash(&args.file) && std::io::stdin().is_terminal();
     let mut is_shown = false;
     loop {
         let draft = read(&mapping)?;

@@ -207,8 +207,13 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
             data.join(" ")
         );
     }
+    let mut warnings = source.warnings();
+    let overdue = source.overdue();
+    if !overdue.is_empty() {
+        warnings.push(format!("calibration overdue: {}", overdue.join(", ")));
+    }
     Outcome::new("report", text, page)
         .with_inputs(source.inputs())
-        .with_warnings(source.warnings())
+        .with_warnings(warnings)
         .with_strict_exit(u8::from(!missing.is_empty()))
 }

@@ -77,7 +77,7 @@ pub(super) struct PlanArgs {
 }
 
 /// Poses of the program's own choice.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(super) struct BestPosesArgs {
     /// Choose this many poses within the limits of the robot: those that determine the free parameters best
     #[arg(long, value_name = "N", conflicts_with = "poses")]
@@ -180,6 +180,21 @@ pub(super) struct RunArgs {
     /// Where
     #[arg(long, help_heading = "Record")]
     pub(super) place: Option<String>,
+    /// Measure nothing: print every step, question and file, and how long it takes, as session plan does
+    #[arg(long, help_heading = "Record")]
+    pub(super) dry_run: bool,
+}
+
+impl RunArgs {
+    /// What `session plan` would be asked for this session.
+    pub(super) fn planned(self) -> PlanArgs {
+        PlanArgs {
+            model: self.model,
+            procedure: self.procedure,
+            axes: self.axes,
+            best: BestPosesArgs::default(),
+        }
+    }
 }
 
 /// Arguments of `session resume`.
@@ -194,10 +209,6 @@ pub(super) struct ResumeArgs {
 }
 
 /// What a session is measured with, and how it asks.
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is a flag of its own on the command line"
-)]
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Bench")]
 pub(super) struct BenchArgs {
@@ -249,9 +260,6 @@ pub(super) struct BenchArgs {
     /// Answer to a question, beforehand; more than once for more
     #[arg(long = "answer", value_name = "ID=VALUE", help_heading = "Guiding")]
     pub(super) answer: Vec<String>,
-    /// Never wait for an answer: a question without one ends the session
-    #[arg(long, help_heading = "Guiding")]
-    pub(super) no_input: bool,
     /// Plain lines instead of the full-screen view
     #[arg(long, help_heading = "Guiding")]
     pub(super) line: bool,

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use jiff::Timestamp;
+use serde_json::json;
 
 use crate::cli::args::Global;
 use crate::cli::outcome::print_error;
@@ -78,7 +79,8 @@ impl DiagnosticLog {
         log
     }
 
-    /// Adds a line: time (UTC), level, message; with `--verbose` on standard error too.
+    /// Adds a line, a JSON object with time (UTC), level and message; with `--verbose` on standard error too, as text. It is written before
+    /// this returns, so that no line is lost.
     pub(super) fn line(&mut self, level: LogLevel, message: &str) {
         if level == LogLevel::Debug && self.verbose < 2 {
             return;
@@ -86,14 +88,15 @@ impl DiagnosticLog {
         let utc = Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S.%3fZ");
         // A message is one line, whatever is in it.
         let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-        let line = format!("{utc} {:<5} {message}", level.word());
+        let level = level.word();
+        let line = json!({ "utc": utc.to_string(), "level": level, "message": message });
         if let Some(file) = &mut self.file
             && writeln!(file, "{line}").is_err()
         {
             self.file = None;
         }
         if self.verbose > 0 {
-            print_error(&line);
+            print_error(&format!("{utc} {level:<5} {message}"));
         }
     }
 }
@@ -182,6 +185,7 @@ fn operator_text(event: &OperatorEvent) -> String {
         OperatorEvent::Note { .. } => "write a note".to_owned(),
         OperatorEvent::Pause => "pause, or continue".to_owned(),
         OperatorEvent::Answer { id, answer } => return answer_text(id, answer),
+        OperatorEvent::NoInput => "the input has ended".to_owned(),
         OperatorEvent::Interrupt => "end at the next safe point".to_owned(),
         OperatorEvent::Abort => "end at once".to_owned(),
     };

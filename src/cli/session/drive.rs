@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::Path;
 
-use jiff::{Timestamp, tz::TimeZone};
+use jiff::Timestamp;
 
 use crate::analysis::{
     AnalysisError, ArgumentError, ResolvedModel, add_poses, check_specimen, sha256,
@@ -20,9 +20,9 @@ use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
-    Answers, Event, Journal, JournalFile, KeptAwake, Machine, Operator, RepeatCheck, Resumed,
-    SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState, Settings, Started,
-    Warning, check_question, host, lag_s, read_folder, run as run_session,
+    Answers, Event, JOURNAL_SCHEMA, Journal, JournalFile, KeptAwake, Machine, Operator,
+    RepeatCheck, Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState,
+    Settings, Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
@@ -34,9 +34,7 @@ use super::gauges::{Connected, ResolvedGauge, check_present, connect, resolve_ga
 use super::inspect::event_text;
 use super::line::LineOperator;
 use super::operator::AtBench;
-use super::prepare::{
-    answers, calibration_warnings, gauge_terms, instrument_records, plan_of, robot_of,
-};
+use super::prepare::{answers, gauge_terms, instrument_records, overdue_today, plan_of, robot_of};
 use super::repeats::BenchRepeats;
 
 /// Program and version.
@@ -104,12 +102,12 @@ pub(super) fn run(
         &SessionState::default(),
     )?;
     warnings.extend(notes);
-    if bench.no_input {
+    if global.no_input {
         check_present(&resolved)?;
     }
     state_gauges(&mut instruments, &resolved);
     warnings.extend(overdue(&instruments, global)?);
-    let answers = answers(&args.bench)?;
+    let answers = answers(&args.bench, global)?;
     let now = Timestamp::now();
     let header = SessionHeader {
         id: Some(session_id(&args.out, now)),
@@ -211,7 +209,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         operator_name: header.operator,
         first,
         resolved,
-        answers: answers(&args.bench)?,
+        answers: answers(&args.bench, global)?,
         warnings,
         clock,
         hand,
@@ -292,8 +290,7 @@ fn drive(
     };
     let planned = plan.len();
     let mut machine = Machine::new(plan, settings, state);
-    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-    let calibration = calibration_warnings(&instruments, today).into_iter();
+    let calibration = overdue_today(&instruments).into_iter();
     let calibration = calibration.map(|text| Event::CalibrationWarning(Warning { text }));
     for event in [first].into_iter().chain(calibration) {
         let record = journal.append(event, clock.utc(), clock.now_s())?;
@@ -335,13 +332,13 @@ fn drive(
 /// Whoever is there: on the whole of a terminal where there is one, else in lines.
 fn operator(args: &BenchArgs, global: &Global) -> Box<dyn Operator> {
     let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
-    if terminal && !args.line && !args.no_input && !global.json {
+    if terminal && !args.line && !global.no_input && !global.json {
         match Screen::open() {
             Ok(screen) => return Box::new(screen),
             Err(error) => print_error(&format!("note: no full-screen view: {error}")),
         }
     }
-    Box::new(LineOperator::new(global.quiet, args.no_input))
+    Box::new(LineOperator::new(global.quiet, global.no_input))
 }
 
 /// How it went.
@@ -392,6 +389,7 @@ fn state_gauges(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
 /// The first event of a session.
 fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: String) -> Event {
     Event::Started(Started {
+        schema: Some(JOURNAL_SCHEMA.to_owned()),
         session: header.id.clone().unwrap_or_default(),
         procedure: procedure.name.clone(),
         procedure_sha256,
@@ -407,8 +405,7 @@ fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: Stri
 
 /// Warns of overdue calibration, or refuses under `--strict`.
 fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, AnalysisError> {
-    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-    let warnings = calibration_warnings(instruments, today);
+    let warnings = overdue_today(instruments);
     if global.strict && !warnings.is_empty() {
         return Err(AnalysisError::CalibrationOverdue {
             instruments: warnings.join("; "),

@@ -3,8 +3,6 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use jiff::{Timestamp, tz::TimeZone};
-
 use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
@@ -16,7 +14,7 @@ use crate::session::{
     ZeroOccasion, Zeroed, folder_holder, read_folder,
 };
 
-use super::prepare::{calibration_warnings, plan_of};
+use super::prepare::{overdue_today, plan_of};
 
 /// Where a session stands.
 pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
@@ -74,8 +72,7 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
     } else {
         let _ = writeln!(text, "Next: stiffbench stiffness {}", folder.display());
     }
-    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-    let mut warnings = calibration_warnings(&header.instruments, today);
+    let mut warnings = overdue_today(&header.instruments);
     warnings.extend(end_warning(&read.journal.end));
     let report = StatusReport {
         folder: folder.to_owned(),
@@ -118,6 +115,7 @@ fn end_warning(end: &JournalEnd) -> Option<String> {
 /// What happened, line by line.
 pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
+    let (_, header, _) = plan_of(&read)?;
     let records = &read.journal.records;
     let mut text = String::new();
     for record in records {
@@ -130,7 +128,8 @@ pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
             event_text(&record.event)
         );
     }
-    let warnings = end_warning(&read.journal.end).into_iter().collect();
+    let mut warnings = overdue_today(&header.instruments);
+    warnings.extend(end_warning(&read.journal.end));
     let report = SessionLog {
         events: read.journal.records,
     };

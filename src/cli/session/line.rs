@@ -150,7 +150,7 @@ impl Operator for LineOperator {
         }
         if self.ended {
             print_error("standard input has ended: no answer is possible");
-            self.events.push(OperatorEvent::Interrupt);
+            self.events.push(OperatorEvent::NoInput);
         }
         self.prompt = Some(prompt.clone());
     }
@@ -164,7 +164,7 @@ impl Operator for LineOperator {
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => {
                 let first = !std::mem::replace(&mut self.ended, true);
-                (first && self.prompt.is_some()).then_some(OperatorEvent::Interrupt)
+                (first && self.prompt.is_some()).then_some(OperatorEvent::NoInput)
             }
         }
     }

@@ -32,6 +32,7 @@ use args::SessionCommand;
 pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure> {
     match args.what {
         SessionCommand::Plan(args) => plan::run(&args),
+        SessionCommand::Run(args) if args.dry_run => plan::run(&args.planned()),
         SessionCommand::Run(args) => drive::run(&args, global, None),
         SessionCommand::Resume(args) => drive::resume(&args, global),
         SessionCommand::Status(args) => inspect::status(&args.folder),
@@ -61,7 +62,11 @@ pub(super) fn run_command(
     else {
         return Ok(());
     };
-    let ended = drive::run(&args, global, Some(operator))?;
+    let global = Global {
+        no_input: cli.global.no_input,
+        ..global.clone()
+    };
+    let ended = drive::run(&args, &global, Some(operator))?;
     if ended.exit == 0 {
         return Ok(());
     }

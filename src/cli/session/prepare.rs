@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use jiff::civil::Date;
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
 
 use crate::analysis::{ResolvedModel, add_poses, read_text, sha256};
-use crate::cli::args::ModelArgs;
+use crate::cli::args::{Global, ModelArgs};
 use crate::cli::failure::Failure;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
@@ -55,7 +56,8 @@ pub(in crate::cli) fn instrument_records(
 }
 
 /// Calibrations that have run out.
-pub(super) fn calibration_warnings(instruments: &Instruments, today: Date) -> Vec<String> {
+pub(super) fn overdue_today(instruments: &Instruments) -> Vec<String> {
+    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
     let overdue = instruments.named().filter_map(|(what, record)| {
         let due = record
             .due
@@ -89,7 +91,7 @@ fn coarsest(instruments: &Instruments) -> Option<&InstrumentRecord> {
 }
 
 /// The answers that are known beforehand: those of the command line go before those of the file.
-pub(super) fn answers(args: &BenchArgs) -> Result<Answers, Failure> {
+pub(super) fn answers(args: &BenchArgs, global: &Global) -> Result<Answers, Failure> {
     let mut answers = match &args.answers {
         Some(path) => Answers::parse(&path.display().to_string(), &read_text(path)?)?,
         None => Answers::default(),
@@ -97,6 +99,6 @@ pub(super) fn answers(args: &BenchArgs) -> Result<Answers, Failure> {
     for answer in &args.answer {
         answers.take_argument(answer)?;
     }
-    answers.no_input = args.no_input;
+    answers.no_input = global.no_input;
     Ok(answers)
 }

@@ -20,7 +20,7 @@ use crate::session::{
     recover,
 };
 
-use super::prepare::plan_of;
+use super::prepare::{overdue_today, plan_of};
 
 /// Exit code for data that are damaged and readable in part.
 const PART: u8 = 30;
@@ -72,7 +72,9 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
-        outcome = outcome.with_inputs(Inputs::default().with_folder(folder, &header));
+        outcome = outcome
+            .with_inputs(Inputs::default().with_folder(folder, &header))
+            .with_warnings(overdue_today(&header.instruments));
     }
     Ok(outcome)
 }

@@ -78,6 +78,9 @@ pub struct PageSettings {
     pub details: PageDetails,
 }
 
+/// The elements around a drawing, bytes, without its title.
+const FIGURE_TAGS: usize = 100;
+
 /// The report that one replaces.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PageAmendment {
@@ -120,6 +123,14 @@ pub struct PageFigure {
     pub svg: String,
 }
 
+impl PageFigure {
+    /// What it adds to a page: its drawing, and itself among the data.
+    fn bytes(&self) -> usize {
+        let data = serde_json::to_string(self).unwrap_or_default();
+        self.svg.len() + data.len() + FIGURE_TAGS
+    }
+}
+
 /// The figures of a report by the section that they stand in.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct PageFigures {
@@ -140,7 +151,7 @@ impl PageFigures {
         all.chain(&self.map).chain(&self.diagnosis)
     }
 
-    /// Leaves out what exceeds so many bytes of SVG, the least important first; what was left out.
+    /// Leaves out what exceeds so many bytes of a page, the least important first; what was left out.
     fn shed(&mut self, bytes: usize) -> Vec<String> {
         let mut left = bytes;
         let mut titles = Vec::new();
@@ -152,9 +163,10 @@ impl PageFigures {
         ];
         for section in by_importance {
             section.retain(|figure| {
-                let fits = figure.svg.len() <= left;
+                let bytes = figure.bytes();
+                let fits = bytes <= left;
                 if fits {
-                    left -= figure.svg.len();
+                    left -= bytes;
                 } else {
                     titles.push(figure.title.clone());
                 }
@@ -242,9 +254,7 @@ impl ReportPage {
         // Numbers stand in the text too.
         let others = 3 * serde_json::to_string(&self).unwrap_or_default().len() / 2 + TEMPLATE;
         self.figures = figures;
-        // A drawing stands in the data too, at most at a fifth of its size.
-        let room = 5 * LARGEST.saturating_sub(others) / 6;
-        let titles = self.figures.shed(room);
+        let titles = self.figures.shed(LARGEST.saturating_sub(others));
         self.left_out.extend(titles.into_iter().map(|title| {
             format!(
                 "Figure: {title}. The page would exceed 1 MB; stiffbench fit, map and diagnose draw it."

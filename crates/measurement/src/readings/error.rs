@@ -337,25 +337,6 @@ pub enum ReadingsError {
 }
 
 impl ReadingsError {
-    /// The file with a line that is wrong by itself, and the value found there.
-    #[must_use]
-    pub fn file_and_value(&self) -> Option<(&str, Option<&str>)> {
-        match self {
-            Self::BadValue { file, value, .. }
-            | Self::NotFinite { file, value, .. }
-            | Self::MixedDecimals { file, value, .. } => Some((file, Some(value))),
-            Self::UnknownPose { file, pose, .. } => Some((file, Some(pose))),
-            Self::SeveralSessions { file, second, .. } => Some((file, Some(second))),
-            Self::WrongUnit { file, column, .. } => Some((file, Some(column))),
-            Self::DuplicateColumn { file, second, .. } => Some((file, Some(second))),
-            Self::FieldCount { file, .. }
-            | Self::MissingValue { file, .. }
-            | Self::DuplicateReading { file, .. }
-            | Self::UnclosedQuote { file, .. } => Some((file, None)),
-            _ => None,
-        }
-    }
-
     /// The line the error is about, from 1; `None` if it concerns no single line.
     #[must_use]
     pub fn line(&self) -> Option<u32> {

@@ -24,6 +24,7 @@ impl Machine {
             OperatorEvent::Abort => {
                 self.end_by_operator(SessionEnd::Aborted, "the operator stopped it at once", out);
             }
+            OperatorEvent::NoInput => {}
             OperatorEvent::Pause => self.pause(out),
             _ if self.pending.is_some() => {
                 self.notify("there is a question to be answered first", out);

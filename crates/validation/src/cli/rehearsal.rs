@@ -15,9 +15,9 @@ use stiffbench::instrument::port::{PortIdentity, PortTimeouts};
 use stiffbench::procedure::Procedure;
 use stiffbench::readings::Reading;
 use stiffbench::session::{
-    Answers, Bell, Event, Journal, Machine, Operator, OperatorEvent, Prompt, Resumed, RunError,
-    SessionEnd, SessionInputs, SessionPlan, SessionState, SessionView, Settings, Started, lag_s,
-    run,
+    Answers, Bell, Event, JOURNAL_SCHEMA, Journal, Machine, Operator, OperatorEvent, Prompt,
+    Resumed, RunError, SessionEnd, SessionInputs, SessionPlan, SessionState, SessionView, Settings,
+    Started, lag_s, run,
 };
 use stiffbench::shipped::shipped_instrument;
 
@@ -185,6 +185,7 @@ fn beginning(state: &SessionState, procedure: &Procedure) -> Event {
         });
     }
     Event::Started(Started {
+        schema: Some(JOURNAL_SCHEMA.to_owned()),
         session: "rehearsal".to_owned(),
         procedure: procedure.name.clone(),
         procedure_sha256: String::new(),
