@@ -11,7 +11,8 @@ use crate::readings::{
     read_gauge_log, read_readings, write_readings,
 };
 use crate::stiffness::{
-    Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable, stiffness_table,
+    Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
+    stiffness_table_with_drifts,
 };
 
 use super::calibration::GivenCalibration;
@@ -328,10 +329,13 @@ impl LoadedSession {
     /// # Errors
     /// As [`LoadedSession::gauges`].
     pub fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, AnalysisError> {
-        Ok(stiffness_table(
+        let history = self.history()?;
+        let drifts = history.map(|history| history.zero_drifts);
+        Ok(stiffness_table_with_drifts(
             &self.table.readings,
             &self.gauges()?,
             StiffnessOptions { branches },
+            &drifts.unwrap_or_default(),
         ))
     }
 }

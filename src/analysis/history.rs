@@ -1,11 +1,14 @@
 //! What the journal of a session tells besides its readings, and the hashes of its files.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use jiff::Timestamp;
 
 use crate::readings::SessionHeader;
-use crate::session::{Event, SessionEnd, SessionState, read_journal};
+use crate::session::{Event, Record, SessionEnd, SessionState, read_journal};
+use crate::stiffness::ZeroDrifts;
+use crate::test_point::{Cell, PoseId};
 
 use super::data::LoadedSession;
 use super::files::{ReadError, read_bytes};
@@ -34,6 +37,8 @@ pub struct SessionHistory {
     pub began: Option<Timestamp>,
     /// Interruptions, lost lines and what else was not as planned, in the order of the journal.
     pub incidents: Vec<String>,
+    /// What the checks of the displacement zero found.
+    pub zero_drifts: ZeroDrifts,
 }
 
 impl SessionHistory {
@@ -100,7 +105,37 @@ fn history_in(
             .iter()
             .filter_map(|record| incident(&record.event))
             .collect(),
+        zero_drifts: zero_drifts(records),
     }))
+}
+
+/// The largest change that the checks of the displacement zero found in each cell.
+fn zero_drifts(records: &[Record]) -> ZeroDrifts {
+    let (mut cells, mut drifts) = (BTreeMap::new(), BTreeMap::new());
+    for record in records {
+        match &record.event {
+            Event::Reading(taken) => {
+                if let Some(direction) = taken.direction.axis() {
+                    let pose = PoseId::new(&taken.pose);
+                    cells.insert(taken.cell, Cell { pose, direction });
+                }
+            }
+            Event::Zero(zero) => {
+                let found = zero.drift_m.into_iter();
+                for drift_m in found.filter(|drift_m: &f64| drift_m.is_finite()) {
+                    let largest = drifts.entry(zero.cell).or_insert(drift_m);
+                    if drift_m.abs() > largest.abs() {
+                        *largest = drift_m;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    let known = cells.into_iter();
+    known
+        .filter_map(|(number, cell)| Some((cell, *drifts.get(&number)?)))
+        .collect()
 }
 
 /// The files of a session folder; `None` of a file without one.

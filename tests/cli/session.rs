@@ -36,6 +36,12 @@ fn a_session_on_an_emulated_bench_gives_readings_that_are_analysed() {
     assert_eq!(data["accepted"], 4);
     let cells = desk.data("stiffness s");
     assert_eq!(cells["cells"][0]["n_runs"], 2);
+    // The session checked its zero after the loads.
+    let budget = desk.run("stiffness s --budget").succeeds().stdout;
+    assert!(
+        budget.contains("the checks of the zero found no change"),
+        "{budget}"
+    );
     let status = desk.data("session status s");
     assert_eq!(status["outcome"], "complete");
     assert!(status["next"].is_null());

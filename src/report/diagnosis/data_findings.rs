@@ -293,20 +293,20 @@ fn bad_run(bad: &BadRun) -> String {
             significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
         )
     };
-    let expected = match bad.repeat {
-        None if let Some((pose, direction)) = &bad.exchanged_with => {
+    let expected = match (bad.repeat, &bad.exchanged_with) {
+        (None, Some((pose, direction))) => {
             format!("{}: with the readings of {pose} {direction} it agrees", of_cells())
         }
-        None if bad.kind != BadReadingKind::Sign => {
+        (None, None) if bad.kind != BadReadingKind::Sign => {
             format!("{}{}", of_cells(), kind_of_slip(bad.kind))
         }
-        Some(_) => format!(
+        (Some(_), _) => format!(
             "where the other repeats let expect {} ± {} um/N{}",
             um_per_n(bad.expected),
             significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
             kind_of_slip(bad.kind)
         ),
-        None => "against its load; no structure does that: look at the sign of force and displacement there".to_owned(),
+        (None, None) => "against its load; no structure does that: look at the sign of force and displacement there".to_owned(),
     };
     format!(
         "{}: it yields by {} um/N, {expected}.",

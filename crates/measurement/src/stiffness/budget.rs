@@ -133,6 +133,8 @@ pub(super) enum Return {
     WithinNoise,
     /// The mean difference, m.
     Away(f64),
+    /// What a check of the zero showed, m.
+    Checked(f64),
 }
 
 /// Everything the budget of one cell draws on.
@@ -407,6 +409,38 @@ mod tests {
         close(
             drift.contribution_n_per_m,
             0.05e6 * 12.0 / 600.0 / 3_f64.sqrt(),
+        );
+    }
+
+    #[test]
+    fn a_checked_zero_counts_by_its_drift_once_it_exceeds_a_step_of_the_gauge() {
+        let readings: Vec<Reading> = (0..8)
+            .map(|step| {
+                let load_n = -10.0 * f64::from(step);
+                reading(1, step, load_n, load_n, load_n / 0.05e6)
+            })
+            .collect();
+        let refs: Vec<&Reading> = readings.iter().collect();
+        let curve = LoadCurve::new(cell(), &refs, Branches::LoadingOnly);
+        let line = LineFit::new(&curve).unwrap();
+        let gauges = gauges();
+        let step_m = gauges.displacement.resolution().unwrap();
+        let of = |drift_m: f64| {
+            let inputs = BudgetInputs {
+                curve: &curve,
+                line: Some(&line),
+                gauges: &gauges,
+                pooled: None,
+                back_to_zero: Return::Checked(drift_m),
+            };
+            let estimate = combine(&regression_stiffness(&curve, &line, None).unwrap(), &inputs);
+            *estimate.budget.row(UncertaintySource::ZeroDrift).unwrap()
+        };
+        assert_eq!(of(step_m).standing, RowUse::InRepeatability);
+        // A limit at the largest load, where the end gives way by 1.4 mm.
+        close(
+            of(-14e-6).contribution_n_per_m,
+            0.05e6 * 0.01 / 3_f64.sqrt(),
         );
     }
 

@@ -288,6 +288,17 @@ pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Bud
             standing: RowUse::InRepeatability,
             ..empty.noted("the gauge came back to zero within its noise")
         },
+        Return::Checked(drift_m)
+            if drift_m.abs() <= inputs.gauges.displacement.resolution().unwrap_or(0.0) =>
+        {
+            BudgetRow {
+                standing: RowUse::InRepeatability,
+                ..empty.noted("the checks of the zero found no change beyond a step of the gauge")
+            }
+        }
+        Return::Checked(drift_m) => empty
+            .counted(drift_m.abs() / 3_f64.sqrt())
+            .noted("largest change that the checks of the zero found, as a limit at the largest load"),
         Return::Away(mean_m) => empty
             .counted(mean_m.abs() / 3_f64.sqrt())
             .noted("mean difference of the unloaded readings after and before, as a limit at the largest load"),

@@ -55,6 +55,7 @@ pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;
 pub use significance::{TestStatistic, grubbs_limit};
 pub use table::{
-    CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
+    CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, ZeroDrifts,
+    stiffness_table, stiffness_table_with_drifts,
 };
 pub use vector::{VectorStiffness, vector_stiffness};

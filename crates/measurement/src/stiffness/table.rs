@@ -1,5 +1,6 @@
 //! Measured stiffness of every cell.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use super::budget::{BudgetInputs, Return, combine};
@@ -25,6 +26,9 @@ pub struct StiffnessOptions {
     /// Branches that take part.
     pub branches: Branches,
 }
+
+/// By how far the displacement zero of a cell had moved where it was checked, m: the largest of its checks, by size.
+pub type ZeroDrifts = BTreeMap<Cell, f64>;
 
 /// Stiffness of one cell with everything it rests on.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,6 +160,17 @@ pub fn stiffness_table(
     gauges: &GaugePair,
     options: StiffnessOptions,
 ) -> StiffnessTable {
+    stiffness_table_with_drifts(readings, gauges, options, &ZeroDrifts::new())
+}
+
+/// The same where a session checked its zeros: what was found counts in cells that have no unloaded reading after the loads.
+#[must_use]
+pub fn stiffness_table_with_drifts(
+    readings: &[Reading],
+    gauges: &GaugePair,
+    options: StiffnessOptions,
+    drifts: &ZeroDrifts,
+) -> StiffnessTable {
     let (groups, mut left_out) = group_by_cell(readings);
     let mut skipped = Vec::new();
     let mut works = Vec::new();
@@ -196,7 +211,16 @@ pub fn stiffness_table(
     });
     let cells = works
         .into_iter()
-        .map(|work| finish(work, gauges, pooled_scatter.as_ref(), elsewhere.as_ref()))
+        .map(|work| {
+            let drift_m = drifts.get(&work.curve.cell).copied();
+            finish(
+                work,
+                gauges,
+                drift_m,
+                pooled_scatter.as_ref(),
+                elsewhere.as_ref(),
+            )
+        })
         .collect();
     StiffnessTable {
         branches: options.branches,
@@ -211,6 +235,7 @@ pub fn stiffness_table(
 fn finish(
     work: CellWork,
     gauges: &GaugePair,
+    drift_m: Option<f64>,
     pooled: Option<&PooledScatter>,
     elsewhere: Option<&Elsewhere<'_>>,
 ) -> CellStiffness {
@@ -220,7 +245,9 @@ fn finish(
     });
     let back_to_zero = match away {
         Some(mean_m) => Return::Away(mean_m),
-        None if work.unloaded.returns_m.is_empty() || pooled.is_none() => Return::NotMeasured,
+        None if work.unloaded.returns_m.is_empty() || pooled.is_none() => {
+            drift_m.map_or(Return::NotMeasured, Return::Checked)
+        }
         None => Return::WithinNoise,
     };
     let inputs = BudgetInputs {
