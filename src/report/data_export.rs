@@ -112,13 +112,13 @@ impl DataExportReport {
                 }
             };
             let variable = name.replace('-', "_");
-            let _ = writeln!(lines, "{variable} = pd.{call}");
-            if table.columns.iter().any(|column| column == "status") {
-                let _ = writeln!(
-                    lines,
-                    "{variable} = {variable}[{variable}[\"status\"] == \"accepted\"]"
-                );
-            }
+            let has_status = table.columns.iter().any(|column| column == "status");
+            let accepted = if has_status {
+                ".query(\"status == 'accepted'\")"
+            } else {
+                ""
+            };
+            let _ = writeln!(lines, "{variable} = pd.{call}{accepted}");
         }
         lines
     }

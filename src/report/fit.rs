@@ -253,7 +253,7 @@ fn agreement_text(fit: &FitReport) -> String {
             // Of weights that the residuals gave it is 1 by construction, or less.
             None if matches!(basis, WeightBasis::FromResiduals { .. }) => String::new(),
             None => format!(
-                "; scatter about the fit {:.2} % with {} degrees of freedom",
+                "; the stiffnesses scatter about the fit by {:.2} % with {} degrees of freedom",
                 100.0 * chi.sqrt(),
                 dof
             ),

@@ -9,7 +9,7 @@ use crate::quantity::METRES_PER_MICROMETRE;
 use super::correlation::correlation_text;
 use super::fit::{rank_text, status_words};
 use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
-use super::text::{AlignedTable, interval, significant};
+use super::text::{AlignedTable, counted, interval, significant};
 
 /// A standard error that a planned load case leaves above this share of itself is not printed.
 const WORTH_PRINTING: f64 = 0.99;
@@ -17,7 +17,6 @@ const WORTH_PRINTING: f64 = 0.99;
 /// Parameters, errors by pose, and what to think of them.
 #[must_use]
 pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
-    let poses = fit.poses.len();
     let cases: Vec<(u32, u32)> = fit
         .components
         .iter()
@@ -26,10 +25,11 @@ pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
     let mut distinct = cases.clone();
     distinct.dedup();
     let mut text = format!(
-        "Mechanism {}, least squares on {} components of {} load cases in {poses} poses, {}.\n\n",
+        "Mechanism {}, least squares on {} of {} in {}, {}.\n\n",
         fit.mechanism,
-        fit.components.len(),
-        distinct.len(),
+        counted(fit.components.len(), "component"),
+        counted(distinct.len(), "load case"),
+        counted(fit.poses.len(), "pose"),
         fit.termination
     );
     text.push_str(&parameters(fit));

@@ -109,7 +109,7 @@ pub use specimen::{
     SpecimenSummary, SpecimenUnexplained, SpecimenValue,
 };
 pub use stiffness::stiffness_text;
-pub use text::{AlignedTable, significant};
+pub use text::{AlignedTable, counted, significant};
 pub use vector_stiffness::{
     AxisValues, StaticComplianceRow, VectorStiffnessCell, VectorStiffnessReport,
 };

@@ -10,7 +10,7 @@ use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::procedure::resolve_procedure;
 use crate::elastostatics::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
-use crate::report::{PlanReport, best_poses_text};
+use crate::report::{PlanReport, best_poses_text, counted};
 use crate::session::{PROMPTS, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
@@ -42,10 +42,10 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         .with_axis_words([0, 1, 2].map(|axis| resolved.robot.axis_word(axis)));
     let seconds = plan.seconds_left(&SessionState::default(), &Pace::default());
     let mut text = format!(
-        "Procedure {}: {} readings in {} cells, some {:.0} minutes\n",
+        "Procedure {}: {} in {}, some {:.0} minutes\n",
         procedure.name,
-        plan.len(),
-        plan.cells.len(),
+        counted(plan.len(), "reading"),
+        counted(plan.cells.len(), "cell"),
         seconds / 60.0
     );
     let axes = &procedure.displacement_axes;

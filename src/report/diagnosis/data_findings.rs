@@ -46,7 +46,7 @@ pub struct DataFindingReport {
     pub exchanged_with: Option<DataPlace>,
     /// What was read, in `unit`: of a run or cell its displacement per force.
     pub value: f64,
-    /// What the repeats of the same load, or of a cell all other cells, let expect, in `unit`.
+    /// What the repeats of the same load, or of a cell all other cells, predict, in `unit`.
     pub expected: f64,
     /// Standard error of that difference, in `unit`.
     pub standard_error: f64,
@@ -288,7 +288,7 @@ fn bad_run(bad: &BadRun) -> String {
     let um_per_n = |compliance: f64| significant(compliance / METRES_PER_MICROMETRE, 4);
     let of_cells = || {
         format!(
-            "where all other cells let expect {} ± {} um/N",
+            "where all other cells predict {} ± {} um/N",
             um_per_n(bad.expected),
             significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
         )
@@ -301,7 +301,7 @@ fn bad_run(bad: &BadRun) -> String {
             format!("{}{}", of_cells(), kind_of_slip(bad.kind))
         }
         (Some(_), _) => format!(
-            "where the other repeats let expect {} ± {} um/N{}",
+            "where the other repeats predict {} ± {} um/N{}",
             um_per_n(bad.expected),
             significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
             kind_of_slip(bad.kind)
@@ -339,7 +339,7 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
             ""
         };
         let said = format!(
-            "line {}: {} {}, repeat {}, step {}, {}: {} um, where {others} let expect {} ± {} um{slip}.{last}",
+            "line {}: {} {}, repeat {}, step {}, {}: {} um, where {others} predict {} ± {} um{slip}.{last}",
             one.line,
             one.pose,
             one.direction,

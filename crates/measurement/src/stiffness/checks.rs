@@ -1,5 +1,6 @@
 //! The checks of a table: each raises flags, none removes a reading.
 
+use super::budget::Return;
 use super::curve::{Branches, LoadCurve};
 use super::estimate::NoStiffness;
 use super::flags::{Flag, ZeroEvidence};
@@ -10,6 +11,7 @@ use super::scatter::{CellScatter, PooledScatter};
 use super::significance::{
     ReadingSeries, SeriesContrast, SeriesEffect, TestStatistic, student_limit, test_family,
 };
+use super::table::ZeroDrifts;
 use super::zeros::{UnloadedReadings, time_of};
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::student_t_quantile;
@@ -36,6 +38,22 @@ pub(super) struct CellWork {
 }
 
 impl CellWork {
+    /// What is known of the unloaded state after the loads.
+    pub(super) fn back_to_zero(&self, has_scatter: bool, drifts: &ZeroDrifts) -> Return {
+        let away = self.flags.iter().find_map(|flag| match flag {
+            Flag::ReturnToZero { mean_m, .. } => Some(*mean_m),
+            _ => None,
+        });
+        if let Some(mean_m) = away {
+            return Return::Away(mean_m);
+        }
+        if has_scatter && !self.unloaded.returns_m.is_empty() {
+            return Return::WithinNoise;
+        }
+        let drift_m = drifts.get(&self.curve.cell).copied();
+        drift_m.map_or(Return::NotMeasured, Return::Checked)
+    }
+
     pub(super) fn new(cell: Cell, readings: &[&Reading], branches: Branches) -> Self {
         let curve = LoadCurve::new(cell, readings, branches);
         let line = LineFit::new(&curve);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use super::budget::{BudgetInputs, Return, combine};
+use super::budget::{BudgetInputs, combine};
 use super::checks::{CellWork, check};
 use super::covariance::LnStiffnessCovariance;
 use super::curve::{Branches, LoadMean};
@@ -212,11 +212,9 @@ pub fn stiffness_table_with_drifts(
     let cells = works
         .into_iter()
         .map(|work| {
-            let drift_m = drifts.get(&work.curve.cell).copied();
             finish(
                 work,
-                gauges,
-                drift_m,
+                (gauges, drifts),
                 pooled_scatter.as_ref(),
                 elsewhere.as_ref(),
             )
@@ -234,28 +232,16 @@ pub fn stiffness_table_with_drifts(
 
 fn finish(
     work: CellWork,
-    gauges: &GaugePair,
-    drift_m: Option<f64>,
+    (gauges, drifts): (&GaugePair, &ZeroDrifts),
     pooled: Option<&PooledScatter>,
     elsewhere: Option<&Elsewhere<'_>>,
 ) -> CellStiffness {
-    let away = work.flags.iter().find_map(|flag| match flag {
-        Flag::ReturnToZero { mean_m, .. } => Some(*mean_m),
-        _ => None,
-    });
-    let back_to_zero = match away {
-        Some(mean_m) => Return::Away(mean_m),
-        None if work.unloaded.returns_m.is_empty() || pooled.is_none() => {
-            drift_m.map_or(Return::NotMeasured, Return::Checked)
-        }
-        None => Return::WithinNoise,
-    };
     let inputs = BudgetInputs {
         curve: &work.curve,
         line: work.line.as_ref().ok(),
         gauges,
         pooled,
-        back_to_zero,
+        back_to_zero: work.back_to_zero(pooled.is_some(), drifts),
     };
     let paper = paper_stiffness(&work.curve, elsewhere).map(|bare| combine(&bare, &inputs));
     let regression = work.line.as_ref().map_err(|reason| *reason);

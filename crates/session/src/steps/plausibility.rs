@@ -322,7 +322,7 @@ impl Machine {
             rule: "implausible",
             channel,
             text: format!(
-                "The force changed by {changed_n:.1} N and the {channel} by {:.1} um, where the cell so far lets expect {:.0} um: unit key, zero key, late display, or slip?",
+                "The force changed by {changed_n:.1} N and the {channel} by {:.1} um, where the cell so far predicts {:.0} um: unit key, zero key, late display, or slip?",
                 moved_m * 1e6,
                 expected_m * changed_n.signum() * 1e6
             ),
