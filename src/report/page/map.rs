@@ -178,7 +178,11 @@ fn workspace_map(
             open.join(", ")
         );
     }
-    let figures = report.figures();
+    let mut figures = report.figures();
+    if is_linear {
+        // The weakest direction first: of a full page the last are left out.
+        figures.rotate_right(1);
+    }
     let figures = figures
         .iter()
         .map(|(name, figure)| page_figure(name, figure));
