@@ -217,9 +217,21 @@ impl EmulatedBench {
         let loads_n = inner.procedure.loads_n.iter();
         let largest_n = loads_n.fold(0.0_f64, |largest, load_n| largest.max(load_n.abs()));
         let least_n = FIRMLY * force_n.abs();
-        let moved_m = inner.cell().more_load(least_n).displacement_m.abs();
-        let harder = (HAND_M / moved_m).min(largest_n / least_n).max(1.0);
-        inner.hand = inner.cell().more_load(harder * FIRMLY * force_n);
+        let unit = inner.procedure.directions[inner.direction].unit_vector();
+        let least = inner.cell().more_load(least_n);
+        let moved_m = if inner.procedure.displacement_axes.is_empty() {
+            least.displacement_m
+        } else {
+            (0..3).map(|axis| unit[axis] * least.along_m[axis]).sum()
+        };
+        let harder = (HAND_M / moved_m.abs()).min(largest_n / least_n).max(1.0);
+        let moved_m = moved_m.abs() * harder.copysign(force_n);
+        inner.hand = Stand {
+            force_n: harder * FIRMLY * force_n,
+            displacement_m: moved_m,
+            // Along the push alone: whoever pushes guides the end.
+            along_m: unit.map(|part| part * moved_m),
+        };
     }
 
     /// A hand pushes on the end of the robot along a base axis, beside the force gauge, until [`EmulatedBench::let_go`].
