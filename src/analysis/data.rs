@@ -16,7 +16,7 @@ use crate::stiffness::{
 };
 
 use super::calibration::GivenCalibration;
-use super::error::AnalysisError;
+use super::error::{AnalysisError, ArgumentError};
 use super::files::{first_line, folder_of, is_file, is_there, read_bytes, read_text, shown};
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
@@ -171,6 +171,15 @@ pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
         }
         let path = path.to_owned();
         return Err(AnalysisError::NoSession { path });
+    }
+    let is_toml = path.extension().is_some_and(|ending| ending == "toml");
+    if is_toml && path.is_file() {
+        return Err(ArgumentError::new(
+            path.display().to_string(),
+            "this is a TOML file, not readings",
+            "name a session folder or a table of readings; a robot goes behind --robot, a procedure behind --procedure",
+        )
+        .into());
     }
     if is_there(path) {
         return Ok(path.to_owned());

@@ -54,7 +54,7 @@ pub struct FittedSession {
     pub run_slope_sd: Option<f64>,
 }
 
-/// What the bootstrap draws again.
+/// What the bootstrap resamples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BootstrapOver {
     /// Applications of the load sequence within their cell, which needs readings of one session.
@@ -75,7 +75,7 @@ pub struct FitSettings {
     pub sigma: Option<SigmaMode>,
     /// Replicates of the bootstrap; 0: none.
     pub bootstrap: usize,
-    /// What the bootstrap draws again.
+    /// What the bootstrap resamples.
     pub bootstrap_over: BootstrapOver,
     /// Look for a lower minimum with a particle swarm and a simplex.
     pub global_search: bool,

@@ -7,7 +7,7 @@ use jiff::Timestamp;
 
 use crate::readings::SessionHeader;
 use crate::session::{Event, Record, SessionEnd, SessionState, read_journal};
-use crate::stiffness::ZeroDrifts;
+use crate::stiffness::{ZeroChange, ZeroDrifts};
 use crate::test_point::{Cell, PoseId};
 
 use super::data::LoadedSession;
@@ -109,9 +109,9 @@ fn history_in(
     }))
 }
 
-/// The largest change that the checks of the displacement zero found in each cell.
+/// The largest changes that the checks of the zeros found in each cell.
 fn zero_drifts(records: &[Record]) -> ZeroDrifts {
-    let (mut cells, mut drifts) = (BTreeMap::new(), BTreeMap::new());
+    let (mut cells, mut changes) = (BTreeMap::new(), BTreeMap::<usize, ZeroChange>::new());
     for record in records {
         match &record.event {
             Event::Reading(taken) => {
@@ -121,20 +121,15 @@ fn zero_drifts(records: &[Record]) -> ZeroDrifts {
                 }
             }
             Event::Zero(zero) => {
-                let found = zero.drift_m.into_iter();
-                for drift_m in found.filter(|drift_m: &f64| drift_m.is_finite()) {
-                    let largest = drifts.entry(zero.cell).or_insert(drift_m);
-                    if drift_m.abs() > largest.abs() {
-                        *largest = drift_m;
-                    }
-                }
+                let change = changes.entry(zero.cell).or_default();
+                change.take(zero.drift_m, zero.force_drift_n);
             }
             _ => {}
         }
     }
     let known = cells.into_iter();
     known
-        .filter_map(|(number, cell)| Some((cell, *drifts.get(&number)?)))
+        .filter_map(|(number, cell)| Some((cell, *changes.get(&number)?)))
         .collect()
 }
 

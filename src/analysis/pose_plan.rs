@@ -1,8 +1,8 @@
 //! Procedures with poses of the program's own choice: before a session those that determine the parameters best, after one those that
 //! determine what is open.
 
-use crate::bench::NoiseModel;
 use crate::elastostatics::{BestPoses, PlannedLoadCase, PoseReadings, best_poses};
+use crate::mismatch::USUAL_NOISE;
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::procedure::{Pace, Procedure};
 use crate::robot::{NamedPose, Robot};
@@ -22,8 +22,8 @@ const REPEATS: u32 = 3;
 /// Values of joints that differ by less are the same, degrees or m.
 const SAME_VALUE: f64 = 1e-9;
 
-/// The poses of the workspace that determine the free parameters best under the loads and gauges of a procedure, on a bench with the noise of
-/// `simulate`; the procedure then measures these poses.
+/// The poses of the workspace that determine the free parameters best under the loads and gauges of a procedure, on a bench with usual
+/// noise; the procedure then measures these poses.
 ///
 /// # Arguments
 /// - `choice`: which parameters are free.
@@ -50,14 +50,13 @@ pub fn choose_poses(
         )
         .into());
     }
-    let noise = NoiseModel::default();
     let readings = PoseReadings {
         directions: procedure.directions.clone(),
         displacement_axes: procedure.displacement_axes.clone(),
         loads_n: procedure.loads_n.clone(),
         repeats: procedure.repeats,
-        reading_sd_m: noise.reading_sd_m,
-        run_slope_sd: noise.run_slope_sd,
+        reading_sd_m: USUAL_NOISE.reading_sd_m,
+        run_slope_sd: USUAL_NOISE.run_slope_sd,
     };
     let (robot, mechanism) = (&model.robot, model.mechanism()?);
     let start = start_of(model)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{RangedU64ValueParser, TypedValueParser};
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
@@ -19,6 +19,8 @@ use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::model_export::ModelCommandArgs;
 use super::moved::MovedArgs;
+use super::numbers::{MOST_LOAD_CASES, MOST_POSES, MOST_REPLICATES, count_up_to, three_numbers};
+pub use super::numbers::{at_least_one, seconds};
 use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
 use super::predict::PredictArgs;
@@ -257,7 +259,7 @@ pub(super) enum Sigma {
     Estimated,
 }
 
-/// What the bootstrap draws again.
+/// What the bootstrap resamples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum BootstrapUnit {
     /// Applications of the load sequence within their cell: scatter from run to run
@@ -299,9 +301,9 @@ pub(super) struct FitArgs {
     #[arg(long, value_enum)]
     pub(super) sigma: Option<Sigma>,
     /// Replicates of the bootstrap
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(0..=MOST_REPLICATES))]
     pub(super) bootstrap: usize,
-    /// What the bootstrap draws again
+    /// What the bootstrap resamples
     #[arg(long, value_enum, default_value_t = BootstrapUnit::Runs, requires = "bootstrap")]
     pub(super) bootstrap_over: BootstrapUnit,
     /// Seed of everything random
@@ -361,7 +363,7 @@ pub(super) enum FigureName {
     Factors,
     /// Correlation of the fitted factors (needs DATA)
     Correlation,
-    /// Residuals of the readings against load, pose, order and time (needs DATA)
+    /// Residuals of the readings against load, direction, pose, order and time (needs DATA)
     Residuals,
     /// Projection of the workspace on the (z, y) plane
     Workspace,
@@ -393,7 +395,7 @@ pub(super) struct PlotArgs {
     #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true, default_value = "0,-50,0")]
     pub(super) load: [f64; 3],
     /// Number of random poses of the workspace
-    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = at_least_one())]
+    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = count_up_to(MOST_POSES))]
     pub(super) samples: usize,
     /// Seed of the workspace's poses
     #[arg(long, default_value_t = 0)]
@@ -452,10 +454,10 @@ pub(super) struct SimulateArgs {
     #[arg(long)]
     pub(super) noise_free: bool,
     /// Instead of series of loads: this many load cases, a load in any direction each, in random poses or those of --poses (docs/joint-stiffness.md)
-    #[arg(long, value_name = "N", value_parser = at_least_one())]
+    #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES))]
     pub(super) load_cases: Option<usize>,
     /// Instead of series of loads: this many absolute positions under own weight by a tracker that stands anywhere; with --loads-n a force in every second
-    #[arg(long, value_name = "N", value_parser = at_least_one(), conflicts_with = "load_cases")]
+    #[arg(long, value_name = "N", value_parser = count_up_to(MOST_LOAD_CASES), conflicts_with = "load_cases")]
     pub(super) positions: Option<usize>,
     /// Joints stay as one run left them when the next run of a pose and direction begins [default: every run starts virgin]
     #[arg(long)]
@@ -463,36 +465,4 @@ pub(super) struct SimulateArgs {
     /// What is measured in which order; last, as its heading would go on.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
-}
-
-/// A whole number above zero.
-#[must_use]
-pub fn at_least_one() -> impl TypedValueParser<Value = usize> {
-    RangedU64ValueParser::<usize>::new().range(1..)
-}
-
-/// Three finite numbers with commas between them.
-pub(super) fn three_numbers(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .filter_map(|part| part.trim().parse().ok())
-        .filter(|number: &f64| number.is_finite())
-        .collect();
-    match (numbers.try_into(), text.matches(',').count()) {
-        (Ok(three), 2) => Ok(three),
-        _ => {
-            Err("three numbers with commas between them are needed, for example 0,-50,0".to_owned())
-        }
-    }
-}
-
-/// Parses a positive number of seconds.
-///
-/// # Errors
-/// For anything else, in words.
-pub fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("it must be a positive number of seconds".to_owned()),
-    }
 }

@@ -7,7 +7,7 @@ use super::diagnose_args::DiagnoseArgs;
 use super::failure::Failure;
 use super::outcome::Outcome;
 
-/// Says what a procedure can and cannot tell apart.
+/// Says what a procedure can and cannot distinguish.
 pub(super) fn run(args: &DiagnoseArgs, name: &str) -> Result<Outcome, Failure> {
     let (procedure, mut warnings) = named_procedure(name)?;
     let model = args.model.resolve()?;

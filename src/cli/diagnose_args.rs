@@ -21,7 +21,7 @@ pub(super) struct DiagnoseArgs {
     /// Further sessions or load cases of the same robot, diagnosed together with the first
     #[arg(value_name = "DATA", conflicts_with_all = ["design", "specimen"])]
     pub(super) further: Vec<PathBuf>,
-    /// Instead: what a planned procedure (file or shipped name) can and cannot tell apart, before any session
+    /// Instead: what a planned procedure (file or shipped name) can and cannot distinguish, before any session
     #[arg(long, value_name = "PROCEDURE", conflicts_with_all = ["data", "specimen"])]
     pub(super) design: Option<String>,
     /// Robot, mechanism and factors.

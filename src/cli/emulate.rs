@@ -288,7 +288,8 @@ impl Worker<'_> {
 
     /// Waits for session seconds.
     fn wait(&self, seconds: f64) {
-        std::thread::sleep(Duration::from_secs_f64(seconds / self.speed));
+        let wait = Duration::try_from_secs_f64(seconds / self.speed);
+        std::thread::sleep(wait.unwrap_or(Duration::MAX));
     }
 
     /// A line where text goes: standard output, or standard error beside JSON.

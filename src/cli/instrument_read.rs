@@ -1,5 +1,6 @@
 //! `instrument read`: values of one gauge, now.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use clap::Args;
@@ -36,6 +37,9 @@ pub(super) struct ReadArgs {
 
 /// Without a value for so long none comes any more, s.
 const PATIENCE_S: f64 = 10.0;
+
+/// So many rejected packets of one kind are printed one by one.
+const ALIKE: usize = 3;
 
 /// Runs `instrument read`.
 pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -78,6 +82,8 @@ pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> 
 struct Taken {
     samples: Vec<TimedValue>,
     rejected: Vec<TimedPacket>,
+    /// How many packets were rejected for each reason.
+    alike: BTreeMap<String, usize>,
     notes: Vec<String>,
     silent: bool,
     /// When the last value came, s.
@@ -112,8 +118,15 @@ impl Taken {
                 self.silent = false;
             }
             GaugeEvent::Rejected { rejected, .. } => {
-                if !global.json && !global.quiet {
-                    print_error(&format!("no value: {} ({})", rejected.raw, rejected.reason));
+                let alike = self.alike.entry(rejected.reason.to_string()).or_default();
+                *alike += 1;
+                if !global.json && !global.quiet && *alike <= ALIKE {
+                    let more = match *alike {
+                        ALIKE => "; others of this kind are not printed",
+                        _ => "",
+                    };
+                    let (raw, reason) = (&rejected.raw, &rejected.reason);
+                    print_error(&format!("no value: {raw} ({reason}){more}"));
                 }
                 self.rejected.push((&rejected).into());
             }

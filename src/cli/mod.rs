@@ -38,6 +38,7 @@ mod model;
 mod model_export;
 mod moved;
 pub mod names;
+mod numbers;
 pub mod outcome;
 mod parameter_args;
 mod plot;

@@ -330,7 +330,7 @@ fn text(ports: &[(PortInfo, Option<ProbeResult>)]) -> String {
                     let said = finding
                         .identity
                         .as_ref()
-                        .map_or_else(String::new, |said| format!(", says it is {said}"));
+                        .map_or_else(String::new, |said| format!(", identifies itself as {said}"));
                     let speed = finding
                         .other_baud
                         .map_or_else(String::new, |baud| format!(", at {baud} bit/s"));

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::args::{ModelArgs, at_least_one, three_numbers};
+use super::args::ModelArgs;
+use super::numbers::{MOST_POSES, count_up_to, three_numbers};
 use super::pose_args::PoseArgs;
 
 /// Arguments of `robot`.
@@ -111,7 +112,7 @@ pub(super) struct WorkspaceArgs {
     #[arg(default_value = "hp-robot")]
     pub(super) robot: String,
     /// Number of random poses
-    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = at_least_one())]
+    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = count_up_to(MOST_POSES))]
     pub(super) samples: usize,
     /// Seed of the poses
     #[arg(long, default_value_t = 0)]

@@ -3,11 +3,9 @@
 use std::fmt::Write;
 
 use crate::fit::FactorCorrelations;
+use crate::least_squares::STRONG_CORRELATION;
 
 use super::text::AlignedTable;
-
-/// Correlations beyond this are named.
-const STRONG: f64 = 0.95;
 
 /// The lower half of the correlation matrix, and strongly correlated pairs in words; empty for less than two parameters.
 pub(super) fn correlation_text(found: Option<&FactorCorrelations>) -> String {
@@ -28,7 +26,7 @@ pub(super) fn correlation_text(found: Option<&FactorCorrelations>) -> String {
         }));
         rows.row(cells);
         for (other, rho) in found.names[..i].iter().zip(row) {
-            if rho.abs() > STRONG {
+            if rho.abs() > STRONG_CORRELATION {
                 let change = if *rho > 0.0 {
                     "both larger, or both smaller,"
                 } else {
@@ -42,7 +40,10 @@ pub(super) fn correlation_text(found: Option<&FactorCorrelations>) -> String {
         }
     }
     if pairs.is_empty() {
-        let _ = writeln!(pairs, "No pair has a correlation beyond {STRONG}.");
+        let _ = writeln!(
+            pairs,
+            "No pair has a correlation beyond {STRONG_CORRELATION}."
+        );
     }
     format!("\n{}\n{pairs}", rows.text())
 }

@@ -208,9 +208,16 @@ fn mistakes_are_errors_with_their_place() {
         (
             "progress = \"loud\"\n",
             "value",
-            ["loud", "one of auto, bar, text and none"],
+            [
+                "stiffbench.toml:1:12: progress is `loud`",
+                "one of auto, bar, text and none",
+            ],
         ),
-        ("place = \" \"\n", "value", ["place", "not empty"]),
+        (
+            "\nplace = \" \"\n",
+            "value",
+            ["stiffbench.toml:2:9: place", "not empty"],
+        ),
     ] {
         desk.write("stiffbench.toml", text);
         let code = format!("stiffbench::config::{code}");

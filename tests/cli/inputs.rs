@@ -1,5 +1,7 @@
 //! Every result states what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
 
+use stiffbench_test_files::desk::assert_output_contains;
+
 use super::{desk, desk_with_session, five_columns};
 
 #[test]
@@ -183,4 +185,41 @@ fn corrections_are_in_json_and_a_read_only_folder_still_gives_a_verdict() {
         "{}",
         ran.stderr
     );
+}
+
+#[test]
+fn a_toml_file_is_not_taken_for_readings() {
+    let desk = desk_with_session();
+    let error = desk.refusal(
+        "stiffness session/session.toml",
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert_output_contains(&error, &["session.toml: this is a TOML file"]);
+}
+
+#[test]
+fn counts_beyond_any_use_are_refused_and_fill_no_memory() {
+    let desk = desk();
+    for command in [
+        "robot workspace --samples",
+        "plot workspace --samples",
+        "map --samples",
+        "fit session --bootstrap",
+        "simulate s --load-cases",
+    ] {
+        let ran = desk.run(&format!("{command} 1000000000000000000"));
+        let text = ran.exits_with(2).stderr;
+        assert!(text.contains("is not in"), "{command}: {text}");
+    }
+    desk.write(
+        "slow.toml",
+        "schema = \"stiffbench/procedure/1\"\n[settle]\ndwell_s = 1e30\n",
+    );
+    let error = desk.refusal(
+        "session plan --procedure slow.toml",
+        10,
+        "stiffbench::procedure::too_late",
+    );
+    assert_output_contains(&error, &["settle.dwell", "a week"]);
 }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use stiffbench_test_files::desk::{Desk, Ran, assert_output_contains};
 
-use super::{desk, five_columns};
+use super::{desk, desk_with_session, five_columns};
 
 /// A desk with `session` and its `report.html`, of two poses, without diagnosis.
 fn desk_with_report(options: &str) -> Desk {
@@ -385,6 +385,24 @@ fn markdown_has_the_tables_and_figures_beside_it() {
         desk.read("figures/load-displacement.svg")
             .starts_with("<svg xmlns=")
     );
+}
+
+#[test]
+fn the_name_of_the_file_says_which_form_it_has() {
+    let desk = desk_with_session();
+    desk.run("report session --no-diagnosis --out short.md")
+        .succeeds();
+    assert!(
+        desk.read("short.md")
+            .contains("| pose | direction | runs |")
+    );
+    // No page under the name of another format.
+    desk.refusal(
+        "report session --out report.pdf",
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert!(!desk.path("report.pdf").exists());
 }
 
 #[test]

@@ -88,6 +88,46 @@ fn a_dry_run_prints_the_plan_and_makes_nothing() {
     assert!(!desk.path("s").exists());
 }
 
+#[test]
+fn a_dry_run_refuses_what_a_run_would_refuse() {
+    let desk = desk();
+    desk.write("there/file", "");
+    desk.write(
+        "old.toml",
+        "schema = \"stiffbench/session/1\"\n[instruments.force]\ncalibrated = 2020-01-01\ndue = 2021-01-01\n",
+    );
+    for (options, code) in [
+        ("s --poses P9", "robot::unknown_name"),
+        ("there", "output::exists"),
+        ("s --answer foo=1", "session::answer_name"),
+        ("s --instrument-records none.toml", "input::read"),
+        (
+            "s --instrument-records old.toml --strict",
+            "calibration::overdue",
+        ),
+        ("s --force-instrument nosuch", "instrument::name"),
+        ("s --displacement-instrument sauter-fh", "usage::argument"),
+        // A gauge without a unit was refused only after the folder had been made.
+        (
+            "s --displacement-instrument mitutoyo-01a",
+            "instrument::unit_needed",
+        ),
+        (
+            "s --effect thermal-drift@clock:rate=1um/s",
+            "usage::argument",
+        ),
+    ] {
+        let run = desk.run(&format!("session run {options} --dry-run --json"));
+        assert_ne!(run.code, 0, "{options}");
+        let error = run.json()["error"]["code"].clone();
+        assert_eq!(error, format!("stiffbench::{code}"), "{options}");
+    }
+    let overdue = desk.run("session run s --instrument-records old.toml --dry-run");
+    let notes = overdue.succeeds().stderr;
+    assert!(notes.contains("ran out on 2021-01-01"), "{notes}");
+    assert!(!desk.path("s").exists());
+}
+
 /// Standard input of a test is empty.
 #[cfg(unix)]
 #[test]

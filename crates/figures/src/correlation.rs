@@ -6,6 +6,7 @@ use super::figure::{
 };
 use super::palette::{Colour, Marker, diverging};
 use super::ticks::signed;
+use stiffbench_numeric::least_squares::STRONG_CORRELATION;
 
 /// What the figure shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,9 +16,6 @@ pub struct Correlation {
     /// Correlation of every pair, row by row, from -1 to 1; NaN or a missing entry where there is none.
     pub matrix: Vec<Vec<f64>>,
 }
-
-/// Correlations at least this large are counted in the caption: such a pair is known only together (variance inflation above 5).
-const STRONG: f64 = 0.9;
 
 /// The figure: a cell for each pair; blue is negative, orange positive, and the number stands in it.
 #[must_use]
@@ -39,7 +37,8 @@ pub fn correlation(input: &Correlation) -> Figure {
                 .filter(|entry| entry.is_finite());
             let colour = entry.map_or(Colour::FAINT, diverging);
             unknown += usize::from(entry.is_none());
-            strong += usize::from(column > row && entry.is_some_and(|e| e.abs() >= STRONG));
+            strong +=
+                usize::from(column > row && entry.is_some_and(|e| e.abs() > STRONG_CORRELATION));
             polygons.push(Polygon {
                 corners: square(column as f64, row as f64),
                 colour,
@@ -56,7 +55,9 @@ pub fn correlation(input: &Correlation) -> Figure {
     let pairs = n * n.saturating_sub(1) / 2;
     let caption = joined([
         Some("Blue: negative; orange: positive; white: none.".to_owned()),
-        Some(format!("{strong} of {pairs} pairs reach ±{STRONG}.")),
+        Some(format!(
+            "{strong} of {pairs} pairs are beyond ±{STRONG_CORRELATION}."
+        )),
         if_any(unknown, format!("{unknown} entries marked – are unknown.")),
     ]);
     let mut panel = Panel::new(
@@ -107,7 +108,7 @@ mod tests {
             .map(|note| note.text.as_str())
             .collect();
         assert_eq!(texts, ["1.00", "−0.95", "−0.95", "1.00"]);
-        assert!(figure.caption.contains("1 of 1 pairs reach ±0.9"));
+        assert!(figure.caption.contains("1 of 1 pairs are beyond ±0.95"));
         parse(&figure.to_svg()).unwrap();
     }
 

@@ -1,4 +1,4 @@
-//! Whoever can hold the readings of a session against their repeats.
+//! Whoever can compare the readings of a session with their repeats.
 
 use super::state::SessionState;
 

@@ -39,12 +39,12 @@ pub struct Skipped {
     pub cell: usize,
     /// Place in the readings planned for that cell, from 0.
     pub index: usize,
-    /// What kind of reason; journals of before have none.
+    /// What kind of reason; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub code: Option<SkipCode>,
     /// Why, in the operator's words; empty where the kind is enough.
     pub reason: String,
-    /// The pose; journals of before have none.
+    /// The pose; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose: Option<String>,
     /// The direction of the load.
@@ -168,7 +168,7 @@ impl Skipped {
         }
     }
 
-    /// Pose and direction, or the number of the cell in journals of before.
+    /// Pose and direction, or the number of the cell in journals of older programs.
     #[must_use]
     pub fn cell_text(&self) -> String {
         match (&self.pose, &self.direction) {

@@ -63,7 +63,7 @@ pub const JOURNAL_SCHEMA: &str = "stiffbench/journal/1";
 /// How a session began.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Started {
-    /// The form of the journal, [`JOURNAL_SCHEMA`]; journals of before do not state it.
+    /// The form of the journal, [`JOURNAL_SCHEMA`]; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
     /// Session id.
@@ -78,7 +78,7 @@ pub struct Started {
     pub pid: u32,
     /// Name of the machine.
     pub host: String,
-    /// SHA-256 of the robot file, in hexadecimal; journals of before have none.
+    /// SHA-256 of the robot file, in hexadecimal; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot_sha256: Option<String>,
     /// Mechanism of the robot.
@@ -181,7 +181,7 @@ pub struct Zeroed {
     pub by_gauge: [bool; 2],
     /// Displacement from the zero at a check, m along the axis.
     pub drift_m: Option<f64>,
-    /// Force of the unloaded gauge at a check, N along the axis; journals of before have none.
+    /// Force of the unloaded gauge at a check, N along the axis; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_drift_n: Option<f64>,
     /// What is wrong with the readings since the zero was last certain; empty if nothing is.
@@ -251,7 +251,7 @@ pub struct TakenReading {
     pub displacement_m: f64,
     /// The displacement gauge's own text.
     pub displacement_raw: String,
-    /// What the gauges showed at their zero, N and m in the sign as sent: it is taken off. Journals of before have none.
+    /// What the gauges showed at their zero, N and m in the sign as sent: it is taken off. Absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zero_si: Option<[f64; 2]>,
     /// When the two samples arrived, s.
@@ -462,7 +462,7 @@ pub struct Ended {
     pub outcome: SessionEnd,
     /// Why.
     pub reason: String,
-    /// By whom: the operator, by name where it is known, or `program`; journals of before have none.
+    /// By whom: the operator, by name where it is known, or `program`; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Readings that count.

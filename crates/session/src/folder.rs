@@ -136,6 +136,20 @@ impl Store for JournalFile {
 }
 
 impl SessionFolder {
+    /// Whether a folder of this name can be made.
+    ///
+    /// # Errors
+    /// [`FolderError::Exists`] if there is something of that name, whatever it is.
+    pub fn check_new(path: &Path) -> Result<(), FolderError> {
+        // A link that leads nowhere is something too.
+        if path.symlink_metadata().is_ok() {
+            return Err(FolderError::Exists {
+                path: path.to_owned(),
+            });
+        }
+        Ok(())
+    }
+
     /// Makes a new folder with an empty journal, the robot file, and its `session.toml`; that comes last, so that a folder that has it is whole.
     ///
     /// # Errors

@@ -68,7 +68,7 @@ pub struct SessionInputs<'a, S: Store> {
     pub table: Option<&'a TableFile>,
     /// What is known beforehand.
     pub answers: &'a Answers,
-    /// What holds the readings of a cell against their repeats, where [`Settings::checks_repeats`](super::Settings) asks for it.
+    /// What compares the readings of a cell with their repeats, where [`Settings::checks_repeats`](super::Settings) asks for it.
     pub repeats: Option<&'a dyn RepeatCheck>,
 }
 

@@ -14,7 +14,7 @@ pub struct Surroundings {
     /// Relative humidity, %.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub humidity_percent: Option<f64>,
-    /// Whether it was entered at the start or at the end; journals of before have none.
+    /// Whether it was entered at the start or at the end; absent in journals of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub occasion: Option<Occasion>,
 }

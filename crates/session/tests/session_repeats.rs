@@ -1,4 +1,4 @@
-//! A cell that is complete is held against its repeats: what they contradict is taken once more, or kept with a flag, as the operator decides.
+//! A cell that is complete is compared with its repeats: what they contradict is taken once more, or kept with a flag, as the operator decides.
 
 use crate::support::{Rig, records, short};
 use stiffbench_measurement::procedure::Procedure;

@@ -22,7 +22,7 @@ pub fn are_published(folder: &str, schemas: impl IntoIterator<Item = (&'static s
             fs::write(&file, &text).unwrap();
         }
         let published = fs::read_to_string(&file).unwrap_or_default();
-        assert_eq!(published, text, "{}: just goldens", file.display());
+        assert!(published == text, "{}: just goldens", file.display());
         names.insert(file);
     }
     let files = fs::read_dir(&folder).unwrap();

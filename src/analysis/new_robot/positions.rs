@@ -1,4 +1,4 @@
-//! Positions that a controller shows, held against those of a new robot file.
+//! Positions that a controller shows, compared with those of a new robot file.
 
 use crate::robot::{Pose, Robot};
 use crate::vector::{norm, subtract};

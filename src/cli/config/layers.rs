@@ -11,7 +11,7 @@ use crate::readings::SessionHeader;
 use crate::report::{ConfigFileReport, SettingOrigin};
 use crate::shipped::shipped_robot;
 use crate::source_text::SourceText;
-use crate::toml_text::{TomlError, read};
+use crate::toml_text::{Document, TomlError, read};
 
 /// Name of the file of a folder.
 const FOLDER_FILE: &str = "stiffbench.toml";
@@ -71,7 +71,7 @@ pub(in crate::cli) enum ConfigError {
         help("correct the value, or leave the setting out")
     )]
     Value {
-        /// File or variable.
+        /// File, line and column, or the variable.
         place: String,
         /// The setting.
         name: &'static str,
@@ -269,11 +269,17 @@ impl Config {
             });
         }
         let folder = path.parent().unwrap_or(Path::new(""));
+        let document = Document::parse(&source).ok();
         for (place, setting) in SETTINGS.iter().enumerate() {
             let Some(value) = file.take(setting.name) else {
                 continue;
             };
-            setting.check(&value, &name)?;
+            let entry = document
+                .as_ref()
+                .and_then(|text| text.root().get(setting.name));
+            let (line, column) =
+                source.line_and_column(entry.map_or(0, |entry| entry.span().start));
+            setting.check(&value, &format!("{name}:{line}:{column}"))?;
             self.values[place] = Some(SetValue {
                 value: setting.beside(folder, value),
                 origin: layer,

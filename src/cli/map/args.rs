@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::cli::args::at_least_one;
+use crate::cli::numbers::{MOST_POSES, count_up_to};
 use crate::distribution::{MapColumn, MatrixKind, PlaneAxis, Sampling, Shard};
 use crate::plot::BinValue;
 
@@ -176,7 +176,7 @@ pub(super) struct StudyArgs {
     #[arg(long, value_name = "N", value_parser = load, allow_negative_numbers = true)]
     pub(super) at_load: Option<f64>,
     /// Number of poses within the limits; a grid has at least as many
-    #[arg(long = "samples", value_name = "N", default_value_t = 50_000, value_parser = at_least_one())]
+    #[arg(long = "samples", value_name = "N", default_value_t = 50_000, value_parser = count_up_to(MOST_POSES))]
     pub(super) poses: usize,
     /// How poses are chosen
     #[arg(long, value_enum, default_value_t = SamplingWord::MonteCarlo)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, Subcommand, ValueEnum};
 
+use crate::analysis::ArgumentError;
 use crate::cli::args::ModelArgs;
 use crate::cli::calibration_args::CalibrationArgs;
 
@@ -52,9 +53,9 @@ pub(super) struct MakeArgs {
     /// The file to write, never over another; - for standard output [default: report.html in the session folder, or beside the readings file]
     #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
-    /// Form of the file
-    #[arg(long, value_enum, default_value_t = PageFormat::Html)]
-    pub(super) format: PageFormat,
+    /// Form of the file [default: markdown for a file that ends in .md, else html]
+    #[arg(long, value_enum)]
+    pub(super) format: Option<PageFormat>,
     /// Write the figures into this folder too
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
@@ -90,6 +91,29 @@ pub(in crate::cli) struct PageArgs {
     /// Template of your own instead of the usual one
     #[arg(long, value_name = "FILE")]
     pub(super) template: Option<PathBuf>,
+}
+
+impl MakeArgs {
+    /// The form of the file, from its name where no option states it.
+    ///
+    /// # Errors
+    /// For a name that promises a form that is not written.
+    pub(super) fn format(&self) -> Result<PageFormat, ArgumentError> {
+        if let Some(format) = self.format {
+            return Ok(format);
+        }
+        let ending = self.out.as_ref().and_then(|out| out.extension());
+        let ending = ending.map(|ending| ending.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("md" | "markdown") => Ok(PageFormat::Markdown),
+            Some("pdf" | "docx" | "odt" | "tex" | "typ") => Err(ArgumentError::new(
+                "--out",
+                "a report is an HTML page or Markdown",
+                "write an .html file and print it to PDF in a browser: it has a style for paper",
+            )),
+            _ => Ok(PageFormat::Html),
+        }
+    }
 }
 
 /// Arguments of `report verify`.

@@ -46,7 +46,7 @@ fn make_page(
 
 /// Makes a report as the options say.
 pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> {
-    let markdown = args.format == PageFormat::Markdown;
+    let markdown = args.format()? == PageFormat::Markdown;
     let settings = PageSettings {
         robot: args.model.robot.clone(),
         default_robot: args.model.default_robot.clone(),

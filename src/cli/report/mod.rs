@@ -31,7 +31,7 @@ pub(super) fn run(args: &ReportArgs, global: &Global) -> Result<Outcome, Failure
         return verify::run(args, global);
     }
     let make = &args.make;
-    let markdown = make.format == PageFormat::Markdown;
+    let markdown = make.format()? == PageFormat::Markdown;
     if make.details_template {
         return Ok(printed(DETAILS_TEMPLATE));
     }

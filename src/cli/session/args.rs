@@ -180,21 +180,9 @@ pub(super) struct RunArgs {
     /// Where
     #[arg(long, help_heading = "Record")]
     pub(super) place: Option<String>,
-    /// Measure nothing: print every step, question and file, and how long it takes, as session plan does
+    /// Measure nothing and write nothing: check all arguments and print every step, question and file, and how long it takes, as session plan does
     #[arg(long, help_heading = "Record")]
     pub(super) dry_run: bool,
-}
-
-impl RunArgs {
-    /// What `session plan` would be asked for this session.
-    pub(super) fn planned(self) -> PlanArgs {
-        PlanArgs {
-            model: self.model,
-            procedure: self.procedure,
-            axes: self.axes,
-            best: BestPosesArgs::default(),
-        }
-    }
 }
 
 /// Arguments of `session resume`.

@@ -6,8 +6,7 @@ use std::path::Path;
 use jiff::Timestamp;
 
 use crate::analysis::{
-    AnalysisError, ArgumentError, ResolvedModel, add_poses, check_specimen, sha256,
-    state_joint_values,
+    ArgumentError, ResolvedModel, add_poses, check_specimen, sha256, state_joint_values,
 };
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -28,13 +27,16 @@ use crate::session::{
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
 use super::diagnostics::{DiagnosticLog, LogLevel, LoggedOperator};
 use super::emulation::{
-    BenchOperator, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed, with_hand,
+    BenchOperator, check_effects, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed,
+    with_hand,
 };
 use super::gauges::{Connected, ResolvedGauge, check_present, connect, resolve_gauges};
 use super::inspect::event_text;
 use super::line::LineOperator;
 use super::operator::AtBench;
-use super::prepare::{answers, gauge_terms, instrument_records, overdue_today, plan_of, robot_of};
+use super::prepare::{
+    answers, gauge_terms, instrument_records, overdue, overdue_today, plan_of, robot_of,
+};
 use super::repeats::BenchRepeats;
 
 /// Program and version.
@@ -62,13 +64,24 @@ struct Ready {
     robot: Option<(ResolvedModel, SessionHeader)>,
 }
 
-/// Makes a session and runs it; with another operator than the arguments say, if one is given.
-pub(super) fn run(
-    args: &RunArgs,
-    global: &Global,
-    other: Option<Box<dyn Operator>>,
-) -> Result<Printed, Failure> {
+/// A session that nothing speaks against, before any gauge is looked for.
+pub(super) struct CheckedSession {
+    pub(super) robot: ResolvedModel,
+    pub(super) procedure: Procedure,
+    pub(super) plan: SessionPlan,
+    pub(super) instruments: Instruments,
+    pub(super) answers: Answers,
+    pub(super) warnings: Vec<String>,
+}
+
+/// What the arguments ask for, checked without touching a port or a folder.
+///
+/// # Errors
+/// For whatever a session could not be begun with: robot, procedure, poses, records, answers, a calibration that ran out under `--strict`, a
+/// folder that there is already.
+pub(super) fn checked(args: &RunArgs, global: &Global) -> Result<CheckedSession, Failure> {
     let mut robot = args.model.resolve()?;
+    check_effects(&args.bench, &robot)?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     let mut procedure = args.axes.applied(procedure)?;
     check_specimen(&procedure, args.specimen_id.as_deref())?;
@@ -90,8 +103,34 @@ pub(super) fn run(
     }
     let plan = SessionPlan::new(&procedure, &[])
         .with_axis_words([0, 1, 2].map(|axis| robot.robot.axis_word(axis)));
-    let (mut instruments, notes) = instrument_records(args.instruments.as_deref())?;
+    let (instruments, notes) = instrument_records(args.instruments.as_deref())?;
     warnings.extend(notes);
+    warnings.extend(overdue(&instruments, global)?);
+    SessionFolder::check_new(&args.out)?;
+    Ok(CheckedSession {
+        answers: answers(&args.bench, global)?,
+        robot,
+        procedure,
+        plan,
+        instruments,
+        warnings,
+    })
+}
+
+/// Makes a session and runs it; with another operator than the arguments say, if one is given.
+pub(super) fn run(
+    args: &RunArgs,
+    global: &Global,
+    other: Option<Box<dyn Operator>>,
+) -> Result<Printed, Failure> {
+    let CheckedSession {
+        robot,
+        procedure,
+        plan,
+        mut instruments,
+        answers,
+        mut warnings,
+    } = checked(args, global)?;
     let clock = Clock::starting_at(0.0, speed(&args.bench));
     let mut bench = args.bench.clone();
     let hand = emulate(&mut bench, &robot, &procedure, clock)?;
@@ -106,8 +145,6 @@ pub(super) fn run(
         check_present(&resolved)?;
     }
     state_gauges(&mut instruments, &resolved);
-    warnings.extend(overdue(&instruments, global)?);
-    let answers = answers(&args.bench, global)?;
     let now = Timestamp::now();
     let header = SessionHeader {
         id: Some(session_id(&args.out, now)),
@@ -401,17 +438,6 @@ fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: Stri
         origin: header.origin.clone(),
         displacement_axes: procedure.displacement_axes.clone(),
     })
-}
-
-/// Warns of overdue calibration, or refuses under `--strict`.
-fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, AnalysisError> {
-    let warnings = overdue_today(instruments);
-    if global.strict && !warnings.is_empty() {
-        return Err(AnalysisError::CalibrationOverdue {
-            instruments: warnings.join("; "),
-        });
-    }
-    Ok(warnings)
 }
 
 /// Name of the folder and day.

@@ -39,6 +39,19 @@ pub(super) fn speed(_: &BenchArgs) -> f64 {
     1.0
 }
 
+/// Refuses effects where the bench is a real one.
+pub(super) fn check_effects(args: &BenchArgs, resolved: &ResolvedModel) -> Result<(), Failure> {
+    if is_emulated(args) || resolved.physics.effects.is_empty() {
+        return Ok(());
+    }
+    Err(ArgumentError::new(
+        "--effect, --model",
+        "effects act on an emulated bench only",
+        "add --emulated, or leave them out",
+    )
+    .into())
+}
+
 /// Starts an emulated bench if one is asked for, and puts its ports in the place of real ones.
 #[cfg(unix)]
 pub(super) fn emulate(
@@ -54,15 +67,7 @@ pub(super) fn emulate(
     use crate::instrument::emulator::FaultScript;
 
     if !args.emulated {
-        if resolved.physics.effects.is_empty() {
-            return Ok(None);
-        }
-        return Err(ArgumentError::new(
-            "--effect, --model",
-            "effects act on an emulated bench only",
-            "add --emulated, or leave them out",
-        )
-        .into());
+        return Ok(None);
     }
     let channels = SessionPlan::new(procedure, &[]).channels();
     let instruments = channels.iter().map(|channel| {

@@ -15,7 +15,7 @@ use crate::instrument::driver::Acquisition;
 use crate::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
 use crate::instrument::port::{Binding, PortError, PortIdentity, PortTimeouts, list_ports};
 use crate::instrument::trace::{Sink, TraceHeader, TraceSink, TraceWriter};
-use crate::instrument::{Channel, Gauges, InstrumentDescription};
+use crate::instrument::{Channel, Decoder, Gauges, InstrumentDescription};
 use crate::quantity::Kind;
 use crate::readings::{InstrumentRecord, Instruments};
 use crate::session::SessionState;
@@ -193,10 +193,7 @@ fn resolve_gauge(
     warnings: &mut Vec<String>,
 ) -> Result<ResolvedGauge, Failure> {
     let [instrument, named_port, unit] = args.of(channel);
-    let (stem, axis) = match channel.axis() {
-        Some(axis) => ("displacement".to_owned(), format!(" {axis}=…")),
-        None => (channel.to_string(), String::new()),
-    };
+    let (stem, axis) = option_of(channel);
     let needed = |what: &str| {
         ArgumentError::new(
             format!("--{stem}-{what}{axis}"),
@@ -212,30 +209,8 @@ fn resolve_gauge(
         .or(model)
         .or(answers.map(|found| found.instrument.as_str()));
     let name = name.ok_or_else(|| needed("instrument"))?;
-    let found = find_description(name, &args.protocols)?;
-    warnings.extend(found.warnings);
-    let mut description = found.description;
-    if description.channel.kind() != channel.kind() {
-        return Err(ArgumentError::new(
-            format!("--{stem}-instrument {name}"),
-            format!("it measures {}", description.channel),
-            "stiffbench instrument list shows what each measures",
-        )
-        .into());
-    }
-    // From here on it stands for its place on the bench.
-    description.channel = channel;
-    if description.is_unverified() {
-        if !args.allow_unverified {
-            return Err(ArgumentError::new(
-                format!("--{stem}-instrument {name}"),
-                "this description was not verified with the gauge",
-                "check its values against the display first, then give --allow-unverified",
-            )
-            .into());
-        }
-        warnings.push(format!("the description {name} is not verified"));
-    }
+    let unit = unit.or(bound.and_then(|bound| bound.unit.clone()));
+    let description = usable_description(args, channel, name, unit.as_deref(), warnings)?;
     let ports = list_ports().unwrap_or_default();
     let port = match (named_port, bound.and_then(Binding::port), port) {
         (Some(path), ..) => PortIdentity::of_path(&path, &ports),
@@ -246,16 +221,80 @@ fn resolve_gauge(
             None => return Err(needed("port").into()),
         },
     };
-    let bound_unit = bound.and_then(|bound| bound.unit.clone());
     let baud = bound.and_then(|bound| bound.baud);
     let baud = baud.or(answers.and_then(|found| found.other_baud));
     let baud = baud.unwrap_or(description.line.baud);
     Ok(ResolvedGauge {
-        unit: unit.or(bound_unit),
+        unit,
         identity: bound.and_then(|bound| bound.identity.clone()),
         port,
         description: description.with_baud(baud),
     })
+}
+
+/// What the options of a gauge begin with, and what stands before their value.
+fn option_of(channel: Channel) -> (String, String) {
+    match channel.axis() {
+        Some(axis) => ("displacement".to_owned(), format!(" {axis}=…")),
+        None => (channel.to_string(), String::new()),
+    }
+}
+
+/// The description of a gauge, if a session can be measured with it.
+fn usable_description(
+    args: &BenchArgs,
+    channel: Channel,
+    name: &str,
+    unit: Option<&str>,
+    warnings: &mut Vec<String>,
+) -> Result<InstrumentDescription, Failure> {
+    let (stem, _) = option_of(channel);
+    let refused = |problem: String, help: &str| {
+        ArgumentError::new(format!("--{stem}-instrument {name}"), problem, help)
+    };
+    let found = find_description(name, &args.protocols)?;
+    warnings.extend(found.warnings);
+    let mut description = found.description;
+    if description.channel.kind() != channel.kind() {
+        let help = "stiffbench instrument list shows what each measures";
+        return Err(refused(format!("it measures {}", description.channel), help).into());
+    }
+    // From here on it stands for its place on the bench.
+    description.channel = channel;
+    if description.is_unverified() {
+        if !args.allow_unverified {
+            return Err(refused(
+                "this description was not verified with the gauge".to_owned(),
+                "check its values against the display first, then give --allow-unverified",
+            )
+            .into());
+        }
+        warnings.push(format!("the description {name} is not verified"));
+    }
+    // A decoder knows whether it needs a unit.
+    Decoder::new(&description, unit)?;
+    Ok(description)
+}
+
+/// Checks the descriptions of the gauges that arguments and bindings name, without touching a port; what a user should know.
+///
+/// # Errors
+/// As [`resolve_gauges`] for them.
+pub(super) fn check_descriptions(
+    args: &BenchArgs,
+    channels: &[Channel],
+) -> Result<Vec<String>, Failure> {
+    let (bindings, mut warnings) = read_bindings(&args.bindings)?;
+    for &channel in channels {
+        let [instrument, _, unit] = args.of(channel);
+        let bound = bindings.of(channel);
+        let name = instrument.or(bound.map(|bound| bound.instrument.clone()));
+        let unit = unit.or(bound.and_then(|bound| bound.unit.clone()));
+        if let Some(name) = name {
+            usable_description(args, channel, &name, unit.as_deref(), &mut warnings)?;
+        }
+    }
+    Ok(warnings)
 }
 
 /// Starts reading.

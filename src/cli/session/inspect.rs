@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::analysis::Inputs;
+use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
@@ -14,10 +15,10 @@ use crate::session::{
     ZeroOccasion, Zeroed, folder_holder, read_folder,
 };
 
-use super::prepare::{overdue_today, plan_of};
+use super::prepare::{overdue, plan_of};
 
 /// Where a session stands.
-pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
+pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
     let (plan, header, _) = plan_of(&read)?;
     let state = SessionState::fold(&read.journal.records);
@@ -72,7 +73,7 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
     } else {
         let _ = writeln!(text, "Next: stiffbench stiffness {}", folder.display());
     }
-    let mut warnings = overdue_today(&header.instruments);
+    let mut warnings = overdue(&header.instruments, global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = StatusReport {
         folder: folder.to_owned(),
@@ -113,7 +114,7 @@ fn end_warning(end: &JournalEnd) -> Option<String> {
 }
 
 /// What happened, line by line.
-pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
+pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
     let (_, header, _) = plan_of(&read)?;
     let records = &read.journal.records;
@@ -128,7 +129,7 @@ pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
             event_text(&record.event)
         );
     }
-    let mut warnings = overdue_today(&header.instruments);
+    let mut warnings = overdue(&header.instruments, global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = SessionLog {
         events: read.journal.records,

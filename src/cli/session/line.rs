@@ -268,7 +268,7 @@ fn live_line(view: &SessionView) -> String {
     let minutes = progress.left_s / 60.0;
     let _ = write!(text, "  {done}/{}, {minutes:.0} min left", progress.planned);
     for line in &view.held_up {
-        let _ = write!(text, "\n  held up: {line}");
+        let _ = write!(text, "\n  waiting: {line}");
     }
     text
 }

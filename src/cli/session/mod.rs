@@ -32,11 +32,11 @@ use args::SessionCommand;
 pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure> {
     match args.what {
         SessionCommand::Plan(args) => plan::run(&args),
-        SessionCommand::Run(args) if args.dry_run => plan::run(&args.planned()),
+        SessionCommand::Run(args) if args.dry_run => plan::dry_run(&args, global),
         SessionCommand::Run(args) => drive::run(&args, global, None),
         SessionCommand::Resume(args) => drive::resume(&args, global),
-        SessionCommand::Status(args) => inspect::status(&args.folder),
-        SessionCommand::Log(args) => inspect::log(&args.folder),
+        SessionCommand::Status(args) => inspect::status(&args.folder, global),
+        SessionCommand::Log(args) => inspect::log(&args.folder, global),
         SessionCommand::Undo(args) => undo::run(&args.folder),
         SessionCommand::Replay(args) => replay::run(&args, global),
         SessionCommand::Faults(args) => args.run("session faults", "faults"),

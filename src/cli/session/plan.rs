@@ -3,25 +3,32 @@
 use std::fmt::Write;
 
 use crate::analysis::{Inputs, ResolvedModel, add_poses, choose_poses};
+use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::write;
 use crate::cli::outcome::Outcome;
 use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::procedure::resolve_procedure;
+use crate::clock::Clock;
 use crate::elastostatics::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
+use crate::readings::Instruments;
 use crate::report::{PlanReport, best_poses_text, counted};
 use crate::session::{PROMPTS, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
-use super::args::PlanArgs;
+use super::args::{PlanArgs, RunArgs};
+use super::drive::checked;
+use super::emulation::emulate;
+use super::gauges::{check_descriptions, resolve_gauges};
 
 /// Files that a session makes.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 7] = [
     ("session.toml", "robot, procedure and gauges, written once"),
     ("robot.toml", "the robot file"),
     ("journal.jsonl", "every event, on the disk before it counts"),
     ("readings.csv", "the readings, live"),
+    ("session.log", "what the program did, as JSON lines"),
     ("session.lock", "which process has the session"),
     ("raw/*.trace", "every byte of the gauges"),
 ];
@@ -40,6 +47,39 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         .collect();
     let plan = SessionPlan::new(&procedure, &poses)
         .with_axis_words([0, 1, 2].map(|axis| resolved.robot.axis_word(axis)));
+    let outcome = planned(&plan, &procedure, best.as_ref());
+    warnings.extend(resolved.warnings.iter().cloned());
+    if let Some(file) = &args.best.save_procedure {
+        write(file, procedure.to_toml().as_bytes())?;
+        warnings.push(format!("wrote {}", file.display()));
+    }
+    Ok(outcome
+        .with_inputs(Inputs::default().with_model(&resolved))
+        .with_warnings(warnings))
+}
+
+/// What `session run` with these arguments would ask for and write; it refuses what that would refuse.
+pub(super) fn dry_run(args: &RunArgs, global: &Global) -> Result<Outcome, Failure> {
+    let session = checked(args, global)?;
+    let (plan, mut warnings) = (&session.plan, session.warnings);
+    let mut bench = args.bench.clone();
+    let clock = Clock::default();
+    let hand = emulate(&mut bench, &session.robot, &session.procedure, clock)?;
+    let channels = plan.channels();
+    warnings.extend(match hand {
+        None => check_descriptions(&bench, &channels)?,
+        Some(_) => {
+            let (records, state) = (Instruments::default(), SessionState::default());
+            resolve_gauges(&bench, &channels, &records, &state)?.1
+        }
+    });
+    Ok(planned(plan, &session.procedure, None)
+        .with_inputs(Inputs::default().with_model(&session.robot))
+        .with_warnings(warnings))
+}
+
+/// The plan in words and for programs.
+fn planned(plan: &SessionPlan, procedure: &Procedure, best: Option<&BestPoses>) -> Outcome {
     let seconds = plan.seconds_left(&SessionState::default(), &Pace::default());
     let mut text = format!(
         "Procedure {}: {} in {}, some {:.0} minutes\n",
@@ -59,11 +99,11 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             axes.join(", ")
         );
     }
-    if let Some(best) = &best {
+    if let Some(best) = best {
         text.push_str(&best_poses_text(best));
     }
     for (place, cell) in plan.cells.iter().enumerate() {
-        describe(&mut text, place, cell, &plan);
+        describe(&mut text, place, cell, plan);
     }
     text.push_str(
         "\nQuestions, each answered by --answer ID=VALUE or a line of an answers file:\n",
@@ -77,15 +117,8 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "  {name:<18} {what}");
     }
     let files = FILES.iter().map(|(name, _)| *name).collect();
-    let report = PlanReport::new(&plan, seconds, files).with_best_poses(best.as_ref());
-    warnings.extend(resolved.warnings.iter().cloned());
-    if let Some(file) = &args.best.save_procedure {
-        write(file, procedure.to_toml().as_bytes())?;
-        warnings.push(format!("wrote {}", file.display()));
-    }
-    Ok(Outcome::new("session-plan", text, report)
-        .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(warnings))
+    let report = PlanReport::new(plan, seconds, files).with_best_poses(best);
+    Outcome::new("session-plan", text, report)
 }
 
 /// The poses that determine the parameters best, if they are to be chosen; the procedure then measures them.
@@ -105,6 +138,9 @@ fn best_poses(
     let choice = parameters.choice_beside(resolved, usual)?;
     Ok(Some(choose_poses(resolved, procedure, &choice, count)?))
 }
+
+/// After the last reading on a zero.
+const ZERO_CHECK: &str = "  zero check: under the preload, then gauge free\n";
 
 /// The steps of a cell: a line for each gauge zero and each run or load.
 fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionPlan) {
@@ -135,6 +171,9 @@ fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionP
             line.clear();
         }
         if reading.zero_before {
+            if before.is_some() {
+                text.push_str(ZERO_CHECK);
+            }
             let preload_n = plan.procedure.preload_n;
             let _ = writeln!(text, "  zero: gauge free, then {preload_n} N");
         }
@@ -158,5 +197,5 @@ fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionP
         }
         before = Some(reading);
     }
-    let _ = writeln!(text, "{line}\n  zero check under the preload");
+    let _ = write!(text, "{line}\n{ZERO_CHECK}");
 }

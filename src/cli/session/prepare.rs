@@ -5,7 +5,7 @@ use std::path::Path;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
-use crate::analysis::{ResolvedModel, add_poses, read_text, sha256};
+use crate::analysis::{AnalysisError, ResolvedModel, add_poses, read_text, sha256};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::failure::Failure;
 use crate::procedure::Procedure;
@@ -65,6 +65,20 @@ pub(super) fn overdue_today(instruments: &Instruments) -> Vec<String> {
         Some(format!("calibration of the {what} ran out on {due}"))
     });
     overdue.collect()
+}
+
+/// Warns of overdue calibration, or refuses under `--strict`.
+pub(super) fn overdue(
+    instruments: &Instruments,
+    global: &Global,
+) -> Result<Vec<String>, AnalysisError> {
+    let warnings = overdue_today(instruments);
+    if global.strict && !warnings.is_empty() {
+        return Err(AnalysisError::CalibrationOverdue {
+            instruments: warnings.join("; "),
+        });
+    }
+    Ok(warnings)
 }
 
 /// Resolution and calibration of the gauges, as far as they are stated.

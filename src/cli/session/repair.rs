@@ -130,7 +130,7 @@ fn verify_table(
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
     if header.is_of_vectors() {
-        return verify_vectors(folder, file, open, &header);
+        return verify_vectors(folder, file, open, &header, &read.journal.end);
     }
     let table = match read_readings(&name, open, &ReadOptions::default()) {
         // A session that has just begun.
@@ -146,7 +146,7 @@ fn verify_table(
         Ok(table) => table,
     };
     let check = compare_with_journal(folder, &table, Some(&header))?;
-    Ok(judged(&check, file))
+    Ok(judged(&check, file, &read.journal.end))
 }
 
 /// The same of a table of vectors.
@@ -155,6 +155,7 @@ fn verify_vectors(
     file: &Path,
     open: fs::File,
     header: &SessionHeader,
+    end: &JournalEnd,
 ) -> Result<(TableCheck, String, u8), Failure> {
     match read_vector_readings(&file.display().to_string(), open) {
         Err(ReadingsError::Empty { .. } | ReadingsError::NoReadings { .. }) => {
@@ -167,16 +168,20 @@ fn verify_vectors(
         }
         Ok(table) => {
             let check = compare_vectors_with_journal(folder, &table, Some(header))?;
-            Ok(judged(&check, file))
+            Ok(judged(&check, file, end))
         }
     }
 }
 
-fn judged(check: &JournalCheck, file: &Path) -> (TableCheck, String, u8) {
+fn judged(check: &JournalCheck, file: &Path, end: &JournalEnd) -> (TableCheck, String, u8) {
     let changes = check.changes(file);
     let json = check.report(file);
     if changes.is_empty() {
-        (json, "every number is that of the journal".to_owned(), 0)
+        let found = match end {
+            JournalEnd::Damaged { .. } => "no number differs from what is left of the journal",
+            _ => "every number is that of the journal",
+        };
+        (json, found.to_owned(), 0)
     } else {
         (
             json,
@@ -200,7 +205,12 @@ pub(super) fn recover_into(folder: &Path, out: &Path) -> Result<Outcome, Failure
         out.display()
     );
     let data = report(&journal, &state, exit);
-    Ok(Outcome::new("session-recover", text, data).with_exit(exit))
+    let plan = read_folder(out).map_err(Failure::from);
+    let header = plan.and_then(|read| plan_of(&read));
+    let overdue = header.map(|(_, header, _)| overdue_today(&header.instruments));
+    Ok(Outcome::new("session-recover", text, data)
+        .with_warnings(overdue.unwrap_or_default())
+        .with_exit(exit))
 }
 
 /// What is wrong with a journal, and the exit code for it.

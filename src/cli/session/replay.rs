@@ -24,7 +24,7 @@ use crate::session::{
 use super::args::SessionReplayArgs;
 use super::drive::session_id;
 use super::inspect::event_text;
-use super::prepare::{gauge_terms, plan_of};
+use super::prepare::{gauge_terms, overdue, plan_of};
 
 /// What the traces of a session hold.
 #[derive(Default)]
@@ -41,7 +41,10 @@ struct SessionTraces {
 pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(&args.folder)?;
     let (plan, mut header, _) = plan_of(&read)?;
-    let recording = session_traces(args)?;
+    let mut recording = session_traces(args)?;
+    recording
+        .warnings
+        .extend(overdue(&header.instruments, global)?);
     let recorded = SessionState::fold(&read.journal.records);
     let now = Timestamp::now();
     let replayed_id = header.id.replace(session_id(&args.out, now));

@@ -111,7 +111,7 @@ pub(super) fn strength(log_bayes: f64) -> &'static str {
         l if l < 3.0 => "a hint",
         l if l < 6.0 => "clear",
         l if l < 12.0 => "strong",
-        _ => "beyond doubt",
+        _ => "very strong",
     }
 }
 

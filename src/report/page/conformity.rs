@@ -12,7 +12,7 @@ use super::session::PageSession;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DecisionRule {
-    /// The value alone is held against the limit.
+    /// The value alone is compared with the limit.
     SimpleAcceptance,
     /// The limit is moved by the expanded uncertainty, w = U (ILAC-G8:09/2019, 4.2.3).
     GuardBand,

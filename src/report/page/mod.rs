@@ -248,11 +248,12 @@ impl ReportPage {
     /// Without the figures that would make the page larger than a megabyte; the report states which.
     fn fitted_to_a_megabyte(mut self) -> Self {
         const LARGEST: usize = 1_000_000;
-        // Of style and fixed words.
-        const TEMPLATE: usize = 30_000;
+        // What states that a figure is missing, in the text and among the data.
+        const SENTENCE: usize = 400;
         let figures = std::mem::take(&mut self.figures);
-        // Numbers stand in the text too.
-        let others = 3 * serde_json::to_string(&self).unwrap_or_default().len() / 2 + TEMPLATE;
+        let count = figures.all().count();
+        let without = html_template().render(&self);
+        let others = without.map_or(LARGEST, |page| page.text.len()) + count * SENTENCE;
         self.figures = figures;
         let titles = self.figures.shed(LARGEST.saturating_sub(others));
         self.left_out.extend(titles.into_iter().map(|title| {

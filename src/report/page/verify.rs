@@ -56,7 +56,7 @@ pub struct PageCheck {
     pub from_session: bool,
     /// Whether it was compared byte by byte with that; else value by value.
     pub byte_by_byte: bool,
-    /// Whether the printed text was held against the data; it cannot be where the page has another template.
+    /// Whether the printed text was compared with the data; it cannot be where the page has another template.
     pub printed_compared: bool,
     /// Whether nothing differs.
     pub good: bool,

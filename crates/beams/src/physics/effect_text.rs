@@ -87,7 +87,7 @@ pub enum EffectProblem {
         text: String,
     },
     /// A unit of another quantity, or none.
-    #[error("{name} cannot have the unit `{unit}`")]
+    #[error("{}", unit_sentence(name, unit))]
     Unit {
         /// The parameter.
         name: &'static str,
@@ -159,6 +159,13 @@ impl FromStr for Effect {
             problem,
         })
     }
+}
+
+fn unit_sentence(name: &str, unit: &str) -> String {
+    if unit.is_empty() {
+        return format!("{name} needs a unit");
+    }
+    format!("{name} cannot have the unit `{unit}`")
 }
 
 fn read(text: &str) -> Result<Effect, EffectProblem> {

@@ -144,7 +144,7 @@ impl WorkspaceSample {
         let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
         let mut sample = Self {
             plan: plan.clone(),
-            points: Vec::with_capacity(plan.poses),
+            points: Vec::new(),
             unreachable: Vec::new(),
             drawn: 0,
         };

@@ -168,7 +168,7 @@ pub enum LoadCaseFitError {
     )]
     NoRepeats,
     /// Free parameters whose columns contain each other.
-    #[error("the free parameters cannot be told apart in these poses")]
+    #[error("the free parameters cannot be distinguished in these poses")]
     #[diagnostic(
         code(stiffbench::load_cases::dependent),
         help(

@@ -3,7 +3,7 @@
 use stiffbench_beams::robot::{FittingFactors, ModelParameter};
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, LeastSquaresError, LeastSquaresFit, ParameterCovariance, ParameterSet,
-    ParameterStatus, SigmaMode, Termination, covariance, minima, spread,
+    ParameterStatus, SigmaMode, covariance, minima, spread,
 };
 use stiffbench_numeric::statistics::f_upper_tail;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -106,7 +106,7 @@ pub fn fit_load_cases(
         }),
         components: fitted_components(model, &of_rigid, &predicted, &rows.takes_part),
         poses: Vec::new(),
-        termination: termination(&fit.termination),
+        termination: fit.termination.to_string(),
         warnings: Vec::new(),
     };
     if let Some(covariance) = &covariance {
@@ -413,17 +413,6 @@ fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit)
         })
     };
     labels.filter_map(of_pose).collect()
-}
-
-fn termination(termination: &Termination) -> String {
-    match termination {
-        Termination::Converged(_) => "converged".to_owned(),
-        Termination::AtLimit { max_evaluations } => {
-            format!("stopped after {max_evaluations} evaluations")
-        }
-        Termination::Stalled => "no step made the residuals smaller".to_owned(),
-        Termination::EvaluationFailed(failure) => format!("the model has no value: {failure}"),
-    }
 }
 
 /// The status of a parameter that ended on a bound; zero only of a spring.

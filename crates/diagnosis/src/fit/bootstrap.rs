@@ -1,4 +1,4 @@
-//! Intervals of the factors from runs or whole cells drawn again: no distribution assumed.
+//! Intervals of the factors from resampled runs or whole cells: no distribution assumed.
 
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_measurement::stiffness::{CellStiffness, RunSums, StiffnessTable};
@@ -25,7 +25,7 @@ pub struct BootstrapIntervals {
     pub seed: u64,
 }
 
-/// What the bootstrap draws again.
+/// What the bootstrap resamples.
 #[derive(Debug, Clone, Copy)]
 pub enum ResampledUnit<'a> {
     /// Applications of the load sequence within their cell: the scatter from run to run, each run with its own zero and slope.
@@ -49,7 +49,7 @@ enum NoRefit {
 
 /// Draws runs or cells anew and refits, on all threads; the result does not depend on their number.
 ///
-/// Runs are drawn within their cell, so that every cell stays in every replicate. A mean over G runs drawn again varies by (G - 1)/G of
+/// Runs are drawn within their cell, so that every cell stays in every replicate. A mean over G resampled runs varies by (G - 1)/G of
 /// its variance; deviations are stretched by √(G/(G - 1)) to undo that (Davison and Hinkley, 1997, section 3.2).
 ///
 /// # Arguments

@@ -4,7 +4,7 @@ use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresFit,
     Parameter, ParameterCovariance, ParameterRole, ParameterSet, ResidualFunction, SearchOutcome,
-    SearchSettings, SigmaMode, Termination, search_for_lower_minimum,
+    SearchSettings, SigmaMode, search_for_lower_minimum,
 };
 use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::PoseId;
@@ -104,7 +104,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         correlation: None,
         agreement: None,
         cells: fitted_cells(measured, &predicted, |cell| !in_training(&cell.pose)),
-        termination: describe(&fit.termination),
+        termination: fit.termination.to_string(),
         advice: Vec::new(),
         warnings: Vec::new(),
     };
@@ -324,17 +324,6 @@ fn leave_poses_out(
         }
     }
     Ok(())
-}
-
-fn describe(termination: &Termination) -> String {
-    match termination {
-        Termination::Converged(_) => "converged".to_owned(),
-        Termination::AtLimit { max_evaluations } => {
-            format!("stopped after {max_evaluations} evaluations")
-        }
-        Termination::Stalled => "stopped: no step reduced the sum of squares".to_owned(),
-        Termination::EvaluationFailed(failure) => format!("stopped: {failure}"),
-    }
 }
 
 /// What a user should know before using the numbers.

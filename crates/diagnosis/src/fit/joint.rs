@@ -117,7 +117,7 @@ impl<'a> JointProblem<'a> {
         self.ln_measured.copy_from_slice(ln_stiffness);
     }
 
-    /// Counts each cell so many times: for cells drawn again.
+    /// Counts each cell so many times: for resampled cells.
     pub(super) fn count_cells(&mut self, times: &[u32]) {
         let counts = times.iter().map(|&times| f64::from(times).sqrt());
         self.root_counts = counts.collect();

@@ -9,7 +9,7 @@
 //!
 //! So it never asks the model. Errors may have long tails, as far as the others show them (`tails`); the step of the force has
 //! none. Where physics jumps at some force, a reading beyond that force differs from its repeats, and its force is the largest or the smallest
-//! of them: such readings are held against each other, and those between against each other. Several bad readings are found one after the
+//! of them: such readings are compared with each other, and those between against each other. Several bad readings are found one after the
 //! other, the noise estimated anew without each, up to the largest number that may be bad, and believed up to the last that is significant:
 //! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
 //! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
@@ -55,7 +55,7 @@ pub struct BadReading {
     pub branch: Branch,
     /// Whether it is the last of its run: a jump that stays, just before it, would look the same.
     pub is_last: bool,
-    /// Whether its load was set three times or more; else it is held against its neighbours.
+    /// Whether its load was set three times or more; else it is compared with its neighbours.
     pub has_repeats: bool,
     /// What was read, m.
     pub value_m: f64,

@@ -20,7 +20,7 @@ struct Neighbour {
     weight: f64,
 }
 
-/// Readings of a cell that neighbours can be held against.
+/// Readings of a cell that neighbours can be compared with.
 pub(super) fn with_neighbours(observations: &Observations, cell: usize) -> Vec<usize> {
     let runs = observations.cells[cell].runs.clone();
     let stretches = runs.flat_map(|run| stretches(observations, run));

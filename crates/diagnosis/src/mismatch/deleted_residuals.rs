@@ -18,12 +18,12 @@ pub(super) struct Tested {
     pub(super) reading: usize,
     /// Its shift over its standard error.
     pub(super) ratio: f64,
-    /// What it shows of the scatter of good readings: the same, but for those that are held against their neighbours.
+    /// What it shows of the scatter of good readings: the same, but for those that are compared with their neighbours.
     pub(super) scatter: f64,
     pub(super) shift_m: f64,
     /// Whether its force is larger, or smaller, than that of all its repeats.
     pub(super) is_outermost: bool,
-    /// Whether it was held against its neighbours, for want of repeats.
+    /// Whether it was compared with its neighbours, for want of repeats.
     pub(super) is_by_curve: bool,
     /// Share of its own error in its variance; the rest is the step of the force.
     pub(super) own_share: f64,

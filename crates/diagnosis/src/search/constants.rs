@@ -189,7 +189,7 @@ pub const SHUFFLED: f64 = 2.0;
 /// Chance that a good reading of a bench is called bad (1). Stated.
 pub const BAD_READING_LEVEL: f64 = 0.003;
 
-/// Applications of a load from which on a reading can be held against the others (1): of two it is open which is wrong. Stated.
+/// Applications of a load from which on a reading can be compared with the others (1): of two it is open which is wrong. Stated.
 pub const ENOUGH_REPEATS: usize = 3;
 
 /// Share of the readings that may be bad (1): more are no exceptions. Stated.

@@ -10,7 +10,9 @@ pub enum DecoderError {
     #[error("{instrument} sends no unit, and none was named")]
     #[diagnostic(
         code(stiffbench::instrument::unit_needed),
-        help("name the unit that its display shows: {choices}")
+        help(
+            "name the unit that its display shows, with --unit, or in a session with --force-unit or --displacement-unit: {choices}"
+        )
     )]
     UnitNeeded {
         /// Name of the description.

@@ -109,6 +109,9 @@ impl Default for Procedure {
     }
 }
 
+/// Longest time of a procedure, s: a week.
+const LONGEST_S: f64 = 7.0 * 24.0 * 3600.0;
+
 impl Procedure {
     /// The plan behind a record; missing keys take their defaults.
     ///
@@ -311,6 +314,10 @@ impl Procedure {
             value if value.is_finite() => Ok(()),
             value => Err(ProcedureProblem::NotFinite { key, value }),
         };
+        let time = |key, value: f64| match value {
+            value if value > LONGEST_S => Err(ProcedureProblem::TooLate { key, value }),
+            value => finite(key, value),
+        };
         for &load_n in &self.loads_n {
             finite("loads", load_n)?;
         }
@@ -320,14 +327,14 @@ impl Procedure {
         }
         let mut after_s = 0.0;
         for &hold_s in &self.holds_s {
-            finite("holds", hold_s)?;
+            time("holds", hold_s)?;
             if hold_s <= after_s {
                 return Err(ProcedureProblem::Holds { hold_s, after_s });
             }
             after_s = hold_s;
         }
         for (_, time_s) in &self.answer_within_s {
-            finite("answer_within", *time_s)?;
+            time("answer_within", *time_s)?;
             if *time_s <= 0.0 {
                 return Err(ProcedureProblem::Negative {
                     key: "answer_within",
@@ -337,6 +344,7 @@ impl Procedure {
         }
         self.limits.check()?;
         let settle = &self.settle;
+        time("settle.dwell", settle.dwell_s)?;
         for (key, value) in [
             ("settle.force_tolerance", settle.force_tolerance_n),
             ("settle.dwell", settle.dwell_s),

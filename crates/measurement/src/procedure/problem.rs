@@ -112,6 +112,15 @@ pub enum ProcedureProblem {
         /// The value, SI.
         value: f64,
     },
+    /// A time that nobody waits for.
+    #[error("`{key}` is {value} s, more than a week")]
+    #[diagnostic(code(stiffbench::procedure::too_late), help("a time is in seconds"))]
+    TooLate {
+        /// The key, without its unit.
+        key: &'static str,
+        /// The value, s.
+        value: f64,
+    },
     /// A warning limit beyond the hard one.
     #[error("`{key}` is beyond the hard limit")]
     #[diagnostic(
@@ -185,6 +194,7 @@ impl ProcedureProblem {
             | Self::Twice { key, .. }
             | Self::NotFinite { key, .. }
             | Self::Negative { key, .. }
+            | Self::TooLate { key, .. }
             | Self::WarnsTooLate { key } => key,
             Self::NoRepeat | Self::TooLong { .. } => "repeats",
             Self::NoLoading | Self::UnloadingAtLoad | Self::UnloadingShuffled => "branches",

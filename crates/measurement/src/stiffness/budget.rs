@@ -31,7 +31,7 @@ pub enum UncertaintySource {
     DisplacementCalibration,
     /// Error of a gauge zero that several runs share.
     ZeroSetting,
-    /// Difference of the unloaded readings before and after.
+    /// Difference of the unloaded readings before and after, and what checks of the zeros found.
     ZeroDrift,
 }
 
@@ -133,7 +133,7 @@ pub(super) enum Return {
     WithinNoise,
     /// The mean difference, m.
     Away(f64),
-    /// What a check of the zero showed, m.
+    /// The largest change that checks of the zero found, m, without sign.
     Checked(f64),
 }
 
@@ -144,6 +144,8 @@ pub(super) struct BudgetInputs<'a> {
     pub(super) gauges: &'a GaugePair,
     pub(super) pooled: Option<&'a PooledScatter>,
     pub(super) back_to_zero: Return,
+    /// The largest change that checks of the force zero found, N, without sign; zero where there was none.
+    pub(super) force_drift_n: f64,
 }
 
 /// Relative size of what the rounding of sums leaves; no scatter of readings is as small.
@@ -266,6 +268,7 @@ mod tests {
             gauges,
             pooled: None,
             back_to_zero: Return::NotMeasured,
+            force_drift_n: 0.0,
         };
         [
             combine(&paper_stiffness(&curve, None).unwrap(), &inputs),
@@ -403,6 +406,7 @@ mod tests {
             gauges: &gauges,
             pooled: None,
             back_to_zero: Return::Away(-12e-6),
+            force_drift_n: 0.0,
         };
         let estimate = combine(&regression_stiffness(&curve, &line, None).unwrap(), &inputs);
         let drift = estimate.budget.row(UncertaintySource::ZeroDrift).unwrap();
@@ -425,22 +429,28 @@ mod tests {
         let line = LineFit::new(&curve).unwrap();
         let gauges = gauges();
         let step_m = gauges.displacement.resolution().unwrap();
-        let of = |drift_m: f64| {
+        let of = |drift_m: f64, force_drift_n: f64| {
             let inputs = BudgetInputs {
                 curve: &curve,
                 line: Some(&line),
                 gauges: &gauges,
                 pooled: None,
                 back_to_zero: Return::Checked(drift_m),
+                force_drift_n,
             };
             let estimate = combine(&regression_stiffness(&curve, &line, None).unwrap(), &inputs);
             *estimate.budget.row(UncertaintySource::ZeroDrift).unwrap()
         };
-        assert_eq!(of(step_m).standing, RowUse::InRepeatability);
+        let step_n = gauges.force.resolution().unwrap();
+        assert_eq!(of(step_m, step_n).standing, RowUse::InRepeatability);
         // A limit at the largest load, where the end gives way by 1.4 mm.
+        let one_percent = 0.05e6 * 0.01 / 3_f64.sqrt();
+        close(of(14e-6, 0.0).contribution_n_per_m, one_percent);
+        // 0.7 N of 70 N are as much, whatever the displacement gauge did; both are independent.
+        close(of(step_m, 0.7).contribution_n_per_m, one_percent);
         close(
-            of(-14e-6).contribution_n_per_m,
-            0.05e6 * 0.01 / 3_f64.sqrt(),
+            of(14e-6, 0.7).contribution_n_per_m,
+            2_f64.sqrt() * one_percent,
         );
     }
 

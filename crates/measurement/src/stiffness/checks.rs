@@ -11,8 +11,7 @@ use super::scatter::{CellScatter, PooledScatter};
 use super::significance::{
     ReadingSeries, SeriesContrast, SeriesEffect, TestStatistic, student_limit, test_family,
 };
-use super::table::ZeroDrifts;
-use super::zeros::{UnloadedReadings, time_of};
+use super::zeros::{UnloadedReadings, ZeroDrifts, time_of};
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::test_point::{Branch, Cell};
@@ -50,7 +49,8 @@ impl CellWork {
         if has_scatter && !self.unloaded.returns_m.is_empty() {
             return Return::WithinNoise;
         }
-        let drift_m = drifts.get(&self.curve.cell).copied();
+        let change = drifts.get(&self.curve.cell);
+        let drift_m = change.and_then(|change| change.displacement_m);
         drift_m.map_or(Return::NotMeasured, Return::Checked)
     }
 

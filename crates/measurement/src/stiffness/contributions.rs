@@ -274,6 +274,7 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
     }
 }
 
+/// Zeros that moved, each as a limit at the largest load; the drift of the force as the displacement that belongs to it.
 pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> BudgetRow {
     let largest = largest_displacement_m(bare, inputs.curve);
     let sensitivity = if largest > 0.0 {
@@ -282,25 +283,47 @@ pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Bud
         0.0
     };
     let empty = row(UncertaintySource::ZeroDrift, "m", sensitivity);
-    match inputs.back_to_zero {
-        Return::NotMeasured => empty.noted("no unloaded reading after the loads"),
-        Return::WithinNoise => BudgetRow {
-            standing: RowUse::InRepeatability,
-            ..empty.noted("the gauge came back to zero within its noise")
-        },
-        Return::Checked(drift_m)
-            if drift_m.abs() <= inputs.gauges.displacement.resolution().unwrap_or(0.0) =>
-        {
-            BudgetRow {
-                standing: RowUse::InRepeatability,
-                ..empty.noted("the checks of the zero found no change beyond a step of the gauge")
-            }
+    let beyond_step = |drift: f64, gauge: &GaugeTerms| {
+        let is_seen = drift > gauge.resolution().unwrap_or(0.0);
+        if is_seen { drift } else { 0.0 }
+    };
+    let (drift_m, note) = match inputs.back_to_zero {
+        Return::NotMeasured => (None, "no unloaded reading after the loads"),
+        Return::WithinNoise => (Some(0.0), "the gauge came back to zero within its noise"),
+        Return::Checked(drift_m) => {
+            let drift_m = beyond_step(drift_m, &inputs.gauges.displacement);
+            let note = if drift_m > 0.0 {
+                "largest change that the checks of the zero found, as a limit at the largest load"
+            } else {
+                "the checks of the zero found no change beyond a step of the gauge"
+            };
+            (Some(drift_m), note)
         }
-        Return::Checked(drift_m) => empty
-            .counted(drift_m.abs() / 3_f64.sqrt())
-            .noted("largest change that the checks of the zero found, as a limit at the largest load"),
-        Return::Away(mean_m) => empty
-            .counted(mean_m.abs() / 3_f64.sqrt())
-            .noted("mean difference of the unloaded readings after and before, as a limit at the largest load"),
+        Return::Away(mean_m) => (
+            Some(mean_m.abs()),
+            "mean difference of the unloaded readings after and before, as a limit at the largest load",
+        ),
+    };
+    let force_n = beyond_step(inputs.force_drift_n, &inputs.gauges.force);
+    let of_force_m = force_n / bare.value_n_per_m.abs();
+    let both_m = drift_m.unwrap_or_default().hypot(of_force_m);
+    if both_m > 0.0 && both_m.is_finite() {
+        let note = match (drift_m.is_some_and(|drift_m| drift_m > 0.0), force_n > 0.0) {
+            (true, false) => note,
+            (true, true) => {
+                "changes of both zeros, as limits at the largest load; that of the force divided by K"
+            }
+            _ => {
+                "largest change of the force zero that its checks found, divided by K, as a limit at the largest load"
+            }
+        };
+        return empty.counted(both_m / 3_f64.sqrt()).noted(note);
+    }
+    match drift_m {
+        None => empty.noted(note),
+        Some(_) => BudgetRow {
+            standing: RowUse::InRepeatability,
+            ..empty.noted(note)
+        },
     }
 }

@@ -55,7 +55,8 @@ pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;
 pub use significance::{TestStatistic, grubbs_limit};
 pub use table::{
-    CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, ZeroDrifts,
-    stiffness_table, stiffness_table_with_drifts,
+    CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
+    stiffness_table_with_drifts,
 };
 pub use vector::{VectorStiffness, vector_stiffness};
+pub use zeros::{ZeroChange, ZeroDrifts};

@@ -1,6 +1,5 @@
 //! Measured stiffness of every cell.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
 use super::budget::{BudgetInputs, combine};
@@ -16,6 +15,7 @@ use super::grouping::{LeftOut, group_by_cell};
 use super::line::LineFit;
 use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
+use super::zeros::ZeroDrifts;
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::Estimate;
 use stiffbench_units_and_text::test_point::Cell;
@@ -26,9 +26,6 @@ pub struct StiffnessOptions {
     /// Branches that take part.
     pub branches: Branches,
 }
-
-/// By how far the displacement zero of a cell had moved where it was checked, m: the largest of its checks, by size.
-pub type ZeroDrifts = BTreeMap<Cell, f64>;
 
 /// Stiffness of one cell with everything it rests on.
 #[derive(Debug, Clone, PartialEq)]
@@ -163,7 +160,8 @@ pub fn stiffness_table(
     stiffness_table_with_drifts(readings, gauges, options, &ZeroDrifts::new())
 }
 
-/// The same where a session checked its zeros: what was found counts in cells that have no unloaded reading after the loads.
+/// The same where a session checked its zeros: what was found of the force gauge counts in every cell, what was found of the displacement
+/// gauge in cells that have no unloaded reading after the loads.
 #[must_use]
 pub fn stiffness_table_with_drifts(
     readings: &[Reading],
@@ -242,6 +240,10 @@ fn finish(
         gauges,
         pooled,
         back_to_zero: work.back_to_zero(pooled.is_some(), drifts),
+        force_drift_n: drifts
+            .get(&work.curve.cell)
+            .and_then(|change| change.force_n)
+            .unwrap_or_default(),
     };
     let paper = paper_stiffness(&work.curve, elsewhere).map(|bare| combine(&bare, &inputs));
     let regression = work.line.as_ref().map_err(|reason| *reason);

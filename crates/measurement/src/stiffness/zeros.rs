@@ -1,9 +1,34 @@
-//! Unloaded readings of a cell: what the gauge showed before and after the loads, and while it kept one zero.
+//! Zeros of a cell: its unloaded readings before and after the loads, and what a session's checks of the zeros found.
 
 use std::collections::BTreeMap;
 
 use crate::readings::Reading;
-use stiffbench_units_and_text::test_point::Branch;
+use stiffbench_units_and_text::test_point::{Branch, Cell};
+
+/// By how far the zeros of the gauges had moved where a session checked them: the largest of the checks of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ZeroChange {
+    /// Of the displacement gauge, m, without sign; `None` if it was not checked.
+    pub displacement_m: Option<f64>,
+    /// Of the force gauge, N, without sign; `None` if it was not checked.
+    pub force_n: Option<f64>,
+}
+
+impl ZeroChange {
+    /// Takes one more check; what is not a number counts as not checked.
+    pub fn take(&mut self, displacement_m: Option<f64>, force_n: Option<f64>) {
+        let larger = |known: &mut Option<f64>, found: Option<f64>| {
+            if let Some(found) = found.map(f64::abs).filter(|found| found.is_finite()) {
+                *known = Some(known.unwrap_or_default().max(found));
+            }
+        };
+        larger(&mut self.displacement_m, displacement_m);
+        larger(&mut self.force_n, force_n);
+    }
+}
+
+/// What the checks of the zeros found, cell by cell.
+pub type ZeroDrifts = BTreeMap<Cell, ZeroChange>;
 
 /// Unloaded readings, from all accepted readings of a cell whichever branches its stiffness uses.
 #[derive(Debug, Clone, PartialEq, Default)]

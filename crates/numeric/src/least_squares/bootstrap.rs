@@ -1,4 +1,4 @@
-//! The spread of an estimate when whole groups of readings are drawn again.
+//! The spread of an estimate when whole groups of readings are resampled.
 //!
 //! Readings of one series share its zero, its seating and the operator's hand, so they are not independent; series are. The
 //! cluster bootstrap draws series with replacement and fits again.

@@ -35,6 +35,10 @@ pub struct CovarianceSettings {
     pub known_dof: f64,
 }
 
+/// Correlation beyond which two parameters can hardly be distinguished: each would be known more than three times as well if the other were
+/// (variance inflation above 10).
+pub const STRONG_CORRELATION: f64 = 0.95;
+
 impl Default for CovarianceSettings {
     /// An error of relative size δ in the entries moves a singular value by up to about δ times the largest (Weyl), so a smaller one
     /// cannot be distinguished from zero. Derivatives of a finite-element solution are good to about 1e-16 times the condition of the
@@ -42,7 +46,7 @@ impl Default for CovarianceSettings {
     fn default() -> Self {
         Self {
             jacobian_accuracy: 1e-10,
-            strong_correlation: 0.95,
+            strong_correlation: STRONG_CORRELATION,
             known_dof: f64::INFINITY,
         }
     }

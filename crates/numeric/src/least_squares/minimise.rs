@@ -1,5 +1,7 @@
 //! The minimum of ½‖r(p)‖² within bounds, and why the search ended where it did.
 
+use std::fmt;
+
 use super::error::LeastSquaresError;
 use super::parameter::{Bound, ParameterSet};
 use super::residual_function::{EvaluationFailure, ResidualFunction};
@@ -88,6 +90,19 @@ impl Termination {
     #[must_use]
     pub fn is_converged(&self) -> bool {
         matches!(self, Self::Converged(_))
+    }
+}
+
+impl fmt::Display for Termination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Converged(_) => f.write_str("converged"),
+            Self::AtLimit { max_evaluations } => {
+                write!(f, "stopped after {max_evaluations} evaluations")
+            }
+            Self::Stalled => f.write_str("stopped: no step reduced the sum of squares"),
+            Self::EvaluationFailed(failure) => write!(f, "stopped: {failure}"),
+        }
     }
 }
 

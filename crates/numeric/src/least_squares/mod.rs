@@ -8,7 +8,7 @@
 //! - [`covariance`]: standard errors, correlations, and which parameters the data cannot see;
 //! - [`profile`]: the interval of one parameter without assuming that the minimum is a parabola;
 //! - [`minima`], [`Likelihood`]: the same where several minima fit about as well;
-//! - [`cluster_bootstrap`]: the spread when whole groups of readings are drawn again;
+//! - [`cluster_bootstrap`]: the spread when whole groups of readings are resampled;
 //! - [`search_for_lower_minimum`]: derivative-free search for a lower minimum than the one found.
 //!
 //! # Decision: an own bounded Levenberg-Marquardt
@@ -48,8 +48,8 @@ pub use bootstrap::{
     Bootstrap, BootstrapSettings, FailedReplicate, ReplicateFailure, cluster_bootstrap,
 };
 pub use covariance::{
-    CovarianceSettings, ParameterCovariance, ParameterEstimate, ParameterStatus, SigmaMode,
-    StrongPair, covariance,
+    CovarianceSettings, ParameterCovariance, ParameterEstimate, ParameterStatus,
+    STRONG_CORRELATION, SigmaMode, StrongPair, covariance,
 };
 pub use error::LeastSquaresError;
 pub use identification::{DirectionComponent, UnidentifiedDirection, WhyNotIdentified};

@@ -30,7 +30,7 @@ pub enum Action {
     Ask(Channel, Ask),
     /// To ask the operator.
     Prompt(Prompt),
-    /// To hold the readings of a cell against their repeats; [`Input::RepeatsChecked`] is the answer.
+    /// To compare the readings of a cell with their repeats; [`Input::RepeatsChecked`] is the answer.
     CheckRepeats(usize),
     /// A sound.
     Bell(Bell),

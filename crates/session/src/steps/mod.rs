@@ -122,7 +122,7 @@ pub struct Machine {
     /// How often readings were taken once more for a zero that moved.
     redone: u32,
     signs_checked: bool,
-    /// The cell that was last held against its repeats, with how many readings there were.
+    /// The cell that was last compared with its repeats, with how many readings there were.
     repeats_checked: Option<(usize, usize)>,
     /// Cell of the push by hand and how far the end gave way, m/N.
     pushed: Option<(usize, f64)>,

@@ -3,6 +3,7 @@
 use crate::event::TakenReading;
 use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
+use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::Machine;
@@ -50,15 +51,8 @@ const PRIOR_SHARE: f64 = 0.005;
 /// How many degrees of freedom that expectation is worth.
 const PRIOR_FREEDOM: f64 = 4.0;
 
-/// Quantile of Student's t for 1e-4 on both sides, by degrees of freedom from 4; the last is that of the normal distribution.
-const STUDENT: [(f64, f64); 6] = [
-    (4.0, 13.03),
-    (6.0, 8.02),
-    (10.0, 6.21),
-    (20.0, 4.97),
-    (60.0, 4.17),
-    (f64::INFINITY, 3.89),
-];
+/// Chance that a repeat is asked about though nothing is wrong with it: a question in some ten thousand readings.
+const FALSE_QUESTION: f64 = 1e-4;
 
 /// A displacement is far from what the other loads of the cell let expect beyond this many settling spreads and this share.
 const FAR_FROM_LINE: (f64, f64) = (20.0, 0.5);
@@ -410,7 +404,9 @@ impl Machine {
             let prior_m = spread_m.max(PRIOR_SHARE * mean_m.abs());
             let all = PRIOR_FREEDOM + freedom;
             let sd_m = ((PRIOR_FREEDOM * prior_m.powi(2) + squares) / all).sqrt();
-            let limit_m = student(all) * sd_m * (1.0 + 1.0 / n).sqrt();
+            // There are degrees of freedom even before the first repeat.
+            let t = student_t_quantile(1.0 - 0.5 * FALSE_QUESTION, all).unwrap_or(f64::INFINITY);
+            let limit_m = t * sd_m * (1.0 + 1.0 / n).sqrt();
             (
                 mean_m,
                 limit_m.max(NEAR_SPREADS * spread_m) + band_m,
@@ -469,12 +465,6 @@ impl Machine {
             still: None,
         })
     }
-}
-
-/// Quantile of Student's t for the next smaller number of degrees of freedom in the list.
-fn student(freedom: f64) -> f64 {
-    let below = STUDENT.iter().rev().find(|(of, _)| *of <= freedom);
-    below.map_or(STUDENT[0].1, |(_, t)| *t)
 }
 
 /// Where the least-squares line through (force, displacement) lies at a force; `None` below three points or with forces all alike.

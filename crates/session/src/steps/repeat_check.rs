@@ -15,7 +15,7 @@ const KEPT: &str = "its repeats contradict it";
 const MOST_TRIES: u32 = 4;
 
 impl Machine {
-    /// The cell whose readings are all there and have not been held against their repeats.
+    /// The cell whose readings are all there and have not been compared with their repeats.
     pub(super) fn unchecked_cell(&self) -> Option<usize> {
         let cell = self.mounted.filter(|_| self.settings.checks_repeats)?;
         let open = self.plan.next_open(&self.state, cell);

@@ -27,7 +27,7 @@ pub struct Settings {
     pub auto_capture: bool,
     /// What the force gauge sends under compression, if its description states it: 1 for a value above zero, -1 below.
     pub compression_sign: Option<f64>,
-    /// Whether the readings of each cell are held against their repeats once it is complete.
+    /// Whether the readings of each cell are compared with their repeats once it is complete.
     pub checks_repeats: bool,
     /// Drift of the zero beyond which is asked, m.
     pub drift_limit_m: f64,

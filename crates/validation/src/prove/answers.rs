@@ -24,7 +24,7 @@ pub enum Expected {
     NothingMissing,
     /// The truth alone.
     Named,
-    /// The truth, also right with others beside it that are hard to tell apart.
+    /// The truth, also right with others beside it that are hard to distinguish.
     NamedOrAmbiguous,
     /// The truth together with all that cannot be distinguished from it.
     Ambiguous,

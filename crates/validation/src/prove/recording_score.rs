@@ -1,4 +1,4 @@
-//! What was said of a recording, held against its known answer. The rules stand in `data/recordings/README.md`.
+//! What was said of a recording, compared with its known answer. The rules stand in `data/recordings/README.md`.
 
 use std::collections::BTreeSet;
 
@@ -190,7 +190,7 @@ fn outcome(
     }
 }
 
-/// Diagnoses a table without a robot and holds the verdict against the known answer.
+/// Diagnoses a table without a robot and compares the verdict with the known answer.
 ///
 /// # Errors
 /// [`ProveError::Mismatch`].

@@ -68,7 +68,7 @@ pub struct ReferenceReport {
     pub seconds_per_solve: f64,
 }
 
-/// Fits single-pose factors to the smallest loads of each pose and holds every load against them.
+/// Fits single-pose factors to the smallest loads of each pose and compares every load with them.
 ///
 /// # Errors
 /// [`FitError`] if a pose of the reference lacks a direction, or the robot a pose.

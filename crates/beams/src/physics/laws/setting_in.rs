@@ -99,7 +99,7 @@ fn shapes(scale: &PlaceScale) -> Vec<Shape> {
     decays.map(shape).collect()
 }
 
-/// The same of a part whose runs are not told apart: it sets over the path of what is set, whatever its sign.
+/// The same of a part whose runs are not distinguished: it sets over the path of what is set, whatever its sign.
 pub(super) static DUAL: LawDefinition = LawDefinition {
     row: "setting-in (part)",
     equation: "answer += size (1 - exp(-path/decay)), path = sum |change of the driver| less the way from its start",

@@ -31,7 +31,7 @@ use crate::elastostatics::problem::LoadCaseModel;
 /// Degrees of freedom that load cases must leave beside the baseline: with fewer no candidate can be believed.
 const FEWEST_DOF: usize = 6;
 
-/// Poses without which nothing can be told apart.
+/// Poses without which nothing can be distinguished.
 const FEWEST_POSES: usize = 3;
 
 /// The problem of the search.

@@ -14,7 +14,7 @@ use super::next::{Coverage, coverages};
 use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
 
-/// What a finding is held against where nothing else explains the readings as well.
+/// What a finding is compared with where nothing else explains the readings as well.
 const NOTHING: &str = "nothing";
 
 /// For each finding the quickest new measurement that shows its effect by itself, or its absence: one that would be expected to, with a log

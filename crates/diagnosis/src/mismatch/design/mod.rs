@@ -1,4 +1,4 @@
-//! What a plan will be able to tell apart, and which measurement to make next.
+//! What a plan will be able to distinguish, and which measurement to make next.
 //!
 //! For two rivals i and j of which i is true with size a, the expected log-likelihood ratio of planned readings is
 //!

@@ -1,4 +1,4 @@
-//! What a procedure can and cannot tell apart, and from what size, before any session.
+//! What a procedure can and cannot distinguish, and from what size, before any session.
 
 use rayon::prelude::*;
 
@@ -64,7 +64,7 @@ pub struct LawDesign {
     pub nearest: Vec<NearRival>,
 }
 
-/// Says what a procedure can and cannot tell apart.
+/// Says what a procedure can and cannot distinguish.
 ///
 /// A slip is not in it: its places are the loads themselves, and it is told from everything by its one run.
 ///

@@ -66,7 +66,7 @@ pub fn power_text(cases: &[PowerCase]) -> String {
     )
 }
 
-/// What the second table of laws holds the counts against.
+/// What the second table of laws compares the counts with.
 const IDEAL: &str = "The same beside an ideal observer: known noise, and each effect is one of the searched shapes; limits and rules are the same. \
 Nameable: found, and the likeliest is the truth or may be named with it, which no set around the likeliest exceeds";
 
