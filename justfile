@@ -85,6 +85,8 @@ dist:
     rustup target add x86_64-unknown-linux-musl
     RUSTFLAGS="-C relocation-model=static" cargo build --locked --profile dist --target x86_64-unknown-linux-musl --bin stiffbench
     strip -s target/x86_64-unknown-linux-musl/dist/stiffbench
+    ! readelf -d target/x86_64-unknown-linux-musl/dist/stiffbench | grep NEEDED
+    test "$(stat -c %s target/x86_64-unknown-linux-musl/dist/stiffbench)" -lt 20000000
     packaging/archive.sh target/x86_64-unknown-linux-musl/dist/stiffbench target/archive
     ls -l target/x86_64-unknown-linux-musl/dist/stiffbench target/archive
 

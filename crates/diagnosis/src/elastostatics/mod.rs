@@ -35,7 +35,7 @@ pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
 pub use missing::{
     CandidateKind, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
-    diagnose_load_cases,
+    SPRINGS_OF_LOAD_CASES, diagnose_load_cases,
 };
 pub use outcome::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,

@@ -1,10 +1,12 @@
 //! What may act beside the parameters of a fit: one column each, as long as the rows.
 
+use stiffbench_beams::physics::{Law, laws};
 use stiffbench_beams::robot::{ModelParameter, SpringAxis};
 use stiffbench_units_and_text::test_point::Direction;
 
 use crate::elastostatics::compliances::{EndCompliance, motion_along};
 use crate::elastostatics::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use crate::search::constants::MOST_WRONG;
 
 /// Candidates of one kind share a critical value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,6 +38,15 @@ impl CandidateKind {
     }
 }
 
+/// Springs that loads along several axes at once show, and only fits of load cases free: no laws of the library.
+pub const SPRINGS_OF_LOAD_CASES: [&str; 2] = [JOINT_TILT, TOOL_SPRING];
+
+/// A spring of a joint across its axis.
+const JOINT_TILT: &str = "joint-tilt-compliance";
+
+/// A spring between the last link and the end.
+const TOOL_SPRING: &str = "tool-compliance";
+
 /// Largest angle by which gauges or their axes may lean, rad: three degrees show to the eye.
 const LARGEST_LEAN: f64 = 0.05;
 
@@ -44,9 +55,6 @@ const LARGEST_SCALE_ERROR: f64 = 0.05;
 
 /// Largest over smallest moment in a joint from which on its laws may be told from a spring (1).
 const SEVERAL_SIZES: f64 = 1.5;
-
-/// Largest change of ln a of a factor: ten times.
-const MOST_WRONG: f64 = std::f64::consts::LN_10;
 
 /// One thing that may act.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,7 +127,7 @@ impl SolvedPoses<'_> {
                 column: self.of_parameter(place),
                 takes_from: None,
                 bounds: if parameter.is_factor() {
-                    [-MOST_WRONG, MOST_WRONG]
+                    [-MOST_WRONG.ln(), MOST_WRONG.ln()]
                 } else {
                     [0.0, f64::INFINITY]
                 },
@@ -158,9 +166,9 @@ impl SolvedPoses<'_> {
                 motion_along(own, &read.unit, &case.load) * moment.powf(power)
             })
         };
-        let candidate = |law: &'static str, unit, column, bounds| MissingCandidate {
-            name: format!("{law}@{joint}"),
-            law,
+        let candidate = |law: Law, unit, column, bounds| MissingCandidate {
+            name: format!("{}@{joint}", law.name),
+            law: law.name,
             place: format!("joint {joint}"),
             kind: CandidateKind::JointLaw,
             unit,
@@ -176,11 +184,11 @@ impl SolvedPoses<'_> {
         vec![
             MissingCandidate {
                 takes_from: Some(slope),
-                ..candidate("joint-nonlinearity", "rad/(N*m)^2", with(1.0), free)
+                ..candidate(laws::JOINT_NONLINEARITY, "rad/(N*m)^2", with(1.0), free)
             },
-            candidate("joint-backlash", "rad", step.clone(), positive),
+            candidate(laws::JOINT_BACKLASH, "rad", step.clone(), positive),
             candidate(
-                "joint-friction",
+                laws::JOINT_FRICTION,
                 "rad",
                 step.iter().map(|value| -value).collect(),
                 positive,
@@ -197,10 +205,10 @@ impl SolvedPoses<'_> {
         };
         for axis in Direction::ALL {
             let k = axis.index();
-            let mut add = |name: &str, law, place: String, unit, bounds, column| {
+            let mut add = |name: &str, law: Law, place: String, unit, bounds, column| {
                 found.push(MissingCandidate {
                     name: format!("{name}.{axis}"),
-                    law,
+                    law: law.name,
                     place,
                     kind: CandidateKind::SetUp,
                     unit,
@@ -213,7 +221,7 @@ impl SolvedPoses<'_> {
             let scale = [-LARGEST_SCALE_ERROR, LARGEST_SCALE_ERROR];
             add(
                 "gauge-stand",
-                "gauge-stand-compliance",
+                laws::GAUGE_STAND_COMPLIANCE,
                 format!("the stand of the displacement gauge along {axis}"),
                 "m/N",
                 [0.0, f64::INFINITY],
@@ -221,7 +229,7 @@ impl SolvedPoses<'_> {
             );
             add(
                 "displacement-axes",
-                "gauge-misalignment",
+                laws::GAUGE_MISALIGNMENT,
                 format!("the axes of the displacements, turned about {axis}"),
                 "rad",
                 lean,
@@ -229,7 +237,7 @@ impl SolvedPoses<'_> {
             );
             add(
                 "force-axes",
-                "load-misalignment",
+                laws::LOAD_MISALIGNMENT,
                 format!("the axes of the loads, turned about {axis}"),
                 "rad",
                 lean,
@@ -239,7 +247,7 @@ impl SolvedPoses<'_> {
             );
             add(
                 "displacement-scale",
-                "gauge-scale",
+                laws::DISPLACEMENT_GAUGE_SCALE,
                 format!("the scale of the displacements along {axis}"),
                 "1",
                 scale,
@@ -247,7 +255,7 @@ impl SolvedPoses<'_> {
             );
             add(
                 "force-scale",
-                "gauge-scale",
+                laws::FORCE_GAUGE_SCALE,
                 format!("the scale of the forces along {axis}"),
                 "1",
                 scale,
@@ -268,27 +276,29 @@ fn describe(parameter: &ModelParameter) -> (CandidateKind, &'static str, String)
     let about = |axis: &SpringAxis| if axis.turns() { "about" } else { "along" };
     let letter = |axis: &SpringAxis| axis.name().trim_start_matches('r');
     match parameter {
-        ModelParameter::Joint(joint) | ModelParameter::JointAlong(joint) => {
-            (JointSpring, "joint-compliance", format!("joint {joint}"))
-        }
+        ModelParameter::Joint(joint) | ModelParameter::JointAlong(joint) => (
+            JointSpring,
+            laws::JOINT_COMPLIANCE.name,
+            format!("joint {joint}"),
+        ),
         ModelParameter::JointAbout(joint, axis) => (
             AcrossJoint,
-            "joint-tilt-compliance",
+            JOINT_TILT,
             format!("joint {joint}, about {axis} of its frame"),
         ),
         ModelParameter::Base(axis) => (
             Base,
-            "base-compliance",
+            laws::BASE_COMPLIANCE.name,
             format!("the base, {} {}", about(axis), letter(axis)),
         ),
         ModelParameter::Tool(axis) => (
             Tool,
-            "tool-compliance",
+            TOOL_SPRING,
             format!("the tool, {} its {}", about(axis), letter(axis)),
         ),
         ModelParameter::Class(..) | ModelParameter::Section(..) | ModelParameter::Group(..) => (
             Factor,
-            "section-error",
+            laws::SECTION_ERROR.name,
             format!("the sections, {parameter}"),
         ),
     }

@@ -11,6 +11,6 @@ mod outcome;
 mod scatter_model;
 mod unexplained;
 
-pub use candidates::CandidateKind;
+pub use candidates::{CandidateKind, SPRINGS_OF_LOAD_CASES};
 pub use find::diagnose_load_cases;
 pub use outcome::{LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained};
