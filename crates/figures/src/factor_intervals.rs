@@ -18,7 +18,7 @@ pub struct DrawnFactor {
     pub name: String,
     /// Value, dimensionless.
     pub value: f64,
-    /// 95 % interval, or the islands that it consists of; empty for none.
+    /// 95 % interval, or the separate parts that it consists of; empty for none.
     pub ci95: Vec<[f64; 2]>,
     /// Between which values the fit could choose.
     pub bounds: Option<[f64; 2]>,
@@ -107,11 +107,11 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
             .collect();
         if !points.is_empty() {
             let (label, style) = fate.mark_style();
-            let islands = other_parts(&input.factors, fate);
-            if !islands.is_empty() {
+            let others = other_parts(&input.factors, fate);
+            if !others.is_empty() {
                 panel
                     .series
-                    .push(Series::new(style, Marks::Segments(islands)));
+                    .push(Series::new(style, Marks::Segments(others)));
             }
             panel
                 .series
@@ -142,7 +142,7 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
     }
 }
 
-/// The islands without the value, of the factors with a fate.
+/// The parts without the value, of the factors with a fate.
 fn other_parts(factors: &[DrawnFactor], fate: FactorFate) -> Vec<[[f64; 2]; 2]> {
     let of_fate = factors
         .iter()

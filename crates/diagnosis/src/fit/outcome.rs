@@ -83,9 +83,9 @@ pub struct FactorEstimate {
     pub start: f64,
     /// Where it ended.
     pub value: f64,
-    /// 95 % likelihood-ratio interval over all minima; only for factors that the data determine. From the first island to the last.
+    /// 95 % likelihood-ratio interval over all minima; only for factors that the data determine. From the first of its parts to the last.
     pub interval_95: Option<[f64; 2]>,
-    /// The islands that this interval consists of; empty if it has no gaps.
+    /// The separate parts that this interval consists of; empty if it has no gaps.
     pub islands_95: Vec<[f64; 2]>,
     /// Smallest and largest value that the fit could give it; none for one that it does not move.
     pub bounds: Option<[f64; 2]>,
@@ -141,7 +141,7 @@ impl FactorEstimate {
         })
     }
 
-    /// The islands of the 95 % interval, or the interval itself; empty without one.
+    /// The parts of the 95 % interval, or the interval itself; empty without one.
     #[must_use]
     pub fn parts_95(&self) -> Vec<[f64; 2]> {
         if self.islands_95.is_empty() {
