@@ -635,25 +635,3 @@ fn a_rigid_strut_beside_an_arm_leaves_it_nothing_that_yields() {
     let along: f64 = (0..3).map(|i| held.0[i][i]).sum();
     assert!((along / 1e-6 - 1.0).abs() < 1e-12, "{along:e}");
 }
-
-#[test]
-#[ignore = "a measurement of time: cargo test --release -p stiffbench-beams -- --ignored --nocapture fifty_thousand"]
-fn fifty_thousand_poses_of_an_arm() {
-    let robot = six_axes();
-    let mechanism = robot.mechanism(None).unwrap();
-    let sweep = PoseSweep::new(&robot, mechanism, &FittingFactors::UNIT).unwrap();
-    let share = |i: u32, j: u32| (f64::from(i) * 0.618_034 * f64::from(j)).fract();
-    let poses: Vec<Pose> = (0..50_000)
-        .map(|i| Pose {
-            angles_deg: (1..=6).map(|j| 360.0 * share(i, j) - 180.0).collect(),
-        })
-        .collect();
-    for _ in 0..3 {
-        let start = std::time::Instant::now();
-        let swept = sweep.run(&poses, Keep::Full);
-        let seconds = start.elapsed().as_secs_f64();
-        assert_eq!((swept.alone, swept.failed.len()), (0, 0));
-        println!("50 000 poses, 6 x 6: {seconds:.4} s");
-        assert!(seconds < 0.5);
-    }
-}
