@@ -188,6 +188,32 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     })
 }
 
+/// The least-squares line through points (x, y).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeastSquaresLine {
+    /// Change of y per x.
+    pub slope: f64,
+    /// Σ (x - x̄)².
+    pub sxx: f64,
+    /// Sum of the squared residuals of y.
+    pub left: f64,
+}
+
+impl LeastSquaresLine {
+    /// `None` without two different x.
+    #[must_use]
+    pub fn through(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
+        let n = points.clone().count() as f64;
+        let mean_x = points.clone().map(|(x, _)| x).sum::<f64>() / n;
+        let mean_y = points.clone().map(|(_, y)| y).sum::<f64>() / n;
+        let centred = points.map(|(x, y)| (x - mean_x, y - mean_y));
+        let sxx: f64 = centred.clone().map(|(x, _)| x.powi(2)).sum();
+        let slope = centred.clone().map(|(x, y)| x * y).sum::<f64>() / sxx;
+        let left = centred.map(|(x, y)| (y - slope * x).powi(2)).sum();
+        slope.is_finite().then_some(Self { slope, sxx, left })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -272,6 +298,18 @@ mod tests {
         is_near(f_upper_tail(3.708, 3.0, 10.0).unwrap(), 0.05, 1e-4);
         assert_eq!(f_upper_tail(1.0, 0.0, 10.0), None);
         assert_eq!(chi_squared_quantile(0.5, 0.0), None);
+    }
+
+    #[test]
+    fn a_line_through_points_worked_by_hand() {
+        // Means 1.5 and 4, sxx 5, sxy 11; residuals 0.3, 0.1, -1.1, 0.7.
+        let points = [(0.0, 1.0), (1.0, 3.0), (2.0, 4.0), (3.0, 8.0)];
+        let line = LeastSquaresLine::through(points.into_iter()).unwrap();
+        is_near(line.slope, 2.2, 1e-12);
+        is_near(line.sxx, 5.0, 1e-12);
+        is_near(line.left, 1.8, 1e-12);
+        let alike = [(1.0, 2.0); 3];
+        assert_eq!(LeastSquaresLine::through(alike.into_iter()), None);
     }
 
     #[test]

@@ -64,6 +64,14 @@ pub struct VectorReading {
     pub note: String,
 }
 
+impl VectorReading {
+    /// Size of the force, N.
+    pub(crate) fn force_size_n(&self) -> f64 {
+        let [x, y, z] = self.force_n;
+        x.hypot(y).hypot(z)
+    }
+}
+
 /// Columns that hold the analyst's own marks; all others make the result.
 pub const MARK_COLUMNS: [&str; 3] = ["status", "flag", "note"];
 

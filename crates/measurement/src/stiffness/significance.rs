@@ -1,6 +1,6 @@
 //! Thresholds for many comparisons at once, and the test of one effect per cell against scatter pooled over the cells.
 
-use stiffbench_numeric::statistics::{mean, normal_quantile, student_t_quantile};
+use stiffbench_numeric::statistics::{LeastSquaresLine, mean, normal_quantile, student_t_quantile};
 
 /// Chance that a flawless table raises any flag of one rule.
 pub(super) const FAMILY_ERROR: f64 = 0.05;
@@ -96,9 +96,8 @@ struct Reduced {
 impl ReadingSeries {
     fn reduced(&self, contrast: SeriesContrast) -> Option<Reduced> {
         let n = self.y.len() as f64;
-        let (mean_x, mean_y) = (mean(&self.x)?, mean(&self.y)?);
-        let pairs = || self.x.iter().zip(&self.y);
         if contrast == SeriesContrast::Mean {
+            let mean_y = mean(&self.y)?;
             return Some(Reduced {
                 effect: mean_y,
                 share: 1.0 / n,
@@ -106,19 +105,12 @@ impl ReadingSeries {
                 dof: n - 1.0,
             });
         }
-        let sxx: f64 = self.x.iter().map(|x| (x - mean_x).powi(2)).sum();
-        if sxx == 0.0 {
-            return None;
-        }
-        let sxy: f64 = pairs().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
-        let slope = sxy / sxx;
-        let left = pairs()
-            .map(|(x, y)| (y - mean_y - slope * (x - mean_x)).powi(2))
-            .sum();
+        let points = self.x.iter().copied().zip(self.y.iter().copied());
+        let line = LeastSquaresLine::through(points)?;
         Some(Reduced {
-            effect: slope,
-            share: 1.0 / sxx,
-            left,
+            effect: line.slope,
+            share: 1.0 / line.sxx,
+            left: line.left,
             dof: n - 2.0,
         })
     }
