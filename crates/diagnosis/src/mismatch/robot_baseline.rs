@@ -199,7 +199,7 @@ impl<'a> RobotBaseline<'a> {
             .map(|named| &named.id)
     }
 
-    /// BaselineValues of all parameters of the model where the free ones have these fitted values.
+    /// Values of all parameters of the model where the free ones have these fitted values.
     #[must_use]
     pub fn factors(&self, fitted: &[f64]) -> FittingFactors {
         let mut values = self.values.clone();
