@@ -75,9 +75,7 @@ mod wrong_cells;
 pub use crate::search::constants::MOST_READINGS_OF_A_PART;
 pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
 pub use bad_runs::{BadRun, ScreenedRuns, screen_runs};
-pub use baseline::{
-    Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, StructureColumn,
-};
+pub use baseline::{Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn};
 pub use configurations::ConfigurationSizes;
 pub use critical_values::{Family, LawCriticalValues};
 pub use data_screen::{ScreenedData, screen_data};
