@@ -4,7 +4,7 @@ use std::io::Write;
 
 use super::error::ReadingsError;
 use super::joint_values::JointColumn;
-use super::number::write_decimal;
+use super::number::decimal;
 use super::reading::ReadingStatus;
 use super::write::{csv_writer, failed, refuse_not_finite};
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
@@ -218,13 +218,6 @@ impl<W: Write> VectorReadingsWriter<W> {
     pub fn flush(&mut self) -> Result<(), ReadingsError> {
         self.output.flush().map_err(|error| failed(error.into()))
     }
-}
-
-/// The number with its decimal point `shift` places further right.
-fn decimal(value: f64, shift: i32) -> String {
-    let mut text = String::new();
-    write_decimal(value, shift, &mut text);
-    text
 }
 
 fn optional(value: Option<f64>, shift: i32) -> String {
