@@ -20,9 +20,6 @@ use super::failure::Failure;
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
 
-/// Further load cases that are planned for what is open.
-const FURTHER: usize = 3;
-
 /// Fits and reports.
 pub(super) fn run(
     args: &FitArgs,
@@ -83,7 +80,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
         )
         .into());
     }
-    let (planned, table) = data.plan(&fit, FURTHER)?;
+    let (planned, table) = data.plan(&fit)?;
     if let Some(file) = &args.next {
         warnings.push(write_next(file, data, &planned, &table)?);
     }

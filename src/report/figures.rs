@@ -15,6 +15,9 @@ use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
 
 use super::axis_words::plane_axis_names;
 
+/// A point of a plane nearer than this to an outermost one is the same place, and gives it its name, m.
+pub(super) const SAME_PLACE_M: f64 = 0.05;
+
 /// Load against displacement with repeat scatter, per pose and direction (the paper's Fig. 9).
 #[must_use]
 pub fn load_displacement_figure(sessions: &[(&str, &StiffnessTable)]) -> Figure {
@@ -192,8 +195,6 @@ pub fn workspace_figure(
     mut stated: Vec<(String, [f64; 2])>,
     robot: &Robot,
 ) -> Figure {
-    /// Points nearer than this belong together, m.
-    const SAME_PLACE_M: f64 = 0.05;
     let mut extremes_named = Vec::new();
     for (name, at) in extremes {
         let near = stated.iter_mut().find(|(stated, to)| {

@@ -12,9 +12,6 @@ use super::map::{MappedModel, add_map};
 use super::model::{PageDiagnosis, PageFit, PageModel};
 use super::{PageSettings, ReportPage};
 
-/// Further load cases that are planned for what is open.
-const FURTHER: usize = 3;
-
 /// Fit and diagnosis of load cases of one robot, or why there are none.
 ///
 /// # Errors
@@ -46,7 +43,7 @@ pub(super) fn add_load_case_model(
             return Ok(());
         }
     };
-    let (planned, _) = data.plan(&fit, FURTHER)?;
+    let (planned, _) = data.plan(&fit)?;
     let numbers = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
     let figures = load_case_figures(&fit, &data.posed, &data.model.robot);
     page.figures.fit = figures
