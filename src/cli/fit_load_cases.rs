@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::analysis::{
     ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, derive,
-    doubts_about_load_case_fit, doubts_about_load_cases,
+    doubts_about_load_case_fit,
 };
 use crate::elastostatics::PlannedLoadCase;
 use crate::fit::FactorStatus;
@@ -46,8 +46,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     };
     let fit = data.fit(&settings)?;
     let mut warnings = data.warnings.clone();
-    warnings.extend(doubts_about_load_cases(&data.posed));
-    warnings.extend(doubts_about_load_case_fit(&fit));
+    warnings.extend(doubts_about_load_case_fit(&data.posed, &fit));
     // The text has them already.
     if global.json {
         warnings.extend(fit.warnings.iter().cloned());

@@ -2,7 +2,7 @@
 
 use crate::analysis::{
     AnalysisError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, ModelChoice,
-    doubts_about_load_case_fit, doubts_about_load_cases,
+    doubts_about_load_case_fit,
 };
 use crate::report::{LoadCaseFitReport, load_case_figures};
 
@@ -61,8 +61,7 @@ pub(super) fn add_load_case_model(
     };
     let axes = fit.components.iter().map(|component| component.axis);
     add_map(page, &fitted, &axes.collect::<Vec<_>>());
-    let warnings = doubts_about_load_cases(&data.posed).into_iter();
-    let warnings: Vec<String> = warnings.chain(doubts_about_load_case_fit(&fit)).collect();
+    let warnings = doubts_about_load_case_fit(&data.posed, &fit);
     if let Some(session) = page.sessions.first_mut() {
         session.deviations.extend(warnings);
     }
