@@ -188,6 +188,25 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     })
 }
 
+/// The root above one of x^(d+1) = x + 1 for d dimensions: the golden ratio for one, the plastic number for two.
+///
+/// # Source
+/// Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018).
+#[must_use]
+pub fn golden_ratio(dimensions: usize) -> f64 {
+    // Each round is nearer by a factor of two or more: sixty go beyond the last digit.
+    (0..60).fold(1.5_f64, |root, _| {
+        (1.0 + root).powf(1.0 / (dimensions as f64 + 1.0))
+    })
+}
+
+/// Coordinate `place` of point number `k`, from 0 to 1, of points that fill a box evenly however many are taken: the sequence R_d of
+/// [`golden_ratio`], multiples of the powers of 1/`ratio` modulo 1.
+#[must_use]
+pub fn even_share(ratio: f64, k: u32, place: usize) -> f64 {
+    (0.5 + f64::from(k) * ratio.powi(-(place as i32 + 1))).fract()
+}
+
 /// The least-squares line through points (x, y).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeastSquaresLine {
