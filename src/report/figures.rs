@@ -11,6 +11,7 @@ use crate::plot::{
 };
 use crate::readings::Reading;
 use crate::robot::Robot;
+use crate::statistics::NORMAL_95;
 use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
 
 use super::axis_words::plane_axis_names;
@@ -79,7 +80,7 @@ pub fn fit_figures(
         let row = table.and_then(|table| table.cell(&cell.cell));
         let interval = cell.ln_uncertainty.map(|u| {
             // Student's t of the pooled weights is close to normal; the interval of ln K is symmetric.
-            [-1.96, 1.96].map(|k: f64| cell.measured_n_per_m * (k * u).exp())
+            [-NORMAL_95, NORMAL_95].map(|k: f64| cell.measured_n_per_m * (k * u).exp())
         });
         ComparedCell {
             cell: cell.cell.clone(),

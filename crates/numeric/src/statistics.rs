@@ -73,6 +73,12 @@ pub fn student_t_log_density(value: f64, dof: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, dof).ok().map(|t| t.ln_pdf(value))
 }
 
+/// Standard deviations of a normal distribution on either side of its mean that hold 95 % of it.
+pub const NORMAL_95: f64 = 1.96;
+
+/// Median distance of a normal distribution from its mean, in standard deviations: Φ⁻¹(3/4).
+pub const NORMAL_MEDIAN_DEVIATION: f64 = 0.6745;
+
 /// Quantile of the standard normal distribution.
 #[must_use]
 pub fn normal_quantile(p: f64) -> f64 {
