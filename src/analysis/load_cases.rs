@@ -26,6 +26,9 @@ use super::model::{ModelChoice, ResolvedModel, resolve_beside};
 use super::procedure::add_missing_poses;
 use super::vectors::{SessionTable, VectorSession};
 
+/// Further load cases that are planned for what is open.
+const PLANNED: usize = 3;
+
 /// Load cases with the session they belong to.
 pub type LoadedLoadCases = SessionTable<LoadCaseTable>;
 
@@ -254,17 +257,16 @@ impl LoadCaseData {
         Ok(diagnose_load_cases(&self.problem()?, &options, seed)?)
     }
 
-    /// The further load cases that determine best what a fit leaves open, and a table to be filled in with them.
+    /// The few further load cases that determine best what a fit leaves open, and a table to be filled in with them.
     ///
     /// # Errors
     /// For a structure that carries nothing.
     pub fn plan(
         &self,
         fit: &LoadCaseFit,
-        count: usize,
     ) -> Result<(Vec<PlannedLoadCase>, LoadCaseTable), AnalysisError> {
         let model = self.problem()?;
-        let planned = plan_load_cases(&model, fit, count)?;
+        let planned = plan_load_cases(&model, fit, PLANNED)?;
         let table = planned_table(&model, &planned);
         Ok((planned, table))
     }

@@ -74,9 +74,7 @@ pub use new_robot::{
     UrdfSettings, check_positions, robot_from_dh, robot_from_urdf, template,
 };
 pub use part_model::{PartModelError, PartModelFile, check_predictable};
-pub use plausible::{
-    doubts_about_fit, doubts_about_load_case_fit, doubts_about_load_cases, doubts_about_stiffness,
-};
+pub use plausible::{doubts_about_fit, doubts_about_load_case_fit, doubts_about_stiffness};
 pub use pose_plan::choose_poses;
 pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state_joint_values};
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};

@@ -148,8 +148,7 @@ pub fn doubts_about_fit(outcome: &FitOutcome) -> Vec<String> {
 }
 
 /// Doubts about displacements that were read under forces; none of absolute positions.
-#[must_use]
-pub fn doubts_about_load_cases(posed: &PosedLoadCases) -> Vec<String> {
+fn doubts_about_load_cases(posed: &PosedLoadCases) -> Vec<String> {
     let mut odd = Vec::new();
     let cases = posed.cases.iter();
     let compliances: Vec<(&PosedLoad, f64)> = cases
@@ -235,10 +234,10 @@ fn work_nm(case: &PosedLoad) -> f64 {
         .sum()
 }
 
-/// Doubts about a model that was fitted to load cases.
+/// Doubts about load cases and about a model that was fitted to them.
 #[must_use]
-pub fn doubts_about_load_case_fit(fit: &LoadCaseFit) -> Vec<String> {
-    let mut odd = Vec::new();
+pub fn doubts_about_load_case_fit(posed: &PosedLoadCases, fit: &LoadCaseFit) -> Vec<String> {
+    let mut odd = doubts_about_load_cases(posed);
     let [low, high] = JOINT_NM_PER_RAD;
     let turns = |unit: &str| unit == "rad/(N*m)";
     let mut joints = fit.estimates.iter().filter(|one| {

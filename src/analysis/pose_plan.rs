@@ -11,16 +11,13 @@ use crate::test_point::{Direction, PoseId};
 use super::error::{AnalysisError, ArgumentError};
 use super::load_cases::{LoadCaseData, start_of};
 use super::model::ResolvedModel;
-use super::procedure::joints_of;
+use super::procedure::{SAME_VALUE, joints_of};
 
 /// Load steps of a planned procedure as shares of its largest load.
 const STEPS: [f64; 4] = [0.0, 0.25, 0.5, 1.0];
 
 /// Repeats of a planned procedure: their scatter shows.
 const REPEATS: u32 = 3;
-
-/// Values of joints that differ by less are the same, degrees or m.
-const SAME_VALUE: f64 = 1e-9;
 
 /// The poses of the workspace that determine the free parameters best under the loads and gauges of a procedure, on a bench with usual
 /// noise; the procedure then measures these poses.

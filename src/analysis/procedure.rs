@@ -60,7 +60,7 @@ pub fn check_specimen(procedure: &Procedure, specimen: Option<&str>) -> Result<(
 }
 
 /// Values of joints that differ by less are the same, degrees or m: what 15 digits in a file lose.
-const SAME_VALUE: f64 = 1e-9;
+pub(super) const SAME_VALUE: f64 = 1e-9;
 
 /// Gives a robot the poses that a procedure states by joint values; also gives what a user should know of them.
 ///

@@ -6,7 +6,6 @@ use serde_json::json;
 
 use crate::analysis::{
     ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, doubts_about_load_case_fit,
-    doubts_about_load_cases,
 };
 use crate::mismatch::Verdict;
 use crate::report::{DiagnosisResult, LoadCaseDiagnosisReport, load_case_figures};
@@ -42,8 +41,7 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
     let report = LoadCaseDiagnosisReport::new(&diagnosis, args.seed);
     let text = report.text();
     let mut warnings = data.warnings.clone();
-    warnings.extend(doubts_about_load_cases(&data.posed));
-    warnings.extend(doubts_about_load_case_fit(&diagnosis.baseline));
+    warnings.extend(doubts_about_load_case_fit(&data.posed, &diagnosis.baseline));
     if global.json {
         warnings.extend(diagnosis.baseline.warnings.iter().cloned());
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::analysis::{
     ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, derive,
-    doubts_about_load_case_fit, doubts_about_load_cases,
+    doubts_about_load_case_fit,
 };
 use crate::elastostatics::PlannedLoadCase;
 use crate::fit::FactorStatus;
@@ -19,9 +19,6 @@ use super::args::{FitArgs, Global, MethodArg, Sigma};
 use super::failure::Failure;
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
-
-/// Further load cases that are planned for what is open.
-const FURTHER: usize = 3;
 
 /// Fits and reports.
 pub(super) fn run(
@@ -49,8 +46,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     };
     let fit = data.fit(&settings)?;
     let mut warnings = data.warnings.clone();
-    warnings.extend(doubts_about_load_cases(&data.posed));
-    warnings.extend(doubts_about_load_case_fit(&fit));
+    warnings.extend(doubts_about_load_case_fit(&data.posed, &fit));
     // The text has them already.
     if global.json {
         warnings.extend(fit.warnings.iter().cloned());
@@ -83,7 +79,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
         )
         .into());
     }
-    let (planned, table) = data.plan(&fit, FURTHER)?;
+    let (planned, table) = data.plan(&fit)?;
     if let Some(file) = &args.next {
         warnings.push(write_next(file, data, &planned, &table)?);
     }

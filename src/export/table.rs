@@ -4,11 +4,9 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::xml::{number, rounded};
+use crate::structure::Compliance6;
 
-/// Displacements and loads of a compliance, in the order of its rows and columns, with the units of a row over a column.
-const DISPLACEMENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
-const LOADS: [&str; 6] = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
+use super::xml::{number, rounded};
 
 /// What an export is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -139,7 +137,11 @@ impl ExportTable {
             for (i, row) in pose.compliance.iter().enumerate() {
                 rows.extend(row.iter().enumerate().map(|(j, entry)| CsvRow {
                     pose: pose.pose.clone(),
-                    name: format!("compliance.{}.{}", DISPLACEMENTS[i], LOADS[j]),
+                    name: format!(
+                        "compliance.{}.{}",
+                        Compliance6::DISPLACEMENTS[i],
+                        Compliance6::LOADS[j]
+                    ),
                     value: number(*entry),
                     unit: unit(i, j).to_owned(),
                     ..CsvRow::default()

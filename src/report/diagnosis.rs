@@ -18,7 +18,7 @@ use crate::mismatch::{
     EstimatedValue, FactorChange, Finding, Impossible, LawCriticalValues, ReadingTrace,
 };
 use crate::physics::{Effect, FileLine, Law, ParameterSpec, SignConstraint};
-use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
+use crate::search::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
 pub(super) use answer::DiagnosisAnswer;

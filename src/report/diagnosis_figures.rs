@@ -13,7 +13,7 @@ use crate::plot::{
     detection_limits, evidence_bars, factor_shift, found_law, held_out_error, misfit_waterfall,
     mismatch_map, residuals_before_after,
 };
-use crate::search::constants::DISTINGUISHABLE;
+use crate::search::DISTINGUISHABLE;
 
 use super::diagnosis::{DiagnosisAnswer, FittedParameter, listed, short_phrase};
 use crate::analysis::DiagnosisReport;

@@ -11,9 +11,13 @@ use crate::plot::{
 };
 use crate::readings::Reading;
 use crate::robot::Robot;
+use crate::statistics::NORMAL_95;
 use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
 
 use super::axis_words::plane_axis_names;
+
+/// A point of a plane nearer than this to an outermost one is the same place, and gives it its name, m.
+pub(super) const SAME_PLACE_M: f64 = 0.05;
 
 /// Load against displacement with repeat scatter, per pose and direction (the paper's Fig. 9).
 #[must_use]
@@ -76,7 +80,7 @@ pub fn fit_figures(
         let row = table.and_then(|table| table.cell(&cell.cell));
         let interval = cell.ln_uncertainty.map(|u| {
             // Student's t of the pooled weights is close to normal; the interval of ln K is symmetric.
-            [-1.96, 1.96].map(|k: f64| cell.measured_n_per_m * (k * u).exp())
+            [-NORMAL_95, NORMAL_95].map(|k: f64| cell.measured_n_per_m * (k * u).exp())
         });
         ComparedCell {
             cell: cell.cell.clone(),
@@ -192,8 +196,6 @@ pub fn workspace_figure(
     mut stated: Vec<(String, [f64; 2])>,
     robot: &Robot,
 ) -> Figure {
-    /// Points nearer than this belong together, m.
-    const SAME_PLACE_M: f64 = 0.05;
     let mut extremes_named = Vec::new();
     for (name, at) in extremes {
         let near = stated.iter_mut().find(|(stated, to)| {

@@ -13,7 +13,7 @@ use crate::quantity::METRES_PER_MICROMETRE;
 use crate::test_point::PoseId;
 
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{AlignedTable, significant};
+use super::text::{AlignedTable, share_of_tables, significant};
 
 /// A diagnosis of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -295,15 +295,6 @@ impl LoadCaseFindingReport {
             self.name,
             names.join(", ")
         )
-    }
-}
-
-/// A share with two decimals, or its bound where these would be zero.
-fn share_of_tables(share: f64) -> String {
-    if share < 1e-4 {
-        "fewer than 0.01 %".to_owned()
-    } else {
-        format!("{:.2} %", 100.0 * share)
     }
 }
 

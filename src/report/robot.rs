@@ -282,10 +282,6 @@ impl MobilityReport {
     }
 }
 
-/// Rows and columns of a compliance.
-const DISPLACEMENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
-const LOADS: [&str; 6] = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
-
 /// The end compliance of a robot in a pose.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ComplianceReport {
@@ -314,8 +310,8 @@ impl ComplianceReport {
         let nodes = model.structure().nodes.iter();
         Self {
             compliance: compliance.0,
-            rows: DISPLACEMENTS,
-            columns: LOADS,
+            rows: Compliance6::DISPLACEMENTS,
+            columns: Compliance6::LOADS,
             unit: "SI: m/N, rad/N, m/(N*m), rad/(N*m)",
             nodes: nodes
                 .map(|node| (node.name.to_string(), node.position_m))

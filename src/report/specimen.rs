@@ -16,7 +16,7 @@ use crate::table_files::FileLayout;
 
 use super::design::LawAtPlace;
 use super::diagnosis::{FittedParameter, RivalReport, STEPPED, value_interval};
-use super::text::{AlignedTable, significant};
+use super::text::{AlignedTable, share_of_tables, significant};
 
 /// What a table without times costs.
 const NO_CLOCK: &str = "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.\n";
@@ -374,15 +374,6 @@ impl SpecimenSummary {
             }
         }
         table.text()
-    }
-}
-
-/// A share with two decimals, or its bound where these would be zero.
-fn share_of_tables(share: f64) -> String {
-    if share < 1e-4 {
-        "fewer than 0.01 %".to_owned()
-    } else {
-        format!("{:.2} %", 100.0 * share)
     }
 }
 

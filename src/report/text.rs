@@ -70,6 +70,15 @@ pub(super) fn interval(ends: Option<[f64; 2]>, digits: usize) -> String {
     )
 }
 
+/// A share with two decimals, or its bound where these would be zero.
+pub(super) fn share_of_tables(share: f64) -> String {
+    if share < 1e-4 {
+        "fewer than 0.01 %".to_owned()
+    } else {
+        format!("{:.2} %", 100.0 * share)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -270,9 +270,7 @@ fn derivatives_beside_a_balancer_are_differences() {
         let springs: Vec<ModelParameter> = robot.own_springs().map(|(spring, _)| spring).collect();
         let values = robot.with_own_springs(&FittingFactors::UNIT);
         let mut together = MultiPosePredictor::new(robot, mechanism, &springs, 1).unwrap();
-        together.place(0, pose).unwrap();
-        together.solve_whole(&values).unwrap();
-        let whole = together.whole_gradient(0).unwrap().to_vec();
+        let whole = arms::derivatives(&mut together, robot, pose, &values, &springs);
         let start = together.compliance(0).unwrap();
         for (place, spring) in springs.iter().enumerate() {
             let value = values.get(spring);

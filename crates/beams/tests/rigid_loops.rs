@@ -9,7 +9,7 @@ use stiffbench_beams::structure::{
 };
 use stiffbench_units_and_text::source_text::SourceText;
 
-use crate::support::arms::spring;
+use crate::support::arms::{derivatives, spring};
 
 /// Spring constants about the four joints of a four-bar linkage, N·m/rad; `None` is a pin.
 type Springs = [Option<f64>; 4];
@@ -183,9 +183,7 @@ fn derivatives_of_a_loop_are_differences() {
     assert_eq!(parameters.len(), 8);
     let mut together = MultiPosePredictor::new(&robot, mechanism, &parameters, 1).unwrap();
     for degrees in POSES {
-        together.place(0, &pose(degrees)).unwrap();
-        together.solve_whole(&values).unwrap();
-        let whole = together.whole_gradient(0).unwrap().to_vec();
+        let whole = derivatives(&mut together, &robot, &pose(degrees), &values, &parameters);
         let start = together.compliance(0).unwrap();
         for (place, parameter) in parameters.iter().enumerate() {
             let value = values.get(parameter);

@@ -256,7 +256,10 @@ fn panel(law: &LawPanel, across: &Across, has_unloading: bool) -> Panel {
             .points
             .iter()
             .filter(|point| point.branch == branch)
-            .map(|point| drawn(point, across))
+            .map(|point| {
+                let at = across.place(point.at);
+                FigurePoint::of_reading(at, point.residual_m, point.bar_m, point.flagged)
+            })
             .collect();
         if points.is_empty() {
             continue;
@@ -295,18 +298,6 @@ fn curve_series(place: usize, curve: &LawCurve, across: &Across) -> Series {
         CurveShape::Steps => Marks::Steps(points),
     };
     Series::labelled(curve.name.clone(), style, marks)
-}
-
-fn drawn(point: &LawPoint, across: &Across) -> FigurePoint {
-    let y = point.residual_m / METRES_PER_MICROMETRE;
-    FigurePoint {
-        y_bar: point.bar_m.map(|bar| {
-            let half = bar / METRES_PER_MICROMETRE;
-            [y - half, y + half]
-        }),
-        hollow: point.flagged,
-        ..FigurePoint::new(across.place(point.at), y)
-    }
 }
 
 #[cfg(test)]

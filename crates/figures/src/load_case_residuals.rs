@@ -1,5 +1,6 @@
 //! What the rigid robot and a fitted model leave of displacements, as vectors where the tool was.
 
+use stiffbench_numeric::vector::norm;
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 
 use super::before_after::three_digits;
@@ -63,7 +64,7 @@ pub fn load_case_residuals(input: &LoadCaseResiduals) -> Figure {
                 vector.rigid_m
             }
         };
-        let lengths = input.vectors.iter().map(|vector| length(of(vector)));
+        let lengths = input.vectors.iter().map(|vector| norm(of(vector)));
         let longest = lengths.fold(0.0, f64::max);
         let scale = if longest > 0.0 {
             LONGEST * extent_m / longest
@@ -127,10 +128,6 @@ pub fn load_case_residuals(input: &LoadCaseResiduals) -> Figure {
             ]),
         )
     }
-}
-
-fn length(vector: [f64; 3]) -> f64 {
-    vector.iter().map(|m| m * m).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

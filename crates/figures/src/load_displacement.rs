@@ -199,7 +199,10 @@ fn panel(
                     .points
                     .iter()
                     .filter(|point| point.branch == branch)
-                    .map(drawn)
+                    .map(|point| {
+                        let y_m = point.displacement_m;
+                        FigurePoint::of_reading(point.force_n, y_m, point.bar_m, point.flagged)
+                    })
                     .collect();
                 if points.is_empty() {
                     continue;
@@ -247,18 +250,6 @@ fn panel(
         }
     }
     panel
-}
-
-fn drawn(point: &DisplacementPoint) -> FigurePoint {
-    let y = point.displacement_m / METRES_PER_MICROMETRE;
-    FigurePoint {
-        y_bar: point.bar_m.map(|bar| {
-            let half = bar / METRES_PER_MICROMETRE;
-            [y - half, y + half]
-        }),
-        hollow: point.flagged,
-        ..FigurePoint::new(point.force_n, y)
-    }
 }
 
 /// Ends of a fitted line: from the smallest to the largest load, zero included, so that the intercept is seen.

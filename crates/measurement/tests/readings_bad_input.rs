@@ -203,7 +203,7 @@ fn wrong_field_count() {
 fn zero_force_is_a_reading() {
     let table = five(&["P1,x,1,0.0,2", "P1,x,1,-10,-40", "P1,x,2,0,1"]).unwrap();
     assert_eq!(table.readings[0].target_n, 0.0);
-    assert_eq!(table.accepted_count(), 3);
+    assert_eq!(table.accepted().count(), 3);
     let all_zero = five(&["P1,x,1,0,2", "P1,x,2,0,1"]).unwrap();
     let notes: Vec<String> = all_zero.notes.iter().map(ToString::to_string).collect();
     assert_eq!(

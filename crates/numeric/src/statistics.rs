@@ -73,6 +73,12 @@ pub fn student_t_log_density(value: f64, dof: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, dof).ok().map(|t| t.ln_pdf(value))
 }
 
+/// Standard deviations of a normal distribution on either side of its mean that hold 95 % of it.
+pub const NORMAL_95: f64 = 1.96;
+
+/// Median distance of a normal distribution from its mean, in standard deviations: Φ⁻¹(3/4).
+pub const NORMAL_MEDIAN_DEVIATION: f64 = 0.6745;
+
 /// Quantile of the standard normal distribution.
 #[must_use]
 pub fn normal_quantile(p: f64) -> f64 {
@@ -188,6 +194,64 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     })
 }
 
+/// The root above one of x^(d+1) = x + 1 for d dimensions: the golden ratio for one, the plastic number for two.
+///
+/// # Source
+/// Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018).
+#[must_use]
+pub fn golden_ratio(dimensions: usize) -> f64 {
+    // Each round is nearer by a factor of two or more: sixty go beyond the last digit.
+    (0..60).fold(1.5_f64, |root, _| {
+        (1.0 + root).powf(1.0 / (dimensions as f64 + 1.0))
+    })
+}
+
+/// Coordinate `place` of point number `k`, from 0 to 1, of points that fill a box evenly however many are taken: the sequence R_d of
+/// [`golden_ratio`], multiples of the powers of 1/`ratio` modulo 1.
+#[must_use]
+pub fn even_share(ratio: f64, k: u32, place: usize) -> f64 {
+    (0.5 + f64::from(k) * ratio.powi(-(place as i32 + 1))).fract()
+}
+
+/// The least-squares line through points (x, y).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeastSquaresLine {
+    /// Change of y per x.
+    pub slope: f64,
+    /// Σ (x - x̄)².
+    pub sxx: f64,
+    /// Sum of the squared residuals of y.
+    pub residual_squares: f64,
+    /// Mean of x and of y, a point of the line.
+    pub mean: (f64, f64),
+}
+
+impl LeastSquaresLine {
+    /// `None` without two different x.
+    #[must_use]
+    pub fn through(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
+        let n = points.clone().count() as f64;
+        let mean_x = points.clone().map(|(x, _)| x).sum::<f64>() / n;
+        let mean_y = points.clone().map(|(_, y)| y).sum::<f64>() / n;
+        let centred = points.map(|(x, y)| (x - mean_x, y - mean_y));
+        let sxx: f64 = centred.clone().map(|(x, _)| x.powi(2)).sum();
+        let slope = centred.clone().map(|(x, y)| x * y).sum::<f64>() / sxx;
+        let residual_squares = centred.map(|(x, y)| (y - slope * x).powi(2)).sum();
+        slope.is_finite().then_some(Self {
+            slope,
+            sxx,
+            residual_squares,
+            mean: (mean_x, mean_y),
+        })
+    }
+
+    /// The value of the line at x.
+    #[must_use]
+    pub fn at(&self, x: f64) -> f64 {
+        self.mean.1 + self.slope * (x - self.mean.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -272,6 +336,19 @@ mod tests {
         is_near(f_upper_tail(3.708, 3.0, 10.0).unwrap(), 0.05, 1e-4);
         assert_eq!(f_upper_tail(1.0, 0.0, 10.0), None);
         assert_eq!(chi_squared_quantile(0.5, 0.0), None);
+    }
+
+    #[test]
+    fn a_line_through_points_worked_by_hand() {
+        // Means 1.5 and 4, sxx 5, sxy 11; residuals 0.3, 0.1, -1.1, 0.7.
+        let points = [(0.0, 1.0), (1.0, 3.0), (2.0, 4.0), (3.0, 8.0)];
+        let line = LeastSquaresLine::through(points.into_iter()).unwrap();
+        is_near(line.slope, 2.2, 1e-12);
+        is_near(line.sxx, 5.0, 1e-12);
+        is_near(line.residual_squares, 1.8, 1e-12);
+        is_near(line.at(0.0), 0.7, 1e-12);
+        let alike = [(1.0, 2.0); 3];
+        assert_eq!(LeastSquaresLine::through(alike.into_iter()), None);
     }
 
     #[test]

@@ -224,7 +224,11 @@ fn a_session_stopped_and_resumed_gives_the_table_of_one_that_was_not() {
     );
     let table = read_readings("readings.csv", &live[..], &ReadOptions::default()).unwrap();
     assert_eq!(
-        (table.accepted_count(), table.runs.len(), table.zeros.len()),
+        (
+            table.accepted().count(),
+            table.runs.len(),
+            table.zeros.len()
+        ),
         (6, 2, 2)
     );
 }

@@ -18,6 +18,9 @@ pub type Compliance = UomQuantity<ISQ<Z0, N1, P2, Z0, Z0, Z0, Z0>, SI<f64>, f64>
 /// Metres in a micrometre.
 pub const METRES_PER_MICROMETRE: f64 = 1e-6;
 
+/// Radians in a microradian.
+pub const RAD_PER_MICRORADIAN: f64 = 1e-6;
+
 /// Writes metres as micrometres, for fields of results that end in `_um`.
 ///
 /// # Errors

@@ -7,11 +7,11 @@ use serde::Deserialize;
 use crate::robot::format2::file::{DhConvention, JointKind};
 use crate::robot::format2::measure::{AngleOf, InUnit, LengthOf, TravelOf, units};
 use crate::source_text::SourceText;
-use crate::toml_text::{Document, DocumentStep};
+use crate::toml_text::{Document, DocumentStep, quoted};
 
 use DocumentStep::{Index, Key};
 
-use super::draft::{Draft, DraftRow, key, number, poses_within, quoted, three};
+use super::draft::{Draft, DraftRow, key, number, poses_within, three};
 use super::{ImportError, ImportProblem, NewRobot};
 
 /// How a controller counts the angles of a six-axis arm.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::robot::format2::SCHEMA;
+use crate::toml_text::quoted;
 
 /// Digits that are kept of a converted number: more than any maker states, few enough to hide the rounding of the conversion.
 const DIGITS: i32 = 14;
@@ -70,11 +71,6 @@ pub(super) fn number(value: f64) -> String {
 /// Three numbers.
 pub(super) fn three(values: [f64; 3]) -> String {
     format!("[{}]", values.map(number).join(", "))
-}
-
-/// Text in quotes.
-pub(super) fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
 }
 
 /// A key, in quotes where TOML needs them.

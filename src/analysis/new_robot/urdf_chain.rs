@@ -2,15 +2,14 @@
 
 use std::collections::HashMap;
 
+use crate::robot::format2::DEFAULT_LIMITS;
+use crate::toml_text::quoted;
 use crate::vector::norm;
 
 use super::ImportError;
-use super::draft::{Draft, DraftRow, number, quoted, three};
+use super::draft::{Draft, DraftRow, number, three};
 use super::urdf::{UrdfJoint, UrdfMotion};
 use super::urdf_tree::{UrdfTree, list};
-
-/// Range of a joint that states none: degrees, m.
-const NO_LIMITS: [f64; 2] = [180.0, 1.0];
 
 /// A direction whose length differs from one by more than this is noted.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -184,7 +183,7 @@ impl ChainWriter<'_, '_> {
                 limits.map(|limit| if slides { limit } else { limit.to_degrees() })
             }
             (None, UrdfMotion::Revolute | UrdfMotion::Prismatic) => {
-                let bound = NO_LIMITS[usize::from(slides)];
+                let bound = DEFAULT_LIMITS[usize::from(slides)];
                 let words = if slides { "m" } else { "degrees" };
                 let why = joint.no_limits.as_deref().unwrap_or("has no limits");
                 self.note(
@@ -193,7 +192,7 @@ impl ChainWriter<'_, '_> {
                 );
                 [-bound, bound]
             }
-            _ => [-NO_LIMITS[0], NO_LIMITS[0]],
+            _ => [-DEFAULT_LIMITS[0], DEFAULT_LIMITS[0]],
         };
         let written = range.map(|bound| if slides { 1e3 * bound } else { bound });
         let unit = if slides { "mm" } else { "deg" };

@@ -66,12 +66,11 @@ pub(super) fn dry_run(args: &RunArgs, global: &Global) -> Result<Outcome, Failur
     let clock = Clock::default();
     let hand = emulate(&mut bench, &session.robot, &session.procedure, clock)?;
     let channels = plan.channels();
-    warnings.extend(match hand {
-        None => check_descriptions(&bench, &channels)?,
-        Some(_) => {
-            let (records, state) = (Instruments::default(), SessionState::default());
-            resolve_gauges(&bench, &channels, &records, &state)?.1
-        }
+    warnings.extend(if hand.is_some() {
+        let (records, state) = (Instruments::default(), SessionState::default());
+        resolve_gauges(&bench, &channels, &records, &state)?.1
+    } else {
+        check_descriptions(&bench, &channels)?
     });
     Ok(planned(plan, &session.procedure, None)
         .with_inputs(Inputs::default().with_model(&session.robot))

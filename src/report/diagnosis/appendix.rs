@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::mismatch::{DetectionLimit, Finding, Spot};
 use crate::physics::{Law, Place};
 use crate::report::{AlignedTable, significant};
-use crate::search::constants::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
+use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
 use super::parameter_interval;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{DetectionLimit, LawCriticalValues};
 use crate::physics::{Law, Needs, ParameterSpec, Place};
-use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
+use crate::search::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::summary::um;
 

@@ -7,7 +7,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::distribution::{DesignSensitivity, JointSensitivity};
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::quantity::{
+    NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, RAD_PER_MICRORADIAN,
+};
 use crate::report::text::{AlignedTable, significant};
 use crate::reported::Reported;
 use crate::structure::Property;
@@ -17,7 +19,6 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const WORTH_LISTING: f64 = 5e-4;
 /// Joints that take less of a stiffness than so many per cent per urad/(N·m) are counted, not listed.
 const JOINT_WORTH_LISTING: f64 = 0.001;
-const RAD_PER_MICRORADIAN: f64 = 1e-6;
 
 /// Sensitivities of one mechanism along one axis, for people.
 #[must_use]

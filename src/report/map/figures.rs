@@ -8,6 +8,7 @@ use crate::plot::{
 
 use super::MapReport;
 use crate::report::axis_words::plane_axis_names;
+use crate::report::figures::SAME_PLACE_M;
 
 /// N/m in a N/mm, in which the numbers on contour lines are short.
 const N_PER_MM: f64 = 1e3;
@@ -20,9 +21,6 @@ fn drawn_unit(column: &MapColumn) -> (&'static str, f64) {
         ("N/mm", N_PER_MM)
     }
 }
-
-/// A pose of the robot file nearer than this to an outermost point gives it its name, m.
-const SAME_PLACE_M: f64 = 0.05;
 
 impl MapReport<'_> {
     /// One figure for each mechanism and column, and one for each column of all mechanisms with one scale, by file name.

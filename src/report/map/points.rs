@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::distribution::{MapColumn, MatrixKind, MechanismStudy, PoseSample, StiffnessMap};
 use crate::robot::{JointMotion, Robot};
+use crate::structure::Compliance6;
 
 use super::unit_of;
 use super::vtu::{MeshField, vtu};
@@ -48,12 +49,9 @@ pub(super) fn point_heads(robot: &Robot, poses: &PoseSample, map: &StiffnessMap)
     heads
 }
 
-/// Loads and displacements of the end.
-const LOADS: [&str; 6] = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
-const DISPLACEMENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
-
 /// Heads of the 36 entries, row by row: `K_Fx_ux_N_per_m` is the force along x per displacement along x.
 fn matrix_heads(kind: MatrixKind) -> Vec<String> {
+    let (loads, displacements) = (Compliance6::LOADS, Compliance6::DISPLACEMENTS);
     let entries = (0..36).map(|entry| (entry / 6, entry % 6));
     let head = |(row, column): (usize, usize)| {
         let turns = (row >= 3, column >= 3);
@@ -65,7 +63,7 @@ fn matrix_heads(kind: MatrixKind) -> Vec<String> {
                     (true, false) => "Nm_per_m",
                     (true, true) => "Nm_per_rad",
                 };
-                format!("K_{}_{}_{unit}", LOADS[row], DISPLACEMENTS[column])
+                format!("K_{}_{}_{unit}", loads[row], displacements[column])
             }
             MatrixKind::Compliance => {
                 let unit = match turns {
@@ -74,7 +72,7 @@ fn matrix_heads(kind: MatrixKind) -> Vec<String> {
                     (true, false) => "rad_per_N",
                     (true, true) => "rad_per_Nm",
                 };
-                format!("C_{}_{}_{unit}", DISPLACEMENTS[row], LOADS[column])
+                format!("C_{}_{}_{unit}", displacements[row], loads[column])
             }
         }
     };

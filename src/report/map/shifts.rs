@@ -10,7 +10,7 @@ use crate::distribution::{PoseSpread, ShiftMap, largest_load};
 use crate::plot::{
     BinValue, Figure, PlaneBins, PlaneMap, PlaneMapFigure, ValueAt, plane_map, plane_map_sheet,
 };
-use crate::quantity::METRES_PER_MICROMETRE;
+use crate::quantity::{METRES_PER_MICROMETRE, RAD_PER_MICRORADIAN};
 use crate::report::axis_words::{plane_axis_names, plane_letters};
 use crate::report::text::{AlignedTable, significant};
 use crate::reported::Reported;
@@ -21,7 +21,6 @@ use super::json::FailedPose;
 
 /// Significant digits of printed values.
 const DIGITS: usize = 4;
-const RAD_PER_MICRORADIAN: f64 = 1e-6;
 
 /// Why the end moves.
 #[derive(Debug, Clone, PartialEq)]

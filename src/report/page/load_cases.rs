@@ -2,7 +2,7 @@
 
 use crate::analysis::{
     AnalysisError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, ModelChoice,
-    doubts_about_load_case_fit, doubts_about_load_cases,
+    doubts_about_load_case_fit,
 };
 use crate::report::{LoadCaseFitReport, load_case_figures};
 
@@ -11,9 +11,6 @@ use super::figures::page_figure;
 use super::map::{MappedModel, add_map};
 use super::model::{PageDiagnosis, PageFit, PageModel};
 use super::{PageSettings, ReportPage};
-
-/// Further load cases that are planned for what is open.
-const FURTHER: usize = 3;
 
 /// Fit and diagnosis of load cases of one robot, or why there are none.
 ///
@@ -46,7 +43,7 @@ pub(super) fn add_load_case_model(
             return Ok(());
         }
     };
-    let (planned, _) = data.plan(&fit, FURTHER)?;
+    let (planned, _) = data.plan(&fit)?;
     let numbers = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
     let figures = load_case_figures(&fit, &data.posed, &data.model.robot);
     page.figures.fit = figures
@@ -64,8 +61,7 @@ pub(super) fn add_load_case_model(
     };
     let axes = fit.components.iter().map(|component| component.axis);
     add_map(page, &fitted, &axes.collect::<Vec<_>>());
-    let warnings = doubts_about_load_cases(&data.posed).into_iter();
-    let warnings: Vec<String> = warnings.chain(doubts_about_load_case_fit(&fit)).collect();
+    let warnings = doubts_about_load_case_fit(&data.posed, &fit);
     if let Some(session) = page.sessions.first_mut() {
         session.deviations.extend(warnings);
     }

@@ -261,14 +261,6 @@ impl FittingFactors {
         self.springs.keys().cloned()
     }
 
-    /// Whether nothing yields and no section or group has factors of its own: the paper's model.
-    #[must_use]
-    pub fn is_of_classes(&self) -> bool {
-        self.sections.is_empty()
-            && self.groups.is_empty()
-            && self.springs.values().all(|c| *c == 0.0)
-    }
-
     /// The text of a file of factors, which `--factors` and the `factors` of a model file take.
     #[must_use]
     pub fn to_toml(&self) -> String {

@@ -145,18 +145,6 @@ pub struct Angle {
     pub terms: Vec<(usize, f64)>,
 }
 
-impl Angle {
-    /// Value in a pose, degrees.
-    #[must_use]
-    pub fn value_deg(&self, pose: &Pose) -> f64 {
-        self.terms
-            .iter()
-            .fold(self.offset_deg, |sum, (variable, coefficient)| {
-                sum + coefficient * pose.angles_deg[*variable]
-            })
-    }
-}
-
 /// A joint between two bodies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {

@@ -14,14 +14,6 @@ use super::predict::Predictor;
 use super::sensitivity::places;
 use super::simd_poses::{SimdPoses, class, simd_poses};
 
-/// Which derivatives a solution leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Derivatives {
-    None,
-    AlongUnits,
-    Whole,
-}
-
 /// The global axes.
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -44,8 +36,6 @@ pub struct MultiPosePredictor<'a> {
     /// Made for the first pose that needs it.
     general: Option<Predictor<'a>>,
     places: ParameterPlaces,
-    /// By pose and parameter; empty until they are asked for.
-    whole: Vec<Compliance6>,
 }
 
 impl<'a> MultiPosePredictor<'a> {
@@ -97,7 +87,6 @@ impl<'a> MultiPosePredictor<'a> {
             parameters: parameters.to_vec(),
             general: None,
             places: places(&model, parameters),
-            whole: Vec::new(),
             model,
         })
     }
@@ -141,46 +130,19 @@ impl<'a> MultiPosePredictor<'a> {
     /// # Errors
     /// [`RobotError::Structure`] of the first pose in which the structure cannot carry a load.
     pub fn solve(&mut self, factors: &FittingFactors, gradients: bool) -> Result<(), RobotError> {
-        let derivatives = if gradients {
-            Derivatives::AlongUnits
-        } else {
-            Derivatives::None
-        };
-        self.solve_with(factors, derivatives)
-    }
-
-    /// The same with the derivatives of the whole compliance, for [`MultiPosePredictor::whole_gradient`] and
-    /// [`MultiPosePredictor::gradient`].
-    ///
-    /// # Errors
-    /// As [`MultiPosePredictor::solve`].
-    pub fn solve_whole(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
-        self.solve_with(factors, Derivatives::Whole)
-    }
-
-    fn solve_with(
-        &mut self,
-        factors: &FittingFactors,
-        derivatives: Derivatives,
-    ) -> Result<(), RobotError> {
         self.solutions.fill(None);
         self.gradients.fill(0.0);
-        self.whole.clear();
-        if derivatives == Derivatives::Whole {
-            let entries = self.poses.len() * self.parameters.len();
-            self.whole.resize(entries, Compliance6([[0.0; 6]; 6]));
-        }
-        self.solve_together(factors, derivatives);
+        self.solve_together(factors, gradients);
         for index in 0..self.poses.len() {
             if self.solutions[index].is_none() && self.poses[index].is_some() {
-                self.solve_alone(index, factors, derivatives)?;
+                self.solve_alone(index, factors, gradients)?;
             }
         }
         Ok(())
     }
 
     /// Solves what the reduction serves.
-    fn solve_together(&mut self, factors: &FittingFactors, derivatives: Derivatives) {
+    fn solve_together(&mut self, factors: &FittingFactors, gradients: bool) {
         let Some((reduction, simd)) = &mut self.simd else {
             return;
         };
@@ -190,19 +152,18 @@ impl<'a> MultiPosePredictor<'a> {
         simd.forget();
         let (count, width) = (simd.lane_count(), self.parameters.len());
         let of_class = |parameter| matches!(parameter, &ModelParameter::Class(..));
-        let by_class =
-            derivatives == Derivatives::AlongUnits && self.parameters.iter().all(of_class);
+        let by_class = self.parameters.iter().all(of_class);
         let bundles = self.solutions.chunks_mut(count);
         for (bundle, (found, units)) in bundles.zip(self.units.chunks(count)).enumerate() {
             simd.solve(bundle, reduction);
-            match derivatives {
-                Derivatives::None => {}
-                Derivatives::AlongUnits if by_class => simd.differentiate(reduction, units),
-                _ => simd.differentiate_whole(reduction, &self.places),
+            match (gradients, by_class) {
+                (false, _) => {}
+                (true, true) => simd.differentiate(reduction, units),
+                (true, false) => simd.differentiate_whole(reduction, &self.places),
             }
             for (lane, found) in found.iter_mut().enumerate() {
                 *found = simd.pose(lane).map(|_| simd.compliance(lane));
-                if derivatives == Derivatives::None || found.is_none() {
+                if !gradients || found.is_none() {
                     continue;
                 }
                 let index = bundle * count + lane;
@@ -222,12 +183,6 @@ impl<'a> MultiPosePredictor<'a> {
                         *derivative = simd.whole_gradient(lane, place).along(*unit);
                     }
                 }
-                if derivatives == Derivatives::Whole {
-                    let whole = self.whole[index * width..].iter_mut().take(width);
-                    for (place, kept) in whole.enumerate() {
-                        *kept = simd.whole_gradient(lane, place);
-                    }
-                }
             }
         }
     }
@@ -237,7 +192,7 @@ impl<'a> MultiPosePredictor<'a> {
         &mut self,
         index: usize,
         factors: &FittingFactors,
-        derivatives: Derivatives,
+        gradients: bool,
     ) -> Result<(), RobotError> {
         let Some(pose) = &self.poses[index] else {
             return Ok(());
@@ -250,28 +205,13 @@ impl<'a> MultiPosePredictor<'a> {
         general.place(pose)?;
         self.solutions[index] = Some(general.compliance());
         let width = self.parameters.len();
-        if derivatives != Derivatives::None && width > 0 {
+        if gradients && width > 0 {
             let rows = self.gradients[index * 3 * width..].chunks_mut(width);
             for (unit, row) in self.units[index].iter().zip(rows) {
                 general.gradient_along(*unit, &self.places, row);
             }
         }
-        if derivatives == Derivatives::Whole {
-            let whole = &mut self.whole[index * width..(index + 1) * width];
-            general.whole_gradient(&self.places, whole);
-        }
         Ok(())
-    }
-
-    /// Derivatives of the whole compliance in pose number `index` to each parameter: to ln a of a factor, to the compliance of a spring;
-    /// `None` if the last solution was not by [`MultiPosePredictor::solve_whole`], or no pose of that number is placed and solved.
-    ///
-    /// With u = C w the displacement under a load w, the derivative of u is that of C times w.
-    #[must_use]
-    pub fn whole_gradient(&self, index: usize) -> Option<&[Compliance6]> {
-        self.compliance(index)?;
-        let width = self.parameters.len();
-        self.whole.get(index * width..(index + 1) * width)
     }
 
     /// Compliance of the end in pose number `index`, 6 × 6, SI; `None` if no pose of that number is placed and solved.

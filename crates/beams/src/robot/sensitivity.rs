@@ -53,13 +53,6 @@ impl Predictor<'_> {
     pub fn compliance_derivatives(&self, parameters: &[ModelParameter]) -> Vec<Compliance6> {
         let places = places(self.model(), parameters);
         let mut out = vec![Compliance6([[0.0; 6]; 6]); parameters.len()];
-        self.whole_gradient(&places, &mut out);
-        out
-    }
-
-    /// The same into memory of one matrix a parameter, overwritten.
-    pub(super) fn whole_gradient(&self, places: &ParameterPlaces, out: &mut [Compliance6]) {
-        out.fill(Compliance6([[0.0; 6]; 6]));
         let (solver, structure) = (self.solver(), self.model().structure());
         for (element, acting) in places.of_elements.iter().enumerate() {
             if acting.is_empty() {
@@ -87,13 +80,14 @@ impl Predictor<'_> {
                 }
             }
         }
-        for matrix in out {
+        for matrix in &mut out {
             for i in 0..6 {
                 for j in 0..i {
                     matrix.0[i][j] = matrix.0[j][i];
                 }
             }
         }
+        out
     }
 
     /// Derivatives of the displacement along a unit vector per force along it to each of the parameters of a places; after

@@ -8,6 +8,11 @@
 pub struct Compliance6(pub [[f64; 6]; 6]);
 
 impl Compliance6 {
+    /// Names of the rows.
+    pub const DISPLACEMENTS: [&'static str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
+    /// Names of the columns.
+    pub const LOADS: [&'static str; 6] = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
+
     /// Displacement along axis `i` per force along axis `i`, m/N.
     #[must_use]
     pub fn direct(&self, i: usize) -> f64 {

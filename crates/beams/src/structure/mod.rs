@@ -40,7 +40,7 @@ pub use parts::{
 pub(crate) use reduction::{GroupGradient, Placed, PlacedStrut, Reducer, Reduction, WholeGradient};
 pub use reduction::{PartMethod, SolutionPath};
 pub use response::{EndForces, Response};
-pub use rotation::{LocalAxes, paper_rotation};
+pub use rotation::LocalAxes;
 pub use section::{Material, Property, Section, ShearCoefficients};
 pub use self_weight::LoadAt;
 pub use solve::Solver;

@@ -49,36 +49,34 @@ impl LocalAxes {
     }
 }
 
-/// The paper's rotation of an element with direction cosines (l, m, n) and angle α, rows x, y, z (eqs. (22) to (27)).
-///
-/// Print and code differ twice: eq. (22), and (26) with it, prints -m/l where an orthogonal matrix needs -m/λ; and eq. (27) is the
-/// whole rotation for an element along +z, so along -z the signs of its first and third rows change. The solver does not use this
-/// function; it stands here so that the two can be compared.
-#[must_use]
-pub fn paper_rotation(direction_cosines: [f64; 3], alpha_rad: f64) -> [[f64; 3]; 3] {
-    let [l, m, n] = direction_cosines;
-    let (sin, cos) = alpha_rad.sin_cos();
-    let lambda = l.hypot(m);
-    // Parallel to z within rounding: the auxiliary axes of eq. (22) have no direction.
-    if lambda < 1e-12 {
-        let s = n.signum();
-        return [[0.0, 0.0, s], [-sin, cos, 0.0], [-s * cos, -s * sin, 0.0]];
-    }
-    let t1 = [
-        [l, m, n],
-        [-m / lambda, l / lambda, 0.0],
-        [-n * l / lambda, -m * n / lambda, lambda],
-    ];
-    [
-        t1[0],
-        [0, 1, 2].map(|i| cos * t1[1][i] + sin * t1[2][i]),
-        [0, 1, 2].map(|i| -sin * t1[1][i] + cos * t1[2][i]),
-    ]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The paper's rotation of an element with direction cosines (l, m, n) and angle α, rows x, y, z (eqs. (22) to (27)).
+    ///
+    /// Print and code differ twice: eq. (22), and (26) with it, prints -m/l where an orthogonal matrix needs -m/λ; and eq. (27) is the
+    /// whole rotation for an element along +z, so along -z the signs of its first and third rows change.
+    fn paper_rotation(direction_cosines: [f64; 3], alpha_rad: f64) -> [[f64; 3]; 3] {
+        let [l, m, n] = direction_cosines;
+        let (sin, cos) = alpha_rad.sin_cos();
+        let lambda = l.hypot(m);
+        // Parallel to z within rounding: the auxiliary axes of eq. (22) have no direction.
+        if lambda < 1e-12 {
+            let s = n.signum();
+            return [[0.0, 0.0, s], [-sin, cos, 0.0], [-s * cos, -s * sin, 0.0]];
+        }
+        let t1 = [
+            [l, m, n],
+            [-m / lambda, l / lambda, 0.0],
+            [-n * l / lambda, -m * n / lambda, lambda],
+        ];
+        [
+            t1[0],
+            [0, 1, 2].map(|i| cos * t1[1][i] + sin * t1[2][i]),
+            [0, 1, 2].map(|i| -sin * t1[1][i] + cos * t1[2][i]),
+        ]
+    }
 
     fn assert_same(rows: [[f64; 3]; 3], axes: &LocalAxes) {
         for (row, axis) in rows.iter().zip([axes.x, axes.y, axes.z]) {

@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 use stiffbench_beams::robot::{
-    Angle, Body, BodyPlace, BodyPoint, ElementClass, Joint, JointMotion, JointSprings, MassPlace,
-    Mechanism, Member, NodePlace, Payload, Plane, PointMass, Pose, RatedSection, RigidLink, Robot,
-    RobotNode, SpringAxis, SpringDefault, Tool, Variable, Yielding,
+    Angle, Body, BodyPlace, BodyPoint, ElementClass, FittingFactors, Joint, JointModel,
+    JointMotion, JointSprings, MassPlace, Mechanism, MechanismModel, Member, ModelParameter,
+    MultiPosePredictor, NodePlace, Payload, Plane, PointMass, Pose, Predictor, RatedSection,
+    RigidLink, Robot, RobotNode, SpringAxis, SpringDefault, Theory, Tool, Variable, Yielding,
 };
-use stiffbench_beams::structure::{Section, ShearCoefficients};
+use stiffbench_beams::structure::{Compliance6, Section, ShearCoefficients};
 use stiffbench_units_and_text::source_text::SourceText;
 
 use super::STEEL;
@@ -41,6 +42,37 @@ pub(crate) fn spring(compliance: f64) -> SpringDefault {
         yielding,
         ..SpringDefault::default()
     }
+}
+
+/// Derivatives of the whole compliance in a pose by the general solver. Those of poses solved together are solved too, and agree along
+/// oblique directions.
+pub(crate) fn derivatives(
+    together: &mut MultiPosePredictor<'_>,
+    robot: &Robot,
+    pose: &Pose,
+    values: &FittingFactors,
+    parameters: &[ModelParameter],
+) -> Vec<Compliance6> {
+    let mechanism = robot.mechanism(None).unwrap();
+    let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+    let model =
+        MechanismModel::with_parameters(robot, mechanism, &joints, theory, values, parameters);
+    let mut single = Predictor::of(model.unwrap()).unwrap();
+    single.place(pose).unwrap();
+    let _ = single.compliance();
+    let whole = single.compliance_derivatives(parameters);
+    let units = [[0.6, 0.0, 0.8], [0.48, 0.6, -0.64], [0.0, 1.0, 0.0]];
+    together.place(0, pose).unwrap();
+    together.differentiate_along(0, &units);
+    together.solve(values, true).unwrap();
+    for (axis, unit) in units.into_iter().enumerate() {
+        for (found, whole) in together.gradient(0, axis).unwrap().iter().zip(&whole) {
+            let size: f64 = (0..3).map(|i| whole.0[i][i].abs()).sum();
+            let error = (found - whole.along(unit)).abs();
+            assert!(error <= 1e-9 * size, "{unit:?}: {error:e} of {size:e}");
+        }
+    }
+    whole
 }
 
 /// A joint of an arm, as it follows the one before.

@@ -8,6 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, Variable};
+use stiffbench_numeric::statistics::golden_ratio;
 
 use super::plane::MapPlane;
 use super::workspace::{
@@ -279,16 +280,6 @@ impl Points {
             }
         }
     }
-}
-
-/// The root above one of x^(d+1) = x + 1: the golden ratio for one axis, the plastic number for two.
-fn golden_ratio(axes: usize) -> f64 {
-    let mut root = 1.5_f64;
-    // Each round is nearer by a factor of two or more: sixty go beyond the last digit.
-    for _ in 0..60 {
-        root = (1.0 + root).powf(1.0 / (axes as f64 + 1.0));
-    }
-    root
 }
 
 /// Names of the variables that move the end in neither coordinate of a plane. In that of reach and height these are a waist, which only

@@ -6,6 +6,7 @@ use stiffbench_beams::robot::{FittingFactors, JointMotion, Pose, Robot, RobotErr
 use stiffbench_measurement::load_cases::{
     JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseTable,
 };
+use stiffbench_numeric::statistics::{even_share, golden_ratio};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorEstimate, FactorStatus};
@@ -233,12 +234,10 @@ pub(super) fn further_poses(robot: &Robot, spread: usize) -> Vec<(PoseId, Pose)>
         .poses
         .iter()
         .map(|named| (named.id.clone(), named.pose.clone()));
-    let dimensions = robot.variables.len() as f64;
-    // Multiples of the powers of 1/g modulo 1, with g^(d+1) = g + 1 (Roberts' sequence R_d).
-    let g = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (dimensions + 1.0)));
+    let ratio = golden_ratio(robot.variables.len());
     let spread = (1..=spread as u32).map(|k| {
         let angle = |(place, variable): (usize, &stiffbench_beams::robot::Variable)| {
-            let share = (0.5 + f64::from(k) * g.powi(-(place as i32 + 1))).fract();
+            let share = even_share(ratio, k, place);
             let angle = variable.min_deg + share * (variable.max_deg - variable.min_deg);
             let steps = if variable.motion == JointMotion::Turns {
                 10.0

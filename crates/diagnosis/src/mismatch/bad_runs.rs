@@ -366,21 +366,13 @@ fn cells_against_their_load(
     screen: &ReadingScreen<'_>,
     found: &ReadingNoise,
 ) -> Vec<(usize, BadRun)> {
-    let whitening = NoiseCovariance::new(observations, found, &screen.slope_m, &screen.compliance);
-    let weights = whitening.covariance.weights();
+    let uncertainties = screen.relative_uncertainties(found);
     let mut out = Vec::new();
-    for (number, cell) in observations.cells.iter().enumerate() {
+    for (number, (cell, u_relative)) in observations.cells.iter().zip(uncertainties).enumerate() {
         let compliance = screen.compliance[cell.readings.start];
         if compliance >= 0.0 {
             continue;
         }
-        let square: f64 = cell
-            .readings
-            .clone()
-            .map(|one| (weights[one] * screen.slope_m[one]).powi(2))
-            .sum();
-        let runs = cell.runs.len() as f64;
-        let u_relative = (found.run_slope_sd.powi(2) / runs + square.recip()).sqrt();
         let p = 2.0 * normal_upper_tail(u_relative.recip());
         let p_family = -(observations.cells.len() as f64 * (-p).ln_1p()).exp_m1();
         if p_family <= BAD_READING_LEVEL {

@@ -90,15 +90,12 @@ pub trait Baseline: Sync {
     }
 }
 
-/// Names of the section properties, in the order of derivatives to them.
-pub const PROPERTIES: [&str; 4] = ["A", "Iy", "Iz", "J"];
-
 /// What an element adds to the compliance at the end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElementCompliance {
     /// The element.
     pub element: String,
-    /// For each pose and each of [`PROPERTIES`]: derivative of the compliance along x, y, z to the logarithm of the property, m/N.
+    /// For each pose and each of [`Property::ALL`](stiffbench_beams::structure::Property::ALL): derivative of the compliance along x, y, z to the logarithm of the property, m/N.
     pub gradient_m_per_n: Vec<[[f64; 3]; 4]>,
 }
 

@@ -1,6 +1,7 @@
 //! The smallest effects that readings would have shown.
 
 use stiffbench_beams::physics::Place;
+use stiffbench_numeric::statistics::NORMAL_95;
 
 use super::candidate_scores::{ScoredCandidate, ScoredShape};
 use super::critical_values::LawCriticalValues;
@@ -71,7 +72,10 @@ fn detection_limit(seen: &ScoredCandidate, limit: f64) -> DetectionLimit {
         .iter()
         .map(|shape| {
             let estimate = shape.moments.product / shape.moments.square;
-            size_of(shape, estimate.abs() + 1.96 / shape.moments.square.sqrt())
+            size_of(
+                shape,
+                estimate.abs() + NORMAL_95 / shape.moments.square.sqrt(),
+            )
         })
         .fold(0.0, f64::max);
     DetectionLimit {

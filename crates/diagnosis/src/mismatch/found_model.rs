@@ -117,7 +117,9 @@ mod tests {
             grade: VerdictGrade::Is,
             lacking: Vec::new(),
             locations: Vec::new(),
-            effects: crate::mismatch::first_of_alternatives(&findings),
+            effects: [0, 1, 3]
+                .map(|place: usize| findings[place].effect.clone())
+                .to_vec(),
             findings,
             sizes: crate::mismatch::ConfigurationSizes::Common,
             unexplained: Location {

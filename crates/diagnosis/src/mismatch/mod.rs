@@ -72,12 +72,10 @@ mod verdict;
 mod white_laws;
 mod wrong_cells;
 
-pub use crate::search::constants::MOST_READINGS_OF_A_PART;
+pub use crate::search::MOST_READINGS_OF_A_PART;
 pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
 pub use bad_runs::{BadRun, ScreenedRuns, screen_runs};
-pub use baseline::{
-    Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, StructureColumn,
-};
+pub use baseline::{Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn};
 pub use configurations::ConfigurationSizes;
 pub use critical_values::{Family, LawCriticalValues};
 pub use data_screen::{ScreenedData, screen_data};
@@ -121,7 +119,6 @@ pub use trial::{
     TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between,
     standard_errors_of_readings,
 };
-pub use verdict::first_of_alternatives;
 pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};
 
 use problem::DiagnosisProblem;

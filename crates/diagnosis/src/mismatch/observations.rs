@@ -239,18 +239,6 @@ impl Observations {
         out
     }
 
-    /// The readings of the first run of each cell alone.
-    #[must_use]
-    pub fn first_repeat(&self) -> Self {
-        let mut keep = vec![false; self.len()];
-        for cell in &self.cells {
-            for reading in self.runs[cell.runs.start].readings.clone() {
-                keep[reading] = true;
-            }
-        }
-        self.filtered(&keep)
-    }
-
     /// Some of the readings: runs and cells without any are left out, poses are not.
     ///
     /// # Arguments

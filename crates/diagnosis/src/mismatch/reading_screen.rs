@@ -9,7 +9,7 @@ use super::deleted_residuals::{Tested, deleted_residuals};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::noise::{NoiseCovariance, ReadingNoise};
-use super::observations::Observations;
+use super::observations::{Observations, ObservedCell};
 use super::problem::DiagnosisProblem;
 use super::restricted_likelihood::estimate_noise;
 use super::tails::{Beside, Tails, chance_if_normal};
@@ -93,6 +93,22 @@ impl<'a> ReadingScreen<'a> {
         let residual_m = &rest.displacement_m;
         let linear = (&slope_m[..], &compliance[..]);
         estimate_noise(&rest, residual_m, linear, similar, self.noise.earlier()).noise
+    }
+
+    /// Relative standard uncertainty of the compliance of each cell, by its readings and by the scatter of its runs.
+    pub(super) fn relative_uncertainties(&self, noise: &ReadingNoise) -> Vec<f64> {
+        let (slope_m, compliance) = (&self.slope_m, &self.compliance);
+        let whitening = NoiseCovariance::new(self.observations, noise, slope_m, compliance);
+        let weights = whitening.covariance.weights();
+        let of_cell = |cell: &ObservedCell| {
+            let readings = cell.readings.clone();
+            let square: f64 = readings
+                .map(|one| (weights[one] * slope_m[one]).powi(2))
+                .sum();
+            let of_runs = noise.run_slope_sd.powi(2) / cell.runs.len() as f64;
+            (of_runs + square.recip()).sqrt()
+        };
+        self.observations.cells.iter().map(of_cell).collect()
     }
 
     /// The readings of a cell that are kept, each against the others.

@@ -199,14 +199,7 @@ impl<'a> RobotBaseline<'a> {
             .map(|named| &named.id)
     }
 
-    /// Elements without which the mechanism still carries a load.
-    pub fn missing_elements(&self) -> impl Iterator<Item = &str> {
-        self.mechanisms
-            .iter()
-            .filter_map(|(key, _)| key.loose.first().map(String::as_str))
-    }
-
-    /// BaselineValues of all parameters of the model where the free ones have these fitted values.
+    /// Values of all parameters of the model where the free ones have these fitted values.
     #[must_use]
     pub fn factors(&self, fitted: &[f64]) -> FittingFactors {
         let mut values = self.values.clone();

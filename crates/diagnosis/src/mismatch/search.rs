@@ -144,7 +144,7 @@ impl DiagnosisProblem<'_> {
         Ok(state.whitening.positions(self.observations, &residuals))
     }
 
-    /// CriticalValues for these observations: from the candidates and patterns against the baseline.
+    /// Critical values for these observations: from the candidates and patterns against the baseline.
     pub(super) fn critical_values(
         &self,
         first: &CandidateScores,

@@ -451,21 +451,3 @@ fn members(resolved: &ResolvedEffect) -> Vec<usize> {
     kept.filter(|&place| !is_needless(&resolved.ranked[place]))
         .collect()
 }
-
-/// Effects of findings: of alternatives the first.
-#[must_use]
-pub fn first_of_alternatives(findings: &[Finding]) -> Vec<Effect> {
-    let mut groups: Vec<u32> = Vec::new();
-    findings
-        .iter()
-        .filter(|finding| match finding.alternative_group {
-            None => true,
-            Some(group) if groups.contains(&group) => false,
-            Some(group) => {
-                groups.push(group);
-                true
-            }
-        })
-        .map(|finding| finding.effect.clone())
-        .collect()
-}

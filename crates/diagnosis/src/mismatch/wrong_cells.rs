@@ -22,7 +22,6 @@ use super::baseline::Baseline;
 use super::cell_compliance::{CellCompliance, CellComplianceModel, CellFit};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
-use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::reading_screen::ReadingScreen;
 use crate::search::constants::{
@@ -314,22 +313,15 @@ fn measured(
 ) -> Result<(Vec<usize>, Vec<CellCompliance>), MismatchError> {
     let screen = ReadingScreen::new(baseline, observations, noise)?;
     let found = screen.noise_of(&vec![true; observations.len()], None);
-    let whitening = NoiseCovariance::new(observations, &found, &screen.slope_m, &screen.compliance);
-    let weights = whitening.covariance.weights();
+    let uncertainties = screen.relative_uncertainties(&found);
     let of_cell = |place: usize| {
         let cell = &observations.cells[place];
         let compliance = screen.compliance[cell.readings.start];
-        let readings = cell.readings.clone();
-        let square: f64 = readings
-            .map(|one| (weights[one] * screen.slope_m[one]).powi(2))
-            .sum();
-        let of_runs = found.run_slope_sd.powi(2) / cell.runs.len() as f64;
-        let u = (of_runs + square.recip()).sqrt();
         let cell = CellCompliance {
             pose: cell.pose,
             direction: cell.direction,
             log: compliance.abs().ln(),
-            u,
+            u: uncertainties[place],
         };
         (place, compliance, cell)
     };

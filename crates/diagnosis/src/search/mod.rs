@@ -12,7 +12,7 @@
 
 mod backward;
 mod batched;
-pub mod constants;
+pub(crate) mod constants;
 mod covariance;
 mod critical_values;
 mod engine;
@@ -32,6 +32,10 @@ mod white_space;
 
 pub use backward::backward_elimination;
 pub use batched::Batched;
+pub use constants::{
+    DESIGN_LENGTH, DISTINGUISHABLE, LAW_LEVEL, MOST_READINGS_OF_A_PART, NULL_SAMPLES,
+    STRONG_EVIDENCE, UNEXPLAINED_LEVEL,
+};
 pub use covariance::{Covariance, LowRankBlock};
 pub use critical_values::{CriticalValues, NullDistribution};
 pub use engine::{

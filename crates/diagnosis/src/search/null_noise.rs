@@ -4,7 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use stiffbench_numeric::statistics::median;
+use stiffbench_numeric::statistics::{NORMAL_MEDIAN_DEVIATION, median};
 
 use super::constants::{
     ENOUGH_FOR_A_DISTRIBUTION, LARGEST_RESAMPLED, POOL, SAMPLES_TOGETHER, SMOOTHING,
@@ -112,8 +112,8 @@ fn standardised(residuals: &[f64]) -> Vec<f64> {
     }
     let limited: Vec<f64> = {
         let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-        // 0.6745 is the median of |z| for a normal z; the limit needs no more than a rough size.
-        let sd = median(&mut sizes).unwrap_or(1.0) / 0.6745;
+        // The limit needs no more than a rough size.
+        let sd = median(&mut sizes).unwrap_or(1.0) / NORMAL_MEDIAN_DEVIATION;
         let most = LARGEST_RESAMPLED * sd.max(f64::MIN_POSITIVE);
         residuals.iter().map(|r| r.clamp(-most, most)).collect()
     };

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Channel;
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{TomlError, read};
+use stiffbench_units_and_text::toml_text::{TomlError, quoted, read};
 
 use super::identity::{PortIdentity, UsbIdentity};
 
@@ -263,10 +263,6 @@ impl Bindings {
         }
         text
     }
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use super::note::ImportNote;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
 use super::values::{branch, direction, texts};
 use crate::readings::{
-    Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, read_readings,
-    write_decimal,
+    Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, decimal,
+    read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
 use stiffbench_units_and_text::quantity::Kind;
@@ -171,13 +171,12 @@ fn directions(
     draft: &ImportDraft,
     rows: &[usize],
 ) -> Result<Vec<(Direction, bool)>, TableImportError> {
-    const EXPECTED: &str = "x, y or z";
     let refused = |line, column: &str, value: &str| TableImportError::BadValue {
         file: draft.table.source.clone(),
         line,
         column: column.to_owned(),
         value: value.to_owned(),
-        expected: EXPECTED,
+        expected: "x, y or z",
     };
     let named = texts(draft, &ColumnRole::Direction, rows)?;
     let column = draft.found.place(&ColumnRole::Direction);
@@ -431,15 +430,15 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
             row.direction.to_string(),
             row.branch.to_string(),
             row.repeat.to_string(),
-            number(row.force_n, 0),
+            decimal(row.force_n, 0),
             force_raw,
-            number(row.displacement_m, 6),
+            decimal(row.displacement_m, 6),
             displacement_raw,
         ];
         fields
-            .extend(has_time.then(|| row.time_s.map_or_else(String::new, |time| number(time, 0))));
+            .extend(has_time.then(|| row.time_s.map_or_else(String::new, |time| decimal(time, 0))));
         let warmth = row.temperature_deg_c;
-        fields.extend(has_temperature.then(|| warmth.map_or_else(String::new, |t| number(t, 0))));
+        fields.extend(has_temperature.then(|| warmth.map_or_else(String::new, |t| decimal(t, 0))));
         output.write_record(&fields).map_err(failed)?;
     }
     let bytes = output
@@ -451,12 +450,6 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
         bytes.as_slice(),
         &options,
     )?)
-}
-
-fn number(value: f64, shift: i32) -> String {
-    let mut text = String::new();
-    write_decimal(value, shift, &mut text);
-    text
 }
 
 /// The mapping with what was guessed.

@@ -2,6 +2,8 @@
 
 use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable};
 use crate::readings::{ReadingsError, VectorReading, VectorTable};
+use stiffbench_numeric::statistics::LeastSquaresLine;
+use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Components of a force relative to its size that are rounding.
@@ -94,22 +96,16 @@ impl VectorRun<'_> {
     /// `None` for a run that was never loaded beyond its zero.
     fn load_case(&self, preload_n: f64) -> Option<LoadCase> {
         let first = self.readings[0];
-        let size = |reading: &VectorReading| length(reading.force_n);
-        let largest = self
-            .readings
-            .iter()
-            .max_by(|a, b| size(a).total_cmp(&size(b)))?;
-        let largest_n = size(largest);
+        let largest = self.readings.iter();
+        let largest = largest.max_by(|a, b| a.force_size_n().total_cmp(&b.force_size_n()))?;
+        let largest_n = largest.force_size_n();
         if largest_n == 0.0 {
             return None;
         }
         // Loads count along the direction, against it below zero.
         let sense = if largest.target_n < 0.0 { -1.0 } else { 1.0 };
         let unit = largest.force_n.map(|part| sense * part / largest_n);
-        let along = |reading: &VectorReading| -> f64 {
-            let parts = reading.force_n.iter().zip(&unit);
-            parts.map(|(part, share)| part * share).sum()
-        };
+        let along = |reading: &VectorReading| dot(reading.force_n, unit);
         let unloaded = self.readings.iter().find(|of| of.target_n == 0.0);
         let zero_n = unloaded.map_or(preload_n, |of| along(of));
         let load_n = along(largest) - zero_n;
@@ -133,7 +129,7 @@ impl VectorRun<'_> {
             if unloaded.is_none() {
                 points.push((preload_n, 0.0));
             }
-            Some(slope(&points)? * load_n)
+            Some(LeastSquaresLine::through(points.into_iter())?.slope * load_n)
         });
         displacement_m
             .iter()
@@ -152,21 +148,4 @@ impl VectorRun<'_> {
                 position_m: [None; 3],
             })
     }
-}
-
-/// Slope of the least-squares line through (force, displacement); `None` below two loads.
-fn slope(points: &[(f64, f64)]) -> Option<f64> {
-    let n = points.len() as f64;
-    let mean_n = points.iter().map(|point| point.0).sum::<f64>() / n;
-    let mean_m = points.iter().map(|point| point.1).sum::<f64>() / n;
-    let sxx: f64 = points.iter().map(|point| (point.0 - mean_n).powi(2)).sum();
-    let sxy: f64 = points
-        .iter()
-        .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
-        .sum();
-    Some(sxy / sxx).filter(|slope| slope.is_finite())
-}
-
-fn length(vector: [f64; 3]) -> f64 {
-    vector[0].hypot(vector[1]).hypot(vector[2])
 }

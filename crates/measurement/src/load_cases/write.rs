@@ -32,14 +32,14 @@ pub fn write_load_cases(table: &LoadCaseTable) -> String {
             let _ = write!(text, ",{}", quantity.column(axis));
         }
     }
-    let origin = table.origin.as_ref().map(|origin| quoted(origin));
+    let origin = table.origin.as_ref().map(|origin| csv_field(origin));
     if origin.is_some() {
         text.push_str(",origin");
     }
     text.push('\n');
     let mut digits = String::new();
     for case in &table.cases {
-        text.push_str(&quoted(case.pose.as_str()));
+        text.push_str(&csv_field(case.pose.as_str()));
         for (joint, value) in table.joints.iter().zip(&case.joints) {
             let _ = write!(text, ",{}", joint.unit.written(*value));
         }
@@ -81,7 +81,7 @@ fn component(case: &super::table::LoadCase, quantity: VectorQuantity, axis: usiz
 }
 
 /// A text as a field.
-fn quoted(text: &str) -> String {
+fn csv_field(text: &str) -> String {
     if text.contains([',', '"', '\n', ';']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use stiffbench_units_and_text::toml_text::quoted;
 use toml::Value;
 
 use super::plan::Procedure;
@@ -41,11 +42,6 @@ impl Procedure {
         }
         text
     }
-}
-
-/// A key of the user's own, in quotes.
-fn quoted(key: &str) -> String {
-    Value::from(key).to_string()
 }
 
 /// A key with its value and, behind it, what it means.

@@ -53,5 +53,7 @@ pub use write::{ReadingsWriter, write_readings};
 
 // What reads any table of numbers, for readers of other tables.
 pub(crate) use column::split_unit;
-pub(crate) use number::{Conversion, NumberFault, NumberReader, read_count, write_decimal};
+pub(crate) use number::{
+    Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,
+};
 pub(crate) use text_table::RecordTable;

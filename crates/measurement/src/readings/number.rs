@@ -257,6 +257,13 @@ pub(crate) fn write_decimal(value: f64, shift: i32, into: &mut String) {
     place_point(digits, exponent, into);
 }
 
+/// [`write_decimal`] as a text of its own.
+pub(crate) fn decimal(value: f64, shift: i32) -> String {
+    let mut text = String::new();
+    write_decimal(value, shift, &mut text);
+    text
+}
+
 /// Digits d1 d2 d3 … with value d1.d2d3… × 10^exponent, written plainly where that is short.
 fn place_point(digits: &str, exponent: i32, into: &mut String) {
     // At most 15 digits.

@@ -192,7 +192,7 @@ mod tests {
         let text = format!(
             "{HEADER}1,P1,x,1,70,9,7,5,\n2,P1,x,1,70,9,7,60,\n3,P1,x,1,70,9,7,60,superseded\n"
         );
-        assert_eq!(read(&text).unwrap().accepted_count(), 2);
+        assert_eq!(read(&text).unwrap().accepted().count(), 2);
     }
 
     #[test]

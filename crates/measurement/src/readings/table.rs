@@ -168,12 +168,6 @@ impl ReadingTable {
         self.columns.contains(&column)
     }
 
-    /// How many readings count.
-    #[must_use]
-    pub fn accepted_count(&self) -> usize {
-        self.accepted().count()
-    }
-
     /// Works out `excluded` and the notes on cells from the readings.
     pub(super) fn take_stock(&mut self) {
         for reading in &self.readings {

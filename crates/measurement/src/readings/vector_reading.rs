@@ -4,7 +4,7 @@ use std::io::Write;
 
 use super::error::ReadingsError;
 use super::joint_values::JointColumn;
-use super::number::write_decimal;
+use super::number::decimal;
 use super::reading::ReadingStatus;
 use super::write::{csv_writer, failed, refuse_not_finite};
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
@@ -62,6 +62,14 @@ pub struct VectorReading {
     pub flag: String,
     /// Anything else.
     pub note: String,
+}
+
+impl VectorReading {
+    /// Size of the force, N.
+    pub(crate) fn force_size_n(&self) -> f64 {
+        let [x, y, z] = self.force_n;
+        x.hypot(y).hypot(z)
+    }
 }
 
 /// Columns that hold the analyst's own marks; all others make the result.
@@ -210,13 +218,6 @@ impl<W: Write> VectorReadingsWriter<W> {
     pub fn flush(&mut self) -> Result<(), ReadingsError> {
         self.output.flush().map_err(|error| failed(error.into()))
     }
-}
-
-/// The number with its decimal point `shift` places further right.
-fn decimal(value: f64, shift: i32) -> String {
-    let mut text = String::new();
-    write_decimal(value, shift, &mut text);
-    text
 }
 
 fn optional(value: Option<f64>, shift: i32) -> String {

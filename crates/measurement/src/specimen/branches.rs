@@ -1,5 +1,6 @@
 //! Loading and unloading, derived from the path of what was set.
 
+use stiffbench_numeric::statistics::NORMAL_MEDIAN_DEVIATION;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Branches and turns of the path of one run.
@@ -88,8 +89,8 @@ fn share_of_noise(values: &[f64]) -> f64 {
     }
     let middle = sizes.len() / 2;
     let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    // Half of each difference was taken, whose coefficients are 1, 4, 6, 4, 1; the median of a normal size is 0.6745 deviations.
-    let sd = 2.0 * median / (70_f64.sqrt() * 0.674_5);
+    // Half of each difference was taken, whose coefficients are 1, 4, 6, 4, 1.
+    let sd = 2.0 * median / (70_f64.sqrt() * NORMAL_MEDIAN_DEVIATION);
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let share = NOISE * sd / (high - low);

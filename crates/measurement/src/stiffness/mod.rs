@@ -53,7 +53,7 @@ pub use line::{LineFit, RunSums};
 pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;
-pub use significance::{TestStatistic, grubbs_limit};
+pub use significance::TestStatistic;
 pub use table::{
     CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
     stiffness_table_with_drifts,

@@ -1,6 +1,7 @@
 //! Compliance along each base axis of readings of several displacement gauges.
 
-use stiffbench_numeric::statistics::{Estimate, mean, standard_deviation};
+use stiffbench_numeric::statistics::{Estimate, LeastSquaresLine, mean, standard_deviation};
+use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::curve::Branches;
@@ -72,9 +73,9 @@ pub fn vector_stiffness(
 
 /// `None` for a group whose forces are all zero.
 fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness> {
-    let size = |reading: &VectorReading| length(reading.force_n);
-    let largest = group.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
-    let largest_n = size(largest);
+    let largest = group.iter();
+    let largest = largest.max_by(|a, b| a.force_size_n().total_cmp(&b.force_size_n()))?;
+    let largest_n = largest.force_size_n();
     if largest_n == 0.0 {
         return None;
     }
@@ -150,19 +151,23 @@ fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness>
 
 /// Mean slope of the runs that have one.
 fn slope(runs: &[Vec<ForcePoint>]) -> Option<Estimate> {
-    let lines: Vec<(f64, f64, f64)> = runs.iter().filter_map(|run| line(run)).collect();
-    if let [(slope, standard_error, dof)] = lines[..] {
+    let line = |run: &Vec<ForcePoint>| {
+        let line = LeastSquaresLine::through(run.iter().copied())?;
+        Some((line, run.len() as f64 - 2.0))
+    };
+    let lines: Vec<(LeastSquaresLine, f64)> = runs.iter().filter_map(line).collect();
+    if let [(line, dof)] = lines[..] {
         return Some(if dof > 0.0 {
             Estimate {
-                value: slope,
-                standard_uncertainty: standard_error,
+                value: line.slope,
+                standard_uncertainty: (line.residual_squares / dof / line.sxx).sqrt(),
                 dof,
             }
         } else {
-            Estimate::without_uncertainty(slope)
+            Estimate::without_uncertainty(line.slope)
         });
     }
-    averaged(&lines.iter().map(|line| line.0).collect::<Vec<_>>())
+    averaged(&lines.iter().map(|(line, _)| line.slope).collect::<Vec<_>>())
 }
 
 /// A mean with the standard uncertainty of its scatter.
@@ -176,34 +181,6 @@ fn averaged(values: &[f64]) -> Option<Estimate> {
         },
         _ => Estimate::without_uncertainty(value),
     })
-}
-
-/// Slope of the least-squares line through (force, displacement), its standard error, and its degrees of freedom; `None` below two loads.
-fn line(points: &[ForcePoint]) -> Option<(f64, f64, f64)> {
-    let n = points.len() as f64;
-    let mean_n = points.iter().map(|point| point.0).sum::<f64>() / n;
-    let mean_m = points.iter().map(|point| point.1).sum::<f64>() / n;
-    let sxx: f64 = points.iter().map(|point| (point.0 - mean_n).powi(2)).sum();
-    let sxy: f64 = points
-        .iter()
-        .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
-        .sum();
-    let slope = sxy / sxx;
-    if !slope.is_finite() {
-        return None;
-    }
-    let residual = |point: &ForcePoint| point.1 - mean_m - slope * (point.0 - mean_n);
-    let squares: f64 = points.iter().map(|point| residual(point).powi(2)).sum();
-    let dof = n - 2.0;
-    Some((slope, (squares / dof / sxx).sqrt(), dof))
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn length(vector: [f64; 3]) -> f64 {
-    vector[0].hypot(vector[1]).hypot(vector[2])
 }
 
 #[cfg(test)]

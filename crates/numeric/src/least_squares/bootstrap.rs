@@ -197,21 +197,6 @@ impl<E> Bootstrap<E> {
         Ok([quantile(&sorted, tail), quantile(&sorted, 1.0 - tail)])
     }
 
-    /// Basic interval of value number `place`: twice the estimate minus the opposite percentile, which puts a skewed spread on
-    /// the right side.
-    ///
-    /// # Errors
-    /// As [`Self::percentile_interval`].
-    pub fn basic_interval(
-        &self,
-        place: usize,
-        coverage: f64,
-    ) -> Result<[f64; 2], LeastSquaresError> {
-        let [lower, upper] = self.percentile_interval(place, coverage)?;
-        let twice = 2.0 * self.estimate[place];
-        Ok([twice - upper, twice - lower])
-    }
-
     fn sorted(&self, place: usize) -> Vec<f64> {
         let mut values: Vec<f64> = self.replicates.iter().map(|values| values[place]).collect();
         values.sort_by(f64::total_cmp);
@@ -345,7 +330,6 @@ mod tests {
             );
         };
         close(bootstrap.percentile_interval(0, 0.95).unwrap(), [1.0, 39.0]);
-        close(bootstrap.basic_interval(0, 0.95).unwrap(), [-19.0, 19.0]);
         close(bootstrap.percentile_interval(0, 0.5).unwrap(), [10.0, 30.0]);
     }
 
@@ -376,7 +360,7 @@ mod tests {
             Err(LeastSquaresError::UnknownParameter { index: 1, count: 1 })
         ));
         assert!(matches!(
-            few.basic_interval(0, 1.0),
+            few.percentile_interval(0, 1.0),
             Err(LeastSquaresError::CoverageNotAProbability { .. })
         ));
         assert_eq!(few.standard_error(1), None);

@@ -4,6 +4,7 @@ use super::error::LeastSquaresError;
 use super::minimise::{LeastSquaresFit, LeastSquaresSettings, minimise};
 use super::parameter::ParameterSet;
 use super::residual_function::ResidualFunction;
+use crate::statistics::{even_share, golden_ratio};
 
 /// Two fits that differ in no parameter by more than this share of the distance between its bounds are one minimum.
 const SAME_MINIMUM: f64 = 1e-3;
@@ -54,19 +55,15 @@ fn keep(found: &mut Vec<LeastSquaresFit>, fit: LeastSquaresFit, set: &ParameterS
     }
 }
 
-/// Points that fill the bounds evenly however many are taken: multiples of the powers of 1/g modulo 1, with g^(d+1) = g + 1.
+/// Points that fill the bounds evenly however many are taken.
 ///
 /// A parameter without two finite bounds is at its start in all of them.
-///
-/// # Source
-/// Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018), the sequence R_d.
 pub fn spread(set: &ParameterSet) -> impl Iterator<Item = Vec<f64>> {
     let (bounds, start) = (set.free_bounds(), set.free_start());
-    let dimensions = bounds.len() as f64;
-    let g = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (dimensions + 1.0)));
+    let ratio = golden_ratio(bounds.len());
     (1..).map(move |k: u32| {
         let coordinate = |(place, (&(lower, upper), &start)): (usize, (&(f64, f64), &f64))| {
-            let share = (0.5 + f64::from(k) * g.powi(-(place as i32 + 1))).fract();
+            let share = even_share(ratio, k, place);
             if lower.is_finite() && upper.is_finite() {
                 lower + share * (upper - lower)
             } else {

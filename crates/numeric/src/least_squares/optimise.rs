@@ -45,15 +45,13 @@ impl Default for SearchSettings {
 
 /// The best point of a derivative-free search.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Minimum {
+struct Minimum {
     /// The point.
-    pub point: Vec<f64>,
-    /// The objective there.
-    pub objective: f64,
+    point: Vec<f64>,
     /// Points tried.
-    pub evaluations: usize,
+    evaluations: usize,
     /// Of these, points without a value.
-    pub failed_evaluations: usize,
+    failed_evaluations: usize,
 }
 
 /// Whether there is a lower minimum than the one that was found.
@@ -132,44 +130,10 @@ pub fn search_for_lower_minimum(
     })
 }
 
-/// Best point of a particle swarm within positive bounds (lower, upper); `objective` gives `None` where it has no value.
-///
-/// # Errors
-/// `NoLogRange`, `NoValueAnywhere`, `SearchFailed`.
+/// Best point of a particle swarm in an area.
 ///
 /// # Source
 /// Zambrano-Bigiarini, Clerc and Rojas, Standard Particle Swarm Optimisation 2011 at CEC-2013, as implemented in argmin.
-pub fn particle_swarm(
-    objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
-    bounds: &[(f64, f64)],
-    settings: &SearchSettings,
-) -> Result<Minimum, LeastSquaresError> {
-    swarm_within(objective, &LogArea::numbered(bounds)?, settings)
-}
-
-/// Best point of a Nelder-Mead simplex from `start`, within positive bounds (lower, upper).
-///
-/// # Errors
-/// `WrongLength` if the start has not one number for each bound, `NoLogRange`, `NoValueAnywhere`, `SearchFailed`.
-///
-/// # Source
-/// Nelder and Mead, The Computer Journal 7 (1965) 308, as implemented in argmin.
-pub fn nelder_mead(
-    objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
-    start: &[f64],
-    bounds: &[(f64, f64)],
-    settings: &SearchSettings,
-) -> Result<Minimum, LeastSquaresError> {
-    if start.len() != bounds.len() {
-        return Err(LeastSquaresError::WrongLength {
-            what: "start",
-            expected: bounds.len(),
-            found: start.len(),
-        });
-    }
-    simplex_within(objective, &LogArea::numbered(bounds)?, start, settings)
-}
-
 fn swarm_within(
     objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
     area: &LogArea,
@@ -189,6 +153,10 @@ fn swarm_within(
     tally.into_inner().minimum()
 }
 
+/// Best point of a Nelder-Mead simplex from `start` in an area.
+///
+/// # Source
+/// Nelder and Mead, The Computer Journal 7 (1965) 308, as implemented in argmin.
 fn simplex_within(
     objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
     area: &LogArea,
@@ -237,15 +205,6 @@ impl LogArea {
             lower,
             upper,
         })
-    }
-
-    fn numbered(bounds: &[(f64, f64)]) -> Result<Self, LeastSquaresError> {
-        Self::new(
-            bounds,
-            (0..bounds.len())
-                .map(|place| format!("number {place}"))
-                .collect(),
-        )
     }
 
     /// Corners a tenth of the range apart, turned inward where the start is close to the upper bound.
@@ -315,12 +274,11 @@ impl<'a> Tally<'a> {
     }
 
     fn minimum(self) -> Result<Minimum, LeastSquaresError> {
-        let (point, objective) = self.best.ok_or(LeastSquaresError::NoValueAnywhere {
+        let (point, _) = self.best.ok_or(LeastSquaresError::NoValueAnywhere {
             evaluations: self.evaluations,
         })?;
         Ok(Minimum {
             point,
-            objective,
             evaluations: self.evaluations,
             failed_evaluations: self.failed_evaluations,
         })

@@ -236,12 +236,6 @@ impl ParameterSet {
         &self.free
     }
 
-    /// Index of the parameter called `name`.
-    #[must_use]
-    pub fn index_of(&self, name: &str) -> Option<usize> {
-        self.parameters.iter().position(|p| p.name == name)
-    }
-
     /// Start values of the free parameters.
     #[must_use]
     pub fn free_start(&self) -> Vec<f64> {

@@ -120,33 +120,6 @@ pub struct ProfileInterval {
     pub evaluations: usize,
 }
 
-/// A half-length that differs by more than this share makes the quadratic interval misleading.
-const DISAGREEMENT: f64 = 0.2;
-
-impl ProfileInterval {
-    /// Half-length of the profile over that of the quadratic interval, minus 1, for the lower and the upper side.
-    ///
-    /// `None` where either has no end.
-    #[must_use]
-    pub fn disagreement(&self) -> [Option<f64>; 2] {
-        let side = |end: &ProfileEnd, place: usize| {
-            let quadratic = (self.quadratic?[place] - self.estimate).abs();
-            Some((end.closed()? - self.estimate).abs() / quadratic - 1.0)
-        };
-        [side(&self.lower, 0), side(&self.upper, 1)]
-    }
-
-    /// Whether the quadratic interval misleads: it differs by more than 20 % on a side, or is closed where the profile is not.
-    #[must_use]
-    pub fn quadratic_misleads(&self) -> bool {
-        self.quadratic.is_some()
-            && self
-                .disagreement()
-                .iter()
-                .any(|side| side.is_none_or(|share| share.abs() > DISAGREEMENT))
-    }
-}
-
 /// Follows the profile of free parameter number `parameter` (index in the full vector) to both sides.
 ///
 /// The threshold is the 95 % point for one parameter: Δ‖r‖² = 3.841 with exactly known standard deviations, s² F(0.95; 1, n − p) with

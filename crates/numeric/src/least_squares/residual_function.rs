@@ -100,10 +100,8 @@ pub enum EvaluationFailure {
     #[error("the sum of squares overflows")]
     Overflow,
     /// The model itself states that it has no value.
-    #[error("the model has no value{}", residual.map(|index| format!(" at residual {index}")).unwrap_or_default())]
+    #[error("the model has no value")]
     Model {
-        /// The residual at which that was noticed, if it was at one.
-        residual: Option<usize>,
         /// The model's own error.
         #[source]
         source: Box<dyn Error + Send + Sync>,
@@ -115,16 +113,6 @@ impl EvaluationFailure {
     #[must_use]
     pub fn of_model(source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Model {
-            residual: None,
-            source: source.into(),
-        }
-    }
-
-    /// A failure of the model at one residual.
-    #[must_use]
-    pub fn at_residual(residual: usize, source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
-        Self::Model {
-            residual: Some(residual),
             source: source.into(),
         }
     }

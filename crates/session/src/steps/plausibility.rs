@@ -3,7 +3,7 @@
 use crate::event::TakenReading;
 use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
-use stiffbench_numeric::statistics::student_t_quantile;
+use stiffbench_numeric::statistics::{LeastSquaresLine, student_t_quantile};
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::Machine;
@@ -469,14 +469,6 @@ impl Machine {
 
 /// Where the least-squares line through (force, displacement) lies at a force; `None` below three points or with forces all alike.
 fn on_line(points: &[(f64, f64)], force_n: f64) -> Option<f64> {
-    let n = points.len() as f64;
-    let mean_n = points.iter().map(|point| point.0).sum::<f64>() / n;
-    let mean_m = points.iter().map(|point| point.1).sum::<f64>() / n;
-    let sxx: f64 = points.iter().map(|point| (point.0 - mean_n).powi(2)).sum();
-    let sxy: f64 = points
-        .iter()
-        .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
-        .sum();
-    let is_known = points.len() >= 3 && sxx > 1.0;
-    is_known.then(|| mean_m + sxy / sxx * (force_n - mean_n))
+    let line = LeastSquaresLine::through(points.iter().copied())?;
+    (points.len() >= 3 && line.sxx > 1.0).then(|| line.at(force_n))
 }

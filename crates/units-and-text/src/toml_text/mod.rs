@@ -17,5 +17,11 @@ pub use unit_keys::split_unit;
 /// A value, or what is wrong in its place.
 pub type Read<T> = Result<T, TomlError>;
 
+/// A text in the quotes that TOML needs for it.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
 #[cfg(test)]
 mod tests;

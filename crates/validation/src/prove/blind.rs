@@ -24,7 +24,7 @@ pub struct BlindVerdict {
 
 /// Diagnoses all sessions; the verdicts stand in the order of the sessions, and are the same for any number of threads.
 ///
-/// CriticalValues are computed at the first session of each key and used for its others.
+/// Critical values are computed at the first session of each key and used for its others.
 ///
 /// # Arguments
 /// - `done`: called after each session.

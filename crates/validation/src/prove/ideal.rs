@@ -14,8 +14,9 @@ use rayon::prelude::*;
 
 use stiffbench_beams::physics::{Law, Place};
 use stiffbench_diagnosis::mismatch::{WhiteLaw, WhiteLawShape};
-use stiffbench_diagnosis::search::constants::STRONG_EVIDENCE;
-use stiffbench_diagnosis::search::{Moments, PairMoments, distinguishable, dot, log_bayes};
+use stiffbench_diagnosis::search::{
+    Moments, PairMoments, STRONG_EVIDENCE, distinguishable, dot, log_bayes,
+};
 
 /// Sessions that share their products.
 const TOGETHER: usize = 64;

@@ -4,10 +4,10 @@
 //! joint a candidate.
 
 use stiffbench_diagnosis::mismatch::MisfitShares;
-use stiffbench_diagnosis::search::constants::NULL_SAMPLES;
 use stiffbench_diagnosis::search::{
     Covariance, CovarianceModel, CriticalValues, ForwardProblem, LeastSquares, LinearCandidate,
-    LinearProblem, NotIndependent, NullNoise, WhiteSpace, forward_selection, null_maxima, rivals,
+    LinearProblem, NULL_SAMPLES, NotIndependent, NullNoise, WhiteSpace, forward_selection,
+    null_maxima, rivals,
 };
 
 use super::error::ProveError;

@@ -6,10 +6,9 @@
 use std::convert::Infallible;
 
 use stiffbench_beams::physics::{Mechanics, PoseMechanics};
-use stiffbench_diagnosis::search::constants::NULL_SAMPLES;
 use stiffbench_diagnosis::search::{
-    Batched, Covariance, CriticalValues, Evidence, ForwardProblem, LinearCandidate, NullNoise,
-    ScoreEngine, WhiteSpace, distinguishable, dot, norm, null_maxima,
+    Batched, Covariance, CriticalValues, Evidence, ForwardProblem, LinearCandidate, NULL_SAMPLES,
+    NullNoise, ScoreEngine, WhiteSpace, distinguishable, dot, norm, null_maxima,
 };
 use stiffbench_units_and_text::test_point::Direction;
 

@@ -96,11 +96,11 @@ fn factor_tables(value: &TomlValue<'_>) -> ModelRead<FittingFactors> {
         "springs",
     ])?;
     let four = |value: &TomlValue<'_>| -> ModelRead<[f64; 4]> {
-        const KEYS: [&str; 4] = ["A", "Iy", "Iz", "J"];
+        let keys = Property::ALL.map(Property::name);
         let class = value.table()?;
-        class.only(&KEYS)?;
+        class.only(&keys)?;
         let mut factors = [0.0; 4];
-        for (factor, key) in factors.iter_mut().zip(KEYS) {
+        for (factor, key) in factors.iter_mut().zip(keys) {
             let value = class.require(key)?;
             *factor = value.number()?;
             if *factor <= 0.0 {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use toml::Value;
+use stiffbench_units_and_text::toml_text::quoted;
 
 use crate::physics::place::Place;
 
@@ -48,11 +48,6 @@ impl ModelFile {
         }
         text
     }
-}
-
-/// A text in the quotes that TOML needs for it.
-fn quoted(text: &str) -> String {
-    Value::String(text.to_owned()).to_string()
 }
 
 fn key(text: &mut String, key: &str, value: Option<&String>) {

@@ -28,6 +28,7 @@ use super::Robot;
 use super::error::RobotError;
 
 pub use names::ends_in_unit;
+pub use variables::DEFAULT_LIMITS;
 
 use builder::RobotBuilder;
 use file::RobotFile2;

@@ -12,7 +12,7 @@ use super::builder::RobotBuilder;
 use super::file::{JointKind, VariableRow};
 
 /// Limits of a variable for which a file gives none: degrees, m.
-const DEFAULT_LIMITS: [f64; 2] = [180.0, 1.0];
+pub const DEFAULT_LIMITS: [f64; 2] = [180.0, 1.0];
 
 /// Limits and nominal value, as far as they are given.
 #[derive(Default)]

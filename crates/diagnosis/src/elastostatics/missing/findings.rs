@@ -1,6 +1,6 @@
 //! What was selected, with sizes, rivals and what it leaves of repeats.
 
-use stiffbench_numeric::statistics::{f_upper_tail, student_t_quantile};
+use stiffbench_numeric::statistics::{NORMAL_95, f_upper_tail, student_t_quantile};
 
 use crate::search::{
     ForwardProblem, LinearFitted, LinearModel, NotIndependent, WhiteSpace, distinguishable, dot,
@@ -60,7 +60,7 @@ impl LoadCaseSearch<'_, '_> {
         let candidate = &self.candidates[term];
         let value = model.fit.values[self.columns.len() + place];
         let standard_error = model.fit.standard_errors[self.columns.len() + place];
-        let t = student_t_quantile(0.975, model.dof).unwrap_or(1.96);
+        let t = student_t_quantile(0.975, model.dof).unwrap_or(NORMAL_95);
         let [lowest, highest] = candidate.bounds;
         let ranked = rivals(self.problem, model, place)?;
         let own = ranked

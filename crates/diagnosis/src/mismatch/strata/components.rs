@@ -1,6 +1,5 @@
 //! Which part of the structure carries a misfit: how much of it each joint, element or support explains alone.
 
-use crate::mismatch::baseline::PROPERTIES;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::{Observations, ObservedCell};
 use crate::mismatch::problem::DiagnosisProblem;
@@ -8,6 +7,7 @@ use crate::mismatch::state::State;
 use crate::search::constants::{A_PIN, HIDDEN_PART, INSEPARABLE_PARTS, MOST_WRONG, SOFTEST};
 use crate::search::{dot, norm, push_orthonormal};
 use stiffbench_beams::physics::{Place, PoseMechanics};
+use stiffbench_beams::structure::Property;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::contrasts::ErrorTerm;
@@ -80,14 +80,14 @@ impl DiagnosisProblem<'_> {
             ));
         }
         for element in self.baseline.elements(parameters)? {
-            for (property, name) in PROPERTIES.into_iter().enumerate() {
+            for property in Property::ALL {
                 // A larger property is stiffer: a relative compliance is minus its logarithm.
                 let compliance = cells.iter().map(|cell| {
-                    -element.gradient_m_per_n[cell.pose][property][cell.direction.index()]
+                    -element.gradient_m_per_n[cell.pose][property.index()][cell.direction.index()]
                 });
                 let place = Place::Element(element.element.clone());
                 let part = ComponentResponse::new(place, compliance.collect(), None);
-                parts.push(part.of_property(name));
+                parts.push(part.of_property(property.name()));
             }
         }
         parts.retain(|part| part.compliance.iter().any(|value| *value != 0.0));

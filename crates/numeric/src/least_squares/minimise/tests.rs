@@ -324,10 +324,7 @@ fn a_model_may_refuse_with_its_own_error() {
             _: &mut [f64],
             _: Option<&mut JacobianView<'_>>,
         ) -> Result<(), EvaluationFailure> {
-            Err(EvaluationFailure::at_residual(
-                0,
-                "the structure is a mechanism",
-            ))
+            Err(EvaluationFailure::of_model("the structure is a mechanism"))
         }
     }
     let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
@@ -335,7 +332,7 @@ fn a_model_may_refuse_with_its_own_error() {
     let LeastSquaresError::StartHasNoValue { source } = error else {
         panic!("{error:?}")
     };
-    assert_eq!(source.to_string(), "the model has no value at residual 0");
+    assert_eq!(source.to_string(), "the model has no value");
     assert_eq!(
         std::error::Error::source(&source).unwrap().to_string(),
         "the structure is a mechanism"

@@ -1,6 +1,6 @@
 use stiffbench_beams::physics::laws;
 use stiffbench_diagnosis::mismatch::SearchOptions;
-use stiffbench_diagnosis::search::constants::LAW_LEVEL;
+use stiffbench_diagnosis::search::LAW_LEVEL;
 use stiffbench_numeric::statistics::normal_upper_tail;
 use stiffbench_units_and_text::source_text::SourceText;
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::prove::{CalibrationRow, FalseAlarm, Share, Variant};
 use stiffbench::report::AlignedTable;
-use stiffbench::search::constants::{LAW_LEVEL, UNEXPLAINED_LEVEL};
+use stiffbench::search::{LAW_LEVEL, UNEXPLAINED_LEVEL};
 
 use super::share_words;
 
