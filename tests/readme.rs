@@ -289,8 +289,8 @@ fn numbers_of_the_search_on_the_page_are_those_of_the_code() {
     for row in rows {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         let name = cells[1].trim_matches('`');
-        let start = format!("pub const {name}: ");
-        let line = code.lines().find(|line| line.starts_with(&start));
+        let constant = format!(" const {name}: ");
+        let line = code.lines().find(|line| line.contains(&constant));
         let value = line.and_then(|line| line.rsplit_once(" = "));
         let value = value.map(|(_, value)| value.trim_end_matches(';').replace('_', ""));
         assert_eq!(

@@ -126,6 +126,9 @@ impl<S: Store> Part<'_, S> {
         }
         while self.machine.outcome().is_none() {
             let Some((at_s, input)) = self.next() else {
+                if self.goes_on_behind_the_last_value()? {
+                    continue;
+                }
                 let actions = self.machine.stop("the recording ends here", self.now_s);
                 self.act(actions)?;
                 break;
@@ -142,6 +145,19 @@ impl<S: Store> Part<'_, S> {
             }
         }
         Ok(())
+    }
+
+    /// Lets the time pass up to the last event that was recorded: whether something came of it.
+    fn goes_on_behind_the_last_value(&mut self) -> Result<bool, JournalError> {
+        let last_s = self.recorded.last().map_or(self.now_s, |record| record.t_s);
+        while self.now_s + TICK_S <= last_s {
+            self.now_s += TICK_S;
+            self.input(Input::Tick)?;
+            if self.machine.outcome().is_some() || self.answer.is_some() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// What comes first: a value, an answer, or what the operator did.
