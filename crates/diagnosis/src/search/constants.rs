@@ -14,7 +14,7 @@
 
 // Level and critical values.
 
-/// Chance that noise alone passes for one of the laws (1). Stated: together with [`OMNIBUS_LEVEL`] 4 %.
+/// Chance that noise alone passes for one of the laws (1). Stated: together with `OMNIBUS_LEVEL` 4 %.
 pub const LAW_LEVEL: f64 = 0.03;
 
 /// The part of [`LAW_LEVEL`] for mistakes of the robot file and of the set-up (1). Stated.
@@ -23,7 +23,7 @@ pub(crate) const SETUP_LEVEL: f64 = 0.005;
 /// Chance that noise alone passes for unexplained structure (1). Stated.
 pub(crate) const OMNIBUS_LEVEL: f64 = 0.01;
 
-/// The same for the largest pattern, half of [`OMNIBUS_LEVEL`] (1). Stated.
+/// The same for the largest pattern, half of `OMNIBUS_LEVEL` (1). Stated.
 pub const UNEXPLAINED_LEVEL: f64 = 0.5 * OMNIBUS_LEVEL;
 
 /// Chance of the family below which a name is given without reservation (1). Stated.

@@ -30,7 +30,7 @@ impl<'a> NullNoise<'a> {
     /// Normal noise.
     ///
     /// # Arguments
-    /// - `samples`: how many, a multiple of [`SAMPLES_TOGETHER`]; less than one such number of them are left out.
+    /// - `samples`: how many, a multiple of `SAMPLES_TOGETHER`; less than one such number of them are left out.
     #[must_use]
     pub fn normal(samples: usize, seed: u64) -> Self {
         Self {
