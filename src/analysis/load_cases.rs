@@ -257,7 +257,7 @@ impl LoadCaseData {
         Ok(diagnose_load_cases(&self.problem()?, &options, seed)?)
     }
 
-    /// The few further load cases that determine best what a fit leaves open, and a table to be filled in with them.
+    /// The further load cases that determine best what a fit leaves open, and a table to be filled in with them.
     ///
     /// # Errors
     /// For a structure that carries nothing.

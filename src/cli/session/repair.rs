@@ -205,9 +205,9 @@ pub(super) fn recover_into(folder: &Path, out: &Path) -> Result<Outcome, Failure
         out.display()
     );
     let data = report(&journal, &state, exit);
-    let plan = read_folder(out).map_err(Failure::from);
-    let header = plan.and_then(|read| plan_of(&read));
-    let overdue = header.map(|(_, header, _)| overdue_today(&header.instruments));
+    // Of a damaged session not even the header may be left.
+    let kept = read_folder(out).ok().and_then(|read| plan_of(&read).ok());
+    let overdue = kept.map(|(_, header, _)| overdue_today(&header.instruments));
     Ok(Outcome::new("session-recover", text, data)
         .with_warnings(overdue.unwrap_or_default())
         .with_exit(exit))
