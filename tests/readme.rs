@@ -1,97 +1,7 @@
-//! The commands of the README and of the pages run as they stand there; files and pages that they name exist.
+//! What the README and the pages name exists: files, links, questions, numbers of the search. Their commands: [`crate::page_commands`].
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-
-/// Starts of lines that are commands of this program, with what stands before its arguments.
-const STARTS: [&str; 3] = [
-    "stiffbench",
-    "cargo run --release --",
-    "cargo run --release --locked --",
-];
-
-/// Commands of the ```console blocks in order: the words after the program's name. A line that ends in a backslash goes on in the next.
-fn commands(markdown: &str) -> Vec<Vec<String>> {
-    let mut found = Vec::new();
-    let mut in_block = false;
-    let mut lines = markdown.lines();
-    while let Some(line) = lines.next() {
-        if line.trim_start().starts_with("```") {
-            in_block = !in_block && line.trim() == "```console";
-            continue;
-        }
-        let Some(command) = line.trim_start().strip_prefix("$ ").filter(|_| in_block) else {
-            continue;
-        };
-        let mut command = command.to_owned();
-        while let Some(begun) = command.strip_suffix('\\') {
-            command = format!("{begun} {}", lines.next().unwrap_or("").trim());
-        }
-        found.extend(arguments(&command));
-    }
-    found
-}
-
-/// Words after the program's name, without a comment at the end; `None` for other programs.
-fn arguments(command: &str) -> Option<Vec<String>> {
-    let rest = STARTS
-        .iter()
-        .filter_map(|start| command.strip_prefix(start))
-        .filter(|rest| rest.is_empty() || rest.starts_with(' '))
-        .min_by_key(|rest| rest.len())?;
-    let rest = rest.split(" #").next().unwrap_or(rest);
-    // Parts with odd numbers stand between quotes: there a shell changes nothing, apart from what begins with a dollar.
-    let unsupported = rest.split('"').enumerate().any(|(part, text)| {
-        let special: &[char] = if part % 2 == 0 {
-            &['|', '>', '<', '\'', '$', '*', '(']
-        } else {
-            &['$', ' ', '\\', '`']
-        };
-        text.contains(special)
-    });
-    assert!(
-        !unsupported && rest.matches('"').count() % 2 == 0,
-        "`{command}`: this test passes words on as they are, without a shell"
-    );
-    let words = rest.split_whitespace();
-    Some(words.map(|word| word.replace('"', "")).collect())
-}
-
-#[test]
-fn commands_of_the_readme_run() {
-    commands_run("README.md");
-}
-
-#[test]
-fn commands_of_the_tour_run() {
-    commands_run("docs/tour.md");
-}
-
-#[test]
-fn commands_of_the_tutorial_run() {
-    commands_run("docs/tutorial.md");
-}
-
-#[test]
-fn commands_for_maps_run() {
-    commands_run("docs/stiffness-map.md");
-}
-
-#[test]
-fn commands_for_simulators_run() {
-    commands_run("docs/simulators.md");
-}
-
-#[test]
-fn commands_for_joint_stiffness_run() {
-    commands_run("docs/joint-stiffness.md");
-}
-
-#[test]
-fn commands_for_the_figures_of_the_paper_run() {
-    commands_run("docs/paper.md");
-}
 
 /// Lines above which the README is to be split.
 const LONGEST_README: usize = 130;
@@ -117,12 +27,12 @@ const NAMES_FILES: [&str; 4] = [
     "docs/glossary.md",
 ];
 
-fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// The README, the changelog and all pages, from the root.
-fn pages() -> Vec<PathBuf> {
+pub(crate) fn pages() -> Vec<PathBuf> {
     let folder = fs::read_dir(root().join("docs")).unwrap();
     let pages = folder.map(|entry| PathBuf::from("docs").join(entry.unwrap().file_name()));
     let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "md");
@@ -306,40 +216,4 @@ fn links_and_files_are_found_in_prose_only() {
     let markdown = "see [a](b.md#c), ![d](e.png), [f](https://g.h) and [i](#j); `src/k.rs`, `src/l/<name>.rs`, `m`\n```text\n[n](o) `src/p.rs`\n```\n";
     assert_eq!(targets(markdown), ["b.md", "e.png"]);
     assert_eq!(named_files(markdown), ["src/k.rs"]);
-}
-
-/// Runs the commands of a file one after another in a new folder.
-fn commands_run(file: &str) {
-    let markdown = fs::read_to_string(root().join(file)).unwrap();
-    let commands = commands(&markdown);
-    assert!(
-        !commands.is_empty(),
-        "{file} shows no command in a ```console block"
-    );
-    let folder = tempfile::tempdir().unwrap();
-    for command in commands {
-        let output = Command::new(env!("CARGO_BIN_EXE_stiffbench"))
-            .args(&command)
-            .current_dir(&folder)
-            .output()
-            .unwrap();
-        assert!(
-            output.status.success(),
-            "stiffbench {}: {}\n{}",
-            command.join(" "),
-            output.status,
-            String::from_utf8_lossy(&output.stderr)
-        );
-    }
-}
-
-#[test]
-fn commands_are_found_in_console_blocks_only() {
-    let markdown = "```console\n$ stiffbench fit a --train P1,P3  # judged elsewhere\nbeam.Iy 1\n$ cargo run --release -- demo\n$ cargo test\n\
-                    $ stiffbench plot robot \\\n    --out r\n$ stiffbenchmark\n```\n```toml\n$ stiffbench no\n```\n$ stiffbench no\n";
-    let words: Vec<String> = commands(markdown)
-        .iter()
-        .map(|command| command.join(" "))
-        .collect();
-    assert_eq!(words, ["fit a --train P1,P3", "demo", "plot robot --out r"]);
 }
