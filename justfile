@@ -18,8 +18,8 @@ test *arguments:
 quick crate *arguments:
     cargo test --release --locked -p stiffbench-{{crate}} {{arguments}}
 
-# What takes too long for every change: all goldens and tests, every fault, the quick proof, solids, parquet, the Python wheel (the whole proof is `just prove`)
-nightly: parquet wheel
+# What takes too long for every change: whole goldens, ignored tests, faults, the quick proof, solids, peers, other systems, packages, mutants (the whole proof is `just prove`)
+nightly: parquet wheel book systems msrv deny package mutants peers
     .ci/run
     STIFFBENCH_GOLDENS=all cargo test --release --locked --test stiffbench --test validation goldens
     cargo test --release --locked -- --ignored
@@ -71,6 +71,12 @@ attacks *arguments:
 bench *arguments:
     cargo bench --locked {{arguments}}
 
+# The Rust benchmarks beside NumPy, SciPy, pandas, Numba and OpenSees, with ratios
+peers:
+    python3 -m venv target/peers
+    target/peers/bin/pip install --quiet -r benches/peers/requirements.txt
+    target/peers/bin/python benches/peers/compare.py
+
 # How time and memory of diagnose grow with the readings; `just growth --most 27000` for longer sessions
 growth *arguments:
     cargo build --release --locked
@@ -95,6 +101,17 @@ systems:
     rustup target add x86_64-pc-windows-gnu x86_64-apple-darwin
     cargo check --locked --target x86_64-pc-windows-gnu --bin stiffbench
     cargo check --locked --target x86_64-apple-darwin --bin stiffbench
+
+# The pictures of the pages, made anew: a guided session, the figure of a found law, the first page of the demonstration's report (needs Chromium)
+pictures:
+    cargo build --release --locked
+    rm -rf target/pictures && mkdir -p target/pictures
+    STIFFBENCH_PICTURE={{justfile_directory()}}/docs/session.svg cargo test --release --locked --test stiffbench session_terminal
+    cd target/pictures && ../release/stiffbench simulate bench-3 --mechanism A --procedure load-unload --effect "joint-backlash@A3:play=30urad,seat_moment=9N*m" --seed 2
+    cd target/pictures && ../release/stiffbench diagnose bench-3
+    cp target/pictures/bench-3/diagnosis/figures/found_law.png docs/figures/found-law.png
+    cd target/pictures && ../release/stiffbench demo
+    chromium --headless --no-sandbox --hide-scrollbars --window-size=980,1142 --screenshot=docs/figures/report.png target/pictures/stiffbench-demo/report.html
 
 # The pages as a book, in target/book (needs mdbook)
 book:
