@@ -44,7 +44,7 @@ const ALIKE: usize = 3;
 /// Runs `instrument read`.
 pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> {
     let mut gauge = Gauge::open(&args.instrument, &args.port, global.quiet)?;
-    let warnings = std::mem::take(&mut gauge.warnings);
+    let mut warnings = std::mem::take(&mut gauge.warnings);
     let (name, port) = (gauge.description.name.clone(), gauge.header.port.clone());
     let clock = Clock::default();
     let mut reader = gauge.reader(clock, None)?;
@@ -72,6 +72,11 @@ pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> 
             .nothing(port.unwrap_or_default(), clock.now_s())
             .into());
     }
+    warnings.extend(taken.samples.is_empty().then(|| {
+        format!(
+            "no value of {name} came: is another gauge on this port, or its unit or mode another? stiffbench ports --probe asks every port for its gauge"
+        )
+    }));
     Ok(taken
         .outcome(&name, reader.identity(), clock.now_s())
         .with_warnings(warnings))
@@ -101,7 +106,7 @@ impl Taken {
                     "no value came, but {:?} ({:?})",
                     last.packet.raw, last.packet.reason
                 ),
-                help: "compare instrument, unit and mode with what the gauge shows".to_owned(),
+                help: "is another gauge on this port? Compare instrument, unit and mode with what the gauge shows; stiffbench ports --probe asks every port for its gauge".to_owned(),
             },
         }
     }

@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::elastostatics::BestPoses;
 use crate::load_direction::LoadDirection;
 use crate::session::{
-    OmittedReadings, PROMPTS, RawCheck, Record, SessionCell, SessionEnd, SessionPlan, Undone,
+    OmittedReadings, QUESTIONS, Question, RawCheck, Record, SessionCell, SessionEnd, SessionPlan,
+    Undone,
 };
 use crate::test_point::{Branch, PoseId};
 
@@ -94,14 +95,14 @@ impl PlanReport {
     /// The plan of a session that takes so many seconds and makes these files.
     #[must_use]
     pub fn new(plan: &SessionPlan, seconds: f64, files: Vec<&'static str>) -> Self {
-        let prompts = PROMPTS.iter();
+        let prompts = QUESTIONS.iter();
         Self {
             procedure: plan.procedure.name.clone(),
             readings: plan.len(),
             minutes: (seconds / 60.0).round(),
             cells: plan.cells.iter().map(Into::into).collect(),
             prompts: prompts
-                .map(|(id, answer)| PromptReport { id, answer })
+                .map(|Question { id, answer, .. }| PromptReport { id, answer })
                 .collect(),
             files,
             determines: Vec::new(),

@@ -43,7 +43,7 @@ fn a_port_that_this_user_may_not_open_is_neither_absent_nor_busy() {
     let error = &run_without_rights(&desk, read).exits_with(23).json()["error"];
     assert_eq!(error["code"], "stiffbench::port::not_allowed", "{error}");
     let help = error["help"].as_str().unwrap();
-    assert!(help.contains("usermod -aG"), "{help}");
+    assert!(help.contains("(mode 000): a udev rule"), "{help}");
 }
 
 #[test]

@@ -99,7 +99,11 @@ fn a_dry_run_refuses_what_a_run_would_refuse() {
     for (options, code) in [
         ("s --poses P9", "robot::unknown_name"),
         ("there", "output::exists"),
+        ("there/file/s", "output::session_folder"),
+        ("s --capture key --no-input", "usage::argument"),
         ("s --answer foo=1", "session::answer_name"),
+        ("s --answer temperature=warm", "session::answer_value"),
+        ("s --answer drift=perhaps", "session::answer_value"),
         ("s --instrument-records none.toml", "input::read"),
         (
             "s --instrument-records old.toml --strict",
@@ -315,7 +319,7 @@ fn a_table_that_lags_behind_the_journal_was_not_changed() {
 fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
     let desk = desk();
     let ran = desk.run(&format!(
-        "session run s {SHORT} {EMULATED} --answer sign-check=left --json"
+        "session run s {SHORT} {EMULATED} --answer temperature=999 --json"
     ));
     assert_eq!(ran.code, 3);
     let error = &ran.json()["error"];
@@ -324,7 +328,7 @@ fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
         error["help"]
             .as_str()
             .unwrap()
-            .contains("--answer sign-check.P1.x=VALUE")
+            .contains("--answer temperature=VALUE")
     );
     assert_eq!(desk.data("session status s")["outcome"], "partial");
     desk.run(&format!("session resume s {EMULATED}")).succeeds();
@@ -350,7 +354,10 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
     assert_eq!(desk.run(&format!("{command} --strict")).code, 12);
     let ran = desk.run(&command).succeeds();
     let said = "calibration of the force gauge ran out on 2020-01-31";
-    assert!(ran.stderr.contains(said), "{}", ran.stderr);
+    // Before the first reading, and once more at the end.
+    let (before, _) = ran.stderr.split_once("reading 1:").unwrap();
+    assert!(before.contains(said), "{}", ran.stderr);
+    assert_eq!(ran.stderr.matches(said).count(), 2, "{}", ran.stderr);
     assert!(
         desk.read("s/journal.jsonl")
             .contains("\"kind\":\"calibration-warning\"")
@@ -359,8 +366,16 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
         desk.read("s/session.toml")
             .contains("model = \"mark10-series5\"")
     );
-    let status = desk.run("session status s").succeeds();
-    assert!(status.stderr.contains(said));
+    for command in ["status s", "log s", "verify s", "recover s --out t"] {
+        let command = format!("session {command}");
+        desk.run(&format!("{command} --strict")).exits_with(12);
+        let ran = desk.run(&command).succeeds();
+        assert!(ran.stderr.contains(said), "{command}: {}", ran.stderr);
+    }
+    let running = desk.read("s/journal.jsonl");
+    let begun = running.lines().next().unwrap();
+    desk.write("s/journal.jsonl", &format!("{begun}x\n"));
+    desk.run("session verify s --strict").exits_with(31);
 }
 
 #[test]

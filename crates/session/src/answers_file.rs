@@ -15,84 +15,189 @@ use super::operator::{Answer, Prompt};
 /// The schema of an answers file.
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
-/// Every question a session can ask, with what an answer looks like.
-pub const PROMPTS: [(&str, &str); 28] = [
-    ("ready", "true: the bench is ready"),
-    ("temperature", "a number, degC"),
-    ("humidity", "a number, %"),
-    ("bench-note", "a text"),
-    ("temperature-end", "a number, degC"),
-    ("humidity-end", "a number, %"),
-    ("bench-note-end", "a text"),
-    (
-        "setup",
-        "true: pose and gauges are set up; setup.P1.x for one of them",
-    ),
-    (
-        "other-gauge",
-        "true: continue with a gauge of another identity",
-    ),
-    (
-        "sign-check",
-        "\"minus\" or \"plus\": which way the push by hand went, \"again\"",
-    ),
-    (
-        "sign-differs",
-        "\"use\" the sign that was seen, or \"again\"",
-    ),
-    (
-        "zero-not-shown",
-        "zero a gauge \"again\" that does not show its zero, or \"subtract\" what it shows",
-    ),
-    (
-        "force-offset",
-        "\"zero\" a steady force that hangs free, or \"wait\"",
-    ),
-    (
-        "force-sign",
-        "\"flip\" the sign of the force gauge, or \"wait\"",
-    ),
-    (
-        "frozen",
-        "\"accept\", \"again\" or \"skip\" a displacement that does not move",
-    ),
-    (
-        "displacement-sign",
-        "\"accept\", \"again\", \"skip\" or \"flip\" one that moves against the force",
-    ),
-    (
-        "force-steps",
-        "\"again\", \"accept\" or \"skip\" while the force gauge counts in coarse steps",
-    ),
-    ("displacement-steps", "the same for the displacement gauge"),
-    (
-        "changed",
-        "\"again\" or \"flag\" a load that gives another displacement than before an interruption",
-    ),
-    (
-        "unit",
-        "\"same\" if the display of a gauge that sends no unit shows the configured one",
-    ),
-    (
-        "implausible",
-        "\"accept\", \"again\" or \"skip\" one far from its neighbours",
-    ),
-    (
-        "not-settled",
-        "\"wait\", or \"take\" a reading that has not settled",
-    ),
-    ("drift", "\"keep\" or \"redo\" readings whose zero moved"),
-    (
-        "bad-reading",
-        "\"redo\" the run of a reading that its repeats contradict, or \"keep\" it",
-    ),
-    ("limit", "\"again\", \"accept\" or \"skip\""),
-    (
-        "skip-reason",
-        "a text that begins with instrument, specimen, unreachable, time or other",
-    ),
-    ("note", "a text"),
-    ("redo-cell", "true: measure a complete cell once more"),
+/// A question that a session can ask.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Question {
+    /// Its name in an answers file and in `--answer NAME=VALUE`.
+    pub id: &'static str,
+    /// What kind of answer it takes.
+    pub form: AnswerForm,
+    /// What an answer looks like and means, for people.
+    pub answer: &'static str,
+}
+
+/// What kind of answer a question takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AnswerForm {
+    /// True or false.
+    Yes,
+    /// A number; nothing where it may be left out.
+    Number,
+    /// A text.
+    Text,
+    /// One of these words.
+    Words(&'static [&'static str]),
+}
+
+impl AnswerForm {
+    /// Why no question of this form takes an answer; `None` if one may.
+    fn complaint(self, answer: &Answer) -> Option<String> {
+        match (self, answer) {
+            (Self::Yes, Answer::Yes(_))
+            | (Self::Number, Answer::Number(_))
+            | (Self::Text, Answer::Text(_)) => None,
+            (Self::Number, Answer::Text(text)) if text.is_empty() => None,
+            (Self::Words(words), Answer::Text(word)) if words.contains(&word.as_str()) => None,
+            (Self::Yes, _) => Some("true or false is expected".to_owned()),
+            (Self::Number, _) => Some("a number is expected".to_owned()),
+            (Self::Text, _) => Some("a text is expected".to_owned()),
+            (Self::Words(words), _) => Some(format!("one of {} is expected", words.join(", "))),
+        }
+    }
+}
+
+/// Every question a session can ask.
+pub const QUESTIONS: [Question; 28] = [
+    Question {
+        id: "ready",
+        form: AnswerForm::Yes,
+        answer: "true: the bench is ready",
+    },
+    Question {
+        id: "temperature",
+        form: AnswerForm::Number,
+        answer: "a number, degC",
+    },
+    Question {
+        id: "humidity",
+        form: AnswerForm::Number,
+        answer: "a number, %",
+    },
+    Question {
+        id: "bench-note",
+        form: AnswerForm::Text,
+        answer: "a text",
+    },
+    Question {
+        id: "temperature-end",
+        form: AnswerForm::Number,
+        answer: "a number, degC",
+    },
+    Question {
+        id: "humidity-end",
+        form: AnswerForm::Number,
+        answer: "a number, %",
+    },
+    Question {
+        id: "bench-note-end",
+        form: AnswerForm::Text,
+        answer: "a text",
+    },
+    Question {
+        id: "setup",
+        form: AnswerForm::Yes,
+        answer: "true: pose and gauges are set up; setup.P1.x for one of them",
+    },
+    Question {
+        id: "other-gauge",
+        form: AnswerForm::Yes,
+        answer: "true: continue with a gauge of another identity",
+    },
+    Question {
+        id: "sign-check",
+        form: AnswerForm::Words(&["minus", "plus", "again"]),
+        answer: "\"minus\" or \"plus\": which way the push by hand went, \"again\"",
+    },
+    Question {
+        id: "sign-differs",
+        form: AnswerForm::Words(&["use", "again"]),
+        answer: "\"use\" the sign that was seen, or \"again\"",
+    },
+    Question {
+        id: "zero-not-shown",
+        form: AnswerForm::Words(&["again", "subtract"]),
+        answer: "zero a gauge \"again\" that does not show its zero, or \"subtract\" what it shows",
+    },
+    Question {
+        id: "force-offset",
+        form: AnswerForm::Words(&["zero", "wait"]),
+        answer: "\"zero\" a steady force that hangs free, or \"wait\"",
+    },
+    Question {
+        id: "force-sign",
+        form: AnswerForm::Words(&["flip", "wait"]),
+        answer: "\"flip\" the sign of the force gauge, or \"wait\"",
+    },
+    Question {
+        id: "frozen",
+        form: AnswerForm::Words(&["accept", "again", "skip"]),
+        answer: "\"accept\", \"again\" or \"skip\" a displacement that does not move",
+    },
+    Question {
+        id: "displacement-sign",
+        form: AnswerForm::Words(&["accept", "again", "skip", "flip"]),
+        answer: "\"accept\", \"again\", \"skip\" or \"flip\" one that moves against the force",
+    },
+    Question {
+        id: "force-steps",
+        form: AnswerForm::Words(&["again", "accept", "skip"]),
+        answer: "\"again\", \"accept\" or \"skip\" while the force gauge counts in coarse steps",
+    },
+    Question {
+        id: "displacement-steps",
+        form: AnswerForm::Words(&["again", "accept", "skip"]),
+        answer: "the same for the displacement gauge",
+    },
+    Question {
+        id: "changed",
+        form: AnswerForm::Words(&["again", "flag"]),
+        answer: "\"again\" or \"flag\" a load that gives another displacement than before an interruption",
+    },
+    Question {
+        id: "unit",
+        form: AnswerForm::Words(&["same", "other"]),
+        answer: "\"same\" if the display of a gauge that sends no unit shows the configured one",
+    },
+    Question {
+        id: "implausible",
+        form: AnswerForm::Words(&["accept", "again", "skip"]),
+        answer: "\"accept\", \"again\" or \"skip\" one far from its neighbours",
+    },
+    Question {
+        id: "not-settled",
+        form: AnswerForm::Words(&["wait", "take"]),
+        answer: "\"wait\", or \"take\" a reading that has not settled",
+    },
+    Question {
+        id: "drift",
+        form: AnswerForm::Words(&["keep", "redo"]),
+        answer: "\"keep\" or \"redo\" readings whose zero moved",
+    },
+    Question {
+        id: "bad-reading",
+        form: AnswerForm::Words(&["redo", "keep"]),
+        answer: "\"redo\" the run of a reading that its repeats contradict, or \"keep\" it",
+    },
+    Question {
+        id: "limit",
+        form: AnswerForm::Words(&["again", "accept", "skip"]),
+        answer: "\"again\", \"accept\" or \"skip\"",
+    },
+    Question {
+        id: "skip-reason",
+        form: AnswerForm::Text,
+        answer: "a text that begins with instrument, specimen, unreachable, time or other",
+    },
+    Question {
+        id: "note",
+        form: AnswerForm::Text,
+        answer: "a text",
+    },
+    Question {
+        id: "redo-cell",
+        form: AnswerForm::Yes,
+        answer: "true: measure a complete cell once more",
+    },
 ];
 
 /// Answers by the name of the prompt, or by its name and key (`setup.P1.x`).
@@ -133,6 +238,20 @@ pub enum AnswersError {
         #[help]
         help: String,
     },
+    /// The question takes no such answer.
+    #[error("{file}: the answer to {name}: {problem}")]
+    #[diagnostic(
+        code(stiffbench::session::answer_value),
+        help("stiffbench session plan lists every question with the form of its answer")
+    )]
+    Value {
+        /// The file with line and column, or the argument.
+        file: String,
+        /// The name.
+        name: String,
+        /// What was expected.
+        problem: String,
+    },
     /// Not `NAME=VALUE`.
     #[error("`{text}` is not an answer: write NAME=VALUE")]
     #[diagnostic(
@@ -158,13 +277,12 @@ impl From<TomlError> for AnswersError {
 ///
 /// # Errors
 /// [`AnswersError::Unknown`], with the nearest there is; `file` is where the name stands.
-pub fn check_question(file: &str, name: &str) -> Result<(), AnswersError> {
+pub fn check_question(file: &str, name: &str) -> Result<&'static Question, AnswersError> {
     let id = name.split('.').next().unwrap_or(name);
-    let names = || PROMPTS.iter().map(|(name, _)| *name);
-    if names().any(|known| known == id) {
-        return Ok(());
+    if let Some(question) = QUESTIONS.iter().find(|known| known.id == id) {
+        return Ok(question);
     }
-    let meant = nearest(id, names());
+    let meant = nearest(id, QUESTIONS.iter().map(|known| known.id));
     let meant = meant.map_or_else(String::new, |near| format!("did you mean {near}? "));
     Err(AnswersError::Unknown {
         file: file.to_owned(),
@@ -228,7 +346,14 @@ impl Answers {
     }
 
     fn insert(&mut self, file: &str, name: &str, answer: Answer) -> Result<(), AnswersError> {
-        check_question(file, name)?;
+        let question = check_question(file, name)?;
+        if let Some(problem) = question.form.complaint(&answer) {
+            return Err(AnswersError::Value {
+                file: file.to_owned(),
+                name: name.to_owned(),
+                problem,
+            });
+        }
         self.by_name.insert(name.to_owned(), answer);
         Ok(())
     }
@@ -294,5 +419,18 @@ mod tests {
             answers.take_argument("setup"),
             Err(AnswersError::Form { .. })
         ));
+        for (answer, expected) in [
+            ("setup=perhaps", "true or false"),
+            ("temperature=warm", "a number"),
+            ("temperature.P1=yes", "a number"),
+            ("bench-note=5", "a text"),
+            ("drift=yes", "one of keep, redo"),
+        ] {
+            let error = answers.take_argument(answer).unwrap_err().to_string();
+            assert!(error.contains(expected), "{answer}: {error}");
+        }
+        for answer in ["temperature=", "bench-note=", "drift=keep"] {
+            answers.take_argument(answer).unwrap();
+        }
     }
 }

@@ -24,7 +24,9 @@ mod surroundings;
 mod view;
 mod whole_file;
 
-pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS, check_question};
+pub use answers_file::{
+    ANSWERS_SCHEMA, AnswerForm, Answers, AnswersError, QUESTIONS, Question, check_question,
+};
 pub use awake::KeptAwake;
 pub use contradiction::{Contradiction, RepeatCheck};
 pub use decision::{

@@ -6,9 +6,9 @@ use jiff::{SignedDuration, Timestamp};
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Sample};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
-    Action, Answer, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal, Machine, OperatorEvent,
-    Prompt, Purpose, Record, SessionEnd, SessionPlan, SessionState, SessionView, Settings, Started,
-    Store, Task, read_journal, table,
+    Action, Answer, AnswerForm, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal, Machine,
+    OperatorEvent, Prompt, PromptKind, Purpose, QUESTIONS, Record, SessionEnd, SessionPlan,
+    SessionState, SessionView, Settings, Started, Store, Task, read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -49,6 +49,22 @@ impl Store for Disk {
     fn sync(&mut self) -> io::Result<()> {
         Ok(())
     }
+}
+
+/// A question is one of the list, which takes what the question takes.
+fn assert_listed(prompt: &Prompt) {
+    let listed = QUESTIONS.iter().find(|known| known.id == prompt.id);
+    let form = listed.map(|question| question.form);
+    let agrees = match (&prompt.kind, form) {
+        (PromptKind::Text, Some(AnswerForm::Text))
+        | (PromptKind::Number { .. }, Some(AnswerForm::Number))
+        | (PromptKind::Confirm | PromptKind::Checklist(_), Some(AnswerForm::Yes)) => true,
+        (PromptKind::Choice(choices), Some(AnswerForm::Words(words))) => {
+            choices.iter().all(|choice| words.contains(&choice.word))
+        }
+        _ => false,
+    };
+    assert!(agrees, "{prompt:?} is listed as {form:?}");
 }
 
 /// The gauges, the robot and the jack.
@@ -496,6 +512,7 @@ impl Rig {
                     }
                     Action::Prompt(prompt) => {
                         let (id, answer) = (prompt.id.clone(), self.usual(&prompt));
+                        assert_listed(&prompt);
                         self.asked.push(prompt);
                         if id == self.leaves_open {
                             continue;

@@ -127,8 +127,8 @@ pub(in crate::cli) fn write_comparison(
     Ok(page)
 }
 
-/// Under `--strict` no report is made of readings of a gauge whose calibration had run out.
-fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), AnalysisError> {
+/// Under `--strict` no report is made, or verified, of readings of a gauge whose calibration had run out.
+pub(super) fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), AnalysisError> {
     let overdue = source.overdue();
     if global.strict && !overdue.is_empty() {
         let instruments = overdue.join(", ");

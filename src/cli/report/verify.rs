@@ -14,6 +14,7 @@ use crate::report::page::{
 };
 
 use super::args::VerifyArgs;
+use super::make::refuse_overdue;
 use super::{open_settings, template};
 
 /// Exit code for a report that is not as it was rendered.
@@ -63,11 +64,13 @@ fn again(
             .into());
         };
         let source = PageSource::open(&[a.clone(), b.clone()], &options)?;
+        refuse_overdue(&source, global)?;
         let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;
         let two = robots.is_some();
         return Ok(comparison_page(&source, &comparison, two, settings, &hash));
     }
     let source = PageSource::open_joined(&args.sessions, &options)?;
+    refuse_overdue(&source, global)?;
     let model = recorded(&args.model, settings);
     Ok(session_page(&source, &model.choice()?, settings, &hash)?)
 }

@@ -35,7 +35,8 @@ use super::inspect::event_text;
 use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{
-    answers, gauge_terms, instrument_records, overdue, overdue_today, plan_of, robot_of,
+    answers, check_place, gauge_terms, instrument_records, overdue, overdue_today, plan_of,
+    refuse_keys_without_hands, robot_of,
 };
 use super::repeats::BenchRepeats;
 
@@ -105,8 +106,10 @@ pub(super) fn checked(args: &RunArgs, global: &Global) -> Result<CheckedSession,
         .with_axis_words([0, 1, 2].map(|axis| robot.robot.axis_word(axis)));
     let (instruments, notes) = instrument_records(args.instruments.as_deref())?;
     warnings.extend(notes);
-    warnings.extend(overdue(&instruments, global)?);
+    warnings.extend(overdue(&instruments, global.strict)?);
     SessionFolder::check_new(&args.out)?;
+    check_place(&args.out)?;
+    refuse_keys_without_hands(&args.bench, global)?;
     Ok(CheckedSession {
         answers: answers(&args.bench, global)?,
         robot,
@@ -192,6 +195,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     // A damaged or foreign folder is refused before anything is opened.
     let (plan, header, hash) = plan_of(&read_folder(&args.folder)?)?;
     refuse_mixture(&args.bench, &header)?;
+    refuse_keys_without_hands(&args.bench, global)?;
     let now = Timestamp::now();
     let (folder, journal, read, cut_bytes) = SessionFolder::open(&args.folder, now)?;
     let state = SessionState::fold(&read.records);
@@ -225,7 +229,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let robot = robot.map(|robot| (robot, header.clone()));
     let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &header.instruments, &state)?;
     warnings.extend(notes);
-    warnings.extend(overdue(&header.instruments, global)?);
+    warnings.extend(overdue(&header.instruments, global.strict)?);
     let first = if state.started.is_some() {
         Event::Resumed(Resumed {
             software: SOFTWARE.to_owned(),
@@ -260,7 +264,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
 fn drive(
     ready: Ready,
     args: &BenchArgs,
-    operator: Box<dyn Operator>,
+    mut operator: Box<dyn Operator>,
     global: &Global,
 ) -> Result<Printed, Failure> {
     let Ready {
@@ -327,7 +331,11 @@ fn drive(
     };
     let planned = plan.len();
     let mut machine = Machine::new(plan, settings, state);
-    let calibration = overdue_today(&instruments).into_iter();
+    let overdue = overdue_today(&instruments);
+    for warning in &overdue {
+        operator.notify(&format!("warning: {warning}"));
+    }
+    let calibration = overdue.into_iter();
     let calibration = calibration.map(|text| Event::CalibrationWarning(Warning { text }));
     for event in [first].into_iter().chain(calibration) {
         let record = journal.append(event, clock.utc(), clock.now_s())?;

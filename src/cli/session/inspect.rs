@@ -62,18 +62,20 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         let reading = &place.readings[index];
         let _ = writeln!(
             text,
-            "next: {} {}, {} N, repeat {}; some {:.0} minutes left\nNext: stiffbench session resume {}",
+            "next: {} {}, {} N, repeat {}; some {:.0} minutes left",
             place.pose,
             place.direction,
             reading.target_n,
             reading.repeat,
-            left_s / 60.0,
-            folder.display()
+            left_s / 60.0
         );
+        if outcome != SessionOutcome::Running {
+            let _ = writeln!(text, "Next: stiffbench session resume {}", folder.display());
+        }
     } else {
         let _ = writeln!(text, "Next: stiffbench stiffness {}", folder.display());
     }
-    let mut warnings = overdue(&header.instruments, global)?;
+    let mut warnings = overdue(&header.instruments, global.strict)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = StatusReport {
         folder: folder.to_owned(),
@@ -129,7 +131,7 @@ pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
             event_text(&record.event)
         );
     }
-    let mut warnings = overdue(&header.instruments, global)?;
+    let mut warnings = overdue(&header.instruments, global.strict)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = SessionLog {
         events: read.journal.records,

@@ -40,8 +40,8 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Undo(args) => undo::run(&args.folder),
         SessionCommand::Replay(args) => replay::run(&args, global),
         SessionCommand::Faults(args) => args.run("session faults", "faults"),
-        SessionCommand::Verify(args) => repair::verify(&args.folder),
-        SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out),
+        SessionCommand::Verify(args) => repair::verify(&args.folder, global),
+        SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out, global),
     }
 }
 

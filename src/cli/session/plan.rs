@@ -14,7 +14,7 @@ use crate::elastostatics::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
 use crate::readings::Instruments;
 use crate::report::{PlanReport, best_poses_text, counted};
-use crate::session::{PROMPTS, SessionCell, SessionPlan, SessionState};
+use crate::session::{QUESTIONS, Question, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
 use super::args::{PlanArgs, RunArgs};
@@ -107,9 +107,9 @@ fn planned(plan: &SessionPlan, procedure: &Procedure, best: Option<&BestPoses>) 
     text.push_str(
         "\nQuestions, each answered by --answer ID=VALUE or a line of an answers file:\n",
     );
-    for (name, form) in PROMPTS {
+    for Question { id, answer, .. } in QUESTIONS {
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "  {name:<18} {form}");
+        let _ = writeln!(text, "  {id:<18} {answer}");
     }
     text.push_str("\nFiles:\n");
     for (name, what) in FILES {

@@ -1,19 +1,20 @@
 //! From arguments or a session folder to plan, header, settings and answers.
 
+use std::io;
 use std::path::Path;
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
-use crate::analysis::{AnalysisError, ResolvedModel, add_poses, read_text, sha256};
+use crate::analysis::{AnalysisError, ArgumentError, ResolvedModel, add_poses, read_text, sha256};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::failure::Failure;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
-use crate::session::{Answers, ReadFolder, SessionPlan};
+use crate::session::{Answers, FolderError, ReadFolder, SessionPlan};
 use crate::stiffness::{GaugePair, GaugeTerms};
 
-use super::args::BenchArgs;
+use super::args::{BenchArgs, CaptureWord};
 
 /// The plan of a session folder, its header, and the hash of its procedure.
 pub(super) fn plan_of(read: &ReadFolder) -> Result<(SessionPlan, SessionHeader, String), Failure> {
@@ -67,13 +68,13 @@ pub(super) fn overdue_today(instruments: &Instruments) -> Vec<String> {
     overdue.collect()
 }
 
-/// Warns of overdue calibration, or refuses under `--strict`.
+/// Warns of overdue calibration, or refuses it where `strict`.
 pub(super) fn overdue(
     instruments: &Instruments,
-    global: &Global,
+    strict: bool,
 ) -> Result<Vec<String>, AnalysisError> {
     let warnings = overdue_today(instruments);
-    if global.strict && !warnings.is_empty() {
+    if strict && !warnings.is_empty() {
         return Err(AnalysisError::CalibrationOverdue {
             instruments: warnings.join("; "),
         });
@@ -115,4 +116,48 @@ pub(super) fn answers(args: &BenchArgs, global: &Global) -> Result<Answers, Fail
     }
     answers.no_input = global.no_input;
     Ok(answers)
+}
+
+/// Whether a folder can be made at a place.
+pub(super) fn check_place(folder: &Path) -> Result<(), FolderError> {
+    let mut above = folder.ancestors().skip(1);
+    let there = above.find(|path| path.symlink_metadata().is_ok());
+    let there = there.unwrap_or(Path::new("."));
+    let refused = if !there.is_dir() {
+        io::ErrorKind::NotADirectory.into()
+    } else if let Err(refused) = may_write(there) {
+        refused
+    } else {
+        return Ok(());
+    };
+    Err(FolderError::System {
+        path: there.to_owned(),
+        source: refused,
+    })
+}
+
+#[cfg(unix)]
+fn may_write(folder: &Path) -> io::Result<()> {
+    use rustix::fs::{Access, access};
+    Ok(access(folder, Access::WRITE_OK | Access::EXEC_OK)?)
+}
+
+#[cfg(not(unix))]
+fn may_write(_folder: &Path) -> io::Result<()> {
+    Ok(())
+}
+
+/// Refuses to wait for keys that nobody presses.
+pub(super) fn refuse_keys_without_hands(
+    args: &BenchArgs,
+    global: &Global,
+) -> Result<(), ArgumentError> {
+    if args.capture == CaptureWord::Key && global.no_input {
+        return Err(ArgumentError::new(
+            "--capture key",
+            "with --no-input nobody presses a key",
+            "leave out one of them",
+        ));
+    }
+    Ok(())
 }

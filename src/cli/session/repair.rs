@@ -9,6 +9,7 @@ use crate::analysis::{
     Inputs, JournalCheck, ReadError, TableCheck, compare_vectors_with_journal,
     compare_with_journal, shortened,
 };
+use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::readings::{
@@ -20,7 +21,7 @@ use crate::session::{
     recover,
 };
 
-use super::prepare::{overdue_today, plan_of};
+use super::prepare::{overdue, plan_of};
 
 /// Exit code for data that are damaged and readable in part.
 const PART: u8 = 30;
@@ -28,8 +29,8 @@ const PART: u8 = 30;
 /// Exit code for data of which nothing can be read.
 const NOTHING: u8 = 31;
 
-/// Whether the journal of a session is whole.
-pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
+/// Whether the journal of a session is whole. An overdue calibration is refused under `--strict` only where it is.
+pub(super) fn verify(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     if !folder.join("journal.jsonl").is_file() && folder.join("readings.csv").is_file() {
         let text = format!(
             "{}: not protected: there is no journal that the readings could be compared with\n",
@@ -72,9 +73,10 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
+        let strict = global.strict && exit == 0;
         outcome = outcome
             .with_inputs(Inputs::default().with_folder(folder, &header))
-            .with_warnings(overdue_today(&header.instruments));
+            .with_warnings(overdue(&header.instruments, strict)?);
     }
     Ok(outcome)
 }
@@ -125,6 +127,11 @@ fn verify_table(
     if !file.is_file() {
         let found = "it does not exist; it can be rebuilt from the journal".to_owned();
         return Ok((TableCheck::Missing, found, PART));
+    }
+    let is_damaged = matches!(read.journal.end, JournalEnd::Damaged { .. });
+    if is_damaged && read.journal.records.is_empty() {
+        let found = "nothing is left of the journal that it could be compared with".to_owned();
+        return Ok((TableCheck::NotProtected, found, 0));
     }
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
@@ -191,8 +198,16 @@ fn judged(check: &JournalCheck, file: &Path, end: &JournalEnd) -> (TableCheck, S
     }
 }
 
-/// Keeps what is good in a new folder.
-pub(super) fn recover_into(folder: &Path, out: &Path) -> Result<Outcome, Failure> {
+/// Keeps what is good in a new folder; an overdue calibration is refused under `--strict` before it is made.
+pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result<Outcome, Failure> {
+    // Of a damaged session not even the header may be left.
+    let header = read_folder(folder)
+        .ok()
+        .and_then(|read| plan_of(&read).ok());
+    let warnings = match header {
+        Some((_, header, _)) => overdue(&header.instruments, global.strict)?,
+        None => Vec::new(),
+    };
     let journal = recover(folder, out, Timestamp::now())?;
     let state = SessionState::fold(&journal.records);
     let (found, exit) = finding(&journal);
@@ -205,11 +220,8 @@ pub(super) fn recover_into(folder: &Path, out: &Path) -> Result<Outcome, Failure
         out.display()
     );
     let data = report(&journal, &state, exit);
-    // Of a damaged session not even the header may be left.
-    let kept = read_folder(out).ok().and_then(|read| plan_of(&read).ok());
-    let overdue = kept.map(|(_, header, _)| overdue_today(&header.instruments));
     Ok(Outcome::new("session-recover", text, data)
-        .with_warnings(overdue.unwrap_or_default())
+        .with_warnings(warnings)
         .with_exit(exit))
 }
 

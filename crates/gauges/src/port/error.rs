@@ -23,17 +23,15 @@ pub enum PortError {
     },
     /// The port is there and this user may not open it.
     #[error("port {port} may not be opened by this user: it belongs to the group {group}")]
-    #[diagnostic(
-        code(stiffbench::port::not_allowed),
-        help(
-            "put the user into that group (sudo usermod -aG {group} $USER) and log in again: the group applies from the next login on"
-        )
-    )]
+    #[diagnostic(code(stiffbench::port::not_allowed))]
     NotAllowed {
         /// Path.
         port: String,
-        /// Group that may open it, usually dialout or uucp.
+        /// Group that it belongs to, usually dialout or uucp.
         group: String,
+        /// What to do.
+        #[help]
+        help: String,
     },
     /// Another program has the port.
     #[error("port {port} is in use{}", Holder::sentence(.holders))]

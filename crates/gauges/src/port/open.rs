@@ -120,10 +120,7 @@ fn inspect(path: &str) -> Result<(), PortError> {
             .to_owned(),
         }),
         Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
-            Err(PortError::NotAllowed {
-                port: path.to_owned(),
-                group: COMMON_GROUP.to_owned(),
-            })
+            Err(not_allowed(path, COMMON_GROUP.to_owned(), None))
         }
         Err(_) => Err(absent(path)),
     }
@@ -255,10 +252,10 @@ fn explain(
     let port = path.to_owned();
     match refused {
         Refusal::Absent => absent(path),
-        Refusal::NotAllowed => PortError::NotAllowed {
-            group: group_of(Path::new(path), Path::new("/etc/group")),
-            port,
-        },
+        Refusal::NotAllowed => {
+            let group = group_of(Path::new(path), Path::new("/etc/group"));
+            not_allowed(path, group, mode(Path::new(path)))
+        }
         Refusal::Busy => busy(path, waited_s),
         Refusal::NoLine => PortError::NoLine {
             port,
@@ -300,6 +297,38 @@ fn busy(path: &str, waited_s: f64) -> PortError {
     }
 }
 
+/// Reading and writing by the group, of the rights of a file.
+const BY_GROUP: u32 = 0o060;
+
+/// A group helps only where the port lets its group in.
+fn not_allowed(port: &str, group: String, mode: Option<u32>) -> PortError {
+    let help = match mode.filter(|mode| mode & BY_GROUP != BY_GROUP) {
+        None => format!(
+            "put the user into that group (sudo usermod -aG {group} $USER) and log in again: the group applies from the next login on"
+        ),
+        Some(mode) => format!(
+            "the port does not let its group in (mode {:03o}): a udev rule with GROUP=\"{group}\", MODE=\"0660\" does; then the user needs to be in that group",
+            mode & 0o777
+        ),
+    };
+    PortError::NotAllowed {
+        port: port.to_owned(),
+        group,
+        help,
+    }
+}
+
+#[cfg(unix)]
+fn mode(port: &Path) -> Option<u32> {
+    use std::os::unix::fs::MetadataExt;
+    Some(std::fs::metadata(port).ok()?.mode())
+}
+
+#[cfg(not(unix))]
+fn mode(_: &Path) -> Option<u32> {
+    None
+}
+
 /// Group that most Linux systems give their serial ports.
 const COMMON_GROUP: &str = "dialout";
 
@@ -338,6 +367,8 @@ mod tests {
     use std::io::Write;
 
     use serialport::{DataBits, FlowControl, Parity, StopBits, TTYPort};
+
+    use miette::Diagnostic as _;
 
     use super::*;
 
@@ -449,5 +480,13 @@ mod tests {
             .to_string(),
             "port /dev/ttyUSB0 may not be opened by this user: it belongs to the group dialout"
         );
+        for (mode, remedy) in [
+            (0o020_660, "usermod -aG uucp"),
+            (0o020_600, "(mode 600): a udev rule with GROUP=\"uucp\""),
+        ] {
+            let error = not_allowed("/dev/ttyUSB0", "uucp".to_owned(), Some(mode));
+            let help = error.help().unwrap().to_string();
+            assert!(help.contains(remedy), "{help}");
+        }
     }
 }

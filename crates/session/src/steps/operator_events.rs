@@ -157,6 +157,13 @@ impl Machine {
         let open =
             (0..planned.readings.len()).any(|index| !self.state.taken.contains_key(&(cell, index)));
         if open {
+            let text = format!(
+                "cell {} is next: {} {}",
+                cell + 1,
+                planned.pose,
+                planned.direction
+            );
+            self.notify(text, out);
             self.focus = cell;
             self.reroute();
             return;
