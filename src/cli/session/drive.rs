@@ -331,13 +331,7 @@ fn drive(
     };
     let planned = plan.len();
     let mut machine = Machine::new(plan, settings, state);
-    let overdue = overdue_today(&instruments);
-    for warning in &overdue {
-        operator.notify(&format!("warning: {warning}"));
-    }
-    let calibration = overdue.into_iter();
-    let calibration = calibration.map(|text| Event::CalibrationWarning(Warning { text }));
-    for event in [first].into_iter().chain(calibration) {
+    for event in first_events(first, &instruments, operator.as_mut()) {
         let record = journal.append(event, clock.utc(), clock.now_s())?;
         machine.recorded(&record);
         log.line(
@@ -372,6 +366,20 @@ fn drive(
     let outcome = ended?;
     table.rewrite(machine.state())?;
     Ok(report(folder.path(), outcome, &machine, planned).with_warnings(warnings))
+}
+
+/// What the journal begins with; the operator hears of calibrations that ran out.
+fn first_events(
+    first: Event,
+    instruments: &Instruments,
+    operator: &mut dyn Operator,
+) -> Vec<Event> {
+    let mut events = vec![first];
+    for text in overdue_today(instruments) {
+        operator.notify(&format!("warning: {text}"));
+        events.push(Event::CalibrationWarning(Warning { text }));
+    }
+    events
 }
 
 /// Whoever is there: on the whole of a terminal where there is one, else in lines.
