@@ -2,7 +2,8 @@
 //!
 //! What a gauge shows at rest depends on seed, pose, direction, step and repeat, and on nothing else: not on how often or when it is read, not
 //! on what was done before, and not on whether the program was started again in between. So the same seed gives the same session, interrupted
-//! or not. The price: laws that depend on time (creep, drift) act at the times that the pace of the procedure plans, not at those of the clock.
+//! or not. The price: laws that depend on time (creep, drift) act at the times that the pace of the procedure plans, not at those of the clock;
+//! and a gauge that goes back to its zero has drifted as far as at the last load.
 
 mod cell;
 mod motion;
@@ -10,9 +11,10 @@ mod motion;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use stiffbench_beams::physics::{ActingPhysics, LawSet, Mechanics, PoseMechanics};
+use stiffbench_beams::physics::{ActingPhysics, LawSet, Mechanics, Place, PoseMechanics};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_measurement::procedure::Procedure;
+use stiffbench_measurement::readings::ZeroScope;
 use stiffbench_units_and_text::clock::Clock;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
@@ -67,6 +69,8 @@ pub struct EmulatedBench {
 #[derive(Debug)]
 struct Inner {
     laws: LawSet,
+    /// Of these, what acts with the clock alone: it moves a gauge that is not loaded too.
+    drift: LawSet,
     poses: Vec<(PoseId, PoseMechanics)>,
     procedure: Procedure,
     setup: EmulatedSetup,
@@ -76,6 +80,8 @@ struct Inner {
     direction: usize,
     /// The run that is made ready or under way, from 1.
     repeat: u32,
+    /// By how much the displacement gauge had drifted since its zero at the last load, m.
+    drift_m: f64,
     /// Force to which the jack is set without a planned load: nothing or the preload.
     motion: Motion,
     /// What a hand adds.
@@ -116,8 +122,13 @@ impl EmulatedBench {
         let mechanics = Mechanics::new(robot, &physics.mechanism, factors, &angles)?;
         let poses = names.into_iter().enumerate();
         let poses = poses.map(|(place, name)| (name, mechanics.pose(place).clone()));
+        let of_the_clock = physics.effects.iter().cloned();
+        let of_the_clock = of_the_clock
+            .filter(|effect| effect.place == Place::Clock)
+            .collect();
         let mut inner = Inner {
             laws: physics.laws.clone(),
+            drift: ActingPhysics::new(robot, &physics.mechanism, of_the_clock)?.laws,
             poses: poses.collect(),
             procedure: procedure.clone(),
             setup,
@@ -125,6 +136,7 @@ impl EmulatedBench {
             pose: 0,
             direction: 0,
             repeat: 1,
+            drift_m: 0.0,
             motion: Motion::default(),
             hand: Stand::default(),
         };
@@ -174,6 +186,9 @@ impl EmulatedBench {
     pub fn begin_run(&self, repeat: u32) {
         let mut inner = self.lock();
         inner.repeat = repeat;
+        if inner.procedure.zero == ZeroScope::Run {
+            inner.drift_m = 0.0;
+        }
         inner.go_to_rest(0.0, self.clock.now_s());
     }
 
@@ -198,6 +213,7 @@ impl EmulatedBench {
         inner.repeat = repeat;
         let now_s = self.clock.now_s();
         let stages = inner.cell().stages(target_n, step, repeat);
+        inner.drift_m = inner.cell().drift_m(step, repeat);
         inner.go_to(stages, now_s);
     }
 
@@ -294,6 +310,7 @@ impl Inner {
     fn cell(&mut self) -> &SolvedCell {
         let Self {
             laws,
+            drift,
             poses,
             procedure,
             setup,
@@ -310,20 +327,22 @@ impl Inner {
                     direction,
                     number: number as u32,
                 };
-                SolvedCell::new(key, laws, structure, procedure, setup)
+                SolvedCell::new(key, [laws, drift], structure, procedure, setup)
             })
     }
 
     /// A new pose or direction: everything stands, nothing is loaded.
     fn stand_at_rest(&mut self) {
         self.repeat = 1;
+        self.drift_m = 0.0;
         let stand = self.cell().at_rest(0.0, 1);
         self.motion = Motion::standing(stand);
     }
 
     fn go_to_rest(&mut self, force_n: f64, now_s: f64) {
         let repeat = self.repeat;
-        let stand = self.cell().at_rest(force_n, repeat);
+        let mut stand = self.cell().at_rest(force_n, repeat);
+        stand.displacement_m += self.drift_m;
         self.go_to(vec![(0.0, stand)], now_s);
     }
 

@@ -18,6 +18,18 @@ pub(super) struct ActingLoad {
     pub(super) temperature_deg_c: f64,
 }
 
+impl ActingLoad {
+    /// The same moment without force.
+    pub(super) fn unloaded(&self) -> Self {
+        let point = LoadPoint {
+            force_n: 0.0,
+            is_unloaded: true,
+            ..self.point
+        };
+        Self { point, ..*self }
+    }
+}
+
 /// A cell with its structure and laws.
 pub(super) struct CellMechanics<'a> {
     pub(super) laws: &'a LawSet,

@@ -42,6 +42,8 @@ pub(super) struct SolvedCell {
     planned: Vec<PlannedReading>,
     /// Where everything stands at each planned reading.
     stands: Vec<Stand>,
+    /// By how much the displacement gauge has drifted since its zero at each of them, m.
+    drifts_m: Vec<f64>,
     tolerance_n: f64,
     zero: ZeroScope,
     /// Displacement per force of a first load, m/N.
@@ -55,7 +57,7 @@ pub(super) struct SolvedCell {
 impl SolvedCell {
     pub(super) fn new(
         key: CellKey,
-        laws: &LawSet,
+        [laws, drift]: [&LawSet; 2],
         structure: &PoseMechanics,
         procedure: &Procedure,
         setup: &EmulatedSetup,
@@ -64,6 +66,7 @@ impl SolvedCell {
         let mut cell = Self {
             setup: *setup,
             stands: Vec::new(),
+            drifts_m: Vec::new(),
             tolerance_n: procedure.settle.force_tolerance_n,
             zero: procedure.zero,
             first_load_m_per_n: 0.0,
@@ -92,6 +95,12 @@ impl SolvedCell {
             keep_history: false,
         };
         let displacements_m = mechanics.displacements_m(&loads);
+        let unloaded: Vec<ActingLoad> = loads.iter().map(ActingLoad::unloaded).collect();
+        cell.drifts_m = CellMechanics {
+            laws: drift,
+            ..mechanics
+        }
+        .displacements_m(&unloaded);
         let preload = ActingLoad {
             point: LoadPoint {
                 force_n: procedure.preload_n,
@@ -179,6 +188,13 @@ impl SolvedCell {
             *along_m -= self.error("zero along", sd_m, &numbers);
         }
         stand
+    }
+
+    /// By how much the displacement gauge has drifted since its zero at a load of the procedure, m.
+    pub(super) fn drift_m(&self, step: u32, repeat: u32) -> f64 {
+        let mut readings = self.planned.iter().zip(&self.drifts_m);
+        let at = readings.find(|(planned, _)| (planned.step, planned.repeat) == (step, repeat));
+        at.map_or(0.0, |(_, drift_m)| *drift_m)
     }
 
     /// By how much everything moves under a little more force.

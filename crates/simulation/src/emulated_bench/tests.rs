@@ -134,6 +134,31 @@ fn zeros_belong_to_their_cell_or_to_their_run() {
     }
 }
 
+/// Loads of -10 N, then back to the zero: what the gauge shows there is what the drift added to the load.
+#[test]
+fn a_gauge_that_drifts_does_not_come_back_to_its_zero() {
+    for (name, since_run) in [("paper", false), ("sweeps", true)] {
+        let procedure = procedure(name);
+        let effect = "thermal-drift@clock:rate=3600um/h";
+        let [still, drifts] = [&[][..], &[effect]].map(|of| bench(&procedure, quiet(), of));
+        let shown = [&still, &drifts].map(|bench| {
+            bench.begin_run(1);
+            let zero_m = rest(bench).1;
+            bench.apply(-10.0, 1, 1);
+            let loaded_m = rest(bench).1 - zero_m;
+            bench.release();
+            let again_m = rest(bench).1 - zero_m;
+            bench.begin_run(2);
+            (loaded_m, again_m, rest(bench).1 - zero_m)
+        });
+        let drift_m = shown[1].0 - shown[0].0;
+        assert!(drift_m > 1e-6, "{name}: {drift_m}");
+        assert!((shown[1].1 - drift_m).abs() < 1e-12 && shown[0].1 == 0.0);
+        let next_m = if since_run { 0.0 } else { drift_m };
+        assert!((shown[1].2 - next_m).abs() < 1e-12, "{name}");
+    }
+}
+
 #[test]
 fn the_spread_of_readings_is_that_of_the_noise() {
     let procedure = Procedure {
