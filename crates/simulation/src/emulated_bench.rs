@@ -122,13 +122,15 @@ impl EmulatedBench {
         let mechanics = Mechanics::new(robot, &physics.mechanism, factors, &angles)?;
         let poses = names.into_iter().enumerate();
         let poses = poses.map(|(place, name)| (name, mechanics.pose(place).clone()));
-        let of_the_clock = physics.effects.iter().cloned();
-        let of_the_clock = of_the_clock
-            .filter(|effect| effect.place == Place::Clock)
-            .collect();
+        let mut drift = LawSet::default();
+        for effect in &physics.effects {
+            if effect.place == Place::Clock {
+                drift.push(effect, None);
+            }
+        }
         let mut inner = Inner {
             laws: physics.laws.clone(),
-            drift: ActingPhysics::new(robot, &physics.mechanism, of_the_clock)?.laws,
+            drift,
             poses: poses.collect(),
             procedure: procedure.clone(),
             setup,
