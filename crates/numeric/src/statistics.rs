@@ -339,6 +339,18 @@ mod tests {
     }
 
     #[test]
+    fn the_even_sequence_has_the_ratios_of_its_source() {
+        // Roberts (2018): golden ratio and plastic number, and the first points of R_2 from them.
+        is_near(golden_ratio(1), 1.618_033_988_749_895, 1e-15);
+        let plastic = golden_ratio(2);
+        is_near(plastic, 1.324_717_957_244_746, 1e-15);
+        is_near(even_share(plastic, 0, 0), 0.5, 1e-15);
+        is_near(even_share(plastic, 1, 0), 0.254_877_666_246_693, 1e-12);
+        is_near(even_share(plastic, 1, 1), 0.069_840_290_998_053, 1e-12);
+        is_near(even_share(plastic, 2, 0), 0.009_755_332_493_386, 1e-12);
+    }
+
+    #[test]
     fn a_line_through_points_worked_by_hand() {
         // Means 1.5 and 4, sxx 5, sxy 11; residuals 0.3, 0.1, -1.1, 0.7.
         let points = [(0.0, 1.0), (1.0, 3.0), (2.0, 4.0), (3.0, 8.0)];
