@@ -143,7 +143,7 @@ mutants: (mutants-of "numeric" "statistics.rs reported.rs") (mutants-of "gauges"
 # Nine in ten must be noticed, in time or by running out of it; the others are listed
 [private]
 mutants-of crate files:
-    -cargo mutants --package stiffbench-{{crate}} $(printf -- '--file crates/{{crate}}/src/%s ' {{files}}) --output target/mutants/{{crate}} -- --release --lib
+    -cargo mutants --package stiffbench-{{crate}} $(printf -- '--file crates/{{crate}}/src/%s ' {{files}}) --profile release --output target/mutants/{{crate}} -- --lib
     cat target/mutants/{{crate}}/mutants.out/missed.txt
     cd target/mutants/{{crate}}/mutants.out && noticed=$(cat caught.txt timeout.txt | wc -l) missed=$(wc -l < missed.txt) && echo "{{crate}}: $noticed noticed, $missed missed" && test $((9 * missed)) -le $noticed
 

@@ -53,7 +53,10 @@ fn the_demonstration_writes_all_it_lists() {
     assert_eq!(fit["factors"], data["fit"]["factors"]);
     // A second demonstration leaves the first one as it is, and what its user has changed there.
     desk.write("here/demo/tables.txt", "mine");
-    desk.run("demo --out here/demo").succeeds();
+    let again = desk.run("demo --out here/demo").succeeds();
+    for expected in ["validated on P2 and P4", "Written:", "Next: stiffbench fit"] {
+        assert!(again.stdout.contains(expected), "{}", again.stdout);
+    }
     assert_eq!(desk.read("here/demo/tables.txt"), "mine");
     assert!(desk.path("here/demo-2/tables.txt").is_file());
 }

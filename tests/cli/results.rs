@@ -95,7 +95,7 @@ fn robots() {
 }
 
 #[test]
-fn significance_and_demo() {
+fn significance() {
     let desk = desk();
     both(
         &desk,
@@ -108,12 +108,6 @@ fn significance_and_demo() {
         "significance --beams-only",
         &["Pose P1"],
         "significance",
-    );
-    both(
-        &desk,
-        "demo",
-        &["validated on P2 and P4", "Written:", "Next: stiffbench fit"],
-        "demo",
     );
 }
 

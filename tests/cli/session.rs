@@ -96,6 +96,10 @@ fn a_dry_run_refuses_what_a_run_would_refuse() {
         "old.toml",
         "schema = \"stiffbench/session/1\"\n[instruments.force]\ncalibrated = 2020-01-01\ndue = 2021-01-01\n",
     );
+    desk.write(
+        "wrong.toml",
+        "schema = \"stiffbench/session/1\"\n[instruments.force]\nU_N = -3\n",
+    );
     for (options, code) in [
         ("s --poses P9", "robot::unknown_name"),
         ("there", "output::exists"),
@@ -103,6 +107,13 @@ fn a_dry_run_refuses_what_a_run_would_refuse() {
         ("s --capture key --no-input", "usage::argument"),
         ("s --answer foo=1", "session::answer_name"),
         ("s --answer temperature=warm", "session::answer_value"),
+        ("s --answer temperature=2150", "session::answer_value"),
+        ("s --bindings none.toml", "input::not_found"),
+        ("s --displacement-port x=/dev/ttyUSB1", "usage::argument"),
+        (
+            "s --instrument-records wrong.toml",
+            "session_file::wrong_value",
+        ),
         ("s --answer drift=perhaps", "session::answer_value"),
         ("s --instrument-records none.toml", "input::read"),
         (
@@ -319,7 +330,7 @@ fn a_table_that_lags_behind_the_journal_was_not_changed() {
 fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
     let desk = desk();
     let ran = desk.run(&format!(
-        "session run s {SHORT} {EMULATED} --answer temperature=999 --json"
+        "session run s {SHORT} {EMULATED} --effect thermal-drift@clock:rate=60000um/h --json"
     ));
     assert_eq!(ran.code, 3);
     let error = &ran.json()["error"];
@@ -328,10 +339,9 @@ fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
         error["help"]
             .as_str()
             .unwrap()
-            .contains("--answer temperature=VALUE")
+            .contains("--answer drift=VALUE")
     );
     assert_eq!(desk.data("session status s")["outcome"], "partial");
-    desk.run(&format!("session resume s {EMULATED}")).succeeds();
     let unknown = desk.run(&format!(
         "session run t {SHORT} {EMULATED} --answer sing-check=minus"
     ));
@@ -342,6 +352,30 @@ fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
         unknown.stderr
     );
     assert!(!desk.path("t").exists());
+}
+
+/// The gauge goes on drifting after the interruption, as the mark of the session says.
+#[cfg(unix)]
+#[test]
+fn a_question_at_which_a_session_stopped_is_asked_once_more() {
+    let desk = desk();
+    let drifts = "--effect thermal-drift@clock:rate=60000um/h";
+    for (folder, answer, superseded) in [("kept", "keep", 0), ("redone", "redo", 4 * 3)] {
+        desk.run(&format!("session run {folder} {SHORT} {EMULATED} {drifts}"))
+            .exits_with(3);
+        let status = desk.run(&format!("session status {folder}")).succeeds();
+        let repeats = "the question what to do, as the displacement zero moved by";
+        assert!(status.stdout.contains(repeats), "{}", status.stdout);
+        let resume = format!("session resume {folder} {EMULATED}");
+        desk.run(&resume).exits_with(3);
+        let resumed = desk.data(&format!("{resume} --answer drift={answer}"));
+        assert_eq!(resumed["outcome"], "complete");
+        assert_eq!(resumed["superseded"], superseded, "{answer}");
+        // Nothing is begun in a session that is complete.
+        let journal = desk.read(&format!("{folder}/journal.jsonl"));
+        assert_eq!(desk.data(&resume)["outcome"], "complete");
+        assert_eq!(desk.read(&format!("{folder}/journal.jsonl")), journal);
+    }
 }
 
 #[cfg(unix)]

@@ -16,7 +16,7 @@ use super::operator::{Answer, Prompt};
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
 /// A question that a session can ask.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Question {
     /// Its name in an answers file and in `--answer NAME=VALUE`.
     pub id: &'static str,
@@ -27,12 +27,17 @@ pub struct Question {
 }
 
 /// What kind of answer a question takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AnswerForm {
     /// True or false.
     Yes,
     /// A number; nothing where it may be left out.
-    Number,
+    Number {
+        /// Its unit.
+        unit: &'static str,
+        /// Smallest and largest that are taken.
+        range: [f64; 2],
+    },
     /// A text.
     Text,
     /// One of these words.
@@ -43,18 +48,40 @@ impl AnswerForm {
     /// Why no question of this form takes an answer; `None` if one may.
     fn complaint(self, answer: &Answer) -> Option<String> {
         match (self, answer) {
-            (Self::Yes, Answer::Yes(_))
-            | (Self::Number, Answer::Number(_))
-            | (Self::Text, Answer::Text(_)) => None,
-            (Self::Number, Answer::Text(text)) if text.is_empty() => None,
+            (Self::Yes, Answer::Yes(_)) | (Self::Text, Answer::Text(_)) => None,
+            (Self::Number { range, .. }, Answer::Number(value))
+                if range[0] <= *value && *value <= range[1] =>
+            {
+                None
+            }
+            (Self::Number { .. }, Answer::Text(text)) if text.is_empty() => None,
             (Self::Words(words), Answer::Text(word)) if words.contains(&word.as_str()) => None,
             (Self::Yes, _) => Some("true or false is expected".to_owned()),
-            (Self::Number, _) => Some("a number is expected".to_owned()),
+            (Self::Number { unit, range }, _) => Some(format!(
+                "a number from {} to {} {unit} is expected, without its unit",
+                range[0], range[1]
+            )),
             (Self::Text, _) => Some("a text is expected".to_owned()),
             (Self::Words(words), _) => Some(format!("one of {} is expected", words.join(", "))),
         }
     }
 }
+
+/// Temperatures that a bench may have, degC.
+pub(crate) const TEMPERATURES_DEG_C: [f64; 2] = [-40.0, 80.0];
+
+/// Relative humidities, %.
+pub(crate) const HUMIDITIES_PERCENT: [f64; 2] = [0.0, 100.0];
+
+const TEMPERATURE: AnswerForm = AnswerForm::Number {
+    unit: "degC",
+    range: TEMPERATURES_DEG_C,
+};
+
+const HUMIDITY: AnswerForm = AnswerForm::Number {
+    unit: "%",
+    range: HUMIDITIES_PERCENT,
+};
 
 /// Every question a session can ask.
 pub const QUESTIONS: [Question; 28] = [
@@ -65,12 +92,12 @@ pub const QUESTIONS: [Question; 28] = [
     },
     Question {
         id: "temperature",
-        form: AnswerForm::Number,
+        form: TEMPERATURE,
         answer: "a number, degC",
     },
     Question {
         id: "humidity",
-        form: AnswerForm::Number,
+        form: HUMIDITY,
         answer: "a number, %",
     },
     Question {
@@ -80,12 +107,12 @@ pub const QUESTIONS: [Question; 28] = [
     },
     Question {
         id: "temperature-end",
-        form: AnswerForm::Number,
+        form: TEMPERATURE,
         answer: "a number, degC",
     },
     Question {
         id: "humidity-end",
-        form: AnswerForm::Number,
+        form: HUMIDITY,
         answer: "a number, %",
     },
     Question {
@@ -421,7 +448,8 @@ mod tests {
         ));
         for (answer, expected) in [
             ("setup=perhaps", "true or false"),
-            ("temperature=warm", "a number"),
+            ("temperature=warm", "a number from -40 to 80 degC"),
+            ("temperature=2150", "a number from -40 to 80 degC"),
             ("temperature.P1=yes", "a number"),
             ("bench-note=5", "a text"),
             ("drift=yes", "one of keep, redo"),

@@ -57,6 +57,17 @@ pub enum Event {
     Ended(Ended),
 }
 
+impl Event {
+    /// Whether a session that records it has decided what becomes of the readings on a zero that moved.
+    pub(crate) fn decides_on_zero(&self) -> bool {
+        match self {
+            Self::Reading(_) | Self::Superseded(_) => true,
+            Self::Ended(ended) => ended.outcome == SessionEnd::Complete,
+            _ => false,
+        }
+    }
+}
+
 /// The form of a journal.
 pub const JOURNAL_SCHEMA: &str = "stiffbench/journal/1";
 

@@ -93,7 +93,7 @@ pub enum FolderError {
         lines: usize,
     },
     /// The system refuses.
-    #[error("{path}: {source}")]
+    #[error("{path} cannot be used")]
     #[diagnostic(
         code(stiffbench::output::session_folder),
         help(
@@ -278,7 +278,7 @@ pub fn read_folder(path: &Path) -> Result<ReadFolder, FolderError> {
     let read = |file: &'static str| {
         let full = path.join(file);
         fs::read(&full).map_err(|source| match source.kind() {
-            io::ErrorKind::NotFound => FolderError::NoSession {
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => FolderError::NoSession {
                 path: path.to_owned(),
                 file,
             },

@@ -183,10 +183,14 @@ impl SessionPlan {
     }
 
     /// What is done once more when a session in this state is resumed, in words; empty where nothing is open.
+    ///
+    /// # Arguments
+    /// - `undecided`: how far a zero moved about which nobody has decided yet.
     #[must_use]
-    pub fn repeated_on_resume(&self, state: &SessionState) -> Vec<String> {
+    pub fn repeated_on_resume(&self, state: &SessionState, undecided: Option<&str>) -> Vec<String> {
+        let question = undecided.map(|moved| format!("the question what to do, as {moved}"));
         let Some((cell, index)) = self.next_open(state, 0) else {
-            return Vec::new();
+            return question.into_iter().collect();
         };
         let planned = &self.cells[cell];
         let reading = &planned.readings[index];
@@ -197,6 +201,7 @@ impl SessionPlan {
         ];
         let zero = state.zero.as_ref().map(|zero| &zero.set);
         let in_use = zero.filter(|set| set.cell == cell && set.scope == self.zero_scope(reading));
+        repeats.extend(question);
         if let Some(zero) = in_use {
             repeats.push(format!("the check of zero {}", zero.label));
         }

@@ -85,6 +85,8 @@ pub struct SessionState {
     pub resumed: Vec<f64>,
     /// How it ended; `None` while it runs and after a crash.
     pub ended: Option<Ended>,
+    /// How far the last zero had moved at its check, in words, while nothing shows what was decided about the readings on it.
+    pub undecided: Option<String>,
     /// Whether the zero is to be checked again: resumed, or a gauge was away, and no zero set or confirmed since.
     pub unconfirmed: bool,
 }
@@ -122,6 +124,9 @@ impl SessionState {
         self.events = record.seq;
         self.last_s = record.t_s;
         self.last_utc = Some(record.utc);
+        if record.event.decides_on_zero() {
+            self.undecided = None;
+        }
         match &record.event {
             Event::Started(started) => self.started = Some(started.clone()),
             Event::Resumed(_) => {
@@ -161,6 +166,8 @@ impl SessionState {
 
     fn zero(&mut self, zeroed: &Zeroed, at_s: f64) {
         self.unconfirmed = false;
+        let asked = zeroed.moment == ZeroOccasion::After && !zeroed.flag.is_empty();
+        self.undecided = asked.then(|| zeroed.flag.clone());
         if zeroed.moment == ZeroOccasion::Before {
             *self
                 .zeros

@@ -252,10 +252,12 @@ fn a_question_without_an_answer_ends_the_session_and_names_the_flag() {
         state_of(&folder).ended.unwrap().outcome,
         SessionEnd::Partial
     );
-    // A number out of its range is no answer either.
-    let wrong = answers(&["ready=true", "setup=true", "temperature=999"]);
+    // A list that is not ticked is no answer either.
+    let wrong = answers(&["ready=false", "setup=true"]);
     let error = session(&folder, &wrong, None, &mut MockBench::default()).unwrap_err();
-    assert!(matches!(&error, RunError::NeedsInput { help, .. } if help.contains("a number from")));
+    assert!(
+        matches!(&error, RunError::NeedsInput { help, .. } if help.contains("every item of the list"))
+    );
     let all = answers(&ALL);
     assert_eq!(
         session(&folder, &all, None, &mut MockBench::default()).unwrap(),

@@ -57,7 +57,7 @@ fn assert_listed(prompt: &Prompt) {
     let form = listed.map(|question| question.form);
     let agrees = match (&prompt.kind, form) {
         (PromptKind::Text, Some(AnswerForm::Text))
-        | (PromptKind::Number { .. }, Some(AnswerForm::Number))
+        | (PromptKind::Number { .. }, Some(AnswerForm::Number { .. }))
         | (PromptKind::Confirm | PromptKind::Checklist(_), Some(AnswerForm::Yes)) => true,
         (PromptKind::Choice(choices), Some(AnswerForm::Words(words))) => {
             choices.iter().all(|choice| words.contains(&choice.word))

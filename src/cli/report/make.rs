@@ -137,6 +137,12 @@ pub(super) fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(),
     Ok(())
 }
 
+/// The gauges whose calibration had run out, in words; `None` where there are none.
+pub(super) fn overdue_note(source: &PageSource) -> Option<String> {
+    let overdue = source.overdue();
+    (!overdue.is_empty()).then(|| format!("calibration overdue: {}", overdue.join(", ")))
+}
+
 /// No report is issued before its last reading.
 fn refuse_early_issue(
     page: &ReportPage,
@@ -208,10 +214,7 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
         );
     }
     let mut warnings = source.warnings();
-    let overdue = source.overdue();
-    if !overdue.is_empty() {
-        warnings.push(format!("calibration overdue: {}", overdue.join(", ")));
-    }
+    warnings.extend(overdue_note(source));
     Outcome::new("report", text, page)
         .with_inputs(source.inputs())
         .with_warnings(warnings)

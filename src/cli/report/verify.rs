@@ -14,7 +14,7 @@ use crate::report::page::{
 };
 
 use super::args::VerifyArgs;
-use super::make::refuse_overdue;
+use super::make::{overdue_note, refuse_overdue};
 use super::{open_settings, template};
 
 /// Exit code for a report that is not as it was rendered.
@@ -28,28 +28,30 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     let page = read_page(&name, read_text(&args.page)?)?;
     let template = template(args.template.as_deref(), false)?;
     let settings = page.settings.clone().unwrap_or_default();
-    let check = if args.sessions.is_empty() {
-        page.check(&template)?
+    let (check, overdue) = if args.sessions.is_empty() {
+        (page.check(&template)?, None)
     } else {
-        let again = again(&page, args, &settings, &template, global)?;
-        page.check_against(&again, &template)?
+        let (again, overdue) = again(&page, args, &settings, &template, global)?;
+        (page.check_against(&again, &template)?, overdue)
     };
     let exit = match (check.good, check.printed_compared) {
         (true, true) => 0,
         (true, false) => NOT_COMPARED,
         (false, _) => DIFFERS,
     };
-    Ok(Outcome::new("report-verify", check.text(), check).with_exit(exit))
+    Ok(Outcome::new("report-verify", check.text(), check)
+        .with_warnings(overdue.into_iter().collect())
+        .with_exit(exit))
 }
 
-/// The report worked out again from its sessions.
+/// The report worked out again from its sessions, with a note on calibrations that had run out.
 fn again(
     page: &ReadPage,
     args: &VerifyArgs,
     settings: &PageSettings,
     template: &PageTemplate,
     global: &Global,
-) -> Result<ReportPage, Failure> {
+) -> Result<(ReportPage, Option<String>), Failure> {
     let calibration = CalibrationArgs::of_words(&settings.calibration)?;
     let mut options = open_settings(&calibration, global)?;
     options.trust_csv |= settings.trust_csv;
@@ -67,12 +69,14 @@ fn again(
         refuse_overdue(&source, global)?;
         let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;
         let two = robots.is_some();
-        return Ok(comparison_page(&source, &comparison, two, settings, &hash));
+        let page = comparison_page(&source, &comparison, two, settings, &hash);
+        return Ok((page, overdue_note(&source)));
     }
     let source = PageSource::open_joined(&args.sessions, &options)?;
     refuse_overdue(&source, global)?;
     let model = recorded(&args.model, settings);
-    Ok(session_page(&source, &model.choice()?, settings, &hash)?)
+    let page = session_page(&source, &model.choice()?, settings, &hash)?;
+    Ok((page, overdue_note(&source)))
 }
 
 /// The options of the report; those that are given now go first.

@@ -19,7 +19,7 @@ use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
-    Answers, Event, JOURNAL_SCHEMA, Journal, JournalFile, KeptAwake, Machine, Operator,
+    Answers, Ended, Event, JOURNAL_SCHEMA, Journal, JournalFile, KeptAwake, Machine, Operator,
     RepeatCheck, Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState,
     Settings, Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
 };
@@ -211,6 +211,18 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         )
         .into());
     }
+    let is_complete = |ended: &Ended| ended.outcome == SessionEnd::Complete;
+    let nothing_open = plan.next_open(&state, 0).is_none();
+    if nothing_open && state.ended.as_ref().is_some_and(is_complete) {
+        let (planned, none) = (plan.len(), Vec::new());
+        return Ok(report(
+            &args.folder,
+            SessionEnd::Complete,
+            &state,
+            &none,
+            planned,
+        ));
+    }
     let mut warnings = Vec::new();
     if cut_bytes > 0 {
         warnings.push(format!(
@@ -365,7 +377,9 @@ fn drive(
     }
     let outcome = ended?;
     table.rewrite(machine.state())?;
-    Ok(report(folder.path(), outcome, &machine, planned).with_warnings(warnings))
+    let repeats = machine.repeated_on_resume();
+    let report = report(folder.path(), outcome, machine.state(), &repeats, planned);
+    Ok(report.with_warnings(warnings))
 }
 
 /// What the journal begins with; the operator hears of calibrations that ran out.
@@ -395,10 +409,15 @@ fn operator(args: &BenchArgs, global: &Global) -> Box<dyn Operator> {
 }
 
 /// How it went.
-fn report(folder: &Path, outcome: SessionEnd, machine: &Machine, planned: usize) -> Printed {
-    let state = machine.state();
-    let repeats = match machine.repeated_on_resume() {
-        none if none.is_empty() => String::new(),
+fn report(
+    folder: &Path,
+    outcome: SessionEnd,
+    state: &SessionState,
+    repeats: &[String],
+    planned: usize,
+) -> Printed {
+    let repeats = match repeats {
+        [] => String::new(),
         repeats => format!("Resuming repeats: {}\n", repeats.join("; ")),
     };
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());

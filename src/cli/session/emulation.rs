@@ -151,9 +151,16 @@ pub(super) fn emulate_again(
             _ => args.displacement_instrument.push(model),
         }
     }
+    #[cfg(unix)]
+    if let Some((seed, _)) = header.origin.as_deref().and_then(emulated_before) {
+        args.seed = seed;
+    }
     let model = robot_of(header, folder, plan)?;
     emulate(args, &model, &plan.procedure, clock)
 }
+
+/// What the mark of emulated readings begins with, before the seed.
+const EMULATED: &str = "emulated gauges; seed ";
 
 /// The mark of readings that nobody measures; `None` at a real bench.
 pub(super) fn origin(args: &BenchArgs, physics: &ActingPhysics) -> Option<String> {
@@ -162,7 +169,15 @@ pub(super) fn origin(args: &BenchArgs, physics: &ActingPhysics) -> Option<String
     #[cfg(not(unix))]
     let seed = 0;
     let effects = effects_text(physics);
-    is_emulated(args).then(|| format!("emulated gauges; seed {seed}; {effects}"))
+    is_emulated(args).then(|| format!("{EMULATED}{seed}; {effects}"))
+}
+
+/// Seed and effects of an emulated session, from its mark (see [`origin`]): it goes on with the same bench.
+pub(super) fn emulated_before(origin: &str) -> Option<(u64, Vec<String>)> {
+    let (seed, effects) = origin.strip_prefix(EMULATED)?.split_once("; ")?;
+    let effects = effects.strip_prefix("effects ").into_iter();
+    let effects = effects.flat_map(|all| all.split("; ")).map(str::to_owned);
+    Some((seed.parse().ok()?, effects.collect()))
 }
 
 /// Refuses to go on with measured readings by emulated ones, or the other way round.
@@ -232,4 +247,25 @@ pub(super) fn with_hand<T>(
     #[cfg(not(unix))]
     let _ = hand;
     run(operator)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mark_of_an_emulated_session_says_what_was_emulated() {
+        let none = emulated_before("emulated gauges; seed 7; no effects beside the beams");
+        assert_eq!(none, Some((7, Vec::new())));
+        let two = emulated_before(
+            "emulated gauges; seed 0; effects thermal-drift@clock:rate=1e-7 m/s; joint-backlash@A3:play=3e-5 rad,seat_moment=9.0 N*m",
+        );
+        let (seed, effects) = two.unwrap_or_default();
+        assert_eq!(seed, 0);
+        assert_eq!(effects.len(), 2);
+        for effect in effects {
+            assert!(effect.parse::<crate::physics::Effect>().is_ok(), "{effect}");
+        }
+        assert_eq!(emulated_before("simulated; seed 7; noise"), None);
+    }
 }

@@ -13,7 +13,9 @@ use crate::clock::Clock;
 use crate::instrument::description::{SignMeaning, UnitSource};
 use crate::instrument::driver::Acquisition;
 use crate::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
-use crate::instrument::port::{Binding, PortError, PortIdentity, PortTimeouts, list_ports};
+use crate::instrument::port::{
+    Binding, Bindings, PortError, PortIdentity, PortTimeouts, list_ports,
+};
 use crate::instrument::trace::{Sink, TraceHeader, TraceSink, TraceWriter};
 use crate::instrument::{Channel, Decoder, Gauges, InstrumentDescription};
 use crate::quantity::Kind;
@@ -76,24 +78,8 @@ pub(super) fn resolve_gauges(
     begun_with: &Instruments,
     state: &SessionState,
 ) -> Result<(Vec<ResolvedGauge>, Vec<String>), Failure> {
-    // The usual file may be absent; one that was named may not.
-    if !args.bindings.exists() && args.bindings != Path::new(BINDINGS_FILE) {
-        return Err(AnalysisError::NotFound {
-            path: args.bindings.clone(),
-            help: "stiffbench ports --wait --bind force makes a bindings file".to_owned(),
-        }
-        .into());
-    }
-    let (bindings, mut warnings) = read_bindings(&args.bindings)?;
+    let (bindings, mut warnings) = bindings_of(args, channels)?;
     let mut resolved = Vec::new();
-    if let Some(value) = args.out_of_plan(channels) {
-        return Err(ArgumentError::new(
-            value,
-            "this session has no displacement gauge along that axis",
-            "name the axes with --displacement-axes or in the procedure, for example --displacement-axes x,y,z",
-        )
-        .into());
-    }
     for &channel in channels {
         let bound = bindings.of(channel);
         let named = |of: &Channel| args.of(*of)[1].clone();
@@ -105,6 +91,7 @@ pub(super) fn resolve_gauges(
         let model = record_of(begun_with, channel).and_then(|record| record.model.as_deref());
         let bound_port = bound.and_then(Binding::port);
         let answers = if named(&channel).is_none() && bound_port.is_none() && port.is_none() {
+            check_named(args, channels)?;
             let [instrument, ..] = args.of(channel);
             let bound = bound.map(|bound| bound.instrument.clone());
             let name = instrument.or(bound).or(model.map(str::to_owned));
@@ -152,6 +139,38 @@ pub(super) fn resolve_gauges(
         .into());
     }
     Ok((resolved, warnings))
+}
+
+/// The bindings, and what a user should know of them; values for gauges that the plan does not have are refused.
+fn bindings_of(args: &BenchArgs, channels: &[Channel]) -> Result<(Bindings, Vec<String>), Failure> {
+    // The usual file may be absent; one that was named may not.
+    if !args.bindings.exists() && args.bindings != Path::new(BINDINGS_FILE) {
+        return Err(AnalysisError::NotFound {
+            path: args.bindings.clone(),
+            help: "stiffbench ports --wait --bind force makes a bindings file".to_owned(),
+        }
+        .into());
+    }
+    if let Some(value) = args.out_of_plan(channels) {
+        return Err(ArgumentError::new(
+            value,
+            "this session has no displacement gauge along that axis",
+            "name the axes with --displacement-axes or in the procedure, for example --displacement-axes x,y,z",
+        )
+        .into());
+    }
+    read_bindings(&args.bindings)
+}
+
+/// Whether the ports that the arguments name are there; others are searched only then.
+fn check_named(args: &BenchArgs, channels: &[Channel]) -> Result<(), PortError> {
+    let mut named = channels.iter().filter_map(|of| args.of(*of)[1].clone());
+    let absent =
+        named.find(|path| cfg!(unix) && path.starts_with('/') && !Path::new(path).exists());
+    match absent {
+        Some(port) => Err(PortError::Absent { port, near: None }),
+        None => Ok(()),
+    }
 }
 
 /// The record of a gauge.
@@ -284,7 +303,7 @@ pub(super) fn check_descriptions(
     args: &BenchArgs,
     channels: &[Channel],
 ) -> Result<Vec<String>, Failure> {
-    let (bindings, mut warnings) = read_bindings(&args.bindings)?;
+    let (bindings, mut warnings) = bindings_of(args, channels)?;
     for &channel in channels {
         let [instrument, _, unit] = args.of(channel);
         let bound = bindings.of(channel);

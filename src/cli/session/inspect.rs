@@ -53,7 +53,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         let by = by_text(ended.by.as_deref());
         let _ = writeln!(text, "ended: {}{by}", ended.reason);
     }
-    let repeats = plan.repeated_on_resume(&state);
+    let repeats = plan.repeated_on_resume(&state, state.undecided.as_deref());
     if !repeats.is_empty() && outcome != SessionOutcome::Running {
         let _ = writeln!(text, "resuming repeats: {}", repeats.join("; "));
     }
@@ -69,11 +69,15 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
             reading.repeat,
             left_s / 60.0
         );
-        if outcome != SessionOutcome::Running {
-            let _ = writeln!(text, "Next: stiffbench session resume {}", folder.display());
-        }
-    } else {
-        let _ = writeln!(text, "Next: stiffbench stiffness {}", folder.display());
+    }
+    let goes_on = open.is_some() || state.undecided.is_some();
+    if outcome != SessionOutcome::Running {
+        let next = if goes_on {
+            "session resume"
+        } else {
+            "stiffness"
+        };
+        let _ = writeln!(text, "Next: stiffbench {next} {}", folder.display());
     }
     let mut warnings = overdue(&header.instruments, global.strict)?;
     warnings.extend(end_warning(&read.journal.end));

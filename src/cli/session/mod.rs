@@ -37,7 +37,7 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Resume(args) => drive::resume(&args, global),
         SessionCommand::Status(args) => inspect::status(&args.folder, global),
         SessionCommand::Log(args) => inspect::log(&args.folder, global),
-        SessionCommand::Undo(args) => undo::run(&args.folder),
+        SessionCommand::Undo(args) => undo::run(&args.folder, global),
         SessionCommand::Replay(args) => replay::run(&args, global),
         SessionCommand::Faults(args) => args.run("session faults", "faults"),
         SessionCommand::Verify(args) => repair::verify(&args.folder, global),

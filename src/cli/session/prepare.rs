@@ -15,6 +15,7 @@ use crate::session::{Answers, FolderError, ReadFolder, SessionPlan};
 use crate::stiffness::{GaugePair, GaugeTerms};
 
 use super::args::{BenchArgs, CaptureWord};
+use super::emulation::emulated_before;
 
 /// The plan of a session folder, its header, and the hash of its procedure.
 pub(super) fn plan_of(read: &ReadFolder) -> Result<(SessionPlan, SessionHeader, String), Failure> {
@@ -32,7 +33,9 @@ pub(super) fn robot_of(
     plan: &SessionPlan,
 ) -> Result<ResolvedModel, Failure> {
     let robot = header.robot.as_ref().map(|robot| folder.join(robot));
+    let emulated = header.origin.as_deref().and_then(emulated_before);
     let model = ModelArgs {
+        effects: emulated.map(|(_, effects)| effects).unwrap_or_default(),
         robot: robot.map(|robot| robot.display().to_string()),
         mechanism: header.mechanism.clone(),
         factors: header.factors.clone(),

@@ -5,17 +5,19 @@ use std::path::Path;
 use jiff::Timestamp;
 
 use crate::analysis::{ArgumentError, Inputs};
+use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::report::UndoReport;
 use crate::session::{Event, SessionEnd, SessionFolder, SessionState, last_decision, read_folder};
 
 use super::inspect::undone_text;
-use super::prepare::plan_of;
+use super::prepare::{overdue, plan_of};
 
 /// Takes back the last reading, skip or flag, and states which it was.
-pub(super) fn run(folder: &Path) -> Result<Outcome, Failure> {
+pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let (plan, header, _) = plan_of(&read_folder(folder)?)?;
+    let warnings = overdue(&header.instruments, global.strict)?;
     let (held, mut journal, read, _) = SessionFolder::open(folder, Timestamp::now())?;
     let mut state = SessionState::fold(&read.records);
     let refused =
@@ -73,5 +75,6 @@ pub(super) fn run(folder: &Path) -> Result<Outcome, Failure> {
         skipped: state.skipped.len(),
     };
     Ok(Outcome::new("session-undo", text, report)
-        .with_inputs(Inputs::default().with_folder(folder, &header)))
+        .with_inputs(Inputs::default().with_folder(folder, &header))
+        .with_warnings(warnings))
 }

@@ -197,16 +197,30 @@ fn read_instrument(
     let record = InstrumentRecord {
         model: section.read("model", TomlValue::text_or_digits)?,
         serial: section.read("serial", TomlValue::text_or_digits)?,
-        range: quantity(section, "range", kind)?,
-        resolution: quantity(section, "resolution", kind)?,
-        expanded_uncertainty: quantity(section, "U", kind)?,
-        k: section.read("k", TomlValue::number)?,
+        range: at_least_zero(section, "range", kind)?,
+        resolution: at_least_zero(section, "resolution", kind)?,
+        expanded_uncertainty: at_least_zero(section, "U", kind)?,
+        k: section.read("k", |value| match value.number()? {
+            k if k > 0.0 => Ok(k),
+            _ => Err(value.wrong("a number above zero")),
+        })?,
         certificate: section.read("certificate", TomlValue::text_or_digits)?,
         calibrated: section.read("calibrated", day)?,
         due: section.read("due", day)?,
     };
     unknown.extend(section.unknown());
     Ok(record)
+}
+
+fn at_least_zero(section: &Section<'_>, stem: &str, kind: Kind) -> Read<Option<f64>> {
+    let value = quantity(section, stem, kind)?;
+    let Some((_, _, written)) = section.find_with_unit(stem, "", kind) else {
+        return Ok(value);
+    };
+    match value {
+        Some(below) if below < 0.0 => Err(written.wrong("a number of at least zero")),
+        _ => Ok(value),
+    }
 }
 
 fn environment_table(environment: &Environment) -> Table {

@@ -193,8 +193,7 @@ impl Machine {
             Why::NotSettled if word == "take" => self.take_unsettled(out),
             Why::NotSettled => {}
             Why::Changed => self.changed_answered(word),
-            Why::Drift if word == "redo" => self.redo_zero(out),
-            Why::Drift => {}
+            Why::Drift => self.drift_answered(word, out),
             Why::SkipReason(what) => self.skip_for(what, word, out),
             Why::NoteText => self.note(word, out),
             Why::RedoCell(cell) if yes => self.redo_cell(cell, out),

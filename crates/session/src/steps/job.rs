@@ -28,6 +28,8 @@ pub(super) enum Job {
     },
     /// Ask which unit the display of a gauge shows that does not send it.
     UnitShown(Channel),
+    /// Ask once more about a zero that moved, after an interruption.
+    ZeroMoved,
     /// Compare what the gauges show without load with their zero.
     LookAtZero,
     /// Hold the readings of a cell that is complete against their repeats.

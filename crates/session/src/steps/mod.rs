@@ -119,8 +119,10 @@ pub struct Machine {
     compares: bool,
     /// What all readings from now on are flagged with; empty if nothing.
     standing_flag: String,
-    /// How often readings were taken once more for a zero that moved.
-    redone: u32,
+    /// How often the readings on a zero were taken once more because it moved: cell and scope.
+    redone: Option<((usize, String), u32)>,
+    /// Whether the operator has decided about the zero that moved last.
+    zero_decided: bool,
     signs_checked: bool,
     /// The cell that was last compared with its repeats, with how many readings there were.
     repeats_checked: Option<(usize, usize)>,
@@ -197,7 +199,8 @@ impl Machine {
             drifts_m: Vec::new(),
             compares,
             standing_flag: String::new(),
-            redone: 0,
+            redone: None,
+            zero_decided: false,
             mounted: None,
             applied: None,
             loaded: false,
@@ -427,6 +430,7 @@ impl Machine {
             Job::UnitShown(channel) => self.ask_unit(channel, out),
             Job::LookAtZero => self.look_since_s = self.now_s,
             Job::Ready => self.ask_ready(out),
+            Job::ZeroMoved => self.ask_again_about_zero(out),
             Job::Surroundings(of) => self.ask_surroundings(of, out),
             Job::SetUp(cell) => self.ask_set_up(cell, out),
             Job::CheckRepeats(cell) => out.push(Action::CheckRepeats(cell)),
@@ -447,6 +451,7 @@ impl Machine {
             // These wait for an answer, which finishes them.
             Job::UnitShown(_)
             | Job::Ready
+            | Job::ZeroMoved
             | Job::Surroundings(_)
             | Job::SetUp(_)
             | Job::CheckRepeats(_)

@@ -24,6 +24,16 @@ impl Machine {
             }
             return jobs;
         }
+        // Interrupted at the question about a zero that moved.
+        if let Some(zero) = self.state.zero.as_ref()
+            && self.open_zero_question().is_some()
+        {
+            return vec![if self.mounted == Some(zero.set.cell) {
+                Job::ZeroMoved
+            } else {
+                Job::SetUp(zero.set.cell)
+            }];
+        }
         let open = self.plan.next_open(&self.state, self.focus);
         if self.zero_check_is_due(open) {
             return self.zero_check();

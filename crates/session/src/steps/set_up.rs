@@ -37,7 +37,6 @@ impl Machine {
         self.applied = None;
         self.loaded = false;
         self.begin_histories();
-        self.redone = 0;
         for channel in self.channels.clone() {
             out.push(Action::Ask(channel, Ask::State));
         }

@@ -54,7 +54,8 @@ impl Machine {
     /// What will be done once more when the session is resumed, in words.
     #[must_use]
     pub fn repeated_on_resume(&self) -> Vec<String> {
-        self.plan.repeated_on_resume(&self.state)
+        self.plan
+            .repeated_on_resume(&self.state, self.open_zero_question())
     }
 
     fn task(&self) -> Task {
@@ -88,6 +89,7 @@ impl Machine {
             Some(
                 Job::UnitShown(_)
                 | Job::Ready
+                | Job::ZeroMoved
                 | Job::Surroundings(_)
                 | Job::Zero { .. }
                 | Job::LookAtZero

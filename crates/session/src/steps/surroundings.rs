@@ -1,5 +1,6 @@
 //! The surroundings: temperature, humidity and what is odd at the bench, asked for at the start, after each resume, and at the end.
 
+use crate::answers_file::{HUMIDITIES_PERCENT, TEMPERATURES_DEG_C};
 use crate::event::{Event, Noted};
 use crate::operator::{Answer, Prompt, PromptKind};
 use crate::surroundings::{Occasion, Surroundings};
@@ -47,7 +48,7 @@ impl Machine {
         let (text, kind, detail) = match of.about {
             About::Temperature => (
                 "How warm is it at the bench?",
-                number("degC", [-40.0, 80.0]),
+                number("degC", TEMPERATURES_DEG_C),
                 match of.occasion {
                     Occasion::Start => "Left blank, the readings have no temperature.",
                     Occasion::End => "All readings are done. It may be left blank.",
@@ -55,7 +56,7 @@ impl Machine {
             ),
             About::Humidity => (
                 "How large is the relative humidity at the bench?",
-                number("%", [0.0, 100.0]),
+                number("%", HUMIDITIES_PERCENT),
                 "It may be left blank.",
             ),
             About::Notes => (

@@ -6,7 +6,7 @@ use crate::operator::Prompt;
 use stiffbench_gauges::Channel;
 
 use super::answers::Why;
-use super::{Action, Machine};
+use super::{Action, Job, Machine};
 
 /// Share of the largest displacement on a zero that the zero may have moved by.
 const DRIFT_SHARE: f64 = 0.02;
@@ -119,22 +119,61 @@ impl Machine {
             }
             return;
         }
-        if self.redone >= MOST_REDONE {
-            self.message(format!("{text}; the readings are flagged"), true, out);
+        self.zero_decided = self.times_redone() >= MOST_REDONE;
+        if self.zero_decided {
+            self.message(
+                format!("{text}, as before: taken {MOST_REDONE} times more, the readings are kept and flagged"),
+                true,
+                out,
+            );
             return;
         }
+        let allowed = format!("allowed are {} and {limit_n:.2} N", limits.join(", "));
+        self.ask_about_zero(&format!("{text}; {allowed}."), out);
+    }
+
+    fn ask_about_zero(&mut self, text: &str, out: &mut Vec<Action>) {
         let prompt = Prompt::choice(
             "drift",
-            format!(
-                "{text}; allowed are {} and {limit_n:.2} N.",
-                limits.join(", ")
-            ),
+            text,
             &[
                 ("keep", "keep the readings; they are flagged"),
                 ("redo", "take the readings on this zero once more"),
             ],
         );
         self.ask(prompt, Why::Drift, out);
+    }
+
+    /// How far the last zero moved, in words, while the operator has not decided about it.
+    pub(super) fn open_zero_question(&self) -> Option<&str> {
+        let moved = self.state.undecided.as_deref();
+        moved.filter(|_| !self.zero_decided)
+    }
+
+    /// The session was interrupted at this question.
+    pub(super) fn ask_again_about_zero(&mut self, out: &mut Vec<Action>) {
+        let moved = self.open_zero_question().unwrap_or_default();
+        let text = format!("Before the interruption {moved}.");
+        self.ask_about_zero(&text, out);
+    }
+
+    pub(super) fn drift_answered(&mut self, word: &str, out: &mut Vec<Action>) {
+        self.zero_decided = true;
+        if self.job == Some(Job::ZeroMoved) {
+            self.done();
+        }
+        if word == "redo" {
+            self.redo_zero(out);
+        }
+    }
+
+    /// How often the readings on the zero in use were taken once more because it moved.
+    fn times_redone(&self) -> u32 {
+        let zero = self.state.zero.as_ref();
+        let redone = self.redone.as_ref().filter(|((cell, scope), _)| {
+            zero.is_some_and(|zero| (zero.set.cell, &zero.set.scope) == (*cell, scope))
+        });
+        redone.map_or(0, |(_, times)| *times)
     }
 
     /// The displacement zeros that moved too far, and the limits of all, in words.
@@ -193,7 +232,7 @@ impl Machine {
             return;
         };
         let (cell, scope) = (zero.set.cell, zero.set.scope.clone());
-        self.redone += 1;
+        self.redone = Some(((cell, scope.clone()), self.times_redone() + 1));
         let label = zero.set.label.clone();
         let on_it = self.state.readings.iter().filter(|kept| {
             kept.superseded.is_none() && kept.taken.cell == cell && kept.taken.zero == label
