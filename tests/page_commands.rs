@@ -14,8 +14,8 @@ use serde::Deserialize;
 
 use crate::readme::{pages, root};
 
-/// Pages whose commands run at the same time.
-const AT_A_TIME: usize = 4;
+/// Pages whose commands run at the same time: emulated sessions of other tests need their share of the processor.
+const AT_A_TIME: usize = 2;
 
 #[derive(Deserialize)]
 struct Pages {

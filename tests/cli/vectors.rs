@@ -8,7 +8,7 @@ const SHORT: &str = "--procedure iso-9283-static-compliance --poses P1 --directi
 
 /// An emulated bench without an operator. On a busy machine one of four lines may lag behind the others for half a second, which is ten of the
 /// bench: such a reading is taken again.
-const EMULATED: &str = "--emulated --speed 20 --no-input --answer temperature=21 --answer frozen=again --answer implausible=again";
+const EMULATED: &str = "--emulated --speed 12 --no-input --answer temperature=21 --answer frozen=again --answer implausible=again";
 
 /// Rows of the compliance of the robot's end in a pose, µm/N.
 fn compliance(data: &Value) -> [[f64; 3]; 3] {
