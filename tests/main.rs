@@ -12,7 +12,6 @@ mod compatibility;
 mod examples;
 mod fuzz_briefly;
 mod goldens;
-mod page_commands;
 mod paper_tables;
 mod paper_transcription;
 mod readme;

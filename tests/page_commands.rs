@@ -3,6 +3,10 @@
 //! `pages.toml` says what a reader has, and which commands cannot run to their end in a test.
 
 #![cfg(unix)]
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,10 +16,23 @@ use std::sync::Mutex;
 
 use serde::Deserialize;
 
-use crate::readme::{pages, root};
-
-/// Pages whose commands run at the same time: emulated sessions of other tests need their share of the processor.
+/// Pages whose commands run at the same time.
 const AT_A_TIME: usize = 2;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The README and all pages, from the root.
+fn pages() -> Vec<PathBuf> {
+    let folder = fs::read_dir(root().join("docs")).unwrap();
+    let pages = folder.map(|entry| PathBuf::from("docs").join(entry.unwrap().file_name()));
+    let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "md");
+    pages
+        .filter(is_page)
+        .chain([PathBuf::from("README.md")])
+        .collect()
+}
 
 #[derive(Deserialize)]
 struct Pages {

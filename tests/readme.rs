@@ -1,4 +1,4 @@
-//! What the README and the pages name exists: files, links, questions, numbers of the search. Their commands: [`crate::page_commands`].
+//! What the README and the pages name exists: files, links, questions, numbers of the search. Their commands: `page_commands.rs`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,12 +27,12 @@ const NAMES_FILES: [&str; 4] = [
     "docs/glossary.md",
 ];
 
-pub(crate) fn root() -> &'static Path {
+fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// The README, the changelog and all pages, from the root.
-pub(crate) fn pages() -> Vec<PathBuf> {
+fn pages() -> Vec<PathBuf> {
     let folder = fs::read_dir(root().join("docs")).unwrap();
     let pages = folder.map(|entry| PathBuf::from("docs").join(entry.unwrap().file_name()));
     let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "md");
