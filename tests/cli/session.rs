@@ -110,6 +110,7 @@ fn a_dry_run_refuses_what_a_run_would_refuse() {
         ("s --answer temperature=2150", "session::answer_value"),
         ("s --bindings none.toml", "input::not_found"),
         ("s --displacement-port x=/dev/ttyUSB1", "usage::argument"),
+        ("s --force-port /dev/no-such-force", "port::absent"),
         (
             "s --instrument-records wrong.toml",
             "session_file::wrong_value",

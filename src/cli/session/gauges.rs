@@ -304,6 +304,7 @@ pub(super) fn check_descriptions(
     channels: &[Channel],
 ) -> Result<Vec<String>, Failure> {
     let (bindings, mut warnings) = bindings_of(args, channels)?;
+    check_named(args, channels)?;
     for &channel in channels {
         let [instrument, _, unit] = args.of(channel);
         let bound = bindings.of(channel);
