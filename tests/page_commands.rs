@@ -15,24 +15,10 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 
 use serde::Deserialize;
+use stiffbench_test_files::{documentation, repository};
 
 /// Pages whose commands run at the same time.
 const AT_A_TIME: usize = 2;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-/// The README and all pages, from the root.
-fn pages() -> Vec<PathBuf> {
-    let folder = fs::read_dir(root().join("docs")).unwrap();
-    let pages = folder.map(|entry| PathBuf::from("docs").join(entry.unwrap().file_name()));
-    let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "md");
-    pages
-        .filter(is_page)
-        .chain([PathBuf::from("README.md")])
-        .collect()
-}
 
 #[derive(Deserialize)]
 struct Pages {
@@ -89,7 +75,7 @@ impl Pages {
 
     /// Runs the blocks of a page one after another in one new folder: which failed, and how.
     fn failures(&self, page: &Path) -> Vec<String> {
-        let markdown = fs::read_to_string(root().join(page)).unwrap();
+        let markdown = fs::read_to_string(repository().join(page)).unwrap();
         let desk = tempfile::tempdir().unwrap();
         let folder = desk.path().join("desk");
         fs::create_dir(&folder).unwrap();
@@ -114,7 +100,7 @@ fn run(script: &str, folder: &Path, home: &Path) -> Option<String> {
         .stdin(Stdio::null())
         .env("PATH", path)
         .env("HOME", home)
-        .env("ROOT", root())
+        .env("ROOT", repository())
         .output()
         .unwrap();
     let failure = || {
@@ -129,16 +115,16 @@ fn run(script: &str, folder: &Path, home: &Path) -> Option<String> {
 
 #[test]
 fn every_command_of_the_pages_runs() {
-    let text = fs::read_to_string(root().join("tests/pages.toml")).unwrap();
+    let text = fs::read_to_string(repository().join("tests/pages.toml")).unwrap();
     let settings: Pages = toml::from_str(&text).unwrap();
-    let known = pages();
+    let known = documentation();
     for page in settings.given.keys() {
         assert!(known.iter().any(|one| one == Path::new(page)), "{page}");
     }
     let has_python = Command::new("python3").arg("--version").output().is_ok();
     let runs = |page: &PathBuf| {
         let needs_python = || {
-            fs::read_to_string(root().join(page))
+            fs::read_to_string(repository().join(page))
                 .unwrap()
                 .contains("python3 - ")
         };

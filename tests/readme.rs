@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use stiffbench_test_files::documentation;
+
 /// Lines above which the README is to be split.
 const LONGEST_README: usize = 130;
 
@@ -33,12 +35,8 @@ fn root() -> &'static Path {
 
 /// The README, the changelog and all pages, from the root.
 fn pages() -> Vec<PathBuf> {
-    let folder = fs::read_dir(root().join("docs")).unwrap();
-    let pages = folder.map(|entry| PathBuf::from("docs").join(entry.unwrap().file_name()));
-    let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "md");
-    let mut pages: Vec<PathBuf> = pages.filter(is_page).collect();
-    pages.extend(["README.md", "CHANGELOG.md"].map(PathBuf::from));
-    pages.sort();
+    let mut pages = documentation();
+    pages.push(PathBuf::from("CHANGELOG.md"));
     pages
 }
 

@@ -409,6 +409,12 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
         let ran = desk.run(&command).succeeds();
         assert!(ran.stderr.contains(said), "{command}: {}", ran.stderr);
     }
+    desk.run("report s --out s.html").succeeds();
+    for command in ["report verify s.html", "report verify s.html s"] {
+        desk.run(&format!("{command} --strict")).exits_with(12);
+        let ran = desk.run(command).succeeds();
+        assert!(ran.stderr.contains("calibration overdue"), "{command}");
+    }
     let running = desk.read("s/journal.jsonl");
     let begun = running.lines().next().unwrap();
     desk.write("s/journal.jsonl", &format!("{begun}x\n"));

@@ -45,6 +45,20 @@ pub fn repository() -> &'static Path {
         .expect("this crate lies in crates/test-files of the repository")
 }
 
+/// The README and all pages of the documentation, from the folder of the repository.
+///
+/// # Panics
+/// If the folder of the pages cannot be read.
+pub fn documentation() -> Vec<PathBuf> {
+    let folder = fs::read_dir(repository().join("docs")).unwrap();
+    let pages = folder.map(|entry| PathBuf::from("docs").join(entry.unwrap().file_name()));
+    let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "md");
+    let mut pages: Vec<PathBuf> = pages.filter(is_page).collect();
+    pages.push(PathBuf::from("README.md"));
+    pages.sort();
+    pages
+}
+
 /// The text of a file, by its path from the folder of the repository.
 ///
 /// # Panics

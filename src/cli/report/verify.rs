@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::analysis::{ArgumentError, read_text};
+use crate::analysis::{AnalysisError, ArgumentError, read_text};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::compare::compared;
@@ -29,7 +29,8 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     let template = template(args.template.as_deref(), false)?;
     let settings = page.settings.clone().unwrap_or_default();
     let (check, overdue) = if args.sessions.is_empty() {
-        (page.check(&template)?, None)
+        let check = page.check(&template)?;
+        (check, of_page(&page, global)?)
     } else {
         let (again, overdue) = again(&page, args, &settings, &template, global)?;
         (page.check_against(&again, &template)?, overdue)
@@ -42,6 +43,15 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     Ok(Outcome::new("report-verify", check.text(), check)
         .with_warnings(overdue.into_iter().collect())
         .with_exit(exit))
+}
+
+/// The note on calibrations that had run out, as the page states them; `--strict` refuses them.
+fn of_page(page: &ReadPage, global: &Global) -> Result<Option<String>, AnalysisError> {
+    let instruments = page.overdue().join(", ");
+    if global.strict && !instruments.is_empty() {
+        return Err(AnalysisError::CalibrationOverdue { instruments });
+    }
+    Ok((!instruments.is_empty()).then(|| format!("calibration overdue: {instruments}")))
 }
 
 /// The report worked out again from its sessions, with a note on calibrations that had run out.

@@ -93,6 +93,19 @@ pub fn read_page(name: &str, text: String) -> Result<ReadPage, ReportError> {
 }
 
 impl ReadPage {
+    /// Gauges that the page states as overdue, in words.
+    #[must_use]
+    pub fn overdue(&self) -> Vec<String> {
+        let listed = |value: &Value, key: &str| value[key].as_array().cloned().unwrap_or_default();
+        let sessions = self.data.iter().flat_map(|data| listed(data, "sessions"));
+        let gauges = sessions.flat_map(|session| listed(&session, "gauges"));
+        let overdue = gauges.filter(|gauge| gauge["overdue"] == true);
+        let word = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        overdue
+            .map(|gauge| format!("{} (due {})", word(&gauge["name"]), word(&gauge["due"])))
+            .collect()
+    }
+
     /// A text of the data; empty where there is none.
     fn stated(&self, pointer: &str) -> String {
         let value = self.data.as_ref().and_then(|data| data.pointer(pointer));
