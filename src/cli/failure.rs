@@ -253,6 +253,9 @@ pub const EXIT_CODE_MEANINGS: &[(u8, &str)] = &[
     (130, "interrupted, can be resumed"),
 ];
 
+/// Exit code for a result that names an overdue calibration, under `--strict`.
+pub(super) const OVERDUE: u8 = 12;
+
 /// The exit code of an error code.
 pub(super) fn exit_code_of(code: &str) -> u8 {
     let mut codes = EXIT_CODES.iter();

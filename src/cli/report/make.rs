@@ -127,20 +127,14 @@ pub(in crate::cli) fn write_comparison(
     Ok(page)
 }
 
-/// Under `--strict` no report is made, or verified, of readings of a gauge whose calibration had run out.
-pub(super) fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), AnalysisError> {
+/// Under `--strict` no report is made of readings of a gauge whose calibration had run out.
+fn refuse_overdue(source: &PageSource, global: &Global) -> Result<(), AnalysisError> {
     let overdue = source.overdue();
     if global.strict && !overdue.is_empty() {
         let instruments = overdue.join(", ");
         return Err(AnalysisError::CalibrationOverdue { instruments });
     }
     Ok(())
-}
-
-/// The gauges whose calibration had run out, in words; `None` where there are none.
-pub(super) fn overdue_note(source: &PageSource) -> Option<String> {
-    let overdue = source.overdue();
-    (!overdue.is_empty()).then(|| format!("calibration overdue: {}", overdue.join(", ")))
 }
 
 /// No report is issued before its last reading.
@@ -214,7 +208,10 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
         );
     }
     let mut warnings = source.warnings();
-    warnings.extend(overdue_note(source));
+    let overdue = source.overdue();
+    if !overdue.is_empty() {
+        warnings.push(format!("calibration overdue: {}", overdue.join(", ")));
+    }
     Outcome::new("report", text, page)
         .with_inputs(source.inputs())
         .with_warnings(warnings)

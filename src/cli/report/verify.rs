@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::analysis::{AnalysisError, ArgumentError, read_text};
+use crate::analysis::{ArgumentError, read_text};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::compare::compared;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Failure, OVERDUE};
 use crate::cli::outcome::Outcome;
 use crate::report::page::{
     PageSettings, PageSource, PageTemplate, ReadPage, ReportPage, comparison_page, read_page,
@@ -14,7 +14,6 @@ use crate::report::page::{
 };
 
 use super::args::VerifyArgs;
-use super::make::{overdue_note, refuse_overdue};
 use super::{open_settings, template};
 
 /// Exit code for a report that is not as it was rendered.
@@ -28,40 +27,32 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     let page = read_page(&name, read_text(&args.page)?)?;
     let template = template(args.template.as_deref(), false)?;
     let settings = page.settings.clone().unwrap_or_default();
-    let (check, overdue) = if args.sessions.is_empty() {
-        let check = page.check(&template)?;
-        (check, of_page(&page, global)?)
+    let check = if args.sessions.is_empty() {
+        page.check(&template)?
     } else {
-        let (again, overdue) = again(&page, args, &settings, &template, global)?;
-        (page.check_against(&again, &template)?, overdue)
+        let again = again(&page, args, &settings, &template, global)?;
+        page.check_against(&again, &template)?
     };
     let exit = match (check.good, check.printed_compared) {
         (true, true) => 0,
         (true, false) => NOT_COMPARED,
         (false, _) => DIFFERS,
     };
+    let overdue = page.overdue();
     Ok(Outcome::new("report-verify", check.text(), check)
-        .with_warnings(overdue.into_iter().collect())
+        .with_strict_exit(if overdue.is_empty() { 0 } else { OVERDUE })
+        .with_warnings(overdue)
         .with_exit(exit))
 }
 
-/// The note on calibrations that had run out, as the page states them; `--strict` refuses them.
-fn of_page(page: &ReadPage, global: &Global) -> Result<Option<String>, AnalysisError> {
-    let instruments = page.overdue().join(", ");
-    if global.strict && !instruments.is_empty() {
-        return Err(AnalysisError::CalibrationOverdue { instruments });
-    }
-    Ok((!instruments.is_empty()).then(|| format!("calibration overdue: {instruments}")))
-}
-
-/// The report worked out again from its sessions, with a note on calibrations that had run out.
+/// The report worked out again from its sessions.
 fn again(
     page: &ReadPage,
     args: &VerifyArgs,
     settings: &PageSettings,
     template: &PageTemplate,
     global: &Global,
-) -> Result<(ReportPage, Option<String>), Failure> {
+) -> Result<ReportPage, Failure> {
     let calibration = CalibrationArgs::of_words(&settings.calibration)?;
     let mut options = open_settings(&calibration, global)?;
     options.trust_csv |= settings.trust_csv;
@@ -76,17 +67,13 @@ fn again(
             .into());
         };
         let source = PageSource::open(&[a.clone(), b.clone()], &options)?;
-        refuse_overdue(&source, global)?;
         let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;
         let two = robots.is_some();
-        let page = comparison_page(&source, &comparison, two, settings, &hash);
-        return Ok((page, overdue_note(&source)));
+        return Ok(comparison_page(&source, &comparison, two, settings, &hash));
     }
     let source = PageSource::open_joined(&args.sessions, &options)?;
-    refuse_overdue(&source, global)?;
     let model = recorded(&args.model, settings);
-    let page = session_page(&source, &model.choice()?, settings, &hash)?;
-    Ok((page, overdue_note(&source)))
+    Ok(session_page(&source, &model.choice()?, settings, &hash)?)
 }
 
 /// The options of the report; those that are given now go first.

@@ -106,7 +106,7 @@ pub(super) fn checked(args: &RunArgs, global: &Global) -> Result<CheckedSession,
         .with_axis_words([0, 1, 2].map(|axis| robot.robot.axis_word(axis)));
     let (instruments, notes) = instrument_records(args.instruments.as_deref())?;
     warnings.extend(notes);
-    warnings.extend(overdue(&instruments, global.strict)?);
+    warnings.extend(overdue(&instruments, global)?);
     SessionFolder::check_new(&args.out)?;
     check_place(&args.out)?;
     refuse_keys_without_hands(&args.bench, global)?;
@@ -214,14 +214,8 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let is_complete = |ended: &Ended| ended.outcome == SessionEnd::Complete;
     let nothing_open = plan.next_open(&state, 0).is_none();
     if nothing_open && state.ended.as_ref().is_some_and(is_complete) {
-        let (planned, none) = (plan.len(), Vec::new());
-        return Ok(report(
-            &args.folder,
-            SessionEnd::Complete,
-            &state,
-            &none,
-            planned,
-        ));
+        let complete = SessionEnd::Complete;
+        return Ok(report(&args.folder, complete, &state, &[], plan.len()));
     }
     let mut warnings = Vec::new();
     if cut_bytes > 0 {
@@ -241,7 +235,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let robot = robot.map(|robot| (robot, header.clone()));
     let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &header.instruments, &state)?;
     warnings.extend(notes);
-    warnings.extend(overdue(&header.instruments, global.strict)?);
+    warnings.extend(overdue(&header.instruments, global)?);
     let first = if state.started.is_some() {
         Event::Resumed(Resumed {
             software: SOFTWARE.to_owned(),

@@ -79,7 +79,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         };
         let _ = writeln!(text, "Next: stiffbench {next} {}", folder.display());
     }
-    let mut warnings = overdue(&header.instruments, global.strict)?;
+    let mut warnings = overdue(&header.instruments, global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = StatusReport {
         folder: folder.to_owned(),
@@ -135,7 +135,7 @@ pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
             event_text(&record.event)
         );
     }
-    let mut warnings = overdue(&header.instruments, global.strict)?;
+    let mut warnings = overdue(&header.instruments, global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = SessionLog {
         events: read.journal.records,

@@ -40,7 +40,7 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Undo(args) => undo::run(&args.folder, global),
         SessionCommand::Replay(args) => replay::run(&args, global),
         SessionCommand::Faults(args) => args.run("session faults", "faults"),
-        SessionCommand::Verify(args) => repair::verify(&args.folder, global),
+        SessionCommand::Verify(args) => repair::verify(&args.folder),
         SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out, global),
     }
 }

@@ -71,13 +71,13 @@ pub(super) fn overdue_today(instruments: &Instruments) -> Vec<String> {
     overdue.collect()
 }
 
-/// Warns of overdue calibration, or refuses it where `strict`.
+/// Warns of overdue calibration, or refuses under `--strict`.
 pub(super) fn overdue(
     instruments: &Instruments,
-    strict: bool,
+    global: &Global,
 ) -> Result<Vec<String>, AnalysisError> {
     let warnings = overdue_today(instruments);
-    if strict && !warnings.is_empty() {
+    if global.strict && !warnings.is_empty() {
         return Err(AnalysisError::CalibrationOverdue {
             instruments: warnings.join("; "),
         });

@@ -10,7 +10,7 @@ use crate::analysis::{
     compare_with_journal, shortened,
 };
 use crate::cli::args::Global;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Failure, OVERDUE};
 use crate::cli::outcome::Outcome;
 use crate::readings::{
     ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
@@ -21,7 +21,7 @@ use crate::session::{
     recover,
 };
 
-use super::prepare::{overdue, plan_of};
+use super::prepare::{overdue, overdue_today, plan_of};
 
 /// Exit code for data that are damaged and readable in part.
 const PART: u8 = 30;
@@ -29,8 +29,8 @@ const PART: u8 = 30;
 /// Exit code for data of which nothing can be read.
 const NOTHING: u8 = 31;
 
-/// Whether the journal of a session is whole. An overdue calibration is refused under `--strict` only where it is.
-pub(super) fn verify(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
+/// Whether the journal of a session is whole.
+pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     if !folder.join("journal.jsonl").is_file() && folder.join("readings.csv").is_file() {
         let text = format!(
             "{}: not protected: there is no journal that the readings could be compared with\n",
@@ -73,10 +73,11 @@ pub(super) fn verify(folder: &Path, global: &Global) -> Result<Outcome, Failure>
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
-        let strict = global.strict && exit == 0;
+        let overdue = overdue_today(&header.instruments);
         outcome = outcome
             .with_inputs(Inputs::default().with_folder(folder, &header))
-            .with_warnings(overdue(&header.instruments, strict)?);
+            .with_strict_exit(if overdue.is_empty() { 0 } else { OVERDUE })
+            .with_warnings(overdue);
     }
     Ok(outcome)
 }
@@ -205,7 +206,7 @@ pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result
         .ok()
         .and_then(|read| plan_of(&read).ok());
     let warnings = match header {
-        Some((_, header, _)) => overdue(&header.instruments, global.strict)?,
+        Some((_, header, _)) => overdue(&header.instruments, global)?,
         None => Vec::new(),
     };
     let journal = recover(folder, out, Timestamp::now())?;

@@ -44,7 +44,7 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     let mut recording = session_traces(args)?;
     recording
         .warnings
-        .extend(overdue(&header.instruments, global.strict)?);
+        .extend(overdue(&header.instruments, global)?);
     let recorded = SessionState::fold(&read.journal.records);
     let now = Timestamp::now();
     let replayed_id = header.id.replace(session_id(&args.out, now));

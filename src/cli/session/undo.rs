@@ -17,7 +17,7 @@ use super::prepare::{overdue, plan_of};
 /// Takes back the last reading, skip or flag, and states which it was.
 pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let (plan, header, _) = plan_of(&read_folder(folder)?)?;
-    let warnings = overdue(&header.instruments, global.strict)?;
+    let warnings = overdue(&header.instruments, global)?;
     let (held, mut journal, read, _) = SessionFolder::open(folder, Timestamp::now())?;
     let mut state = SessionState::fold(&read.records);
     let refused =

@@ -93,7 +93,7 @@ pub fn read_page(name: &str, text: String) -> Result<ReadPage, ReportError> {
 }
 
 impl ReadPage {
-    /// Gauges that the page states as overdue, in words.
+    /// Calibrations that the page states as overdue, in words.
     #[must_use]
     pub fn overdue(&self) -> Vec<String> {
         let listed = |value: &Value, key: &str| value[key].as_array().cloned().unwrap_or_default();
@@ -102,7 +102,10 @@ impl ReadPage {
         let overdue = gauges.filter(|gauge| gauge["overdue"] == true);
         let word = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         overdue
-            .map(|gauge| format!("{} (due {})", word(&gauge["name"]), word(&gauge["due"])))
+            .map(|gauge| {
+                let (name, due) = (word(&gauge["name"]), word(&gauge["due"]));
+                format!("calibration overdue: {name} (due {due})")
+            })
             .collect()
     }
 
