@@ -56,6 +56,11 @@ pub struct DhSettings {
     pub controller: Option<Controller>,
 }
 
+/// What the columns of a CSV table begin with, before a unit: the keys of [`DhRow`].
+const COLUMNS: [&str; 9] = [
+    "joint", "kind", "alpha", "a", "theta", "d", "angle", "min", "max",
+];
+
 /// The table as TOML.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -335,6 +340,18 @@ fn csv_as_toml(source: &SourceText) -> Result<SourceText, ImportError> {
         ImportError::new(source, at..at, problem)
     };
     let headers = reader.headers().map_err(|error| refused(&error))?.clone();
+    let is_known = |header: &str| {
+        let (name, _) = header.split_once('_').unwrap_or((header, ""));
+        name.is_empty() || COLUMNS.contains(&name)
+    };
+    if let Some(unknown) = headers.iter().find(|header| !is_known(header)) {
+        let at = source.text.find(unknown).unwrap_or(0);
+        let problem = ImportProblem::new(
+            format!("a Denavit-Hartenberg table has no column `{unknown}`"),
+            "the columns are joint, kind, alpha_deg, a_mm, theta_deg, d_mm, angle, min_deg, max_deg, or the same with other units",
+        );
+        return Err(ImportError::new(source, at..at + unknown.len(), problem));
+    }
     let mut text = String::from("rows = [ ");
     let mut line = 1;
     for record in reader.records() {
