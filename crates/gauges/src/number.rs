@@ -145,6 +145,7 @@ mod tests {
     fn blanks_stand_before_the_first_digit_only() {
         assert_eq!(lengths(&shape(), "  1.5 "), [5, 4, 3]);
         assert_eq!(lengths(&shape(), "1 23"), [] as [usize; 0]);
+        assert_eq!(lengths(&shape(), "1. 2"), [] as [usize; 0]);
         assert_eq!(lengths(&shape(), ". 12"), [] as [usize; 0]);
         assert_eq!(lengths(&shape(), "    "), [] as [usize; 0]);
         let without = NumberShape {
