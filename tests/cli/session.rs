@@ -141,6 +141,17 @@ fn a_dry_run_refuses_what_a_run_would_refuse() {
     let overdue = desk.run("session run s --instrument-records old.toml --dry-run");
     let notes = overdue.succeeds().stderr;
     assert!(notes.contains("ran out on 2021-01-01"), "{notes}");
+    let answers = "--answer setup.P9.x=true --answer setup.P1.x=true --answer unit.force=same";
+    let beside = desk.run(&format!("session run s {answers} --poses P1 --dry-run"));
+    let notes = beside.succeeds().stderr;
+    assert!(
+        notes.contains("the answer setup.P9.x is never asked for"),
+        "{notes}"
+    );
+    assert!(
+        !notes.contains("setup.P1.x") && !notes.contains("unit.force"),
+        "{notes}"
+    );
     assert!(!desk.path("s").exists());
 }
 

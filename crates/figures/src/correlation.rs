@@ -56,7 +56,7 @@ pub fn correlation(input: &Correlation) -> Figure {
     let caption = joined([
         Some("Blue: negative; orange: positive; white: none.".to_owned()),
         Some(format!(
-            "{strong} of {pairs} pairs are beyond ±{STRONG_CORRELATION}."
+            "Pairs beyond ±{STRONG_CORRELATION}: {strong} of {pairs}."
         )),
         if_any(unknown, format!("{unknown} entries marked – are unknown.")),
     ]);
@@ -108,7 +108,7 @@ mod tests {
             .map(|note| note.text.as_str())
             .collect();
         assert_eq!(texts, ["1.00", "−0.95", "−0.95", "1.00"]);
-        assert!(figure.caption.contains("1 of 1 pairs are beyond ±0.95"));
+        assert!(figure.caption.contains("Pairs beyond ±0.95: 1 of 1."));
         parse(&figure.to_svg()).unwrap();
     }
 

@@ -11,6 +11,7 @@ use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::{Document, Table, TomlError};
 
 use super::operator::{Answer, Prompt};
+use super::plan::SessionPlan;
 
 /// The schema of an answers file.
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
@@ -392,6 +393,21 @@ impl Answers {
             self.by_name.entry(name).or_insert(answer);
         }
         self
+    }
+
+    /// Answers to questions at a pose and direction, or at a gauge, that a plan does not have: nothing asks for them.
+    #[must_use]
+    pub fn beside(&self, plan: &SessionPlan) -> Vec<&str> {
+        let cells = plan.cells.iter();
+        let cells = cells.map(|cell| format!("{}.{}", cell.pose, cell.direction));
+        let channels = plan.channels().into_iter().map(|gauge| gauge.to_string());
+        let keys: Vec<String> = cells.chain(channels).collect();
+        let is_beside = |name: &&str| {
+            let key = name.split_once('.').map(|(_, key)| key);
+            key.is_some_and(|key| keys.iter().all(|known| known != key))
+        };
+        let names = self.by_name.keys().map(String::as_str);
+        names.filter(is_beside).collect()
     }
 
     /// The answer to a question, if there is one.

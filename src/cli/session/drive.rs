@@ -111,7 +111,7 @@ pub(super) fn checked(args: &RunArgs, global: &Global) -> Result<CheckedSession,
     check_place(&args.out)?;
     refuse_keys_without_hands(&args.bench, global)?;
     Ok(CheckedSession {
-        answers: answers(&args.bench, global)?,
+        answers: answers(&args.bench, &plan, &mut warnings, global)?,
         robot,
         procedure,
         plan,
@@ -236,6 +236,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &header.instruments, &state)?;
     warnings.extend(notes);
     warnings.extend(overdue(&header.instruments, global)?);
+    let answers = answers(&args.bench, &plan, &mut warnings, global)?;
     let first = if state.started.is_some() {
         Event::Resumed(Resumed {
             software: SOFTWARE.to_owned(),
@@ -256,7 +257,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         operator_name: header.operator,
         first,
         resolved,
-        answers: answers(&args.bench, global)?,
+        answers,
         warnings,
         clock,
         hand,

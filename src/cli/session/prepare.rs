@@ -108,8 +108,14 @@ fn coarsest(instruments: &Instruments) -> Option<&InstrumentRecord> {
     records.max_by(|a, b| step(a).total_cmp(&step(b)))
 }
 
-/// The answers that are known beforehand: those of the command line go before those of the file.
-pub(super) fn answers(args: &BenchArgs, global: &Global) -> Result<Answers, Failure> {
+/// The answers that are known beforehand: those of the command line go before those of the file. Those that nothing in the plan asks for are
+/// named in a warning.
+pub(super) fn answers(
+    args: &BenchArgs,
+    plan: &SessionPlan,
+    warnings: &mut Vec<String>,
+    global: &Global,
+) -> Result<Answers, Failure> {
     let mut answers = match &args.answers {
         Some(path) => Answers::parse(&path.display().to_string(), &read_text(path)?)?,
         None => Answers::default(),
@@ -118,6 +124,10 @@ pub(super) fn answers(args: &BenchArgs, global: &Global) -> Result<Answers, Fail
         answers.take_argument(answer)?;
     }
     answers.no_input = global.no_input;
+    let beside = answers.beside(plan).into_iter();
+    warnings.extend(beside.map(|name| {
+        format!("the answer {name} is never asked for: the plan has no such pose, direction or gauge; stiffbench session plan lists them")
+    }));
     Ok(answers)
 }
 
