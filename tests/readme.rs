@@ -1,5 +1,6 @@
 //! What the README and the pages name exists: files, links, questions, numbers of the search. Their commands: `page_commands.rs`.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -74,6 +75,34 @@ fn the_readme_is_short() {
     let lines = fs::read_to_string(root().join("README.md")).unwrap();
     let count = lines.lines().count();
     assert!(count <= LONGEST_README, "the README has {count} lines");
+}
+
+#[test]
+fn the_readme_and_its_page_name_every_dependency() {
+    let members = fs::read_dir(root().join("crates")).unwrap();
+    let members = members.map(|member| member.unwrap().path());
+    let of_users = members.filter(|path| !path.ends_with("test-files"));
+    let folders = of_users.chain([root().to_owned(), root().join("python")]);
+    let mut named = BTreeSet::new();
+    for folder in folders {
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let manifest: toml::Table = toml::from_str(&manifest).unwrap();
+        let for_systems = manifest.get("target").and_then(toml::Value::as_table);
+        let for_systems = for_systems.into_iter().flat_map(toml::Table::values);
+        let tables = for_systems.filter_map(|system| system.get("dependencies"));
+        for table in tables.chain(manifest.get("dependencies")) {
+            named.extend(table.as_table().unwrap().keys().cloned());
+        }
+    }
+    named.retain(|name| !name.starts_with("stiffbench"));
+    assert!(named.contains("faer") && named.contains("rustix"));
+    for page in ["README.md", "docs/dependencies.md"] {
+        let text = fs::read_to_string(root().join(page)).unwrap();
+        let is_part = |c: char| c.is_alphanumeric() || "-_".contains(c);
+        let words: BTreeSet<&str> = text.split(|c| !is_part(c)).collect();
+        let missing = named.iter().filter(|name| !words.contains(name.as_str()));
+        assert_eq!(missing.collect::<Vec<_>>(), Vec::<&String>::new(), "{page}");
+    }
 }
 
 #[test]
