@@ -398,6 +398,32 @@ fn urdfs_with_oddities_are_imported_with_a_note() {
 }
 
 #[test]
+fn tables_of_spreadsheets_are_the_same_as_those_with_commas() {
+    let settings = DhSettings {
+        convention: Some(DhConvention::Modified),
+        controller: None,
+    };
+    let text_of = |table: &str| {
+        let robot = robot_from_dh(&SourceText::new("t.csv", table), &settings).unwrap();
+        robot.text
+    };
+    let mut semicolons = TABLE.replace('.', "!").replace(',', ";").replace('!', ",");
+    for (plain, bracketed) in [
+        ("joint", "Joint"),
+        ("alpha_deg", "α [°]"),
+        ("a_mm", "a [mm]"),
+        ("theta_deg", "Theta (deg)"),
+        ("d_mm", "d (mm)"),
+    ] {
+        assert!(semicolons.contains(plain), "{plain}");
+        semicolons = semicolons.replacen(plain, bracketed, 1);
+    }
+    assert_eq!(text_of(&semicolons), text_of(TABLE));
+    let tabs = TABLE.replace(',', "\t").replace("312", "312,5");
+    assert_eq!(text_of(&tabs), text_of(&TABLE.replace("312", "312.5")));
+}
+
+#[test]
 fn tables_that_cannot_be_used_name_the_line() {
     let refused_with = |name: &str, text: &str, convention| {
         let settings = DhSettings {

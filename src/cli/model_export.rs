@@ -113,11 +113,12 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
         choice.mechanism = choice.mechanism.or_else(|| fit.mechanism.clone());
     }
     let mut resolved = crate::analysis::resolve(&choice, None)?;
-    let mut fitted = Vec::new();
+    let (mut fitted, mut warnings) = (Vec::new(), resolved.warnings.clone());
     if let Some(FitFile {
         factors_name,
         factors,
         parameters,
+        warnings: of_fit,
         ..
     }) = fit
     {
@@ -125,6 +126,7 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
         resolved.factors_name = factors_name;
         resolved.factors = factors;
         fitted = parameters;
+        warnings.extend(of_fit);
     }
     let model = ExportModel::new(&resolved, fitted);
     let pose = args.pose.chosen(&resolved.robot)?;
@@ -137,7 +139,6 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
         FormatArg::Csv => table.csv(),
         FormatArg::Json => format!("{:#}\n", serde_json::json!(table)),
     };
-    let mut warnings = resolved.warnings.clone();
     warnings.extend(pose.map_or_else(Vec::new, |(_, pose)| limits_passed(&resolved.robot, pose)));
     warnings.extend(table.notes.iter().cloned());
     let inputs = Inputs::default().with_model(&resolved);

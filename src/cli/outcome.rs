@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::args::Global;
 #[cfg(unix)]
 use super::failure::CliError;
-use super::failure::exit_code_of;
+use super::failure::{OVERDUE, exit_code_of};
 use crate::analysis::Inputs;
 use crate::report::{CompletionScript, ErrorReport};
 
@@ -99,6 +99,16 @@ impl Outcome {
     #[must_use]
     pub fn with_strict_exit(mut self, exit: u8) -> Self {
         self.strict_exit = exit;
+        self
+    }
+
+    /// With a warning for each overdue calibration, which `--strict` does not pass.
+    #[must_use]
+    pub fn with_overdue(mut self, overdue: Vec<String>) -> Self {
+        if !overdue.is_empty() {
+            self.strict_exit = OVERDUE;
+        }
+        self.warnings.extend(overdue);
         self
     }
 

@@ -49,6 +49,17 @@ fn overdue_calibration_exits_with_12() {
         .exits_with(12)
         .json();
     assert_eq!(object["error"]["code"], "stiffbench::calibration::overdue");
+    // What is worked out from the fit repeats its warning.
+    let fit = desk.run("fit session --json").succeeds();
+    desk.write("fit.json", &fit.stdout);
+    for command in [
+        "map --mechanisms F --samples 9 --fit fit.json",
+        "model export --format csv --fit fit.json",
+    ] {
+        let ran = desk.run(command).succeeds();
+        let repeated = "fit.json: calibration overdue: force gauge (due 2002-01-01)";
+        assert!(ran.stderr.contains(repeated), "{}", ran.stderr);
+    }
     desk.write("session/session.toml", &header("9000-01-01"));
     desk.run("stiffness session --strict").succeeds();
 }

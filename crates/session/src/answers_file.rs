@@ -397,17 +397,17 @@ impl Answers {
 
     /// Answers to questions at a pose and direction, or at a gauge, that a plan does not have: nothing asks for them.
     #[must_use]
-    pub fn beside(&self, plan: &SessionPlan) -> Vec<&str> {
+    pub fn never_asked(&self, plan: &SessionPlan) -> Vec<&str> {
         let cells = plan.cells.iter();
         let cells = cells.map(|cell| format!("{}.{}", cell.pose, cell.direction));
         let channels = plan.channels().into_iter().map(|gauge| gauge.to_string());
         let keys: Vec<String> = cells.chain(channels).collect();
-        let is_beside = |name: &&str| {
+        let has_unknown_key = |name: &&str| {
             let key = name.split_once('.').map(|(_, key)| key);
             key.is_some_and(|key| keys.iter().all(|known| known != key))
         };
         let names = self.by_name.keys().map(String::as_str);
-        names.filter(is_beside).collect()
+        names.filter(has_unknown_key).collect()
     }
 
     /// The answer to a question, if there is one.

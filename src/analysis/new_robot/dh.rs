@@ -1,16 +1,15 @@
 //! A Denavit-Hartenberg table, TOML or CSV, as a robot file.
 
-use std::fmt::Write as _;
-
 use serde::Deserialize;
 
 use crate::robot::format2::file::{DhConvention, JointKind};
 use crate::robot::format2::measure::{AngleOf, InUnit, LengthOf, TravelOf, units};
 use crate::source_text::SourceText;
-use crate::toml_text::{Document, DocumentStep, quoted};
+use crate::toml_text::{Document, DocumentStep};
 
 use DocumentStep::{Index, Key};
 
+use super::dh_csv::csv_as_toml;
 use super::draft::{Draft, DraftRow, key, number, poses_within, three};
 use super::{ImportError, ImportProblem, NewRobot};
 
@@ -56,11 +55,6 @@ pub struct DhSettings {
     pub controller: Option<Controller>,
 }
 
-/// What the columns of a CSV table begin with, before a unit: the keys of [`DhRow`].
-const COLUMNS: [&str; 9] = [
-    "joint", "kind", "alpha", "a", "theta", "d", "angle", "min", "max",
-];
-
 /// The table as TOML.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -73,7 +67,7 @@ struct DhTable {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct DhRow {
+pub(super) struct DhRow {
     joint: Option<String>,
     #[serde(default)]
     kind: JointKind,
@@ -90,7 +84,8 @@ struct DhRow {
 /// A robot file from a Denavit-Hartenberg table.
 ///
 /// A CSV table has the columns `joint`, `kind`, `alpha_deg`, `a_mm`, `theta_deg`, `d_mm`, `angle`, `min_deg`, `max_deg`, of which only those of
-/// the row itself are needed; a cell of `angle` is written `J2=-1 J3=-1`. A TOML table has the same keys in `rows`.
+/// the row itself are needed, in other units too and with these in brackets (`a [mm]`); a cell of `angle` is written `J2=-1 J3=-1`. Fields are
+/// delimited by commas, semicolons or tabs; with semicolons and tabs a number may have a decimal comma. A TOML table has the same keys in `rows`.
 ///
 /// # Errors
 /// [`ImportError`] at the line that cannot be used.
@@ -318,85 +313,4 @@ impl DhRows<'_, '_> {
         self.draft.chain.push(written);
         Ok(())
     }
-}
-
-/// A CSV table as TOML whose rows stand in the same lines.
-fn csv_as_toml(source: &SourceText) -> Result<SourceText, ImportError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(source.text.trim_start_matches('\u{feff}').as_bytes());
-    let refused = |error: &csv::Error| {
-        let line = error.position().map_or(1, csv::Position::line);
-        let before = source
-            .text
-            .split_inclusive('\n')
-            .take(line.saturating_sub(1) as usize);
-        let at = before.map(str::len).sum::<usize>().min(source.text.len());
-        let problem = ImportProblem::new(
-            format!("this row does not fit: {error}"),
-            "each row has as many cells as the first line",
-        );
-        ImportError::new(source, at..at, problem)
-    };
-    let headers = reader.headers().map_err(|error| refused(&error))?.clone();
-    let is_known = |header: &str| {
-        let (name, _) = header.split_once('_').unwrap_or((header, ""));
-        name.is_empty() || COLUMNS.contains(&name)
-    };
-    if let Some(unknown) = headers.iter().find(|header| !is_known(header)) {
-        let at = source.text.find(unknown).unwrap_or(0);
-        let problem = ImportProblem::new(
-            format!("a Denavit-Hartenberg table has no column `{unknown}`"),
-            "the columns are joint, kind, alpha_deg, a_mm, theta_deg, d_mm, angle, min_deg, max_deg, or the same with other units",
-        );
-        return Err(ImportError::new(source, at..at + unknown.len(), problem));
-    }
-    let mut text = String::from("rows = [ ");
-    let mut line = 1;
-    for record in reader.records() {
-        let record = record.map_err(|error| refused(&error))?;
-        let own = record.position().map_or(line, csv::Position::line);
-        while line < own {
-            text.push('\n');
-            line += 1;
-        }
-        let cells = headers
-            .iter()
-            .zip(&record)
-            .filter(|(_, cell)| !cell.is_empty());
-        let cells =
-            cells.map(|(header, cell)| format!("{} = {}", key(header), value(header, cell)));
-        let cells: Vec<String> = cells.collect();
-        let _ = write!(text, "{{ {} }}, ", cells.join(", "));
-    }
-    text.push_str("]\n");
-    Ok(SourceText::new(source.name.clone(), text))
-}
-
-/// A cell as TOML value.
-fn value(header: &str, cell: &str) -> String {
-    if header == "angle" {
-        let terms = cell.split([' ', ';']).filter(|term| !term.is_empty());
-        let terms = terms.map(|term| match term.split_once('=') {
-            Some((name, coefficient)) if coefficient.trim().parse::<f64>().is_ok() => {
-                format!("{} = {}", key(name.trim()), toml_number(coefficient))
-            }
-            _ => format!("{} = {}", key(term), quoted(term)),
-        });
-        return format!("{{ {} }}", terms.collect::<Vec<_>>().join(", "));
-    }
-    match cell.parse::<f64>() {
-        Ok(number) if number.is_finite() && !["joint", "kind"].contains(&header) => {
-            toml_number(cell)
-        }
-        _ => quoted(cell),
-    }
-}
-
-/// A number as TOML writes it.
-fn toml_number(text: &str) -> String {
-    text.trim()
-        .parse::<f64>()
-        .map_or_else(|_| quoted(text), |number| format!("{number:?}"))
 }

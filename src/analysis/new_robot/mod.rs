@@ -1,6 +1,7 @@
 //! Robot files from what a user has: a URDF, a Denavit-Hartenberg table, a template.
 
 mod dh;
+mod dh_csv;
 mod draft;
 mod positions;
 mod templates;

@@ -17,6 +17,8 @@ pub(in crate::cli) struct FitFile {
     pub(super) covariance: Option<FittedCovariance>,
     /// What the covariance leaves out.
     pub(super) notes: Vec<String>,
+    /// What the fit warned of, each with the name of its file.
+    pub(in crate::cli) warnings: Vec<String>,
     /// The robot that was fitted, if it names one: its name, and the SHA-256 of its file.
     pub(in crate::cli) robot: Option<(String, String)>,
     /// The mechanism that was fitted, if it names one.
@@ -43,6 +45,11 @@ pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
     let mut fitted = from_data(&whole["data"]).map_err(refuse)?;
     fitted.factors_name = format!("of {}", path.display());
     let robot = |key| whole["inputs"]["robot"][key].as_str().map(str::to_owned);
+    let warnings = whole["warnings"].as_array().into_iter().flatten();
+    let warnings = warnings.filter_map(Value::as_str);
+    fitted.warnings = warnings
+        .map(|warning| format!("{}: {warning}", path.display()))
+        .collect();
     fitted.robot = robot("name").zip(robot("sha256"));
     Ok(fitted)
 }
@@ -94,6 +101,7 @@ fn from_data(data: &Value) -> Result<FitFile, String> {
         factors: values,
         covariance,
         notes,
+        warnings: Vec::new(),
         robot: None,
         mechanism: data["mechanism"].as_str().map(str::to_owned),
         parameters: rows,

@@ -32,16 +32,19 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         factors,
         covariance,
         notes,
+        warnings: of_fit,
         ..
     } = fit.unwrap_or_else(|| FitFile {
         factors_name: resolved.factors_name.clone(),
         factors: resolved.factors.clone(),
         covariance: None,
         notes: Vec::new(),
+        warnings: Vec::new(),
         robot: None,
         mechanism: None,
         parameters: Vec::new(),
     });
+    warnings.extend(of_fit);
     warnings.extend(notes);
     robot.check_parameters(&factors)?;
     // A sweep takes springs as it takes every other physics beside the beams.

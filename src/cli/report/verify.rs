@@ -6,7 +6,7 @@ use crate::analysis::{ArgumentError, read_text};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::compare::compared;
-use crate::cli::failure::{Failure, OVERDUE};
+use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::report::page::{
     PageSettings, PageSource, PageTemplate, ReadPage, ReportPage, comparison_page, read_page,
@@ -38,10 +38,8 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
         (true, false) => NOT_COMPARED,
         (false, _) => DIFFERS,
     };
-    let overdue = page.overdue();
     Ok(Outcome::new("report-verify", check.text(), check)
-        .with_strict_exit(if overdue.is_empty() { 0 } else { OVERDUE })
-        .with_warnings(overdue)
+        .with_overdue(page.overdue())
         .with_exit(exit))
 }
 

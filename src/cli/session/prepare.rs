@@ -124,8 +124,8 @@ pub(super) fn answers(
         answers.take_argument(answer)?;
     }
     answers.no_input = global.no_input;
-    let beside = answers.beside(plan).into_iter();
-    warnings.extend(beside.map(|name| {
+    let never_asked = answers.never_asked(plan).into_iter();
+    warnings.extend(never_asked.map(|name| {
         format!("the answer {name} is never asked for: the plan has no such pose, direction or gauge; stiffbench session plan lists them")
     }));
     Ok(answers)

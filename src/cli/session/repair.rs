@@ -10,7 +10,7 @@ use crate::analysis::{
     compare_with_journal, shortened,
 };
 use crate::cli::args::Global;
-use crate::cli::failure::{Failure, OVERDUE};
+use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::readings::{
     ReadOptions, ReadingsError, SessionHeader, read_readings, read_vector_readings,
@@ -73,11 +73,9 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
-        let overdue = overdue_today(&header.instruments);
         outcome = outcome
             .with_inputs(Inputs::default().with_folder(folder, &header))
-            .with_strict_exit(if overdue.is_empty() { 0 } else { OVERDUE })
-            .with_warnings(overdue);
+            .with_overdue(overdue_today(&header.instruments));
     }
     Ok(outcome)
 }
