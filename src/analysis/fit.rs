@@ -1,9 +1,9 @@
 //! Fits of the model's factors to data.
 
 use crate::fit::{
-    FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness, MonteCarloSettings,
-    PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis, bootstrap_cells,
-    find_lower_minimum, fit_cells, follow_paper,
+    BootstrapDraws, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
+    MonteCarloSettings, PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis,
+    bootstrap_cells, find_lower_minimum, fit_cells, follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::nearest::nearest;
@@ -320,7 +320,16 @@ impl FitData {
         };
         let (fitted, choice) = (&outcome.factors, &settings.choice);
         let found = bootstrap_cells(trained, fitted, unit, choice, &bootstrap, refitted)?;
-        for (estimate, interval) in outcome.estimates.iter_mut().zip(found.intervals_95) {
+        let found_of_each = found.intervals_95.into_iter().zip(found.at_bound);
+        for (estimate, (interval, at_bound)) in outcome.estimates.iter_mut().zip(found_of_each) {
+            if at_bound > 0 {
+                outcome.warnings.push(format!(
+                    "{}: {at_bound} of {} refits of the bootstrap ended on its bound: they do not determine it, and its bootstrap interval depends on the bound",
+                    estimate.name, found.succeeded
+                ));
+            }
+            // Refits that never move it say nothing of it.
+            let interval = interval.filter(|[lower, upper]| lower < upper);
             let holds = |[lower, upper]: &[f64; 2]| (*lower..=*upper).contains(&estimate.value);
             estimate.bootstrap_interval_95 = interval.filter(holds);
             if let Some([lower, upper]) = interval.filter(|interval| !holds(interval)) {
@@ -330,6 +339,15 @@ impl FitData {
                 ));
             }
         }
+        outcome.bootstrap = Some(BootstrapDraws {
+            over: match settings.bootstrap_over {
+                BootstrapOver::Runs => "runs",
+                BootstrapOver::Cells => "cells",
+            },
+            replicates: settings.bootstrap,
+            failed: found.failed,
+            seed: found.seed,
+        });
         if found.failed > 0 {
             outcome.warnings.push(format!(
                 "{} of {} refits of the bootstrap failed; its intervals are optimistic",

@@ -54,7 +54,10 @@ pub fn check_specimen(procedure: &Procedure, specimen: Option<&str>) -> Result<(
     let meant = meant.map_or_else(String::new, |near| format!("did you mean {near}? "));
     Err(ArgumentError::new(
         format!("--specimen-id {}", specimen.unwrap_or_default()).trim_end(),
-        format!("procedure {} does not list this specimen", procedure.name),
+        match specimen {
+            Some(_) => format!("procedure {} does not list this specimen", procedure.name),
+            None => format!("procedure {} wants one of its specimens", procedure.name),
+        },
         format!("{meant}it lists {}", known.join(", ")),
     ))
 }

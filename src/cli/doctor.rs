@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::instrument::Channel;
-use crate::instrument::port::{PortInfo, list_ports};
+use crate::instrument::port::{PortInfo, list_ports, permission_remedy};
 use crate::report::{CheckReport, DoctorReport, VERSION};
 
 use super::args::Global;
@@ -17,6 +17,7 @@ use super::colour::is_wanted;
 use super::config::{Config, unknown_variables};
 use super::failure::Failure;
 use super::gauge::{BINDINGS_FILE, read_bindings};
+use super::locale::{is_utf8, locale};
 use super::outcome::Outcome;
 
 /// Arguments of `doctor`.
@@ -144,7 +145,7 @@ fn port(port: &PortInfo) -> CheckReport {
     CheckReport::failed(
         "port",
         format!("{found}: this user may not open it"),
-        "sudo usermod -aG dialout $USER, then log in again",
+        &permission_remedy(Path::new(&port.path)),
     )
 }
 
@@ -193,25 +194,13 @@ fn bindings(global: &Global) -> CheckReport {
 
 /// Character set, size and colour of the terminal.
 fn terminal(global: &Global) -> Vec<CheckReport> {
-    let words = ["LC_ALL", "LC_CTYPE", "LANG"].map(|name| std::env::var(name).unwrap_or_default());
-    let locale = words
-        .into_iter()
-        .find(|word| !word.is_empty())
-        .unwrap_or_default();
-    let lower = locale.to_lowercase();
-    let locale = if lower.contains("utf-8") || lower.contains("utf8") {
-        CheckReport::ok("locale", locale)
-    } else {
-        let found = if locale.is_empty() {
-            "not set".to_owned()
-        } else {
-            locale
-        };
-        CheckReport::warning(
+    let locale = match locale(|name| std::env::var(name).ok()) {
+        Some(locale) if is_utf8(&locale) => CheckReport::ok("locale", locale),
+        other => CheckReport::warning(
             "locale",
-            found,
+            other.unwrap_or_else(|| "not set".to_owned()),
             "export LANG=C.UTF-8, so that signs such as µ appear",
-        )
+        ),
     };
     vec![locale, size(global)]
 }

@@ -1,4 +1,4 @@
-//! `stiffbench explain`: what an error code, a law or a verdict means, and what to do.
+//! `stiffbench explain`: what an error code, an exit code, a law or a verdict means, and what to do.
 
 use clap::Args;
 
@@ -8,16 +8,16 @@ use crate::physics::Law;
 use crate::report::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
 use crate::shipped::{Explanation, error_explanations, spring_explanations, verdict_explanations};
 
-use super::failure::{CliError, Failure, exit_code_of};
+use super::failure::{CliError, EXIT_CODE_MEANINGS, Failure, exit_code_of};
 use super::outcome::Outcome;
 
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench explain                               all names\n  stiffbench explain readings::wrong_unit          an error code, with or without stiffbench::\n  stiffbench explain joint-backlash                a law\n  stiffbench explain nothing-missing               a verdict"
+    after_help = "Examples:\n  stiffbench explain                               all names\n  stiffbench explain readings::wrong_unit          an error code, with or without stiffbench::\n  stiffbench explain joint-backlash                a law\n  stiffbench explain nothing-missing               a verdict\n  stiffbench explain 30                            an exit code"
 )]
 pub(super) struct ExplainArgs {
-    /// Error code, law or verdict [default: the list of all]
+    /// Error code, exit code, law or verdict [default: the list of all]
     name: Option<String>,
 }
 
@@ -63,6 +63,9 @@ fn topic(given: &str) -> Result<TopicReport, CliError> {
     if let Some(found) = spring_explanations().swap_remove(name) {
         return Ok(of_explanation(name, TopicKind::Law, None, found));
     }
+    if let Some(topic) = of_exit_code(name) {
+        return Ok(topic);
+    }
     of_law(name).ok_or_else(|| unknown(given, name))
 }
 
@@ -81,6 +84,36 @@ fn of_explanation(
         example: found.example,
         forms: Vec::new(),
     }
+}
+
+/// An exit code, with the errors that end with it.
+fn of_exit_code(name: &str) -> Option<TopicReport> {
+    let code: u8 = name.parse().ok()?;
+    let (_, means) = EXIT_CODE_MEANINGS
+        .iter()
+        .find(|(known, _)| *known == code)?;
+    let errors = error_explanations();
+    let errors: Vec<&str> = errors
+        .keys()
+        .map(String::as_str)
+        .filter(|error| exit_code_of(&format!("{PREFIX}{error}")) == code)
+        .collect();
+    let remedy = match errors.as_slice() {
+        [] => "See what the command printed.".to_owned(),
+        errors => format!("Explain the code of the error: {}.", errors.join(", ")),
+    };
+    Some(TopicReport {
+        name: name.to_owned(),
+        kind: TopicKind::ExitCode,
+        exit_code: Some(code),
+        cause: format!("The command ended with {code}: {means}."),
+        remedy,
+        example: match errors.first() {
+            Some(error) => format!("stiffbench explain {error}"),
+            None => "stiffbench --help".to_owned(),
+        },
+        forms: Vec::new(),
+    })
 }
 
 /// A law, from its definition.

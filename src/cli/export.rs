@@ -10,8 +10,9 @@ use crate::analysis::{
 };
 use crate::export::tidy::{
     PackageResource, TableProvenance, TidyTable, csv, data_package, load_case_table, reading_table,
-    stiffness_tables, vector_reading_table, vector_stiffness_tables, xlsx,
+    ro_crate, stiffness_tables, vector_reading_table, vector_stiffness_tables, xlsx,
 };
+use crate::procedure::Procedure;
 use crate::readings::SessionHeader;
 use crate::report::{
     DataExportReport, ExportedFile, ExportedTable, TableFormat, VectorStiffnessReport,
@@ -26,7 +27,7 @@ use super::outcome::Outcome;
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench export my-session --out my-tables\n  stiffbench export my-session --format xlsx --out my-spreadsheet\n\nTables: readings, stiffness (with u and U), budget, loads, flags. What each column means: docs/export.md and datapackage.json."
+    after_help = "Examples:\n  stiffbench export my-session --out my-tables\n  stiffbench export my-session --format xlsx --out my-spreadsheet\n  stiffbench export my-session --ro-crate --out my-crate\n\nTables: readings, stiffness (with u and U), budget, loads, flags. What each column means: docs/export.md and datapackage.json."
 )]
 pub(super) struct DataExportArgs {
     /// Session folder, readings file, load cases, or a gauge's own log
@@ -34,9 +35,12 @@ pub(super) struct DataExportArgs {
     /// Folder to write into; it must not exist or be empty
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
-    /// Format of the tables
+    /// Format of the tables; CSV and datapackage.json are always written
     #[arg(long, value_enum, default_value_t = TableFormatArg::Csv)]
     format: TableFormatArg,
+    /// Write ro-crate-metadata.json too, for research data repositories
+    #[arg(long)]
+    ro_crate: bool,
     /// Branches that count for the stiffness
     #[arg(long, value_enum, default_value_t = BranchChoice::Loading)]
     branches: BranchChoice,
@@ -50,9 +54,9 @@ pub(super) struct DataExportArgs {
 enum TableFormatArg {
     /// A file a table, with units and hashes in datapackage.json
     Csv,
-    /// One spreadsheet, a sheet a table, with units and provenance on the sheet about
+    /// Also one spreadsheet, a sheet a table, with units and provenance on the sheet about
     Xlsx,
-    /// A file a table, with datapackage.json; needs the build feature parquet
+    /// Also a Parquet file a table; needs the build feature parquet
     Parquet,
 }
 
@@ -93,7 +97,7 @@ pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Fai
         });
         Ok(())
     };
-    let written = contents(&exported, format)?
+    let written = contents(&exported, format, args.ro_crate)?
         .iter()
         .try_for_each(|(name, content)| put(name, content));
     if let Err(error) = written {
@@ -138,39 +142,53 @@ pub(super) fn check_free(folder: &Path) -> Result<(), CliError> {
 }
 
 /// The files by name, the description last.
-fn contents(exported: &Exported, format: TableFormat) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+fn contents(
+    exported: &Exported,
+    format: TableFormat,
+    has_crate: bool,
+) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let (tables, about) = (&exported.tables, &exported.about);
-    if format == TableFormat::Xlsx {
-        let sheets = xlsx(about, tables)?;
-        return Ok(vec![("tables.xlsx".to_owned(), sheets)]);
-    }
-    let ending = if format == TableFormat::Csv {
-        "csv"
-    } else {
-        "parquet"
-    };
     let mut files = Vec::new();
     for table in tables {
-        let content = match format {
-            TableFormat::Csv => csv(table),
-            _ => parquet_of(about, table)?,
-        };
-        files.push((format!("{}.{ending}", table.name), content));
+        files.push((table, "csv", csv(table)));
     }
-    let hashes: Vec<String> = files.iter().map(|(_, content)| sha256(content)).collect();
-    let of_table = tables.iter().zip(&files).zip(&hashes);
-    let resources: Vec<PackageResource<'_>> = of_table
-        .map(|((table, (file, content)), sha256)| PackageResource {
-            table,
-            file,
-            format: ending,
-            bytes: content.len(),
-            sha256,
-        })
+    if format == TableFormat::Parquet {
+        for table in tables {
+            files.push((table, "parquet", parquet_of(about, table)?));
+        }
+    }
+    let names = files.iter();
+    let names = names.map(|(table, ending, _)| format!("{}.{ending}", table.name));
+    let names: Vec<String> = names.collect();
+    let hashes: Vec<String> = files.iter().map(|(.., content)| sha256(content)).collect();
+    let of_file = files.iter().zip(&names).zip(&hashes);
+    let resources: Vec<PackageResource<'_>> = of_file
+        .map(
+            |(((table, format, content), file), sha256)| PackageResource {
+                table,
+                file,
+                format,
+                bytes: content.len(),
+                sha256,
+            },
+        )
         .collect();
-    let package = format!("{:#}\n", data_package(about, &resources));
-    files.push(("datapackage.json".to_owned(), package.into_bytes()));
-    Ok(files)
+    let mut described = vec![("datapackage.json", data_package(about, &resources))];
+    if has_crate {
+        let today = Timestamp::now().strftime("%Y-%m-%d").to_string();
+        described.push((
+            "ro-crate-metadata.json",
+            ro_crate(about, &resources, &today),
+        ));
+    }
+    let contents = files.into_iter().map(|(.., content)| content);
+    let mut all: Vec<(String, Vec<u8>)> = names.into_iter().zip(contents).collect();
+    if format == TableFormat::Xlsx {
+        all.push(("tables.xlsx".to_owned(), xlsx(about, tables)?));
+    }
+    let described = described.into_iter();
+    all.extend(described.map(|(name, json)| (name.to_owned(), format!("{json:#}\n").into_bytes())));
+    Ok(all)
 }
 
 #[cfg(feature = "parquet")]
@@ -295,7 +313,7 @@ fn last_time(readings: &TidyTable) -> Option<String> {
 /// What is known of the data, by name.
 fn provenance(
     name: &str,
-    sha256: &str,
+    data_sha256: &str,
     header: Option<&SessionHeader>,
     origin: Option<String>,
 ) -> TableProvenance {
@@ -305,7 +323,7 @@ fn provenance(
             format!("stiffbench {}", env!("CARGO_PKG_VERSION")),
         ),
         ("data".to_owned(), name.to_owned()),
-        ("data_sha256".to_owned(), sha256.to_owned()),
+        ("data_sha256".to_owned(), data_sha256.to_owned()),
     ];
     let mut fact = |name: &str, value: Option<String>| {
         facts.extend(value.map(|value| (name.to_owned(), value)));
@@ -323,6 +341,11 @@ fn provenance(
             "procedure",
             procedure.and_then(|procedure| procedure.name.clone()),
         );
+        let whole = procedure.and_then(|record| Procedure::from_record(record).ok());
+        fact(
+            "procedure_sha256",
+            whole.map(|procedure| sha256(procedure.to_toml())),
+        );
         for (what, record) in header.instruments.named() {
             let known = [&record.model, &record.serial, &record.certificate];
             let known: Vec<&str> = known.into_iter().flatten().map(String::as_str).collect();
@@ -335,7 +358,7 @@ fn provenance(
     TableProvenance {
         name: name.to_owned(),
         title: format!("Stiffness measurement {name}"),
-        source_sha256: sha256.to_owned(),
+        source_sha256: data_sha256.to_owned(),
         facts,
         ..TableProvenance::default()
     }

@@ -177,7 +177,10 @@ fn page(command: &Command) -> String {
     let bare = command.clone().after_help(None::<&'static str>);
     let mut page = Vec::new();
     // Writing into memory does not fail.
-    let _ = clap_mangen::Man::new(bare).render(&mut page);
+    let program = format!("stiffbench {}", env!("CARGO_PKG_VERSION"));
+    let _ = clap_mangen::Man::new(bare)
+        .source(program)
+        .render(&mut page);
     let (examples, notes): (Vec<&str>, Vec<&str>) = after
         .split("\n\n")
         .filter(|paragraph| !paragraph.is_empty())

@@ -33,6 +33,7 @@ mod import;
 mod instrument;
 pub mod instrument_args;
 mod instrument_read;
+mod locale;
 mod map;
 mod model;
 mod model_export;

@@ -12,6 +12,7 @@ use super::args::Global;
 #[cfg(unix)]
 use super::failure::CliError;
 use super::failure::{OVERDUE, exit_code_of};
+use super::locale::in_locale;
 use crate::analysis::Inputs;
 use crate::report::{CompletionScript, ErrorReport};
 
@@ -235,8 +236,13 @@ pub(super) fn print_error(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{}", printable(line));
 }
 
-/// A text without characters that steer a terminal, which names in files of others may hold. Colours stay.
+/// A text as a terminal shows it: in the characters of the locale, and without those that steer a terminal, which names in files of others
+/// may hold. Colours stay.
 fn printable(text: &str) -> Cow<'_, str> {
+    in_locale(without_steering(text))
+}
+
+fn without_steering(text: &str) -> Cow<'_, str> {
     let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
     if !text.contains(steers) {
         return text.into();

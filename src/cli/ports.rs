@@ -9,7 +9,7 @@ use clap::Args;
 use crate::analysis::ArgumentError;
 use crate::clock::Clock;
 use crate::instrument::port::{
-    Binding, PortError, PortIdentity, PortInfo, list_ports, newly_plugged,
+    Binding, Bindings, PortError, PortIdentity, PortInfo, list_ports, newly_plugged,
 };
 use crate::instrument::probe::{ProbeFinding, clear_match, probe};
 use crate::instrument::{Channel, InstrumentDescription};
@@ -20,7 +20,9 @@ use super::failure::{CliError, Failure};
 use super::gauge::{BINDINGS_FILE, channel, read_bindings};
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error};
-use crate::report::{BindingReport, InstrumentMatch, PortList, PortReport, ProbeReport};
+use crate::report::{
+    BindingReport, BoundGauge, InstrumentMatch, PortList, PortReport, ProbeReport,
+};
 use crate::session::write_whole;
 
 /// Arguments of `ports`.
@@ -69,18 +71,35 @@ pub(super) fn run(args: &PortsArgs, global: &Global) -> Result<Outcome, Failure>
         return bind(args, bound, &ports, global);
     }
     let descriptions = candidates(args)?;
+    let (bindings, warnings) = read_bindings(&args.bindings)?;
+    let listed = ports.clone();
     let found = ports.into_iter().map(|port| {
         let result = (args.probe || args.wait).then(|| probe_port(&port, &descriptions, global));
         (port, result)
     });
     let found: Vec<(PortInfo, Option<ProbeResult>)> = found.collect();
-    let text = text(&found);
+    let text = text(&found, |port| bound_to(port, &listed, &bindings));
     let ports = found.into_iter().map(|(port, probe_port)| PortReport {
+        bound: bound_to(&port, &listed, &bindings),
         port,
         probe: probe_port.map(probed),
     });
     let ports = ports.collect();
-    Ok(Outcome::new("ports", text, PortList { ports }))
+    Ok(Outcome::new("ports", text, PortList { ports }).with_warnings(warnings))
+}
+
+/// The gauges that a bindings file has on a port.
+fn bound_to(port: &PortInfo, ports: &[PortInfo], bindings: &Bindings) -> Vec<BoundGauge> {
+    let bound = |channel: Channel| {
+        let binding = bindings.of(channel)?;
+        let meant = binding.port()?.resolve(ports).ok()?;
+        let instrument = binding.instrument.clone();
+        port.answers_to(&meant.path).then_some(BoundGauge {
+            channel,
+            instrument,
+        })
+    };
+    Channel::EVERY.into_iter().filter_map(bound).collect()
 }
 
 /// What probing a port gave.
@@ -302,7 +321,10 @@ fn probed(probe_port: ProbeResult) -> ProbeReport {
     }
 }
 
-fn text(ports: &[(PortInfo, Option<ProbeResult>)]) -> String {
+fn text(
+    ports: &[(PortInfo, Option<ProbeResult>)],
+    bound: impl Fn(&PortInfo) -> Vec<BoundGauge>,
+) -> String {
     if ports.is_empty() {
         return "no serial port; plug an adapter in, or name a port by its path\n".to_owned();
     }
@@ -313,6 +335,13 @@ fn text(ports: &[(PortInfo, Option<ProbeResult>)]) -> String {
         let usb = port.usb.as_ref().map(ToString::to_string);
         for line in [&port.label, &usb, &port.by_id].into_iter().flatten() {
             let _ = writeln!(text, "  {line}");
+        }
+        for BoundGauge {
+            channel,
+            instrument,
+        } in bound(port)
+        {
+            let _ = writeln!(text, "  bound as the {channel} gauge: {instrument}");
         }
         if let Some(latency_ms) = port.latency_ms.filter(|latency_ms| *latency_ms > 2) {
             let _ = writeln!(
@@ -348,4 +377,23 @@ fn text(ports: &[(PortInfo, Option<ProbeResult>)]) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source_text::SourceText;
+
+    #[test]
+    fn a_port_names_the_gauges_that_are_bound_to_it() {
+        let text = "schema = \"stiffbench/bindings/1\"\n[force]\ninstrument = \"mark10-series5\"\npath = \"/dev/ttyS7\"\n";
+        let source = SourceText::new("b.toml", text);
+        let (bindings, _) = Bindings::parse(&source).unwrap();
+        let ports = ["/dev/ttyS7", "/dev/ttyS8"].map(PortInfo::of_path);
+        let bound = |port: &PortInfo| bound_to(port, &ports, &bindings);
+        assert_eq!(bound(&ports[0])[0].instrument, "mark10-series5");
+        assert!(bound(&ports[1]).is_empty());
+        let found = ports.clone().map(|port| (port, None));
+        assert!(super::text(&found, bound).contains("bound as the force gauge: mark10-series5"));
+    }
 }

@@ -70,8 +70,10 @@ pub(super) struct SpecimenArgs {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum DecimalChoice {
     /// 1.5
+    #[value(alias = ".")]
     Point,
     /// 1,5
+    #[value(alias = ",")]
     Comma,
 }
 

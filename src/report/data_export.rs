@@ -27,11 +27,11 @@ pub struct DataExportReport {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TableFormat {
-    /// A file a table, and `datapackage.json`.
+    /// A CSV file a table, and `datapackage.json`.
     Csv,
-    /// One spreadsheet, a sheet a table.
+    /// Also one spreadsheet, a sheet a table.
     Xlsx,
-    /// A file a table, and `datapackage.json`.
+    /// Also a Parquet file a table.
     Parquet,
 }
 
@@ -86,11 +86,9 @@ impl DataExportReport {
         for file in &self.files {
             let _ = writeln!(text, "  {}", file.path.display());
         }
-        if self.format != TableFormat::Xlsx {
-            text.push_str(
-                "\ndatapackage.json holds units, hashes and sources. It names no licence: add `licenses` before you publish the data.\n",
-            );
-        }
+        text.push_str(
+            "\ndatapackage.json holds units, hashes and sources. It names no licence: add `licenses` before you publish the data.\n",
+        );
         text.push_str("\nIn Python:\n");
         for line in self.pandas_snippet().lines() {
             let _ = writeln!(text, "  {line}");

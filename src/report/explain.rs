@@ -1,4 +1,4 @@
-//! Explanations of error codes, laws and verdicts.
+//! Explanations of error codes, exit codes, laws and verdicts.
 
 use std::fmt::Write;
 
@@ -36,6 +36,8 @@ pub enum TopicKind {
     Law,
     /// A verdict of a diagnosis.
     Verdict,
+    /// An exit code.
+    ExitCode,
 }
 
 /// One explanation.
@@ -45,7 +47,7 @@ pub struct TopicReport {
     pub name: String,
     /// What it is.
     pub kind: TopicKind,
-    /// Exit code of an error.
+    /// Exit code of an error, or the one that is explained.
     pub exit_code: Option<u8>,
     /// Why the error occurs, what the law does, what the verdict means.
     pub cause: String,
@@ -79,6 +81,7 @@ impl TopicReport {
             (TopicKind::Error, None) => format!("error {}", self.name),
             (TopicKind::Law, _) => format!("law {}", self.name),
             (TopicKind::Verdict, _) => format!("verdict {}", self.name),
+            (TopicKind::ExitCode, _) => format!("exit code {}", self.name),
         };
         let mut text = format!("{head}\n\n{}\n", wrapped(&self.cause, 100));
         for form in &self.forms {

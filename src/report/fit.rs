@@ -103,6 +103,13 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         rows.row(cells);
     }
     text.push_str(&rows.text());
+    if let Some(drawn) = &fit.bootstrap {
+        let _ = writeln!(
+            text,
+            "Bootstrap: {} replicates, {} drawn anew (seed {}), {} of the refits failed.",
+            drawn.replicates, drawn.over, drawn.seed, drawn.failed
+        );
+    }
     text.push_str(&derived_text(&fit.derived));
     text.push_str(&words(fit));
     text.push_str(&agreement_text(fit));
@@ -185,22 +192,32 @@ fn words(fit: &FitReport) -> String {
         let _ = writeln!(text, "Not determined by these cells: {combination}.");
     }
     for advice in &fit.advice {
-        let percent = |ln: f64| format!("{:.0} %", 100.0 * (ln.exp() - 1.0));
-        let (now, then) = (
-            percent(advice.ln_uncertainty_now),
-            percent(advice.ln_uncertainty_then),
-        );
+        // Beyond one half a logarithm is no share of the factor any more.
+        let is_share = advice.ln_uncertainty_now < 0.5;
+        let number = |ln: f64| {
+            if is_share {
+                format!("{:.0} %", 100.0 * ln)
+            } else {
+                format!("{ln:.2}")
+            }
+        };
+        let what = if is_share {
+            "standard uncertainty"
+        } else {
+            "standard uncertainty of its logarithm"
+        };
+        let [now, then] = [advice.ln_uncertainty_now, advice.ln_uncertainty_then].map(number);
         let (factor, at) = (&advice.factor, &advice.measure);
         let _ = if advice.helps() {
             writeln!(
                 text,
-                "{factor}: a further measurement along {} at {} would help most (standard uncertainty {now} now, {then} then).",
+                "{factor}: a further measurement along {} at {} would help most ({what} {now} now, {then} then).",
                 at.direction, at.pose
             )
         } else {
             writeln!(
                 text,
-                "{factor}: no single further cell in the robot's poses halves its uncertainty (best: {} at {}, {now} to {then}); more of them, \
+                "{factor}: no single further cell in the robot's poses halves its uncertainty (best: {} at {}, {what} {now} to {then}); more of them, \
                  less scatter, or fixing or tying the parameter would.",
                 at.direction, at.pose
             )
@@ -252,10 +269,13 @@ fn agreement_text(fit: &FitReport) -> String {
             ),
             // Of weights that the residuals gave it is 1 by construction, or less.
             None if matches!(basis, WeightBasis::FromResiduals { .. }) => String::new(),
+            None if matches!(basis, WeightBasis::Equal) => format!(
+                "; the stiffnesses scatter about the fit by {:.2} % with {dof} degrees of freedom",
+                100.0 * chi.sqrt()
+            ),
             None => format!(
-                "; the stiffnesses scatter about the fit by {:.2} % with {} degrees of freedom",
-                100.0 * chi.sqrt(),
-                dof
+                "; the stiffnesses scatter about the fit by {} times what their weights say, with {dof} degrees of freedom",
+                significant(chi.sqrt(), 3)
             ),
         });
     let rank = [fit.rank, fit.free].map(Option::unwrap_or_default);

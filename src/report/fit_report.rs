@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use crate::analysis::{DerivedQuantity, FitData, ReadingMark, RunsTest};
 use crate::fit::{
-    Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
-    MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
+    Advice, BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod,
+    FitOutcome, FittedCell, MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
 };
 use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
@@ -54,6 +54,9 @@ pub struct FitReport {
     pub condition: Option<f64>,
     /// Combinations of parameters that the cells do not determine, in words.
     pub not_determined: Vec<String>,
+    /// How the intervals of the bootstrap came about, if it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bootstrap: Option<BootstrapDraws>,
     /// The sessions, where several were fitted together, in the order of their cells.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sessions: Vec<FittedSessionReport>,
@@ -301,6 +304,7 @@ impl From<&FitOutcome> for FitReport {
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
             advice: outcome.advice.clone(),
+            bootstrap: outcome.bootstrap.clone(),
             derived: Vec::new(),
             comparison: None,
             steps: None,

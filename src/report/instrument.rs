@@ -343,12 +343,24 @@ pub struct PortList {
     pub ports: Vec<PortReport>,
 }
 
+/// A gauge that is bound to a port.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct BoundGauge {
+    /// What it measures.
+    pub channel: Channel,
+    /// Its description.
+    pub instrument: String,
+}
+
 /// A serial port, and what is on it if it was probed.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PortReport {
     /// The port.
     #[serde(flatten)]
     pub port: PortInfo,
+    /// The gauges that the bindings file has on it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bound: Vec<BoundGauge>,
     /// What answers; absent if it was not probed.
     #[serde(flatten)]
     pub probe: Option<ProbeReport>,

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::stiffness::{
-    CellStiffness, Flag, Method, NoStiffness, RowUse, StiffnessEstimate, StiffnessTable,
-    format_value_uncertainty,
+    CellStiffness, Flag, Method, NoStiffness, PooledScatter, RowUse, StiffnessEstimate,
+    StiffnessTable, format_value_uncertainty,
 };
 
 use super::text::{AlignedTable, significant};
@@ -55,16 +55,7 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
          run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of\n\
          F/d: the paper's mean of force over displacement.\n",
     );
-    if let Some(pooled) = &table.pooled_scatter {
-        let _ = writeln!(
-            text,
-            "\nScatter of one reading within its run, pooled over all cells ({2} degrees of freedom): {0:.2} um, and as far as soft cells scatter more\n\
-             than stiff ones {1:.3} N times the compliance of the cell.",
-            pooled.displacement_sd_m * 1e6,
-            pooled.force_sd_n,
-            pooled.dof
-        );
-    }
+    text.push_str(&scatter_text(table.pooled_scatter.as_ref()));
     for cell in &table.cells {
         for (name, result) in [
             ("regression", cell.by(Method::Regression)),
@@ -96,6 +87,32 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
         text.push_str(&budgets(table));
     }
     text
+}
+
+/// The scatter of single readings, and how far off one must be to be found.
+fn scatter_text(pooled: Option<&PooledScatter>) -> String {
+    let Some(pooled) = pooled else {
+        return "\nThe repeats are too few to find a single bad reading.\n".to_owned();
+    };
+    let found = match pooled.smallest_outliers_m {
+        Some(ends) => {
+            let [least, most] = ends.map(|m| significant(m * 1e6, 3));
+            let beyond = if least == most {
+                String::new()
+            } else {
+                format!(" in the best cell, from {most} um in the worst")
+            };
+            format!("is found in 80 % of cases from {least} um off its repeats{beyond}")
+        }
+        None => "cannot be found: the repeats are too few".to_owned(),
+    };
+    format!(
+        "\nScatter of one reading within its run, pooled over all cells ({2} degrees of freedom): {0:.2} um, and as far as soft cells scatter more\n\
+         than stiff ones {1:.3} N times the compliance of the cell. A single bad reading {found}.\n",
+        pooled.displacement_sd_m * 1e6,
+        pooled.force_sd_n,
+        pooled.dof
+    )
 }
 
 /// Whether nothing is known of the uncertainty of the slope because no reading differs from its repeats.

@@ -41,6 +41,7 @@ fn codes(text: &str) -> Vec<String> {
         "code(stiffbench::",
         "code(\n            stiffbench::",
         "Box::new(\"stiffbench::",
+        "code: \"stiffbench::",
     ] {
         for (at, _) in text.match_indices(start) {
             let rest = &text[at + start.len()..];
@@ -153,4 +154,26 @@ fn an_unknown_name_gets_the_nearest_ones() {
         );
         assert_output_contains(&error, &[name, near]);
     }
+}
+
+#[test]
+fn exit_codes_are_explained_with_their_errors() {
+    let desk = desk();
+    let found = desk.data("explain 30");
+    assert_eq!(
+        (&found["kind"], &found["exit_code"]),
+        (&"exit-code".into(), &30.into())
+    );
+    assert!(
+        found["remedy"]
+            .as_str()
+            .unwrap()
+            .contains("session::damaged")
+    );
+    for (code, _) in stiffbench::cli::failure::EXIT_CODE_MEANINGS {
+        desk.run(&format!("explain {code}")).succeeds();
+    }
+    desk.refusal("explain 99", 2, "stiffbench::usage::unknown_topic");
+    // What the parser of arguments gives.
+    assert_eq!(desk.data("explain stiffbench::usage")["exit_code"], 2);
 }

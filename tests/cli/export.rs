@@ -142,6 +142,34 @@ fn numbers_are_those_of_the_analysis() {
 }
 
 #[test]
+fn a_research_object_names_every_file_with_its_hash() {
+    let desk = desk_with_session();
+    desk.run("export session --out tables --ro-crate")
+        .succeeds();
+    let crated: Value = serde_json::from_str(&desk.read("tables/ro-crate-metadata.json")).unwrap();
+    let graph = crated["@graph"].as_array().unwrap();
+    let of = |id: &str| graph.iter().find(|entity| entity["@id"] == id).unwrap();
+    assert_eq!(
+        of("ro-crate-metadata.json")["conformsTo"]["@id"],
+        "https://w3id.org/ro/crate/1.1"
+    );
+    let parts = of("./")["hasPart"].as_array().unwrap();
+    assert_eq!(
+        parts.len(),
+        std::fs::read_dir(desk.path("tables")).unwrap().count() - 1
+    );
+    for part in parts {
+        let name = part["@id"].as_str().unwrap();
+        let bytes = std::fs::read(desk.path(&format!("tables/{name}"))).unwrap();
+        if let Some(hash) = of(name)["sha256"].as_str() {
+            assert_eq!(hash, sha256(bytes), "{name}");
+        } else {
+            assert_eq!(name, "datapackage.json");
+        }
+    }
+}
+
+#[test]
 fn a_spreadsheet_holds_the_same_and_always_the_same_bytes() {
     let desk = desk_with_session();
     desk.run("export session --out tables").succeeds();
@@ -153,6 +181,13 @@ fn a_spreadsheet_holds_the_same_and_always_the_same_bytes() {
         .succeeds();
     let bytes = |name: &str| std::fs::read(desk.path(name)).unwrap();
     assert_eq!(bytes("one/tables.xlsx"), bytes("two/tables.xlsx"));
+    // CSV and its schema come with it.
+    for name in ["readings.csv", "datapackage.json"] {
+        assert_eq!(
+            bytes(&format!("one/{name}")),
+            bytes(&format!("tables/{name}"))
+        );
+    }
     let mut book: Xlsx<_> = open_workbook(desk.path("one/tables.xlsx")).unwrap();
     assert_eq!(
         book.sheet_names(),

@@ -182,6 +182,11 @@ fn cells_are_drawn_again_without_readings_too() {
     let desk = desk();
     let line = "fit paper-experiment --bootstrap 60 --bootstrap-over cells --seed 2";
     let data = desk.data(line);
+    let draws = &data["bootstrap"];
+    assert_eq!(
+        (&draws["over"], &draws["replicates"], &draws["seed"]),
+        (&"cells".into(), &60.into(), &2.into())
+    );
     let parameters = data["parameters"].as_array().unwrap();
     let drawn = parameters
         .iter()
@@ -194,6 +199,28 @@ fn cells_are_drawn_again_without_readings_too() {
     let refused = desk.run("fit paper-experiment --bootstrap 60 --json");
     assert_ne!(refused.code, 0);
     assert_output_contains(&refused.json()["error"], &["--bootstrap-over cells"]);
+}
+
+#[test]
+fn refits_on_a_bound_are_counted_and_those_that_stand_still_give_no_interval() {
+    let desk = desk_with_session();
+    // Of these cells one or two alone leave parameters undetermined.
+    let line = "fit session --train P1,P3 --bootstrap 100 --bootstrap-over cells --seed 3";
+    let fit = desk.run(&format!("{line} --json")).succeeds().json();
+    let warnings = fit["warnings"].to_string();
+    assert!(
+        warnings.contains("refits of the bootstrap ended on its bound"),
+        "{warnings}"
+    );
+    for one in fit["data"]["parameters"].as_array().unwrap() {
+        let interval = &one["ci95_bootstrap"];
+        assert!(
+            interval.is_null() || interval[0].as_f64() < interval[1].as_f64(),
+            "{one}"
+        );
+    }
+    let page = desk.run(line).succeeds().stdout;
+    assert!(page.contains("Bootstrap: 100 replicates, cells drawn anew (seed 3)"));
 }
 
 #[test]

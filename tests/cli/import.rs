@@ -420,6 +420,7 @@ fn a_mark_that_may_be_either_is_settled_by_an_option() {
     assert_output_contains(&error, &["line 2", "`1.010`", "--decimal", "--thousands"]);
     for (options, largest) in [
         ("--decimal point", "4.04"),
+        ("--decimal ,", "4040"),
         ("--thousands none", "4.04"),
         ("--thousands point", "4040"),
         ("--decimal comma", "4040"),

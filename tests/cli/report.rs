@@ -106,7 +106,7 @@ fn each_of_200_changed_digits_is_found() {
         let mut changed = page.clone();
         changed.replace_range(at..=at, &new.to_string());
         let read = stiffbench::report::page::read_page("page", changed).unwrap();
-        let template = stiffbench::report::page::html_template();
+        let template = stiffbench::report::page::PageFormat::Html.template();
         let check = read.check(&template).unwrap();
         assert!(!check.good, "byte {at}: {old} to {new} was not found");
         assert!(!check.differences[0].place.is_empty());
@@ -388,6 +388,57 @@ fn markdown_has_the_tables_and_figures_beside_it() {
 }
 
 #[test]
+fn typst_gets_every_text_as_a_string() {
+    let desk = desk_with_session();
+    desk.write(
+        "report.toml",
+        "[item]\ndescription = '#panic(\"no\") \\ $x$ *bold*'\n",
+    );
+    desk.run("report session --no-diagnosis --details report.toml --out page.typ")
+        .succeeds();
+    let text = desk.read("page.typ");
+    assert!(text.contains("\"#panic(\\\"no\\\") \\\\ $x$ *bold*\""));
+    assert!(text.contains("image(bytes(\"<svg xmlns=") && !text.contains("{{"));
+    // Outside of strings stand the words of the template alone.
+    let mut outside = String::new();
+    let (mut is_string, mut is_escaped) = (false, false);
+    for c in text.chars() {
+        match c {
+            _ if is_escaped => is_escaped = false,
+            '\\' if is_string => is_escaped = true,
+            '"' => is_string = !is_string,
+            c if !is_string => outside.push(c),
+            _ => {}
+        }
+    }
+    assert!(!is_string && !outside.contains("panic") && !outside.contains("svg xmlns"));
+    assert_eq!(
+        outside.matches('(').count(),
+        outside.matches(')').count(),
+        "{outside}"
+    );
+    desk.refusal(
+        "report verify page.typ",
+        11,
+        "stiffbench::report::not_a_report",
+    );
+}
+
+#[test]
+fn a_locale_without_utf_8_gets_ascii() {
+    let desk = desk_with_session();
+    let stated = |locale: &str, file: &str| {
+        let line = format!("report session --no-diagnosis --out {file}");
+        let ran = Ran::of(desk.command(&line).env("LC_ALL", locale)).succeeds();
+        ran.stdout
+    };
+    assert!(stated("C.UTF-8", "a.html").contains(" ± "));
+    let plain = stated("C", "b.html");
+    assert!(plain.contains(" +- ") && plain.is_ascii(), "{plain}");
+    assert!(desk.read("b.html").contains(" ± "));
+}
+
+#[test]
 fn the_name_of_the_file_says_which_form_it_has() {
     let desk = desk_with_session();
     desk.run("report session --no-diagnosis --out short.md")
@@ -474,7 +525,7 @@ fn luminance(colour: &str) -> f64 {
 
 #[test]
 fn text_has_contrast_on_light_dark_and_printed_paper() {
-    let template = stiffbench::report::page::html_template().text;
+    let template = stiffbench::report::page::PageFormat::Html.template().text;
     let schemes: Vec<&str> = template.split(":root {").skip(1).collect();
     assert_eq!(schemes.len(), 3);
     // What is not set again is that of the light scheme.

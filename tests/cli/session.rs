@@ -16,6 +16,12 @@ fn a_plan_lists_every_step_question_and_file() {
     assert_eq!(data["readings"], 2 * 5 * 17);
     assert_eq!(data["cells"][1]["pose"], "P3");
     assert_eq!(data["cells"][0]["readings"][8]["hold_s"], 60.0);
+    let error = desk.refusal(
+        "session plan --poses PP2",
+        10,
+        "stiffbench::robot::unknown_name",
+    );
+    assert_eq!(error["help"], "did you mean `P2`?");
     let text = desk.run(&format!("session plan {SHORT}")).succeeds().stdout;
     for part in [
         "setup.P1.x asks",
@@ -53,7 +59,7 @@ fn a_session_on_an_emulated_bench_gives_readings_that_are_analysed() {
         "reading 4: P1 x step 1 repeat 2",
         "zero 2 set",
         "gauge counts",
-        "ended: every planned reading is done",
+        "ended: every planned reading is taken or left out",
     ] {
         assert!(log.contains(part), "{part} in {log}");
     }
@@ -396,7 +402,7 @@ fn a_question_at_which_a_session_stopped_is_asked_once_more() {
 #[test]
 fn an_overdue_calibration_is_said_and_refused_under_strict() {
     let desk = desk();
-    let records = "schema = \"stiffbench/session/1\"\n[instruments.force]\nserial = \"7\"\ndue = 2020-01-31\n";
+    let records = "schema = \"stiffbench/session/1\"\n[instruments.force]\nmodel = \"M5-50\"\nserial = \"7\"\ndue = 2020-01-31\n";
     desk.write("records.toml", records);
     let command = format!("session run s {SHORT} {EMULATED} --instrument-records records.toml");
     assert_eq!(desk.run(&format!("{command} --strict")).code, 12);
@@ -410,9 +416,10 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
         desk.read("s/journal.jsonl")
             .contains("\"kind\":\"calibration-warning\"")
     );
+    // The gauge is called what its record calls it.
     assert!(
         desk.read("s/session.toml")
-            .contains("model = \"mark10-series5\"")
+            .contains("model = \"M5-50\"\ndescription = \"mark10-series5\"")
     );
     for command in ["status s", "log s", "verify s", "recover s --out t"] {
         let command = format!("session {command}");

@@ -89,7 +89,7 @@ fn caption(input: &StiffnessComparison, flagged: usize) -> String {
         hollow_sentence(flagged),
         if_any(
             held_out,
-            format!("{held_out} of {all} cells were held out of the fit."),
+            format!("{held_out} of {all} cells are predicted without their pose."),
         ),
         if_any(
             without,
@@ -248,7 +248,11 @@ mod tests {
             panic!("the prediction comes first");
         };
         assert!((predicted[1].y - 0.2).abs() < 1e-12);
-        assert!(figure.caption.contains("2 of 3 cells were held out"));
+        assert!(
+            figure
+                .caption
+                .contains("2 of 3 cells are predicted without")
+        );
     }
 
     #[test]

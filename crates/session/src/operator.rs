@@ -44,6 +44,17 @@ pub enum Bell {
     Done,
 }
 
+impl Bell {
+    /// What makes a terminal ring: once for a reading, twice for the rest.
+    #[must_use]
+    pub fn rings(self) -> &'static [u8] {
+        match self {
+            Self::Captured => b"\x07",
+            Self::Attention | Self::Done => b"\x07\x07",
+        }
+    }
+}
+
 /// What an operator did.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorEvent {

@@ -162,6 +162,25 @@ fn after_a_lost_connection_the_zero_is_checked_first() {
 }
 
 #[test]
+fn a_gauge_that_is_lost_or_falls_silent_rings_once() {
+    let mut rig = up_to(2);
+    let before = rig.rings;
+    rig.bench.now_s += 30.0;
+    for _ in 0..3 {
+        rig.input(Input::Tick);
+    }
+    assert_eq!(rig.rings - before, Channel::ALL.len());
+    let mut rig = up_to(2);
+    let (before, reason) = (rig.rings, "unplugged".into());
+    rig.input(link(
+        Channel::Force,
+        LinkState::Lost { reason },
+        rig.bench.now_s,
+    ));
+    assert_eq!(rig.rings - before, 1);
+}
+
+#[test]
 fn another_number_of_decimals_holds_the_session_up() {
     let mut rig = up_to(2);
     rig.bench.decimals = 4;

@@ -6,9 +6,9 @@ use jiff::{SignedDuration, Timestamp};
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Sample};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
-    Action, Answer, AnswerForm, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal, Machine,
-    OperatorEvent, Prompt, PromptKind, Purpose, QUESTIONS, Record, SessionEnd, SessionPlan,
-    SessionState, SessionView, Settings, Started, Store, Task, read_journal, table,
+    Action, Answer, AnswerForm, Bell, Contradiction, Event, Input, JOURNAL_SCHEMA, Journal,
+    Machine, OperatorEvent, Prompt, PromptKind, Purpose, QUESTIONS, Record, SessionEnd,
+    SessionPlan, SessionState, SessionView, Settings, Started, Store, Task, read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_units_and_text::load_direction::LoadDirection;
@@ -289,6 +289,8 @@ pub(crate) struct Rig {
     /// Prompts as they came.
     pub(crate) asked: Vec<Prompt>,
     pub(crate) said: Vec<String>,
+    /// How often the operator was rung for.
+    pub(crate) rings: usize,
     /// The bench as it stood at each event.
     pub(crate) snapshots: Vec<MockBench>,
     pub(crate) failed: bool,
@@ -424,6 +426,7 @@ impl Rig {
             sent: Vec::new(),
             asked: Vec::new(),
             said: Vec::new(),
+            rings: 0,
             snapshots: Vec::new(),
             failed: false,
         }
@@ -525,7 +528,8 @@ impl Rig {
                         answers.push(Input::RepeatsChecked(wanted));
                     }
                     Action::Say(line) => self.said.push(line),
-                    Action::Bell(_) | Action::Finish(_) => {}
+                    Action::Bell(bell) => self.rings += usize::from(bell == Bell::Attention),
+                    Action::Finish(_) => {}
                 }
             }
             for answer in answers {

@@ -39,7 +39,7 @@ pub(super) fn csv_as_toml(source: &SourceText) -> Result<SourceText, ImportError
         ImportError::new(source, at..at, problem)
     };
     let headers = reader.headers().map_err(|error| refused(&error))?.clone();
-    let columns: Vec<Column> = headers.iter().map(Column::of).collect();
+    let columns: Vec<DhColumn> = headers.iter().map(DhColumn::of).collect();
     let unknown = columns
         .iter()
         .position(|column| !column.name.is_empty() && !COLUMNS.contains(&column.name.as_str()));
@@ -93,14 +93,14 @@ fn delimiter(text: &str) -> char {
 }
 
 /// What a header says.
-struct Column {
+struct DhColumn {
     /// Without a unit.
     name: String,
     /// As the key of a TOML table: the name, an underscore and the unit.
     key: String,
 }
 
-impl Column {
+impl DhColumn {
     /// `a_mm`, `a [mm]` and `A (mm)` are the same.
     fn of(header: &str) -> Self {
         let (name, unit) = header.split_once(['_', '[', '(']).unwrap_or((header, ""));
@@ -146,8 +146,8 @@ fn number(cell: &str, delimiter: char) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::dh::DhRow;
     use super::*;
+    use crate::analysis::new_robot::dh::DhRow;
 
     #[test]
     fn the_columns_are_the_keys_of_a_row() {

@@ -7,7 +7,7 @@ mod measure;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use indexmap::IndexMap;
+use indexmap::IndexSet;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::report::{
@@ -139,17 +139,16 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         .with_warnings(prepared.warnings))
 }
 
-/// The folders of files, each with their number.
+/// The folders of files, each with the number of files in it.
 fn folders(files: &[PathBuf]) -> String {
-    let mut counts: IndexMap<&Path, usize> = IndexMap::new();
-    for folder in files.iter().filter_map(|file| file.parent()) {
-        *counts.entry(folder).or_default() += 1;
-    }
-    let line = |(folder, count): (&Path, usize)| {
+    let folders: IndexSet<&Path> = files.iter().filter_map(|file| file.parent()).collect();
+    let line = |folder: &Path| {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let count = entries.filter(|entry| entry.path().is_file()).count();
         let noun = if count == 1 { "file" } else { "files" };
         format!("  {}: {count} {noun}", folder.display())
     };
-    counts.into_iter().map(line).collect::<Vec<_>>().join("\n")
+    folders.into_iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Makes the folder, or the first of `FOLDER-2`, `FOLDER-3` … that is not there or empty: nothing is ever written over.

@@ -109,8 +109,10 @@ enum DelimiterChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DecimalMark {
     /// 1.5
+    #[value(alias = ".")]
     Point,
     /// 1,5
+    #[value(alias = ",")]
     Comma,
 }
 

@@ -126,7 +126,7 @@ pub(super) enum MapCommand {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  stiffbench map merge shards/*.map-shard --out maps")]
 pub(super) struct MergeArgs {
-    /// Shard files
+    /// Shard files, or folders of them
     #[arg(required = true)]
     pub(super) shards: Vec<PathBuf>,
     /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers

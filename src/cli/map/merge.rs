@@ -1,5 +1,9 @@
 //! `stiffbench map merge`.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::analysis::{ArgumentError, ReadError};
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::distribution::{PoseSample, Shard, StiffnessMap, row_width};
@@ -11,13 +15,19 @@ use super::shard::{ShardError, ShardFile, read};
 
 /// Joins shards to the whole study.
 pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
-    let shards: Vec<ShardFile> = args
-        .shards
-        .iter()
-        .map(|path| read(path))
-        .collect::<Result<_, _>>()?;
+    let mut shards: Vec<ShardFile> = Vec::new();
+    for path in &args.shards {
+        for file in files_of(path)? {
+            shards.push(read(&file)?);
+        }
+    }
     let Some((first, others)) = shards.split_first() else {
-        unreachable!("the command line asks for one or more");
+        return Err(ArgumentError::new(
+            "SHARD",
+            "the folder holds no shard file (*.map-shard)",
+            "shard files are written by stiffbench map --shard K/N --out FOLDER",
+        )
+        .into());
     };
     for other in others {
         let differs = differences(&first.job, &other.job);
@@ -43,6 +53,21 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
         maps,
         (args.out.as_deref(), &args.wanted_figures()),
     )
+}
+
+/// A shard file, or those in a folder in the order of their names.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>, Failure> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let entries = fs::read_dir(path).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let entries = entries.map_err(ReadError::of(path))?;
+    let files = entries.iter().map(fs::DirEntry::path);
+    let mut files: Vec<PathBuf> = files
+        .filter(|file| file.extension().is_some_and(|ending| ending == "map-shard"))
+        .collect();
+    files.sort();
+    Ok(files)
 }
 
 /// What two studies do not have in common, in words.

@@ -8,13 +8,14 @@ use clap::{Args, Subcommand, ValueEnum};
 use crate::analysis::ArgumentError;
 use crate::cli::args::ModelArgs;
 use crate::cli::calibration_args::CalibrationArgs;
+use crate::report::page::PageFormat;
 
 /// Arguments of `report`.
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "docs/report.md explains the report and every key of report.toml.\n\nExamples:\n  stiffbench report my-session\n  stiffbench report my-session --train P1,P3 --details report.toml --details laboratory.toml\n  stiffbench report readings.csv --robot my-robot.toml --out report.html\n  stiffbench report my-session --format markdown\n  stiffbench report verify my-session/report.html my-session"
+    after_help = "docs/report.md explains the report and every key of report.toml.\n\nExamples:\n  stiffbench report my-session\n  stiffbench report my-session --train P1,P3 --details report.toml --details laboratory.toml\n  stiffbench report readings.csv --robot my-robot.toml --out report.html\n  stiffbench report my-session --format markdown\n  stiffbench report my-session --out report.typ    then: typst compile report.typ\n  stiffbench report verify my-session/report.html my-session"
 )]
 pub(in crate::cli) struct ReportArgs {
     /// What is done with a report that exists.
@@ -53,9 +54,9 @@ pub(super) struct MakeArgs {
     /// The file to write, never over another; - for standard output [default: report.html in the session folder, or beside the readings file]
     #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
-    /// Form of the file [default: markdown for a file that ends in .md, else html]
+    /// Form of the file [default: markdown for a file that ends in .md, typst for .typ, else html]
     #[arg(long, value_enum)]
-    pub(super) format: Option<PageFormat>,
+    pub(super) format: Option<FormatWord>,
     /// Write the figures into this folder too
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
@@ -100,16 +101,17 @@ impl MakeArgs {
     /// For a name that promises a form that is not written.
     pub(super) fn format(&self) -> Result<PageFormat, ArgumentError> {
         if let Some(format) = self.format {
-            return Ok(format);
+            return Ok(format.into());
         }
         let ending = self.out.as_ref().and_then(|out| out.extension());
         let ending = ending.map(|ending| ending.to_string_lossy().to_lowercase());
         match ending.as_deref() {
             Some("md" | "markdown") => Ok(PageFormat::Markdown),
-            Some("pdf" | "docx" | "odt" | "tex" | "typ") => Err(ArgumentError::new(
+            Some("typ") => Ok(PageFormat::Typst),
+            Some("pdf" | "docx" | "odt" | "tex") => Err(ArgumentError::new(
                 "--out",
-                "a report is an HTML page or Markdown",
-                "write an .html file and print it to PDF in a browser: it has a style for paper",
+                "a report is an HTML page, Markdown or Typst",
+                "for PDF print an .html file in a browser, or write a .typ file and compile it with Typst",
             )),
             _ => Ok(PageFormat::Html),
         }
@@ -137,9 +139,21 @@ pub(super) struct VerifyArgs {
 
 /// Form of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum PageFormat {
+pub(super) enum FormatWord {
     /// One HTML file with figures and data
     Html,
     /// Text with tables, for pasting
     Markdown,
+    /// Source for PDF by the typesetter Typst
+    Typst,
+}
+
+impl From<FormatWord> for PageFormat {
+    fn from(word: FormatWord) -> Self {
+        match word {
+            FormatWord::Html => Self::Html,
+            FormatWord::Markdown => Self::Markdown,
+            FormatWord::Typst => Self::Typst,
+        }
+    }
 }

@@ -11,11 +11,12 @@ use crate::cli::failure::Failure;
 use crate::cli::figure_files::write;
 use crate::cli::outcome::{Outcome, shell_word};
 use crate::report::page::{
-    PageSession, PageSettings, PageSource, PageTemplate, ReportPage, comparison_page, session_page,
+    PageFormat, PageSession, PageSettings, PageSource, PageTemplate, ReportPage, comparison_page,
+    session_page,
 };
 use crate::stiffness::Comparison;
 
-use super::args::{MakeArgs, PageArgs, PageFormat};
+use super::args::{MakeArgs, PageArgs};
 use super::{check_new, open_settings, template, write_new};
 
 /// A report that is wanted.
@@ -46,7 +47,7 @@ fn make_page(
 
 /// Makes a report as the options say.
 pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> {
-    let markdown = args.format()? == PageFormat::Markdown;
+    let format = args.format()?;
     let settings = PageSettings {
         robot: args.model.robot.clone(),
         default_robot: args.model.default_robot.clone(),
@@ -65,8 +66,8 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
         out: args
             .out
             .clone()
-            .unwrap_or_else(|| usual_file(&args.data, markdown)),
-        template: template(args.page.template.as_deref(), markdown)?,
+            .unwrap_or_else(|| usual_file(&args.data, format)),
+        template: template(args.page.template.as_deref(), format)?,
         settings: args.page.clone().into_settings(settings)?,
         open: open_settings(&args.calibration, global)?,
         model: args.model.clone(),
@@ -111,7 +112,7 @@ pub(in crate::cli) fn write_comparison(
         ..PageSettings::default()
     };
     let settings = args.clone().into_settings(settings)?;
-    let template = template(args.template.as_deref(), false)?;
+    let template = template(args.template.as_deref(), PageFormat::Html)?;
     let source = PageSource::open(
         &data.map(Path::to_owned),
         &open_settings(calibration, global)?,
@@ -156,8 +157,8 @@ fn refuse_early_issue(
 }
 
 /// `report.html` in a session folder, or beside a file.
-fn usual_file(data: &[PathBuf], markdown: bool) -> PathBuf {
-    let ending = if markdown { "md" } else { "html" };
+fn usual_file(data: &[PathBuf], format: PageFormat) -> PathBuf {
+    let ending = format.ending();
     let Some(last) = data.last() else {
         return PathBuf::from(format!("report.{ending}"));
     };
@@ -199,14 +200,16 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
         .map(|path| shell_word(&path.display().to_string()))
         .collect();
     let _ = writeln!(text, "\nWritten: {}", request.out.display());
-    if !request.template.is_markdown {
-        let _ = writeln!(
+    let out = shell_word(&request.out.display().to_string());
+    let _ = match request.template.format {
+        PageFormat::Html => writeln!(
             text,
-            "Next: stiffbench report verify {} {}",
-            shell_word(&request.out.display().to_string()),
+            "Next: stiffbench report verify {out} {}",
             data.join(" ")
-        );
-    }
+        ),
+        PageFormat::Markdown => Ok(()),
+        PageFormat::Typst => writeln!(text, "Next: typst compile {out}"),
+    };
     let mut warnings = source.warnings();
     let overdue = source.overdue();
     if !overdue.is_empty() {

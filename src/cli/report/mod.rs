@@ -11,8 +11,7 @@ use jiff::{Timestamp, tz::TimeZone};
 
 use crate::analysis::{ArgumentError, CalibrationCheck, OpenSettings, is_dash, read_text};
 use crate::report::page::{
-    DETAILS_TEMPLATE, PageAmendment, PageDetails, PageSettings, PageTemplate, html_template,
-    markdown_template,
+    DETAILS_TEMPLATE, PageAmendment, PageDetails, PageFormat, PageSettings, PageTemplate,
 };
 use crate::source_text::SourceText;
 
@@ -20,7 +19,7 @@ use super::args::Global;
 use super::calibration_args::CalibrationArgs;
 use super::failure::{CliError, Failure};
 use super::outcome::Outcome;
-use args::{PageFormat, ReportCommand};
+use args::ReportCommand;
 
 pub(super) use args::{PageArgs, ReportArgs};
 pub(super) use make::write_comparison;
@@ -31,12 +30,12 @@ pub(super) fn run(args: &ReportArgs, global: &Global) -> Result<Outcome, Failure
         return verify::run(args, global);
     }
     let make = &args.make;
-    let markdown = make.format()? == PageFormat::Markdown;
+    let format = make.format()?;
     if make.details_template {
         return Ok(printed(DETAILS_TEMPLATE));
     }
     if make.print_template {
-        return Ok(printed(&template(None, markdown)?.text));
+        return Ok(printed(&template(None, format)?.text));
     }
     make::run(make, global)
 }
@@ -61,18 +60,14 @@ fn printed(text: &str) -> Outcome {
 }
 
 /// The template that is named, else the one that comes with the program.
-fn template(path: Option<&Path>, is_markdown: bool) -> Result<PageTemplate, Failure> {
+fn template(path: Option<&Path>, format: PageFormat) -> Result<PageTemplate, Failure> {
     let Some(path) = path else {
-        return Ok(if is_markdown {
-            markdown_template()
-        } else {
-            html_template()
-        });
+        return Ok(format.template());
     };
     Ok(PageTemplate {
         name: path.display().to_string(),
         text: read_text(path)?,
-        is_markdown,
+        format,
     })
 }
 

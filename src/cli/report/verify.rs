@@ -9,8 +9,8 @@ use crate::cli::compare::compared;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::report::page::{
-    PageSettings, PageSource, PageTemplate, ReadPage, ReportPage, comparison_page, read_page,
-    session_page,
+    PageFormat, PageSettings, PageSource, PageTemplate, ReadPage, ReportPage, comparison_page,
+    read_page, session_page,
 };
 
 use super::args::VerifyArgs;
@@ -25,7 +25,7 @@ const NOT_COMPARED: u8 = 11;
 pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure> {
     let name = args.page.display().to_string();
     let page = read_page(&name, read_text(&args.page)?)?;
-    let template = template(args.template.as_deref(), false)?;
+    let template = template(args.template.as_deref(), PageFormat::Html)?;
     let settings = page.settings.clone().unwrap_or_default();
     let check = if args.sessions.is_empty() {
         page.check(&template)?

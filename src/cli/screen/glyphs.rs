@@ -4,6 +4,7 @@ use ratatui::symbols::border;
 use ratatui::widgets::Block;
 
 use super::load_bar::BarCell;
+use crate::cli::locale::{is_utf8, locale};
 
 /// Characters for bars and borders: those of Unicode, or plain ones where the locale has no UTF-8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,17 +13,9 @@ pub(in crate::cli) struct Glyphs {
 }
 
 impl Glyphs {
-    /// What the locale's variables (`LC_ALL`, `LC_CTYPE`, `LANG`, the first that is set) allow.
+    /// What the locale allows; without one plain characters.
     pub(in crate::cli) fn of_locale(variable: impl Fn(&str) -> Option<String>) -> Self {
-        let names = ["LC_ALL", "LC_CTYPE", "LANG"];
-        let set = names
-            .into_iter()
-            .filter_map(variable)
-            .find(|value| !value.is_empty());
-        let unicode = set.is_some_and(|value| {
-            let value = value.to_ascii_lowercase();
-            value.contains("utf-8") || value.contains("utf8")
-        });
+        let unicode = locale(variable).is_some_and(|locale| is_utf8(&locale));
         Self { unicode }
     }
 

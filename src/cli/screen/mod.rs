@@ -110,12 +110,11 @@ impl Operator for Screen {
     }
 
     fn bell(&mut self, bell: Bell) {
-        let rings: &[u8] = match bell {
-            Bell::Captured => b"\x07",
-            Bell::Attention | Bell::Done => b"\x07\x07",
-        };
         let mut out = io::stdout();
-        self.gone |= out.write_all(rings).and_then(|()| out.flush()).is_err();
+        self.gone |= out
+            .write_all(bell.rings())
+            .and_then(|()| out.flush())
+            .is_err();
     }
 
     /// The view holds what was said.

@@ -448,7 +448,9 @@ fn state_gauges(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
             _ => &mut instruments.displacement,
         };
         let record = record.get_or_insert_with(InstrumentRecord::default);
-        record.model = Some(gauge.description.name.clone());
+        let name = &gauge.description.name;
+        record.model.get_or_insert_with(|| name.clone());
+        record.description = Some(name.clone());
         record.resolution = record.resolution.or_else(|| gauge.resolution_si());
     }
 }

@@ -141,8 +141,9 @@ pub(super) fn emulate_again(
     }
     for channel in plan.channels() {
         let [named, ..] = args.of(channel);
-        let model = record_of(&header.instruments, channel).and_then(|record| record.model.clone());
-        let (None, Some(model)) = (named, model) else {
+        let record = record_of(&header.instruments, channel);
+        let name = record.and_then(|record| record.description_name());
+        let (None, Some(model)) = (named, name.map(str::to_owned)) else {
             continue;
         };
         match (channel, channel.axis()) {

@@ -80,6 +80,7 @@ pub(super) fn resolve_gauges(
 ) -> Result<(Vec<ResolvedGauge>, Vec<String>), Failure> {
     let (bindings, mut warnings) = bindings_of(args, channels)?;
     let mut resolved = Vec::new();
+    let mut answered: Vec<String> = Vec::new();
     for &channel in channels {
         let bound = bindings.of(channel);
         let named = |of: &Channel| args.of(*of)[1].clone();
@@ -88,7 +89,8 @@ pub(super) fn resolve_gauges(
             Some(known.port.clone()).filter(|port| !port.is_empty())
         };
         let port = known_port(&channel);
-        let model = record_of(begun_with, channel).and_then(|record| record.model.as_deref());
+        let record = record_of(begun_with, channel);
+        let model = record.and_then(InstrumentRecord::description_name);
         let bound_port = bound.and_then(Binding::port);
         let answers = if named(&channel).is_none() && bound_port.is_none() && port.is_none() {
             check_named(args, channels)?;
@@ -99,17 +101,14 @@ pub(super) fn resolve_gauges(
             taken.extend(channels.iter().filter_map(known_port));
             let bound = channels.iter().filter_map(|of| bindings.of(*of)?.port());
             taken.extend(bound.map(|port| port.to_string()));
-            taken.extend(
-                resolved
-                    .iter()
-                    .map(|gauge: &ResolvedGauge| gauge.port.to_string()),
-            );
+            taken.extend(answered.iter().cloned());
             who_answers(channel, name.as_deref(), &args.protocols, &taken)?
         } else {
             None
         };
         if let Some(found) = &answers {
-            warnings.push(found.note(channel));
+            print_error(&format!("note: {}", found.note(channel)));
+            answered.push(found.path.clone());
         }
         resolved.push(resolve_gauge(
             args,

@@ -39,7 +39,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
     let left_s = plan.seconds_left(&state, &Pace::default());
     let superseded = state.readings.len() - state.taken.len();
     let mut text = format!(
-        "{}: {word}\n{} of {} readings, {} skipped, {superseded} superseded\n",
+        "{}: {word}\n{} of {} readings, {} skipped, {superseded} superseded or undone\n",
         folder.display(),
         state.taken.len(),
         plan.len(),

@@ -1,7 +1,7 @@
 //! A session in plain lines: for pipes, logs, and terminals that can do no more.
 
 use std::fmt::Write;
-use std::io::BufRead;
+use std::io::{BufRead, IsTerminal, Write as _};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
@@ -170,6 +170,11 @@ impl Operator for LineOperator {
     }
 
     fn bell(&mut self, bell: Bell) {
+        let mut errors = std::io::stderr();
+        if errors.is_terminal() {
+            // Without a terminal there is nothing that rings.
+            let _ = errors.write_all(bell.rings());
+        }
         if bell == Bell::Attention && !self.quiet {
             print_error("!");
         }
@@ -223,7 +228,8 @@ fn task_line(view: &SessionView) -> Option<String> {
                 Purpose::Reading => format!("to {target_n} N"),
                 Purpose::ZeroCheck => format!("back to {target_n} N to check the zero"),
             };
-            Some(format!("> {place}: {what}"))
+            let at = if place.is_empty() { "" } else { ": " };
+            Some(format!("> {place}{at}{what}"))
         }
         Task::Hold { target_n, left_s } => Some(format!("> hold {target_n} N for {left_s:.0} s")),
         Task::PushByHand { direction, .. } => Some(format!("> sign check along {direction}")),

@@ -38,6 +38,9 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     warnings.extend(add_poses(&mut resolved.robot, &procedure)?);
     let mut procedure = args.axes.applied(procedure)?;
+    for pose in procedure.poses.iter().flatten() {
+        resolved.robot.pose(pose)?;
+    }
     let best = best_poses(args, &resolved, &mut procedure)?;
     let poses: Vec<PoseId> = resolved
         .robot

@@ -58,7 +58,7 @@ fn numbers(table: &ReadingTable, lines: &[u32]) -> Vec<u32> {
 fn of_run(table: &ReadingTable, bad: &BadRun) -> Option<Contradiction> {
     let um_per_n = |compliance: f64| significant(compliance / METRES_PER_MICROMETRE, 4);
     let text = format!(
-        "Repeat {} of {} {} yields by {} um/N, where the other repeats predict {} ± {} um/N.",
+        "Repeat {} of {} {} yields by {} um/N, where the other repeats predict {} ± {} um/N (k = 2).",
         bad.repeat?,
         bad.pose,
         bad.direction,
@@ -77,7 +77,7 @@ fn of_reading(table: &ReadingTable, bad: &BadReading) -> Contradiction {
     let numbers = numbers(table, &[bad.line]);
     let number = numbers.first().copied().unwrap_or_default();
     let text = format!(
-        "Reading {number} ({} {}, repeat {}, step {}, {}) is {} um, where the other repeats predict {} ± {} um.",
+        "Reading {number} ({} {}, repeat {}, step {}, {}) is {} um, where the other repeats predict {} ± {} um (k = 2).",
         bad.pose,
         bad.direction,
         bad.repeat,

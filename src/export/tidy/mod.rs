@@ -1,12 +1,13 @@
 //! Tidy tables of measurements and results: one observation a row, one quantity with one unit a column.
 //!
-//! A [`TidyTable`] holds the fields as they are written. [`csv()`], [`xlsx()`] and `parquet` are three forms of the same tables, and
-//! [`data_package`] describes the first in the form of the Frictionless Data Package standard.
+//! A [`TidyTable`] holds the fields as they are written. [`csv()`], [`xlsx()`] and `parquet` are three forms of the same tables.
+//! [`data_package`] describes their files in the form of the Frictionless Data Package standard, [`ro_crate()`] in that of RO-Crate.
 
 mod package;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod readings;
+mod ro_crate;
 mod spreadsheet;
 mod stiffness;
 mod table;
@@ -15,6 +16,7 @@ pub use package::{PackageResource, TableProvenance, data_package};
 #[cfg(feature = "parquet")]
 pub use parquet_file::parquet;
 pub use readings::{load_case_table, reading_table, vector_reading_table};
+pub use ro_crate::ro_crate;
 pub use spreadsheet::{SpreadsheetError, xlsx};
 pub use stiffness::{stiffness_tables, vector_stiffness_tables};
 pub use table::{FieldKind, TidyColumn, TidyTable, csv};

@@ -77,8 +77,9 @@ pub(super) fn slug(name: &str) -> String {
 
 fn resource(resource: &PackageResource<'_>) -> Value {
     let is_csv = resource.format == "csv";
+    let name = resource.table.name;
     let mut object = json!({
-        "name": resource.table.name,
+        "name": if is_csv { name.to_owned() } else { format!("{name}-{}", resource.format) },
         "title": resource.table.title,
         "path": resource.file,
         "profile": if is_csv { "tabular-data-resource" } else { "data-resource" },

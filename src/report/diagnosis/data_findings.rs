@@ -288,7 +288,7 @@ fn bad_run(bad: &BadRun) -> String {
     let um_per_n = |compliance: f64| significant(compliance / METRES_PER_MICROMETRE, 4);
     let of_cells = || {
         format!(
-            "where all other cells predict {} ± {} um/N",
+            "where all other cells predict {} ± {} um/N (k = 2)",
             um_per_n(bad.expected),
             significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
         )
@@ -301,7 +301,7 @@ fn bad_run(bad: &BadRun) -> String {
             format!("{}{}", of_cells(), kind_of_slip(bad.kind))
         }
         (Some(_), _) => format!(
-            "where the other repeats predict {} ± {} um/N{}",
+            "where the other repeats predict {} ± {} um/N (k = 2){}",
             um_per_n(bad.expected),
             significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
             kind_of_slip(bad.kind)
@@ -339,7 +339,7 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
             ""
         };
         let said = format!(
-            "line {}: {} {}, repeat {}, step {}, {}: {} um, where {others} predict {} ± {} um{slip}.{last}",
+            "line {}: {} {}, repeat {}, step {}, {}: {} um, where {others} predict {} ± {} um (k = 2){slip}.{last}",
             one.line,
             one.pose,
             one.direction,

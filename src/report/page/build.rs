@@ -251,6 +251,11 @@ fn finished(mut page: ReportPage) -> ReportPage {
         performed: of_sessions(|session| session.performed.clone()),
         issued: page.issued.clone(),
         place: of_sessions(place),
+        deviations: page
+            .sessions
+            .iter()
+            .any(|session| !session.deviations.is_empty())
+            .then(|| "listed under Deviations and remarks".to_owned()),
     };
     page.items = page_items(&page.settings.details, &known);
     page.headline = HeadlineParts {

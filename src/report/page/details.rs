@@ -222,6 +222,8 @@ pub(super) struct KnownItems {
     pub(super) issued: Option<String>,
     /// Where the session says that it was measured.
     pub(super) place: Option<String>,
+    /// Where what was not as planned is listed, if anything was.
+    pub(super) deviations: Option<String>,
 }
 
 /// All items, in the order of the clause.
@@ -252,7 +254,7 @@ pub(super) fn page_items(details: &PageDetails, known: &KnownItems) -> Vec<PageI
         item("i", "date of performance", details.performed.as_ref().or(known.performed.as_ref()), "performed"),
         item("j", "date of issue", known.issued.as_ref(), "--issued DATE"),
         item("k", "sampling", details.method.sampling.as_ref(), "method.sampling"),
-        item("n", "deviations from the method", details.method.deviations.as_ref(), "method.deviations"),
+        item("n", "deviations from the method", details.method.deviations.as_ref().or(known.deviations.as_ref()), "method.deviations"),
         item("o", "authorised by", details.authorised_by.as_ref(), "authorised_by"),
         item("p", "results of external providers", details.external_providers.as_ref(), "external_providers"),
     ];

@@ -49,7 +49,9 @@ pub enum ReportError {
     #[error("{page} is no report of this program: it holds no data")]
     #[diagnostic(
         code(stiffbench::report::not_a_report),
-        help("name an HTML file that stiffbench report wrote; Markdown cannot be verified")
+        help(
+            "name an HTML file that stiffbench report wrote; Markdown and Typst cannot be verified"
+        )
     )]
     NotAReport {
         /// The file.

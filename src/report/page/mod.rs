@@ -1,4 +1,4 @@
-//! A report: one document of sessions and of what follows from them, as data. A template turns the data into HTML or Markdown.
+//! A report: one document of sessions and of what follows from them, as data. A template turns the data into HTML, Markdown or Typst.
 //!
 //! What a reader sees is a function of the embedded data and the template, of nothing else. So a page can be verified from itself:
 //! its data are rendered again and the bytes compared.
@@ -41,7 +41,7 @@ pub use model::{PageComparison, PageDiagnosis, PageFit, PageModel};
 pub use results::{PageBudget, PageBudgetRow, PageBudgetSource, PageCell};
 pub use session::{PageEntry, PageGauge, PageSession};
 pub use source::PageSource;
-pub use template::{PageTemplate, RenderedPage, html_template, markdown_template};
+pub use template::{PageFormat, PageTemplate, RenderedPage};
 pub use verify::{PageCheck, PageDifference, ReadPage, read_page};
 
 /// What a report was made with: every option that changes it. A report is worked out again from its sessions with the same.
@@ -252,7 +252,7 @@ impl ReportPage {
         const SENTENCE: usize = 400;
         let figures = std::mem::take(&mut self.figures);
         let count = figures.all().count();
-        let without = html_template().render(&self);
+        let without = PageFormat::Html.template().render(&self);
         let others = without.map_or(LARGEST, |page| page.text.len()) + count * SENTENCE;
         self.figures = figures;
         let titles = self.figures.shed(LARGEST.saturating_sub(others));

@@ -332,14 +332,23 @@ fn conditions(
         .iter()
         .flat_map(|history| &history.state.surroundings);
     for surroundings in entered.filter(|one| one.occasion.is_some()) {
-        add("entered at the bench", Some(surroundings.to_string()));
+        add(
+            "entered at the bench",
+            Some(surroundings.to_string().replace("degC", "°C")),
+        );
     }
     let ends = (temperatures_deg_c.iter()).fold(None, |ends: Option<[f64; 2]>, next| {
         Some(ends.map_or([*next; 2], |[low, high]| [low.min(*next), high.max(*next)]))
     });
     add(
         "temperature during the readings",
-        ends.map(|[low, high]| format!("{low} °C to {high} °C")),
+        ends.map(|[low, high]| {
+            if low < high {
+                format!("{low} °C to {high} °C")
+            } else {
+                format!("{low} °C")
+            }
+        }),
     );
     entries
 }

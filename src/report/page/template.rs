@@ -1,8 +1,10 @@
-//! Templates: data to HTML or Markdown.
+//! Templates: data to HTML, Markdown or Typst.
 
 use std::fmt::Write;
 
-use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value, context, escape_formatter};
+use minijinja::{
+    AutoEscape, Environment, Output, State, UndefinedBehavior, Value, context, escape_formatter,
+};
 use serde_json::Value as Json;
 
 use crate::analysis::sha256;
@@ -23,8 +25,46 @@ pub struct PageTemplate {
     pub name: String,
     /// Its text.
     pub text: String,
-    /// Whether it makes Markdown, else HTML.
-    pub is_markdown: bool,
+    /// What it makes.
+    pub format: PageFormat,
+}
+
+/// The form of a report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PageFormat {
+    /// One HTML file with figures and data, which can be verified.
+    Html,
+    /// Text with tables.
+    Markdown,
+    /// Source of the typesetter Typst with figures, for PDF.
+    Typst,
+}
+
+impl PageFormat {
+    /// How the name of a file ends, without the dot.
+    #[must_use]
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Html => "html",
+            Self::Markdown => "md",
+            Self::Typst => "typ",
+        }
+    }
+
+    /// The template that comes with the program.
+    #[must_use]
+    pub fn template(self) -> PageTemplate {
+        let text = match self {
+            Self::Html => include_str!("../../../data/report/report.html"),
+            Self::Markdown => include_str!("../../../data/report/report.md"),
+            Self::Typst => include_str!("../../../data/report/report.typ"),
+        };
+        PageTemplate {
+            name: format!("report.{}", self.ending()),
+            text: text.to_owned(),
+            format: self,
+        }
+    }
 }
 
 /// A report as a file.
@@ -34,26 +74,6 @@ pub struct RenderedPage {
     pub text: String,
     /// SHA-256 of its data, as printed on it.
     pub data_sha256: String,
-}
-
-/// The template of HTML pages that comes with the program.
-#[must_use]
-pub fn html_template() -> PageTemplate {
-    PageTemplate {
-        name: "report.html".to_owned(),
-        text: include_str!("../../../data/report/report.html").to_owned(),
-        is_markdown: false,
-    }
-}
-
-/// The template of Markdown that comes with the program.
-#[must_use]
-pub fn markdown_template() -> PageTemplate {
-    PageTemplate {
-        name: "report.md".to_owned(),
-        text: include_str!("../../../data/report/report.md").to_owned(),
-        is_markdown: true,
-    }
 }
 
 impl PageTemplate {
@@ -74,7 +94,7 @@ impl PageTemplate {
             template: self.name.clone(),
             part,
         };
-        if !self.is_markdown {
+        if self.format == PageFormat::Html {
             let (_, rest) = rendered
                 .text
                 .split_once(DATA_BEGINS)
@@ -101,14 +121,19 @@ impl PageTemplate {
         environment.set_undefined_behavior(UndefinedBehavior::SemiStrict);
         environment.set_trim_blocks(true);
         environment.set_lstrip_blocks(true);
-        let escape = if self.is_markdown {
-            AutoEscape::None
-        } else {
-            AutoEscape::Html
+        let escape = match self.format {
+            PageFormat::Html => AutoEscape::Html,
+            PageFormat::Markdown => AutoEscape::None,
+            PageFormat::Typst => AutoEscape::Custom("typst"),
         };
         environment.set_auto_escape_callback(move |_| escape);
         environment.add_filter("cell", markdown_cell);
-        environment.set_formatter(|output, state, value| match value.as_str() {
+        let write = if self.format == PageFormat::Typst {
+            write_typst
+        } else {
+            escape_formatter
+        };
+        environment.set_formatter(move |output, state, value| match value.as_str() {
             Some(text) if text.contains(misleads) => {
                 let clean = text.replace(misleads, "\u{fffd}");
                 let value = if value.is_safe() {
@@ -116,9 +141,9 @@ impl PageTemplate {
                 } else {
                     Value::from(clean)
                 };
-                escape_formatter(output, state, &value)
+                write(output, state, &value)
             }
-            _ => escape_formatter(output, state, value),
+            _ => write(output, state, value),
         });
         let text = environment
             .render_named_str(
@@ -168,6 +193,22 @@ fn embedded(page: &ReportPage) -> String {
 fn misleads(c: char) -> bool {
     c.is_control() && !matches!(c, '\n' | '\t')
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// A text as a string of Typst, in which no sign of markup counts; other values as they are.
+fn write_typst(
+    output: &mut Output<'_>,
+    _: &State<'_, '_>,
+    value: &Value,
+) -> Result<(), minijinja::Error> {
+    match value.as_str().filter(|_| !value.is_safe()) {
+        Some(text) => {
+            let text = text.replace('\\', "\\\\").replace('"', "\\\"");
+            write!(output, "\"{text}\"")?;
+        }
+        None => write!(output, "{value}")?,
+    }
+    Ok(())
 }
 
 /// A text for a cell of a Markdown table.

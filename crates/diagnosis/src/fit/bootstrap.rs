@@ -12,11 +12,16 @@ use super::problem::FitProblem;
 use super::refit::Refitter;
 use crate::parameters::ParameterChoice;
 
+/// Share of the range of a parameter within which a value is on its bound.
+const AT_BOUND: f64 = 1e-6;
+
 /// Percentile intervals of the factors from refits to resampled runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BootstrapIntervals {
     /// 95 % interval of each parameter of the fit; `None` for one that it does not move.
     pub intervals_95: Vec<Option<[f64; 2]>>,
+    /// Replicates that ended on a bound of each parameter.
+    pub at_bound: Vec<usize>,
     /// Replicates that gave a result.
     pub succeeded: usize,
     /// Replicates whose fit failed or did not converge.
@@ -119,11 +124,19 @@ pub fn bootstrap_cells(
             .all(|failed| failed.failure != ReplicateFailure::Refit(NoRefit::NotSetUp))
     );
     let mut intervals_95 = vec![None; set.parameters().len()];
+    let mut at_bound = vec![0; set.parameters().len()];
     for &free in set.free_indices() {
         intervals_95[free] = Some(bootstrap.percentile_interval(free, 0.95)?);
+        let [lower, upper] = parameters.bounds(free);
+        let is_at_bound = |replicate: &&Vec<f64>| {
+            let coordinate = parameters.coordinate(free, replicate[free]);
+            f64::min(coordinate - lower, upper - coordinate) < AT_BOUND * (upper - lower)
+        };
+        at_bound[free] = bootstrap.replicates.iter().filter(is_at_bound).count();
     }
     Ok(BootstrapIntervals {
         intervals_95,
+        at_bound,
         succeeded: bootstrap.replicates.len(),
         failed: bootstrap.failed.len(),
         seed: settings.seed,

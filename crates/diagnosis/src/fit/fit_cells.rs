@@ -106,6 +106,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         cells: fitted_cells(measured, &predicted, |cell| !in_training(&cell.pose)),
         termination: fit.termination.to_string(),
         advice: Vec::new(),
+        bootstrap: None,
         warnings: Vec::new(),
     };
     if let Some(covariance) = &profiled.covariance {

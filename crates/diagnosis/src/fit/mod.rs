@@ -38,8 +38,8 @@ pub use fixed_physics::FixedPhysics;
 pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
-    Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitMethod, FitOutcome,
-    FittedCell,
+    Advice, BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement,
+    FitMethod, FitOutcome, FittedCell,
 };
 pub(crate) use parameters::FitParameters;
 pub use problem::FitProblem;

@@ -284,6 +284,19 @@ impl Advice {
     }
 }
 
+/// How a bootstrap drew.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+pub struct BootstrapDraws {
+    /// What was drawn anew: `runs` within their cell, or whole `cells`.
+    pub over: &'static str,
+    /// How often.
+    pub replicates: usize,
+    /// Refits that failed or did not converge.
+    pub failed: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+}
+
 /// The result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitOutcome {
@@ -307,6 +320,8 @@ pub struct FitOutcome {
     pub termination: String,
     /// What would determine the factors that are not determined.
     pub advice: Vec<Advice>,
+    /// How the intervals of the bootstrap came about, if it was asked for.
+    pub bootstrap: Option<BootstrapDraws>,
     /// What a user should know before using the numbers.
     pub warnings: Vec<String>,
 }

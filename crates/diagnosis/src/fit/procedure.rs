@@ -273,6 +273,7 @@ fn validate(
         cells: fitted_cells(measured, &predicted, |cell| !trained(cell)),
         termination: "the trials of every pass were used up".to_owned(),
         advice: Vec::new(),
+        bootstrap: None,
         warnings: vec![
             "the paper's procedure gives no uncertainty; --method least-squares gives intervals"
                 .to_owned(),

@@ -19,5 +19,5 @@ pub use error::PortError;
 pub use holder::Holder;
 pub use identity::{PortIdentity, Resolved, UsbIdentity};
 pub use list::{PortInfo, list_ports, newly_plugged};
-pub use open::{NativePort, OpenPort, PortTimeouts, open};
+pub use open::{NativePort, OpenPort, PortTimeouts, open, permission_remedy};
 pub use settings::PortSettings;

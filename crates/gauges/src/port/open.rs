@@ -297,12 +297,15 @@ fn busy(path: &str, waited_s: f64) -> PortError {
     }
 }
 
-/// Reading and writing by the group, of the rights of a file.
-const BY_GROUP: u32 = 0o060;
+/// What lets this user open a port that is there, without opening it.
+#[must_use]
+pub fn permission_remedy(port: &Path) -> String {
+    remedy(&group_of(port, Path::new("/etc/group")), mode(port))
+}
 
-/// A group helps only where the port lets its group in.
-fn not_allowed(port: &str, group: String, mode: Option<u32>) -> PortError {
-    let help = match mode.filter(|mode| mode & BY_GROUP != BY_GROUP) {
+/// A group helps only where the port lets its group read and write.
+fn remedy(group: &str, mode: Option<u32>) -> String {
+    match mode.filter(|mode| mode & 0o060 != 0o060) {
         None => format!(
             "put the user into that group (sudo usermod -aG {group} $USER) and log in again: the group applies from the next login on"
         ),
@@ -310,11 +313,14 @@ fn not_allowed(port: &str, group: String, mode: Option<u32>) -> PortError {
             "the port does not let its group in (mode {:03o}): a udev rule with GROUP=\"{group}\", MODE=\"0660\" does; then the user needs to be in that group",
             mode & 0o777
         ),
-    };
+    }
+}
+
+fn not_allowed(port: &str, group: String, mode: Option<u32>) -> PortError {
     PortError::NotAllowed {
         port: port.to_owned(),
+        help: remedy(&group, mode),
         group,
-        help,
     }
 }
 

@@ -120,8 +120,10 @@ impl Instruments {
 /// Known properties of a gauge. Quantities are in N for a force gauge and in m for a dial gauge.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InstrumentRecord {
-    /// Name of its description, or free text.
+    /// The gauge, as the user names it; without that the name of its description.
     pub model: Option<String>,
+    /// Name of its description, where a session read it.
+    pub description: Option<String>,
     /// Serial number.
     pub serial: Option<String>,
     /// Largest reading, N or m.
@@ -141,6 +143,12 @@ pub struct InstrumentRecord {
 }
 
 impl InstrumentRecord {
+    /// The name of its description; sessions of before wrote it as the model.
+    #[must_use]
+    pub fn description_name(&self) -> Option<&str> {
+        self.description.as_deref().or(self.model.as_deref())
+    }
+
     /// Whether the calibration had run out on a day; `None` if the record names no last day.
     #[must_use]
     pub fn calibration_overdue(&self, on: Date) -> Option<bool> {

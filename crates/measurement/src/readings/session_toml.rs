@@ -196,6 +196,7 @@ fn read_instrument(
 ) -> Read<InstrumentRecord> {
     let record = InstrumentRecord {
         model: section.read("model", TomlValue::text_or_digits)?,
+        description: section.read("description", TomlValue::text_or_digits)?,
         serial: section.read("serial", TomlValue::text_or_digits)?,
         range: at_least_zero(section, "range", kind)?,
         resolution: at_least_zero(section, "resolution", kind)?,
@@ -240,6 +241,7 @@ fn instrument_table(record: &InstrumentRecord, unit: &str, shift: i32) -> Table 
     let mut table = Table::new();
     let key = |stem: &str| format!("{stem}_{unit}");
     put_text(&mut table, "model", record.model.as_ref());
+    put_text(&mut table, "description", record.description.as_ref());
     put_text(&mut table, "serial", record.serial.as_ref());
     put_number(&mut table, &key("range"), record.range, shift);
     put_number(&mut table, &key("resolution"), record.resolution, shift);

@@ -34,6 +34,8 @@ struct PooledForm {
     #[serde(rename = "force_N")]
     force_n: f64,
     dof: f64,
+    /// From which distance a single bad reading is found in 80 % of cases, in the best cell and in the worst; `null` where none would be.
+    outlier_found_from_um: Option<[f64; 2]>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -176,6 +178,7 @@ fn pooled_form(pooled: &PooledScatter) -> PooledForm {
         displacement_um: um(pooled.displacement_sd_m),
         force_n: pooled.force_sd_n,
         dof: pooled.dof,
+        outlier_found_from_um: pooled.smallest_outliers_m.map(|ends| ends.map(um)),
     }
 }
 

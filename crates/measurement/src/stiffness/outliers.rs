@@ -39,7 +39,31 @@ pub(super) fn flag_outliers(works: &mut [CellWork], gauges: &GaugePair) -> Optio
         }
         pooled = PooledScatter::over(works.iter().filter_map(|w| w.scatter.as_ref()))?;
     }
+    pooled.smallest_outliers_m = smallest_outliers_m(works, &pooled, gauges);
     Some(pooled)
+}
+
+/// See [`PooledScatter::smallest_outliers_m`].
+fn smallest_outliers_m(
+    works: &[CellWork],
+    pooled: &PooledScatter,
+    gauges: &GaugePair,
+) -> Option<[f64; 2]> {
+    let scatters = || works.iter().filter_map(|work| work.scatter.as_ref());
+    let n_tested = scatters().map(|scatter| scatter.deviations.len()).sum();
+    let limit = deviation_limit(pooled.dof, n_tested)?;
+    let of_cell = |scatter: &CellScatter| {
+        let shares = scatter.deviations.iter().map(|d| d.variance_share);
+        let mut shares: Vec<f64> = shares.filter(|share| *share > SMALLEST_SHARE).collect();
+        shares.sort_by(f64::total_cmp);
+        let share = *shares.get(shares.len() / 2)?;
+        let sd_m = reading_sd_m(pooled, gauges, scatter.compliance_m_per_n);
+        Some(TestStatistic::new(0.0, limit, n_tested, sd_m / share.sqrt()).detectable)
+    };
+    let found: Vec<f64> = scatters().filter_map(of_cell).collect();
+    let least = found.iter().copied().min_by(f64::total_cmp)?;
+    let most = found.iter().copied().max_by(f64::total_cmp)?;
+    Some([least, most])
 }
 
 /// Standard deviation of a reading, m, and not less than the display steps alone would give.

@@ -23,6 +23,9 @@ pub struct PooledScatter {
     pub mean_sd_m: f64,
     /// Degrees of freedom over all cells.
     pub dof: f64,
+    /// From which distance, m, a single bad reading is found in 80 % of cases: in the cell where least is enough, and where most is needed;
+    /// `None` where none would be.
+    pub smallest_outliers_m: Option<[f64; 2]>,
 }
 
 impl PooledScatter {
@@ -32,6 +35,7 @@ impl PooledScatter {
         force_sd_n: 0.0,
         mean_sd_m: 0.0,
         dof: 0.0,
+        smallest_outliers_m: None,
     };
 
     /// Standard deviation of a reading in a cell of this compliance (m/N), m.
@@ -88,6 +92,7 @@ impl PooledScatter {
             force_sd_n: b.sqrt(),
             mean_sd_m: mean_variance.sqrt(),
             dof,
+            smallest_outliers_m: None,
         })
     }
 }

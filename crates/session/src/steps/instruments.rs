@@ -107,6 +107,7 @@ impl Machine {
         let away = !matches!(state, LinkState::Connected { .. });
         let lost = away && self.checked;
         if lost {
+            out.push(Action::Bell(Bell::Attention));
             self.gauge_was_away(channel, out);
         }
         if let LinkState::Connected { port } = state {
@@ -171,6 +172,17 @@ impl Machine {
             }
             Ask::Zero => self.zero_answered(channel, answer, out),
             Ask::State => {}
+        }
+    }
+
+    /// Rings once when a gauge that has sent values falls silent.
+    pub(super) fn ring_for_silence(&mut self, out: &mut Vec<Action>) {
+        for channel in self.channels.clone() {
+            let silent = self.checked && self.stream(channel).is_stale(self.now_s);
+            let was_silent = std::mem::replace(&mut self.silent[channel.index()], silent);
+            if silent && !was_silent {
+                out.push(Action::Bell(Bell::Attention));
+            }
         }
     }
 

@@ -52,7 +52,7 @@ const STUCK_S: f64 = 600.0;
 const STUCK_DWELLS: f64 = 20.0;
 
 /// Why a session is complete.
-const EVERYTHING_DONE: &str = "every planned reading is done";
+const EVERYTHING_DONE: &str = "every planned reading is taken or left out";
 
 /// Lines that a view keeps.
 const MESSAGES: usize = 100;
@@ -101,6 +101,8 @@ pub struct Machine {
     begun: bool,
     /// Whether the unit of a gauge that does not send it is to be asked for.
     unit_unsure: [bool; Channel::COUNT],
+    /// Whether each gauge has fallen silent.
+    silent: [bool; Channel::COUNT],
     /// When a gauge whose values are refused was last asked for its unit and mode, s.
     asked_state_s: f64,
     /// Whether the zero has to be checked before the next reading.
@@ -190,6 +192,7 @@ impl Machine {
             asked_at_end: false,
             begun: false,
             unit_unsure: [true; Channel::COUNT],
+            silent: [false; Channel::COUNT],
             asked_state_s: f64::NEG_INFINITY,
             unsure: false,
             lag_s,
@@ -240,7 +243,10 @@ impl Machine {
             Input::Operator(event) => self.operator(event, &mut out),
             Input::Gap => self.forget_windows(),
             Input::RepeatsChecked(found) => self.repeats_checked(found, &mut out),
-            Input::Tick => self.ask_state_of_refused(&mut out),
+            Input::Tick => {
+                self.ring_for_silence(&mut out);
+                self.ask_state_of_refused(&mut out);
+            }
         }
         self.advance(&mut out);
         out
