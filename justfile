@@ -124,6 +124,8 @@ ci:
 
 # The packages as they would be published, each built from itself, and their size together
 package:
+    # What was packaged before under the same number would be checked in its place.
+    rm -rf "${CARGO_HOME:-$HOME/.cargo}"/registry/*/-*/stiffbench-* target/package target/debug/.fingerprint/stiffbench-*
     cargo package --workspace --exclude stiffbench-validation --exclude stiffbench-test-files --locked
     du -cb target/package/*.crate | tail -n 1
 
