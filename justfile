@@ -27,7 +27,7 @@ nightly: parquet wheel book systems msrv deny package mutants peers
     target/nightly/venv/bin/pip install --quiet mujoco yourdfpy pin example-robot-data pybullet
     target/nightly/venv/bin/python tests/mujoco/check.py target/release/stiffbench
     target/nightly/venv/bin/python tests/urdf/check.py target/release/stiffbench
-    target/nightly/venv/bin/pip install --quiet pandas frictionless
+    target/nightly/venv/bin/pip install --quiet pandas frictionless rocrate typst
     sh tests/export/check.sh target/release/stiffbench target/nightly/venv/bin
     cargo run --release --locked --bin stiffbench-validate -- faults
     cargo run --release --locked --bin stiffbench-validate -- prove --quick --out target/nightly/prove
