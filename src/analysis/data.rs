@@ -376,8 +376,17 @@ pub(super) fn check_calibration(
     if matches!(check, CalibrationCheck::Refuse(_)) {
         return Err(AnalysisError::CalibrationOverdue { instruments });
     }
-    warnings.push(format!("calibration overdue: {instruments}"));
+    warnings.push(format!("{OVERDUE}{instruments}"));
     Ok(())
+}
+
+/// What the warning of an overdue calibration begins with.
+const OVERDUE: &str = "calibration overdue: ";
+
+/// The gauges whose calibration is overdue, by the warnings of a session.
+pub(super) fn overdue_gauges(warnings: &[String]) -> Option<String> {
+    let found = warnings.iter().find_map(|one| one.strip_prefix(OVERDUE));
+    found.map(str::to_owned)
 }
 
 /// The identifier of a session, else the last part of its name.

@@ -8,7 +8,7 @@ use crate::plot::Figure;
 use crate::readings::SessionHeader;
 use crate::robot::{FittingFactors, Robot};
 
-use super::data::LoadedSession;
+use super::data::{LoadedSession, overdue_gauges};
 use super::files::read_bytes;
 use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
@@ -52,6 +52,9 @@ struct DataInput {
     /// Calibrations of gauges that were given beside the data.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     calibration: Vec<String>,
+    /// Gauges whose calibration is overdue; among the warnings in JSON.
+    #[serde(skip)]
+    overdue: Option<String>,
 }
 
 impl Inputs {
@@ -64,6 +67,7 @@ impl Inputs {
             origin: session.origin(),
             imported: session.header.as_ref().and_then(imported),
             calibration: session.calibration.clone(),
+            overdue: overdue_gauges(&session.warnings),
         });
         self
     }
@@ -75,6 +79,7 @@ impl Inputs {
             name: loaded.name.clone(),
             sha256: loaded.sha256.clone(),
             origin: loaded.origin(),
+            overdue: overdue_gauges(&loaded.warnings),
             ..DataInput::default()
         });
         self
@@ -89,6 +94,7 @@ impl Inputs {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
             origin: session.table.origin.clone().or(origin),
+            overdue: overdue_gauges(&session.warnings),
             ..DataInput::default()
         });
         self
@@ -235,7 +241,10 @@ impl DataInput {
         let origin = origin.map(|origin| format!(", NOT MEASURED: {origin}"));
         let imported = self.imported.iter().map(|words| format!(", {words}"));
         let calibration = self.calibration.iter().map(|words| format!("; {words}"));
-        let marks: Vec<String> = origin.chain(imported).chain(calibration).collect();
+        let overdue = self.overdue.iter();
+        let overdue = overdue.map(|gauges| format!(", CALIBRATION OVERDUE: {gauges}"));
+        let marks = origin.chain(overdue).chain(imported).chain(calibration);
+        let marks: Vec<String> = marks.collect();
         words + &marks.concat()
     }
 }

@@ -44,6 +44,13 @@ fn overdue_calibration_exits_with_12() {
         );
         desk.run(&format!("{subcommand} --strict")).exits_with(12);
     }
+    // On the page and in the figure too.
+    let page = desk.run("stiffness session --quiet").succeeds().stdout;
+    let mark = "CALIBRATION OVERDUE: force gauge (due 2002-01-01)";
+    assert!(page.contains(mark), "{page}");
+    desk.run("plot residuals session --out residuals")
+        .succeeds();
+    assert!(desk.read("residuals.svg").contains(mark));
     let object = desk
         .run("stiffness session --strict --json")
         .exits_with(12)

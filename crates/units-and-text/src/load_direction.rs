@@ -90,7 +90,10 @@ pub fn meant_direction(word: &str) -> Option<&'static str> {
         let meant = nearest(letter, WORDS).filter(|_| letter.len() > 2)?;
         WORDS.iter().position(|word| *word == meant)
     };
-    let of_letter = || AXES.iter().position(|(axis, _)| *axis == letter);
+    let of_letter = || {
+        let doubled = |axis: &str| !letter.is_empty() && letter.replace(axis, "").is_empty();
+        AXES.iter().position(|(axis, _)| doubled(axis))
+    };
     let (along, opposite) = AXES[of_letter().or_else(of_word)?];
     Some(if against { opposite } else { along })
 }
@@ -371,5 +374,7 @@ mod tests {
         }
         let error = "+x".parse::<LoadDirection>().unwrap_err().to_string();
         assert!(error.contains("did you mean `x`?"), "{error}");
+        assert_eq!(meant_direction("-zz"), Some("-z"));
+        assert_eq!(meant_direction("xy"), None);
     }
 }
