@@ -94,10 +94,12 @@ pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, A
             return AnalysisError::NamedRobot { file, robot };
         }
         let shipped = shipped_robots().collect::<Vec<_>>().join(", ");
+        let near = nearest(name, shipped_robots());
+        let near = near.map_or_else(String::new, |near| format!("did you mean {near}? "));
         ArgumentError::new(
             format!("--robot {name}"),
             "there is no such file and no shipped robot of that name",
-            format!("shipped robots are {shipped}"),
+            format!("{near}shipped robots are {shipped}"),
         )
         .into()
     })

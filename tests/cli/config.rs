@@ -47,7 +47,7 @@ fn each_layer_goes_before_those_below_it() {
     is(&show(&[], ""), "auto", "default");
     desk.write(
         "home/stiffbench/config.toml",
-        "progress = \"bar\"\noperator = \"A. Meyer\"\n",
+        "progress = \"bar\"\noperator = \"operator 7\"\n",
     );
     is(&show(&[], ""), "bar", "user");
     desk.write("work/stiffbench.toml", "progress = \"text\"\n");
@@ -64,7 +64,7 @@ fn each_layer_goes_before_those_below_it() {
     );
     // What only a lower layer states is kept.
     let ran = run(&desk, "work/deep", &[], "config show --json");
-    assert_eq!(setting(&ran, "operator")["value"], "A. Meyer");
+    assert_eq!(setting(&ran, "operator")["value"], "operator 7");
     for (variables, option) in [
         (&[][..], "--no-config"),
         (&[("STIFFBENCH_CONFIG", "none")][..], ""),
@@ -103,7 +103,7 @@ fn a_session_goes_before_files_and_variables() {
     );
     desk.write(
         "stiffbench.toml",
-        "place = \"Hall 1\"\noperator = \"A. Meyer\"\n",
+        "place = \"Hall 1\"\noperator = \"operator 7\"\n",
     );
     let variables = [("STIFFBENCH_PLACE", "Hall 2")];
     let of_session = run(&desk, ".", &variables, "config show s --json").succeeds();

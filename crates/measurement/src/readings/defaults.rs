@@ -101,7 +101,12 @@ fn fill_times(table: &mut ReadingTable) -> Result<(), ReadingsError> {
         let since = time.duration_since(*first.get_or_insert(time));
         reading.time_s = Some(since.as_secs_f64());
     }
-    table.assumptions.push(Assumption::TimeFromUtc);
+    let no_times = Assumption::ColumnAbsent(Column::Time);
+    for assumption in &mut table.assumptions {
+        if *assumption == no_times {
+            *assumption = Assumption::TimeFromUtc;
+        }
+    }
     Ok(())
 }
 
@@ -426,6 +431,8 @@ mod tests {
             .collect();
         assert_eq!(times, [Some(0.0), None, Some(12.5)]);
         assert!(table.assumptions.contains(&Assumption::TimeFromUtc));
+        let no_times = Assumption::ColumnAbsent(Column::Time);
+        assert!(!table.assumptions.contains(&no_times));
         let local =
             "pose,direction,repeat,force_N,displacement_um,utc\nP1,x,1,0,0,8/14/2026 10:46 AM\n";
         let error = read_readings("t.csv", local.as_bytes(), &ReadOptions::default()).unwrap_err();

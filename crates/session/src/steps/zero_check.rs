@@ -64,7 +64,7 @@ impl Machine {
         let (mut moved, limits) = self.moved_zeros();
         let drifts = self.drifts_m.iter();
         let drifts: Vec<String> = drifts
-            .map(|(_, drift_m)| format!("{:.1} um", drift_m * 1e6))
+            .map(|(_, drift_m)| format!("{:.1} um", rounded(drift_m * 1e6, 10.0)))
             .collect();
         if drift_n.abs() > limit_n {
             moved.push(format!("the force zero moved by {drift_n:.2} N"));
@@ -84,7 +84,11 @@ impl Machine {
             ZeroOccasion::After
         };
         self.notify(
-            format!("zero drift: {}, {drift_n:.2} N", drifts.join(", ")),
+            format!(
+                "zero drift: {}, {:.2} N",
+                drifts.join(", "),
+                rounded(drift_n, 100.0)
+            ),
             out,
         );
         self.record(Event::Zero(zeroed), out);
@@ -251,4 +255,9 @@ impl Machine {
         self.reroute();
         self.queue = jobs.into();
     }
+}
+
+/// A number for print, rounded to so many parts of one; a rounded zero has no sign.
+fn rounded(value: f64, parts: f64) -> f64 {
+    (value * parts).round() / parts + 0.0
 }
