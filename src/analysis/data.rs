@@ -7,8 +7,8 @@ use jiff::civil::Date;
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
 use crate::readings::{
-    GaugeLogOptions, InstrumentRecord, ReadOptions, ReadingTable, SessionHeader, is_vector_table,
-    read_gauge_log, read_readings, write_readings,
+    GaugeLogOptions, InstrumentRecord, OverdueGauge, ReadOptions, ReadingTable, SessionHeader,
+    is_vector_table, read_gauge_log, read_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
@@ -51,15 +51,18 @@ pub struct OpenSettings {
     pub gauges: GivenCalibration,
 }
 
-/// What is done about a gauge whose calibration is overdue.
+/// What is done about a gauge whose calibration had run out on the last day of the measurement, or on the day given here (today) if that
+/// day is not known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CalibrationCheck {
     /// Nothing.
     #[default]
     None,
-    /// The session has a warning if it is overdue on this day.
+    /// The gauge is named in the session.
+    Name(Date),
+    /// The session has a warning too.
     Warn(Date),
-    /// The session is not opened if it is overdue on this day.
+    /// The session is not opened.
     Refuse(Date),
 }
 
@@ -80,6 +83,8 @@ pub struct LoadedSession {
     pub warnings: Vec<String>,
     /// Calibrations that were given beside the session, in words.
     pub calibration: Vec<String>,
+    /// Gauges whose calibration is overdue.
+    pub overdue: Vec<OverdueGauge>,
     /// Whether the readings were used though they differ from the journal.
     pub differs_from_journal: bool,
 }
@@ -267,12 +272,16 @@ impl LoadedSession {
             folder,
             warnings,
             calibration,
+            overdue: Vec::new(),
             differs_from_journal,
         };
         let read_off = session.gauges()?;
         session.warnings.extend(read_off.read_off());
-        check_calibration(
+        let texts = session.table.readings.iter();
+        let texts = texts.filter_map(|reading| reading.text.as_ref());
+        session.overdue = check_calibration(
             session.header.as_ref(),
+            last_day(texts.map(|text| &*text.utc)),
             options.calibration,
             &mut session.warnings,
         )?;
@@ -294,6 +303,7 @@ impl LoadedSession {
             folder: PathBuf::new(),
             warnings: Vec::new(),
             calibration: Vec::new(),
+            overdue: Vec::new(),
             differs_from_journal: false,
         })
     }
@@ -349,44 +359,47 @@ impl LoadedSession {
     }
 }
 
-/// Warns of an overdue calibration, or refuses it.
-pub(super) fn check_calibration(
-    header: Option<&SessionHeader>,
-    check: CalibrationCheck,
-    warnings: &mut Vec<String>,
-) -> Result<(), AnalysisError> {
-    let (CalibrationCheck::Warn(today) | CalibrationCheck::Refuse(today)) = check else {
-        return Ok(());
-    };
-    let overdue: Vec<String> = header
-        .iter()
-        .flat_map(|header| header.instruments.named())
-        .filter(|(_, record)| record.calibration_overdue(today) == Some(true))
-        .map(|(what, record)| {
-            format!(
-                "{what} (due {})",
-                record.due.map_or_else(String::new, |due| due.to_string())
-            )
-        })
-        .collect();
-    if overdue.is_empty() {
-        return Ok(());
-    }
-    let instruments = overdue.join(", ");
-    if matches!(check, CalibrationCheck::Refuse(_)) {
-        return Err(AnalysisError::CalibrationOverdue { instruments });
-    }
-    warnings.push(format!("{OVERDUE}{instruments}"));
-    Ok(())
+/// The day on which readings were taken last, by their RFC 3339 times; `None` if no time begins with a day.
+pub(super) fn last_day<'a>(times: impl Iterator<Item = &'a str>) -> Option<Date> {
+    times.filter_map(|time| time.get(..10)?.parse().ok()).max()
 }
 
-/// What the warning of an overdue calibration begins with.
-const OVERDUE: &str = "calibration overdue: ";
+/// Looks for overdue calibrations; warns of them or refuses them.
+///
+/// # Arguments
+/// - `measured`: last day of the measurement, if it is known.
+///
+/// # Returns
+/// The gauges whose calibration is overdue.
+pub(super) fn check_calibration(
+    header: Option<&SessionHeader>,
+    measured: Option<Date>,
+    check: CalibrationCheck,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<OverdueGauge>, AnalysisError> {
+    use CalibrationCheck::{Name, Refuse, Warn};
+    let (Some(header), Name(today) | Warn(today) | Refuse(today)) = (header, check) else {
+        return Ok(Vec::new());
+    };
+    let overdue = header.instruments.overdue(measured.unwrap_or(today));
+    if overdue.is_empty() {
+        return Ok(overdue);
+    }
+    let instruments = gauges_text(&overdue);
+    if matches!(check, Refuse(_)) {
+        return Err(AnalysisError::CalibrationOverdue { instruments });
+    }
+    if matches!(check, Warn(_)) {
+        warnings.push(format!("calibration overdue: {instruments}"));
+    }
+    Ok(overdue)
+}
 
-/// The gauges whose calibration is overdue, by the warnings of a session.
-pub(super) fn overdue_gauges(warnings: &[String]) -> Option<String> {
-    let found = warnings.iter().find_map(|one| one.strip_prefix(OVERDUE));
-    found.map(str::to_owned)
+/// Gauges whose calibration is overdue, in words.
+#[must_use]
+pub fn gauges_text(overdue: &[OverdueGauge]) -> String {
+    let gauges: Vec<String> = overdue.iter().map(ToString::to_string).collect();
+    gauges.join(", ")
 }
 
 /// The identifier of a session, else the last part of its name.

@@ -5,10 +5,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::plot::Figure;
-use crate::readings::SessionHeader;
+use crate::readings::{OverdueGauge, SessionHeader};
 use crate::robot::{FittingFactors, Robot};
 
-use super::data::{LoadedSession, overdue_gauges};
+use super::data::{LoadedSession, gauges_text};
 use super::files::read_bytes;
 use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
@@ -54,7 +54,7 @@ struct DataInput {
     calibration: Vec<String>,
     /// Gauges whose calibration is overdue; among the warnings in JSON.
     #[serde(skip)]
-    overdue: Option<String>,
+    overdue: Vec<OverdueGauge>,
 }
 
 impl Inputs {
@@ -67,7 +67,7 @@ impl Inputs {
             origin: session.origin(),
             imported: session.header.as_ref().and_then(imported),
             calibration: session.calibration.clone(),
-            overdue: overdue_gauges(&session.warnings),
+            overdue: session.overdue.clone(),
         });
         self
     }
@@ -79,7 +79,7 @@ impl Inputs {
             name: loaded.name.clone(),
             sha256: loaded.sha256.clone(),
             origin: loaded.origin(),
-            overdue: overdue_gauges(&loaded.warnings),
+            overdue: loaded.overdue.clone(),
             ..DataInput::default()
         });
         self
@@ -94,7 +94,7 @@ impl Inputs {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
             origin: session.table.origin.clone().or(origin),
-            overdue: overdue_gauges(&session.warnings),
+            overdue: session.overdue.clone(),
             ..DataInput::default()
         });
         self
@@ -241,7 +241,7 @@ impl DataInput {
         let origin = origin.map(|origin| format!(", NOT MEASURED: {origin}"));
         let imported = self.imported.iter().map(|words| format!(", {words}"));
         let calibration = self.calibration.iter().map(|words| format!("; {words}"));
-        let overdue = self.overdue.iter();
+        let overdue = (!self.overdue.is_empty()).then(|| gauges_text(&self.overdue));
         let overdue = overdue.map(|gauges| format!(", CALIBRATION OVERDUE: {gauges}"));
         let marks = origin.chain(overdue).chain(imported).chain(calibration);
         let marks: Vec<String> = marks.collect();

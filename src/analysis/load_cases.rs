@@ -16,7 +16,7 @@ use crate::readings::ReadOptions;
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::PoseId;
 
-use super::data::{OpenSettings, readings_file, session_header};
+use super::data::{OpenSettings, check_calibration, readings_file, session_header};
 use super::error::{AnalysisError, ArgumentError};
 use super::files::{folder_of, is_there, read_bytes, shown};
 use super::fit::training_poses;
@@ -44,7 +44,8 @@ impl LoadedLoadCases {
     /// Opens a session folder or a file of load cases; of a session with displacement gauges along the base axes, each run is one.
     ///
     /// # Errors
-    /// For data that are not there or cannot be read; of a session as [`VectorSession::open`].
+    /// For data that are not there or cannot be read, and an overdue calibration, as the options have it; of a session as
+    /// [`VectorSession::open`].
     pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
         if let Some(session) = VectorSession::open(path, options)? {
             return Self::of_runs(session);
@@ -57,6 +58,7 @@ impl LoadedLoadCases {
         let table = read_load_cases(&name, bytes.as_slice(), &ReadOptions::default())?;
         let mut warnings: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
         let header = session_header(&folder, &mut warnings)?;
+        let overdue = check_calibration(header.as_ref(), None, options.calibration, &mut warnings)?;
         Ok(Self {
             name: shown(path),
             sha256: sha256(&bytes),
@@ -64,6 +66,7 @@ impl LoadedLoadCases {
             header,
             folder,
             warnings,
+            overdue,
             differs_from_journal: false,
         })
     }
@@ -77,6 +80,7 @@ impl LoadedLoadCases {
             sha256: session.sha256,
             header: session.header,
             folder: session.folder,
+            overdue: session.overdue,
             differs_from_journal: session.differs_from_journal,
             table,
         })

@@ -46,7 +46,7 @@ mod together;
 mod vectors;
 
 pub use calibration::{GaugeCalibration, GivenCalibration};
-pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings, session_header};
+pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings, gauges_text, session_header};
 pub use data_check::check_data;
 pub use derived::{DerivedQuantity, derive};
 pub use design::{design, usual_plan};

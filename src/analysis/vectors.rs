@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::readings::{
-    SessionHeader, VectorReading, VectorTable, is_vector_table, read_vector_readings,
+    OverdueGauge, SessionHeader, VectorReading, VectorTable, is_vector_table, read_vector_readings,
 };
 use crate::stiffness::{Branches, VectorStiffness, vector_stiffness};
 
-use super::data::{OpenSettings, check_calibration, readings_file, session_header, short_name};
+use super::data::{
+    OpenSettings, check_calibration, last_day, readings_file, session_header, short_name,
+};
 use super::error::AnalysisError;
 use super::files::{folder_of, is_there, read_bytes, shown};
 use super::hash::sha256;
@@ -28,6 +30,8 @@ pub struct SessionTable<T> {
     pub folder: PathBuf,
     /// What was assumed, and what a user should know.
     pub warnings: Vec<String>,
+    /// Gauges whose calibration is overdue.
+    pub overdue: Vec<OverdueGauge>,
     /// Whether the readings were used though they differ from the journal.
     pub differs_from_journal: bool,
 }
@@ -69,7 +73,9 @@ impl VectorSession {
             let check = compare_vectors_with_journal(&folder, &table, header.as_ref())?;
             differs_from_journal = check.judge(&file, options.trust_csv, &mut warnings)?;
         }
-        check_calibration(header.as_ref(), options.calibration, &mut warnings)?;
+        let measured = last_day(table.readings.iter().map(|reading| reading.utc.as_str()));
+        let check = options.calibration;
+        let overdue = check_calibration(header.as_ref(), measured, check, &mut warnings)?;
         Ok(Some(Self {
             name: shown(path),
             sha256: sha256(&bytes),
@@ -77,6 +83,7 @@ impl VectorSession {
             header,
             folder,
             warnings,
+            overdue,
             differs_from_journal,
         }))
     }

@@ -6,14 +6,14 @@ use clap::{Args, ValueEnum};
 use jiff::Timestamp;
 
 use crate::analysis::{
-    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, VectorSession, sha256,
+    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, VectorSession, gauges_text, sha256,
 };
 use crate::export::tidy::{
     PackageResource, TableProvenance, TidyTable, csv, data_package, load_case_table, reading_table,
     ro_crate, stiffness_tables, vector_reading_table, vector_stiffness_tables, xlsx,
 };
 use crate::procedure::Procedure;
-use crate::readings::SessionHeader;
+use crate::readings::{OverdueGauge, SessionHeader};
 use crate::report::{
     DataExportReport, ExportedFile, ExportedTable, TableFormat, VectorStiffnessReport,
 };
@@ -240,7 +240,7 @@ fn of_readings(session: LoadedSession, branches: Branches) -> Result<Exported, F
     let inputs = Inputs::default().with_session(&session);
     about.notes = session.warnings;
     Ok(Exported {
-        tables,
+        tables: marked(tables, &session.overdue),
         about,
         inputs,
     })
@@ -263,7 +263,7 @@ fn of_vectors(session: VectorSession, branches: Branches) -> Exported {
     let inputs = Inputs::default().with_vectors(&session);
     about.notes = session.warnings;
     Exported {
-        tables,
+        tables: marked(tables, &session.overdue),
         about,
         inputs,
     }
@@ -276,10 +276,22 @@ fn of_load_cases(loaded: &LoadedLoadCases) -> Exported {
     let inputs = Inputs::default().with_load_cases(loaded);
     about.notes.clone_from(&loaded.warnings);
     Exported {
-        tables: vec![load_case_table(&loaded.table)],
+        tables: marked(vec![load_case_table(&loaded.table)], &loaded.overdue),
         about,
         inputs,
     }
+}
+
+/// The tables; with a column that names the gauges whose calibration is overdue, if there are any.
+fn marked(tables: Vec<TidyTable>, overdue: &[OverdueGauge]) -> Vec<TidyTable> {
+    if overdue.is_empty() {
+        return tables;
+    }
+    let gauges = gauges_text(overdue);
+    let meaning = "Gauges whose calibration is overdue, with the day on which it was due";
+    let tables = tables.into_iter();
+    let mark = |table: TidyTable| table.with_mark("calibration_overdue", meaning, &gauges);
+    tables.map(mark).collect()
 }
 
 /// The identifier of a session, else the last part of its name.

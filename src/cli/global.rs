@@ -1,6 +1,7 @@
 //! The options of every subcommand.
 
 use clap::{ArgAction, Args, ColorChoice, ValueEnum};
+use jiff::civil::Date;
 use jiff::{Timestamp, tz::TimeZone};
 
 use crate::analysis::{CalibrationCheck, GivenCalibration, OpenSettings};
@@ -42,18 +43,22 @@ pub struct Global {
 impl Global {
     /// How data are opened: an overdue calibration is a warning, under `--strict` an error.
     pub(super) fn open_settings(&self) -> OpenSettings {
-        let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
         OpenSettings {
             trust_csv: self.trust_csv,
             calibration: if self.strict {
-                CalibrationCheck::Refuse(today)
+                CalibrationCheck::Refuse(today())
             } else {
-                CalibrationCheck::Warn(today)
+                CalibrationCheck::Warn(today())
             },
             gauge_log: None,
             gauges: GivenCalibration::default(),
         }
     }
+}
+
+/// The day it is now, UTC.
+pub(super) fn today() -> Date {
+    Timestamp::now().to_zoned(TimeZone::UTC).date()
 }
 
 /// How progress is shown.

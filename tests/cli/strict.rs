@@ -51,6 +51,16 @@ fn overdue_calibration_exits_with_12() {
     desk.run("plot residuals session --out residuals")
         .succeeds();
     assert!(desk.read("residuals.svg").contains(mark));
+    desk.run("export session --out tables").succeeds();
+    for table in ["readings", "stiffness", "budget", "loads"] {
+        let text = desk.read(&format!("tables/{table}.csv"));
+        let mut lines = text.lines();
+        assert!(lines.next().unwrap().ends_with(",calibration_overdue"));
+        assert!(
+            lines.all(|line| line.ends_with(",force gauge (due 2002-01-01)")),
+            "{text}"
+        );
+    }
     let object = desk
         .run("stiffness session --strict --json")
         .exits_with(12)
@@ -69,6 +79,32 @@ fn overdue_calibration_exits_with_12() {
     }
     desk.write("session/session.toml", &header("9000-01-01"));
     desk.run("stiffness session --strict").succeeds();
+}
+
+#[test]
+fn a_calibration_counts_on_the_day_of_the_measurement() {
+    let desk = desk();
+    let readings = five_columns(&["P1"], 5);
+    let (head, lines) = readings.split_once('\n').unwrap();
+    let lines = lines.replace('\n', ",2002-01-01T23:59:59Z\n");
+    desk.write("session/readings.csv", &format!("{head},utc\n{lines}"));
+    let header =
+        "schema = \"stiffbench/session/1\"\n[instruments.force]\nresolution_N = 0.1\ndue = ";
+    desk.write("session/session.toml", &format!("{header}2002-01-01\n"));
+    desk.run("stiffness session --strict").succeeds();
+    // What it refuses is a report that does not name laboratory and customer.
+    desk.run("report session --out held.html --strict")
+        .exits_with(1);
+    desk.write("session/session.toml", &format!("{header}2001-12-31\n"));
+    desk.run("stiffness session --strict").exits_with(12);
+    desk.run("report session --out ran-out.html --strict")
+        .exits_with(12);
+    // Without times nobody knows, and it has run out by now.
+    desk.write("session/readings.csv", &readings);
+    desk.write("session/session.toml", &format!("{header}2002-01-01\n"));
+    desk.run("stiffness session --strict").exits_with(12);
+    desk.run("report session --out untimed.html --strict")
+        .exits_with(12);
 }
 
 #[test]

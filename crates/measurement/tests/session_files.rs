@@ -193,12 +193,14 @@ fn a_short_header_is_enough() {
 
 #[test]
 fn calibrations_run_out_after_their_last_day() {
-    let header = header("full/session.toml").header;
-    let force = header.instruments.force.unwrap();
-    assert_eq!(force.calibration_overdue(date(2026, 3, 2)), Some(false));
-    assert_eq!(force.calibration_overdue(date(2026, 3, 3)), Some(true));
-    let unknown = stiffbench_measurement::readings::InstrumentRecord::default();
-    assert_eq!(unknown.calibration_overdue(date(2026, 3, 3)), None);
+    let mut instruments = header("full/session.toml").header.instruments;
+    assert_eq!(instruments.overdue(date(2026, 3, 2)), []);
+    let overdue = instruments.overdue(date(2026, 3, 3));
+    assert_eq!(overdue.len(), 1);
+    assert_eq!(overdue[0].to_string(), "force gauge (due 2026-03-02)");
+    // A record that names no last day does not run out.
+    instruments.force.as_mut().unwrap().due = None;
+    assert_eq!(instruments.overdue(date(2026, 3, 3)), []);
 }
 
 #[test]

@@ -18,6 +18,7 @@ use crate::source_text::SourceText;
 use super::args::Global;
 use super::calibration_args::CalibrationArgs;
 use super::failure::{CliError, Failure};
+use super::global::today;
 use super::outcome::Outcome;
 use args::ReportCommand;
 
@@ -43,7 +44,7 @@ pub(super) fn run(args: &ReportArgs, global: &Global) -> Result<Outcome, Failure
 /// How the data of a report are opened: an overdue calibration stands on the page.
 fn open_settings(calibration: &CalibrationArgs, global: &Global) -> Result<OpenSettings, Failure> {
     Ok(OpenSettings {
-        calibration: CalibrationCheck::None,
+        calibration: CalibrationCheck::Name(today()),
         ..calibration.open_settings(global)?
     })
 }

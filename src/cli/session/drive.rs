@@ -10,6 +10,7 @@ use crate::analysis::{
 };
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
+use crate::cli::global::today;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::resolve_procedure;
 use crate::cli::screen::Screen;
@@ -35,8 +36,8 @@ use super::inspect::event_text;
 use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{
-    answers, check_place, gauge_terms, instrument_records, overdue, overdue_today, plan_of,
-    refuse_keys_without_hands, robot_of,
+    answers, check_place, gauge_terms, instrument_records, overdue, plan_of,
+    refuse_keys_without_hands, robot_of, run_out,
 };
 use super::repeats::BenchRepeats;
 
@@ -106,7 +107,7 @@ pub(super) fn checked(args: &RunArgs, global: &Global) -> Result<CheckedSession,
         .with_axis_words([0, 1, 2].map(|axis| robot.robot.axis_word(axis)));
     let (instruments, notes) = instrument_records(args.instruments.as_deref())?;
     warnings.extend(notes);
-    warnings.extend(overdue(&instruments, global)?);
+    warnings.extend(overdue(&instruments, today(), global)?);
     SessionFolder::check_new(&args.out)?;
     check_place(&args.out)?;
     refuse_keys_without_hands(&args.bench, global)?;
@@ -235,7 +236,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let robot = robot.map(|robot| (robot, header.clone()));
     let (resolved, notes) = resolve_gauges(&bench, &plan.channels(), &header.instruments, &state)?;
     warnings.extend(notes);
-    warnings.extend(overdue(&header.instruments, global)?);
+    warnings.extend(overdue(&header.instruments, today(), global)?);
     let answers = answers(&args.bench, &plan, &mut warnings, global)?;
     let first = if state.started.is_some() {
         Event::Resumed(Resumed {
@@ -384,7 +385,7 @@ fn first_events(
     operator: &mut dyn Operator,
 ) -> Vec<Event> {
     let mut events = vec![first];
-    for text in overdue_today(instruments) {
+    for text in run_out(instruments, today()) {
         operator.notify(&format!("warning: {text}"));
         events.push(Event::CalibrationWarning(Warning { text }));
     }

@@ -15,7 +15,7 @@ use crate::session::{
     ZeroOccasion, Zeroed, folder_holder, read_folder,
 };
 
-use super::prepare::{overdue, plan_of};
+use super::prepare::{last_day, overdue, plan_of};
 
 /// Where a session stands.
 pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
@@ -60,14 +60,15 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
     if let Some((cell, index)) = open {
         let place = &plan.cells[cell];
         let reading = &place.readings[index];
+        let left = match (left_s / 60.0).round() {
+            0.0 => "less than a minute".to_owned(),
+            1.0 => "about a minute".to_owned(),
+            minutes => format!("some {minutes} minutes"),
+        };
         let _ = writeln!(
             text,
-            "next: {} {}, {} N, repeat {}; some {:.0} minutes left",
-            place.pose,
-            place.direction,
-            reading.target_n,
-            reading.repeat,
-            left_s / 60.0
+            "next: {} {}, {} N, repeat {}; {left} left",
+            place.pose, place.direction, reading.target_n, reading.repeat,
         );
     }
     let goes_on = open.is_some() || state.undecided.is_some();
@@ -79,7 +80,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         };
         let _ = writeln!(text, "Next: stiffbench {next} {}", folder.display());
     }
-    let mut warnings = overdue(&header.instruments, global)?;
+    let mut warnings = overdue(&header.instruments, last_day(&read), global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = StatusReport {
         folder: folder.to_owned(),
@@ -135,7 +136,7 @@ pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
             event_text(&record.event)
         );
     }
-    let mut warnings = overdue(&header.instruments, global)?;
+    let mut warnings = overdue(&header.instruments, last_day(&read), global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = SessionLog {
         events: read.journal.records,

@@ -3,12 +3,13 @@
 use std::io;
 use std::path::Path;
 
-use jiff::Timestamp;
+use jiff::civil::Date;
 use jiff::tz::TimeZone;
 
 use crate::analysis::{AnalysisError, ArgumentError, ResolvedModel, add_poses, read_text, sha256};
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::failure::Failure;
+use crate::cli::global::today;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{Answers, FolderError, ReadFolder, SessionPlan};
@@ -59,24 +60,27 @@ pub(in crate::cli) fn instrument_records(
     Ok((read.header.instruments, warnings.collect()))
 }
 
-/// Calibrations that have run out.
-pub(super) fn overdue_today(instruments: &Instruments) -> Vec<String> {
-    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-    let overdue = instruments.named().filter_map(|(what, record)| {
-        let due = record
-            .due
-            .filter(|_| record.calibration_overdue(today) == Some(true))?;
-        Some(format!("calibration of the {what} ran out on {due}"))
-    });
-    overdue.collect()
+/// The day of the last event of a session, UTC; today if it has none.
+pub(super) fn last_day(read: &ReadFolder) -> Date {
+    let last = read.journal.records.last();
+    last.map_or_else(today, |last| last.utc.to_zoned(TimeZone::UTC).date())
 }
 
-/// Warns of overdue calibration, or refuses under `--strict`.
+/// Calibrations that had run out on a day.
+pub(super) fn run_out(instruments: &Instruments, day: Date) -> Vec<String> {
+    let overdue = instruments.overdue(day).into_iter();
+    let words =
+        overdue.map(|one| format!("calibration of the {} ran out on {}", one.gauge, one.due));
+    words.collect()
+}
+
+/// Warns of calibrations that had run out on a day, or refuses them under `--strict`.
 pub(super) fn overdue(
     instruments: &Instruments,
+    day: Date,
     global: &Global,
 ) -> Result<Vec<String>, AnalysisError> {
-    let warnings = overdue_today(instruments);
+    let warnings = run_out(instruments, day);
     if global.strict && !warnings.is_empty() {
         return Err(AnalysisError::CalibrationOverdue {
             instruments: warnings.join("; "),

@@ -21,7 +21,7 @@ use crate::session::{
     recover,
 };
 
-use super::prepare::{overdue, overdue_today, plan_of};
+use super::prepare::{last_day, overdue, plan_of, run_out};
 
 /// Exit code for data that are damaged and readable in part.
 const PART: u8 = 30;
@@ -75,7 +75,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     if let Ok((_, header, _)) = plan_of(&read) {
         outcome = outcome
             .with_inputs(Inputs::default().with_folder(folder, &header))
-            .with_overdue(overdue_today(&header.instruments));
+            .with_overdue(run_out(&header.instruments, last_day(&read)));
     }
     Ok(outcome)
 }
@@ -200,11 +200,10 @@ fn judged(check: &JournalCheck, file: &Path, end: &JournalEnd) -> (TableCheck, S
 /// Keeps what is good in a new folder; an overdue calibration is refused under `--strict` before it is made.
 pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result<Outcome, Failure> {
     // Of a damaged session not even the header may be left.
-    let header = read_folder(folder)
-        .ok()
-        .and_then(|read| plan_of(&read).ok());
-    let warnings = match header {
-        Some((_, header, _)) => overdue(&header.instruments, global)?,
+    let planned = read_folder(folder).ok();
+    let planned = planned.and_then(|read| Some((plan_of(&read).ok()?.1, last_day(&read))));
+    let warnings = match planned {
+        Some((header, day)) => overdue(&header.instruments, day, global)?,
         None => Vec::new(),
     };
     let journal = recover(folder, out, Timestamp::now())?;

@@ -24,7 +24,7 @@ use crate::session::{
 use super::args::SessionReplayArgs;
 use super::drive::session_id;
 use super::inspect::event_text;
-use super::prepare::{gauge_terms, overdue, plan_of};
+use super::prepare::{gauge_terms, last_day, overdue, plan_of};
 
 /// What the traces of a session hold.
 #[derive(Default)]
@@ -44,7 +44,7 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     let mut recording = session_traces(args)?;
     recording
         .warnings
-        .extend(overdue(&header.instruments, global)?);
+        .extend(overdue(&header.instruments, last_day(&read), global)?);
     let recorded = SessionState::fold(&read.journal.records);
     let now = Timestamp::now();
     let replayed_id = header.id.replace(session_id(&args.out, now));

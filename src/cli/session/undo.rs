@@ -12,12 +12,13 @@ use crate::report::UndoReport;
 use crate::session::{Event, SessionEnd, SessionFolder, SessionState, last_decision, read_folder};
 
 use super::inspect::undone_text;
-use super::prepare::{overdue, plan_of};
+use super::prepare::{last_day, overdue, plan_of};
 
 /// Takes back the last reading, skip or flag, and states which it was.
 pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
-    let (plan, header, _) = plan_of(&read_folder(folder)?)?;
-    let warnings = overdue(&header.instruments, global)?;
+    let before = read_folder(folder)?;
+    let (plan, header, _) = plan_of(&before)?;
+    let warnings = overdue(&header.instruments, last_day(&before), global)?;
     let (held, mut journal, read, _) = SessionFolder::open(folder, Timestamp::now())?;
     let mut state = SessionState::fold(&read.records);
     let refused =

@@ -86,6 +86,21 @@ impl TidyTable {
         }
     }
 
+    /// The table with one more column of text, the same in every row.
+    #[must_use]
+    pub fn with_mark(mut self, name: &str, meaning: &str, text: &str) -> Self {
+        self.columns.push(TidyColumn {
+            name: name.to_owned(),
+            kind: FieldKind::Text,
+            unit: String::new(),
+            meaning: meaning.to_owned(),
+        });
+        for row in &mut self.rows {
+            row.push(text.to_owned());
+        }
+        self
+    }
+
     /// The fields of a column; none if there is no such column.
     pub fn column(&self, name: &str) -> impl Iterator<Item = &str> {
         let place = self.columns.iter().position(|column| column.name == name);

@@ -9,7 +9,7 @@ use crate::analysis::{
 use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
 };
-use crate::readings::{InstrumentRecord, SessionHeader};
+use crate::readings::{InstrumentRecord, OverdueGauge, SessionHeader};
 use crate::report::stiffness::flag_lines;
 use crate::report::{VectorStiffnessReport, significant};
 use crate::session::OmittedReadings;
@@ -119,6 +119,7 @@ impl PageSession {
             origin: session.origin(),
             header: session.header.as_ref(),
             history,
+            overdue: &session.overdue,
             files,
             utc: texts.map(|text| &*text.utc).collect(),
             temperatures_deg_c: temperatures.collect(),
@@ -151,6 +152,7 @@ impl PageSession {
             origin: loaded.origin(),
             header: loaded.header.as_ref(),
             history,
+            overdue: &loaded.overdue,
             files,
             utc: readings
                 .iter()
@@ -221,6 +223,7 @@ struct SessionFacts<'a> {
     origin: Option<String>,
     header: Option<&'a SessionHeader>,
     history: Option<&'a SessionHistory>,
+    overdue: &'a [OverdueGauge],
     files: &'a [(String, String)],
     /// Times of the readings.
     utc: Vec<&'a str>,
@@ -231,7 +234,6 @@ impl SessionFacts<'_> {
     /// A session without results.
     fn page(self) -> PageSession {
         let days = self.days();
-        let last_day = days.as_ref().map(|[_, last]| last.clone());
         let files = self.files.iter();
         let named = self.header.iter().flat_map(|one| one.instruments.named());
         PageSession {
@@ -252,7 +254,7 @@ impl SessionFacts<'_> {
             further: Vec::new(),
             conditions: conditions(self.header, self.history, &self.temperatures_deg_c),
             gauges: named
-                .map(|(name, record)| page_gauge(name, record, last_day.as_deref()))
+                .map(|(name, record)| page_gauge(name, record, self.overdue))
                 .collect(),
             deviations: Vec::new(),
             files: files
@@ -353,7 +355,7 @@ fn conditions(
     entries
 }
 
-fn page_gauge(name: &str, record: &InstrumentRecord, day: Option<&str>) -> PageGauge {
+fn page_gauge(name: &str, record: &InstrumentRecord, overdue: &[OverdueGauge]) -> PageGauge {
     let none = || "not recorded".to_owned();
     let (unit, scale) = if name == "force gauge" {
         ("N", 1.0)
@@ -367,7 +369,6 @@ fn page_gauge(name: &str, record: &InstrumentRecord, day: Option<&str>) -> PageG
     };
     let text = |value: Option<&String>| value.cloned().unwrap_or_else(none);
     let date = |value: Option<jiff::civil::Date>| value.map_or_else(none, |date| date.to_string());
-    let day: Option<jiff::civil::Date> = day.and_then(|day| day.parse().ok());
     let k = record.k.map_or_else(String::new, |k| format!(" (k = {k})"));
     PageGauge {
         name: name.to_owned(),
@@ -382,7 +383,7 @@ fn page_gauge(name: &str, record: &InstrumentRecord, day: Option<&str>) -> PageG
         certificate: text(record.certificate.as_ref()),
         calibrated: date(record.calibrated),
         due: date(record.due),
-        overdue: day.and_then(|day| record.calibration_overdue(day)) == Some(true),
+        overdue: overdue.iter().any(|one| one.gauge == name),
     }
 }
 

@@ -42,8 +42,8 @@ pub use reading::{Reading, ReadingStatus, ReadingText};
 pub use rows::Delimiter;
 pub use session_file::{
     Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA, LoadOrder,
-    ProcedureRecord, ReadSession, ReadingLimits, RepeatOrder, SESSION_SCHEMA, SessionFileError,
-    SessionFileProblem, SessionHeader, SettleRecord, ZeroScope,
+    OverdueGauge, ProcedureRecord, ReadSession, ReadingLimits, RepeatOrder, SESSION_SCHEMA,
+    SessionFileError, SessionFileProblem, SessionHeader, SettleRecord, ZeroScope,
 };
 pub use since_zero::SinceZero;
 pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};

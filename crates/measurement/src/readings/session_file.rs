@@ -1,6 +1,6 @@
 //! What a session was: the header file `session.toml`, schemas `stiffbench/session/1` and `stiffbench/session/2`.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 
 use jiff::civil::Date;
 use miette::Diagnostic;
@@ -115,6 +115,31 @@ impl Instruments {
         all.into_iter()
             .filter_map(|(name, record)| Some((name, record.as_ref()?)))
     }
+
+    /// The gauges whose calibration had run out on a day.
+    #[must_use]
+    pub fn overdue(&self, on: Date) -> Vec<OverdueGauge> {
+        let overdue = self.named().filter_map(|(gauge, record)| {
+            let due = record.due.filter(|due| on > *due)?;
+            Some(OverdueGauge { gauge, due })
+        });
+        overdue.collect()
+    }
+}
+
+/// A gauge whose calibration had run out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OverdueGauge {
+    /// What it is called: `force gauge`.
+    pub gauge: &'static str,
+    /// Last day on which its calibration counted.
+    pub due: Date,
+}
+
+impl fmt::Display for OverdueGauge {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} (due {})", self.gauge, self.due)
+    }
 }
 
 /// Known properties of a gauge. Quantities are in N for a force gauge and in m for a dial gauge.
@@ -147,12 +172,6 @@ impl InstrumentRecord {
     #[must_use]
     pub fn description_name(&self) -> Option<&str> {
         self.description.as_deref().or(self.model.as_deref())
-    }
-
-    /// Whether the calibration had run out on a day; `None` if the record names no last day.
-    #[must_use]
-    pub fn calibration_overdue(&self, on: Date) -> Option<bool> {
-        self.due.map(|due| on > due)
     }
 
     /// Standard uncertainty u = U/k of the certificate, N or m; `None` if U or k is not known or k is not positive.
