@@ -1,7 +1,6 @@
 //! Readings that cannot be right, without a search for physics.
 
 use crate::mismatch::{KnownNoise, Observations, ScreenedData, screen_data};
-use crate::parameters::ParameterChoice;
 use crate::readings::{ReadingTable, SessionHeader};
 
 use super::design::baseline;
@@ -18,7 +17,7 @@ pub fn check_data(
     model: &ResolvedModel,
 ) -> Result<ScreenedData, AnalysisError> {
     let observations = Observations::new(table, header);
-    let parameters = ParameterChoice::default();
+    let parameters = model.usual_parameters()?;
     let mut baseline = baseline(model, model.mechanism()?, &observations.poses, &parameters)?;
     baseline.add_variant(&model.physics.effects)?;
     let screened = screen_data(&baseline, &observations, &KnownNoise::Nothing)?;

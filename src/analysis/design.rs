@@ -1,5 +1,6 @@
 //! What to measure: before a session what a procedure can show, after one what separates the laws that it left open.
 
+use crate::elastostatics::usual_parameters;
 use crate::mismatch::{
     DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations,
     ProposedMeasurement, RobotBaseline, USUAL_NOISE, design_of_plan, next_measurements,
@@ -84,7 +85,7 @@ pub fn usual_plan(
         mechanism,
         factors,
         placed,
-        &ParameterChoice::default(),
+        &usual_parameters(robot, mechanism),
     )?;
     let procedure = Procedure {
         poses: Some(poses.clone()),
@@ -166,7 +167,7 @@ pub(super) fn baseline<'a>(
         .iter()
         .map(|pose| model.robot.pose(pose).cloned())
         .collect::<Result<Vec<Pose>, _>>()?;
-    let factors = model.factors.clone();
+    let factors = model.start_of_fit(parameters);
     Ok(RobotBaseline::new(
         &model.robot,
         mechanism,

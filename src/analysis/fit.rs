@@ -69,8 +69,8 @@ pub enum BootstrapOver {
 pub struct FitSettings {
     /// Names of the poses to fit; the others are held out. `None`: all, assessed by leaving each out in turn.
     pub train: Option<Vec<String>>,
-    /// Which parameters may move, and how far.
-    pub choice: ParameterChoice,
+    /// Which parameters may move, and how far. `None`: those of [`ResolvedModel::usual_parameters`](super::ResolvedModel::usual_parameters).
+    pub choice: Option<ParameterChoice>,
     /// Where the standard deviation of the residuals comes from; `None`: from the data's uncertainties if they have any.
     pub sigma: Option<SigmaMode>,
     /// Replicates of the bootstrap; 0: none.
@@ -251,7 +251,15 @@ impl FitData {
         settings: &FitSettings,
         refitted: &(dyn Fn() + Sync),
     ) -> Result<FitOutcome, AnalysisError> {
-        let problem = self.problem()?;
+        let choice = match &settings.choice {
+            Some(choice) => choice.clone(),
+            None => self.model.usual_parameters()?,
+        };
+        let start = self.model.start_of_fit(&choice);
+        let problem = FitProblem {
+            start: &start,
+            ..self.problem()?
+        };
         let train = self.training(settings.train.as_deref())?;
         if settings.sigma == Some(SigmaMode::Known) && !self.measured.has_uncertainties() {
             return Err(ArgumentError::new(
@@ -263,7 +271,7 @@ impl FitData {
         }
         let options = FitOptions {
             train,
-            choice: settings.choice.clone(),
+            choice,
             sigma: settings.sigma,
         };
         let mut outcome = fit_cells(&problem, &options)?;
@@ -277,7 +285,7 @@ impl FitData {
             ..problem
         };
         if settings.bootstrap > 0 {
-            self.bootstrap(&trained, settings, &mut outcome, refitted)?;
+            self.bootstrap(&trained, settings, &options.choice, &mut outcome, refitted)?;
         }
         if settings.global_search {
             let search = SearchSettings {
@@ -301,6 +309,7 @@ impl FitData {
         &self,
         trained: &FitProblem<'_>,
         settings: &FitSettings,
+        choice: &ParameterChoice,
         outcome: &mut FitOutcome,
         refitted: &(dyn Fn() + Sync),
     ) -> Result<(), AnalysisError> {
@@ -318,7 +327,7 @@ impl FitData {
             replicates: settings.bootstrap,
             seed: settings.seed,
         };
-        let (fitted, choice) = (&outcome.factors, &settings.choice);
+        let fitted = &outcome.factors;
         let found = bootstrap_cells(trained, fitted, unit, choice, &bootstrap, refitted)?;
         let found_of_each = found.intervals_95.into_iter().zip(found.at_bound);
         for (estimate, (interval, at_bound)) in outcome.estimates.iter_mut().zip(found_of_each) {

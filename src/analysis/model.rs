@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::elastostatics::usual_parameters;
 use crate::mismatch::MismatchError;
 use crate::nearest::nearest;
+use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{ActingPhysics, Effect, FoundEffect, Law, ModelFile};
 use crate::readings::{SessionHeader, check_poses};
 use crate::robot::file::FactorsEntry;
@@ -75,6 +77,27 @@ impl ResolvedModel {
     /// If the robot was changed and lacks it.
     pub fn mechanism(&self) -> Result<&Mechanism, RobotError> {
         self.robot.mechanism(Some(&self.mechanism))
+    }
+
+    /// The parameters that are free unless the user says: the springs that the robot file frees; if it frees none, those of all joints
+    /// on rigid links, else the factors of beams.
+    ///
+    /// # Errors
+    /// As [`ResolvedModel::mechanism`].
+    pub fn usual_parameters(&self) -> Result<ParameterChoice, RobotError> {
+        Ok(usual_parameters(&self.robot, self.mechanism()?))
+    }
+
+    /// The factors with what the robot file states of the springs that a fit may move: it starts there.
+    pub(super) fn start_of_fit(&self, choice: &ParameterChoice) -> FittingFactors {
+        let own = self.robot.with_own_springs(&self.factors);
+        let mut start = self.factors.clone();
+        let moved = choice.members.iter();
+        let moved = moved.filter(|one| one.role != FitRole::Fixed && !one.parameter.is_factor());
+        for member in moved {
+            start.set(&member.parameter, own.get(&member.parameter));
+        }
+        start
     }
 }
 

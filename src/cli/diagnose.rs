@@ -70,7 +70,7 @@ fn of_sessions(
         .fold(Inputs::default(), Inputs::with_session);
     let inputs = inputs.with_model(&model);
     let options = DiagnoseSettings {
-        parameters: args.parameters.choice(&model)?,
+        parameters: Some(args.parameters.choice(&model)?),
         noise: noise(args, &without, global)?,
         seed: args.seed,
         without,

@@ -227,7 +227,7 @@ fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), ArgumentError> {
 fn least_squares(args: &FitArgs, data: &FitData, global: &Global) -> Result<FitOutcome, Failure> {
     let settings = FitSettings {
         train: args.train.clone(),
-        choice: args.parameters.choice(&data.model)?,
+        choice: Some(args.parameters.choice(&data.model)?),
         sigma: args.sigma.map(|sigma| match sigma {
             Sigma::Known => SigmaMode::Known,
             Sigma::Estimated => SigmaMode::Estimated,

@@ -11,7 +11,7 @@ use super::failure::Failure;
 /// The list of model parameters that a fit moves, keeps or ties.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct ParameterArgs {
-    /// Parameters to free: link.A, section.NAME.Iz, joint.NAME, base.rx [default: the factors of beams; of load cases on rigid links the springs of all joints]
+    /// Parameters to free: link.A, section.NAME.Iz, joint.NAME, base.rx [default: the springs that the robot file frees; if it frees none, those of all joints on rigid links, else the factors of beams]
     #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
     pub(super) free: Vec<String>,
     /// Parameters to keep at their start, for example beam.J
@@ -39,10 +39,10 @@ impl ParameterArgs {
 
     /// Which parameters may move, as the user says.
     pub(super) fn choice(&self, chosen: &ResolvedModel) -> Result<ParameterChoice, Failure> {
-        self.choice_from(chosen, ParameterChoice::default())
+        self.choice_beside(chosen, chosen.usual_parameters()?)
     }
 
-    /// The same where other parameters than the factors of beams are free by default; springs that are go by `--free` if it is given.
+    /// The same with what is free by default; of that `--free` replaces the springs.
     pub(super) fn choice_beside(
         &self,
         chosen: &ResolvedModel,
@@ -104,7 +104,7 @@ impl ParameterArgs {
                 continue;
             }
             let parameter = find(name)?;
-            let start = chosen.factors.get(&parameter);
+            let start = (chosen.robot.with_own_springs(&chosen.factors)).get(&parameter);
             let (least, word) = if parameter.is_factor() {
                 (f64::MIN_POSITIVE, "a factor is above zero")
             } else {

@@ -6,6 +6,7 @@ use crate::analysis::{
     AnalysisError, ArgumentError, Data, FitData, FitSettings, Inputs, LoadedSession, is_dash,
 };
 use crate::fit::FitOutcome;
+use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
 use crate::report::{
@@ -127,7 +128,7 @@ fn of_fit(
         ));
     }
     let table = prepared.session.as_ref().map(|(_, table)| table);
-    let figures = fit_figures(&outcome, table, settings.choice.range);
+    let figures = fit_figures(&outcome, table, ParameterChoice::default().range);
     match args.figure {
         FigureName::Factors => Ok(("factors", figures.factors, prepared.inputs)),
         FigureName::Correlation => match figures.correlation {

@@ -10,6 +10,7 @@ use clap::Args;
 use indexmap::IndexSet;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
+use crate::parameters::ParameterChoice;
 use crate::report::{
     DemoReport, DemoTableVi, FitReport, fit_figures, load_displacement_figure, paper_report,
     robot_figure, stiffness_text,
@@ -79,7 +80,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         "load-displacement",
         &load_displacement_figure(&[("demo session", &table)]),
     )?;
-    let figures = fit_figures(&outcome, Some(&table), settings.choice.range);
+    let figures = fit_figures(&outcome, Some(&table), ParameterChoice::default().range);
     figure("stiffness", &figures.comparison)?;
     figure("factors", &figures.factors)?;
     if let Some(correlation) = &figures.correlation {

@@ -14,8 +14,23 @@ use super::prediction::predict_rows;
 /// share is far below any gauge.
 const RIGID_SHARE: f64 = 1e-6;
 
-/// On rigid links the springs that the robot file frees, or those of all joints if it frees none (the virtual joint method); else the factors
+/// The springs that the robot file frees; if it frees none, those of all joints on rigid links (the virtual joint method), else the factors
 /// of beams.
+#[must_use]
+pub fn usual_parameters(robot: &Robot, mechanism: &Mechanism) -> ParameterChoice {
+    if frees_springs(robot) || mechanism.members.is_empty() {
+        return spring_choice(robot, mechanism);
+    }
+    ParameterChoice::default()
+}
+
+/// Whether the robot file leaves a spring to the fit.
+fn frees_springs(robot: &Robot) -> bool {
+    let mut springs = robot.own_springs();
+    springs.any(|(_, spring)| spring.in_fit != RoleInFit::Fixed)
+}
+
+/// The same for load cases, where beams that hardly give count as rigid links.
 ///
 /// # Errors
 /// [`LoadCaseFitError`] for a pose that cannot be reached, or a structure that carries nothing.
@@ -25,6 +40,9 @@ pub fn usual_choice(
     start: &FittingFactors,
     posed: &PosedLoadCases,
 ) -> Result<ParameterChoice, LoadCaseFitError> {
+    if frees_springs(robot) || mechanism.members.is_empty() {
+        return Ok(spring_choice(robot, mechanism));
+    }
     let mut structure = start.clone();
     let own = robot.own_springs().map(|(spring, _)| spring);
     for spring in own.chain(start.springs()) {

@@ -10,7 +10,7 @@
 //! - [`diagnose_load_cases`]: what the free parameters leave out;
 //! - [`plan_load_cases`]: which further pose and load would determine what is open;
 //! - [`best_poses`]: which poses determine parameters best before anything was measured;
-//! - [`usual_choice`]: which parameters are free unless the user says.
+//! - [`usual_parameters`], [`usual_choice`]: which parameters are free unless the user says.
 
 mod best_poses;
 mod choice;
@@ -30,7 +30,7 @@ mod problem;
 mod scatter;
 
 pub use best_poses::{BestPoses, PoseReadings, best_poses};
-pub use choice::{spring_choice, usual_choice};
+pub use choice::{spring_choice, usual_choice, usual_parameters};
 pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
 pub use missing::{

@@ -179,13 +179,19 @@ impl FitParameters {
             };
             let [lower, upper] = bounds;
             let is_free = chosen.role == FitRole::Free;
-            if is_free && !(lower < upper && bounds.iter().all(|bound| bound.is_finite())) {
+            // Of a spring on which no load acts.
+            let has_no_effect = is_free && chosen.bounds.is_none() && bounds == [0.0; 2];
+            if is_free
+                && !has_no_effect
+                && !(lower < upper && bounds.iter().all(|bound| bound.is_finite()))
+            {
                 let bounds = chosen.bounds.unwrap_or([0.0; 2]);
                 return Err(FitError::Bounds { name, bounds });
             }
             members.push(FitMember {
                 name,
                 role: match &chosen.role {
+                    FitRole::Free if has_no_effect => Role::NoEffect,
                     FitRole::Free => Role::Free,
                     FitRole::Fixed => Role::Fixed,
                     FitRole::TiedTo(other) => {

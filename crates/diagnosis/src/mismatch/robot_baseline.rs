@@ -40,6 +40,7 @@ pub struct RobotBaseline<'a> {
     /// The free springs as effects, of any size.
     springs: Vec<Effect>,
     joints: Vec<String>,
+    unloaded: Vec<ModelParameter>,
 }
 
 /// What distinguishes a structure from the one of the session.
@@ -93,10 +94,12 @@ impl<'a> RobotBaseline<'a> {
     ///
     /// # Arguments
     /// - `factors`: where the free parameters start, and what the others are kept at.
-    /// - `choice`: which parameters are free, and their bounds.
+    /// - `choice`: which parameters are free, and their bounds. A tied spring is free by itself; one that no load acts on is kept
+    ///   ([`RobotBaseline::unloaded`]).
     ///
     /// # Errors
-    /// [`MismatchError::Robot`] for a structure that carries nothing, [`MismatchError::Parameter`] for one that is tied or has no room.
+    /// [`MismatchError::Robot`] for a structure that carries nothing, [`MismatchError::Parameter`] for a factor that is tied, and a parameter
+    /// that has no room.
     pub fn new(
         robot: &'a Robot,
         mechanism: &Mechanism,
@@ -123,11 +126,16 @@ impl<'a> RobotBaseline<'a> {
                 robot, mechanism, &factors, &wanted, &poses, &cells,
             )?)
         };
-        let mut parameters = Vec::with_capacity(free.len());
-        for chosen in &free {
-            let scale = scales.as_ref().map(|scales| scales.of(&chosen.parameter));
-            parameters.push(parameter(chosen, &factors, choice.range, scale)?);
-        }
+        let scale = |parameter: &ModelParameter| scales.as_ref().map(|scales| scales.of(parameter));
+        let is_unloaded = |chosen: &&ChosenParameter| {
+            let scale = scale(&chosen.parameter).unwrap_or_default();
+            !chosen.parameter.is_factor() && scale.compliance == 0.0
+        };
+        let (unloaded, free): (Vec<_>, Vec<_>) = free.into_iter().partition(is_unloaded);
+        let parameters = free
+            .iter()
+            .map(|chosen| parameter(chosen, &factors, choice.range, scale(&chosen.parameter)));
+        let parameters: Vec<BaselineParameter> = parameters.collect::<Result<_, _>>()?;
         let values = BaselineValues {
             at: factors,
             free: free.iter().map(|chosen| chosen.parameter.clone()).collect(),
@@ -161,9 +169,16 @@ impl<'a> RobotBaseline<'a> {
             poses,
             parameters,
             joints,
+            unloaded: (unloaded.iter().map(|chosen| chosen.parameter.clone())).collect(),
             suspects: OnceLock::new(),
             suspects_file: false,
         })
+    }
+
+    /// Springs that are kept though they were to be free: no load along the base axes acts on them in these poses.
+    #[must_use]
+    pub fn unloaded(&self) -> &[ModelParameter] {
+        &self.unloaded
     }
 
     /// Searches for mistakes of the robot file too: lengths, angles, sections, factors, the mechanism.
@@ -249,7 +264,7 @@ fn parameter(
         name: name.clone(),
         problem,
     };
-    if chosen.role != FitRole::Free {
+    if chosen.role != FitRole::Free && chosen.parameter.is_factor() {
         return Err(wrong("a search keeps or frees a parameter, and ties none"));
     }
     if chosen.parameter.is_factor() {
@@ -264,9 +279,6 @@ fn parameter(
         });
     }
     let scale = scale.unwrap_or_default();
-    if scale.compliance == 0.0 {
-        return Err(wrong("no load of these readings acts on it"));
-    }
     let bounds = chosen.bounds.unwrap_or(scale.plausible_compliance());
     let [lower, upper] = bounds.map(|bound| bound / scale.compliance);
     if lower >= upper {

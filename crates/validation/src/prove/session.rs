@@ -6,8 +6,8 @@ use sha2::{Digest, Sha256};
 
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench_beams::physics::ActingPhysics;
-use stiffbench_beams::robot::{FittingFactors, Pose, Robot, RoleInFit};
-use stiffbench_diagnosis::elastostatics::spring_choice;
+use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
+use stiffbench_diagnosis::elastostatics::usual_parameters;
 use stiffbench_diagnosis::mismatch::{Observations, RobotBaseline};
 use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;
@@ -83,14 +83,7 @@ impl ValidationSession {
         let robot = Robot::parse(source)?;
         let chosen = robot.mechanism(mechanism)?;
         let factors = robot.with_own_springs(&robot.default_factors().1);
-        let frees_springs = robot
-            .own_springs()
-            .any(|(_, spring)| spring.in_fit != RoleInFit::Fixed);
-        let choice = if frees_springs {
-            spring_choice(&robot, chosen)
-        } else {
-            ParameterChoice::default()
-        };
+        let choice = usual_parameters(&robot, chosen);
         let physics = ActingPhysics::new(&robot, chosen, Vec::new())?;
         let noise = NoiseModel::NONE;
         let table = VirtualBench::new(&robot, &physics, &factors, noise, Jack::default())?.run(
