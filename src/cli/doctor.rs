@@ -59,7 +59,7 @@ fn version() -> CheckReport {
     let parquet = if cfg!(feature = "parquet") {
         ", with Parquet"
     } else {
-        ""
+        ", without Parquet"
     };
     let (system, processor) = (std::env::consts::OS, std::env::consts::ARCH);
     CheckReport::ok(

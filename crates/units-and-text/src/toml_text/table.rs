@@ -220,7 +220,7 @@ impl<'a> Table<'a> {
             Some((name.to_owned(), version.parse::<u32>().ok()?))
         };
         let problem = match (version(&found), version(expected)) {
-            (Some((name, number)), Some((known, newest))) if name == known => {
+            (Some((name, number)), Some((known, newest))) if name == known && number > 0 => {
                 if number <= newest {
                     return Ok(());
                 }
