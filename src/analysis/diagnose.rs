@@ -22,8 +22,8 @@ const RECORD_TOO_GOOD: f64 = 1.5;
 /// How a diagnosis searches.
 #[derive(Debug, Default)]
 pub struct DiagnoseSettings {
-    /// Which parameters of the model are free beside every candidate.
-    pub parameters: ParameterChoice,
+    /// Which parameters of the model are free beside every candidate. `None`: those of [`ResolvedModel::usual_parameters`].
+    pub parameters: Option<ParameterChoice>,
     /// Laws that the search leaves out.
     pub without: Vec<Law>,
     /// Seed of the simulated noise from which the critical values come.
@@ -125,18 +125,30 @@ pub struct DiagnosisReport {
 }
 
 impl DiagnosisReport {
-    /// Where the model without effects fails: strata that noise does not explain, and patterns in others.
+    /// Where the model without effects fails: strata that noise does not explain, and swings of the clock; where no stratum shows
+    /// anything, the pattern that stands out most.
+    ///
+    /// The strata are tested apart from each other. Patterns are not: what misfits in one stratum leaks into those of others.
     #[must_use]
     pub fn locations(&self) -> Vec<Location> {
         let mut locations = self.located.locations();
-        for pattern in &self.diagnosis.locations {
-            let is_known =
-                |known: &Location| known.stratum == pattern.stratum && pattern.period_s.is_none();
-            if !locations.iter().any(is_known) {
-                locations.push(pattern.clone());
-            }
-        }
+        let is_told = !locations.is_empty();
+        let (swings, patterns): (Vec<&Location>, Vec<_>) = self
+            .diagnosis
+            .locations
+            .iter()
+            .partition(|pattern| pattern.period_s.is_some());
+        let first = patterns.into_iter().take(usize::from(!is_told));
+        locations.extend(first.chain(swings).cloned());
         locations
+    }
+
+    /// Where the misfit sits that no finding explains.
+    #[must_use]
+    pub fn unexplained(&self) -> Location {
+        let first = self.locations().into_iter().next();
+        let first = first.filter(|_| self.diagnosis.findings.is_empty());
+        first.unwrap_or_else(|| self.diagnosis.unexplained.clone())
     }
 }
 
@@ -175,7 +187,11 @@ pub fn diagnose_together(
         return Err(MismatchError::Empty.into());
     };
     options.noise.serves(sessions.len())?;
-    let parameters = &options.parameters;
+    let parameters = match options.parameters {
+        Some(parameters) => parameters,
+        None => model.usual_parameters()?,
+    };
+    let parameters = &parameters;
     let LaidOut {
         mut observations,
         done,
@@ -192,6 +208,11 @@ pub fn diagnose_together(
     baseline.suspect_file();
     step();
     let mut warnings: Vec<String> = unloaded_shift_m.map(shifted).into_iter().collect();
+    warnings.extend(baseline.unloaded().iter().map(|spring| {
+        format!(
+            "{spring} is kept: no load of these readings acts on it, and they say nothing of it"
+        )
+    }));
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
         seed: options.seed,

@@ -340,3 +340,60 @@ fn every_pose_is_drawn() {
         "a sketch is for a terminal only"
     );
 }
+
+#[test]
+fn springs_that_the_robot_file_frees_are_found_without_an_option() {
+    let desk = desk();
+    desk.run("simulate arm --robot franka-panda --seed 3")
+        .succeeds();
+    let fit = desk.data("fit arm");
+    let parameters = fit["parameters"].as_array().unwrap();
+    let of = |status: &str| -> Vec<&Value> {
+        let all = parameters.iter();
+        all.filter(|one| one["status"] == status).collect()
+    };
+    // All joints of the file have 7000 N m/rad. Six intervals of 95 % and a margin: the chance that a right program fails is
+    // that of a normal value beyond 4 standard errors, six times: 4e-4, and the seed is fixed.
+    let found = of("free");
+    assert_eq!(found.len(), 6, "{parameters:?}");
+    for joint in found {
+        let [value, error] = ["value", "se"].map(|key| joint[key].as_f64().unwrap());
+        assert!((value - 1.0 / 7000.0).abs() < 4.0 * error, "{joint}");
+    }
+    // The load at the flange does not turn the last joint.
+    let kept = of("not_identified");
+    assert_eq!(kept.len(), 1);
+    assert_eq!(kept[0]["name"], "joint.panda_joint7");
+    // What `--free` names takes the place of what the file frees.
+    let one = desk.data("fit arm --free joint.panda_joint2 --fix joint.panda_joint1");
+    let free = one["parameters"].as_array().unwrap().iter();
+    assert_eq!(free.filter(|one| one["status"] == "free").count(), 1);
+
+    let ran = desk.run("diagnose arm --no-figures --out d").succeeds();
+    assert!(
+        ran.stdout
+            .contains("The readings show nothing that the model leaves out.")
+    );
+    assert!(
+        ran.stderr.contains("joint.panda_joint7 is kept"),
+        "{}",
+        ran.stderr
+    );
+    assert!(
+        ran.stdout
+            .contains("Joint-compliance: every one that these loads act on is a free parameter")
+    );
+}
+
+#[test]
+fn a_misfit_of_stiffness_is_no_curve_no_trend_and_no_loop() {
+    let desk = desk();
+    desk.run(
+        "simulate soft --seed 21 --poses P1 --repeats 3 --effect joint-compliance@A3:c=3urad/(N*m)",
+    )
+    .succeeds();
+    let diagnosis = desk.data("diagnose soft --no-figures --out d");
+    let strata = diagnosis["locations"].as_array().unwrap().iter();
+    let strata: Vec<&str> = strata.map(|one| one["stratum"].as_str().unwrap()).collect();
+    assert_eq!(strata, ["cell-slope"]);
+}

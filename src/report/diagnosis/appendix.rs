@@ -38,7 +38,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
         text.push_str(&rows.text());
     }
     text.push_str(&critical_values(report));
-    text.push_str("\nSmallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size.\n");
+    text.push_str("\nSmallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.\n");
     text.push_str(&detection_limits(&diagnosis.detection_limits));
     text
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{DetectionLimit, LawCriticalValues};
-use crate::physics::{Law, Needs, ParameterSpec, Place};
+use crate::physics::{Law, Needs, ParameterSpec, Place, laws};
 use crate::search::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::summary::um;
@@ -34,7 +34,7 @@ pub struct DetectionLimitReport {
 pub struct SeenLimit {
     /// Largest change of a reading by the size, µm.
     pub end_effect_um: Option<f64>,
-    /// Upper 95 % limit of the size, given these readings, in `unit`.
+    /// Upper 95 % limit of the size, given these readings, in `unit`; `null` where something was found.
     pub upper_95: Option<f64>,
 }
 
@@ -152,9 +152,28 @@ impl DiagnosisReport {
                 "the readings carry no temperature (column temp_degC)",
                 Some("record the temperature beside the gauge"),
             ),
+            Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Temperature
+                if self.is_in_the_model(law) =>
+            {
+                (
+                    "every one that these loads act on is a free parameter already",
+                    None,
+                )
+            }
             Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Temperature => law.search.unseen,
         };
         UnseenReason { reason, remedy }
+    }
+
+    /// Whether springs that are parameters of the model are what the law describes.
+    fn is_in_the_model(&self, law: Law) -> bool {
+        let of_law = match law.name {
+            name if name == laws::JOINT_COMPLIANCE.name => "joint.",
+            name if name == laws::BASE_COMPLIANCE.name => "base.",
+            _ => return false,
+        };
+        let mut parameters = self.parameters.iter();
+        parameters.any(|one| one.spring_rad_per_nm.is_some() && one.name.starts_with(of_law))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::mismatch::{ExplainedShare, Finding, Location, MisfitShares, Verdict, VerdictGrade};
-use crate::physics::{FileLine, Law, ParameterSpec};
+use crate::physics::{FileLine, Law, ParameterSpec, Place};
 use crate::report::significant;
 
 use super::answer::{Accused, DiagnosisAnswer, phrase_of};
@@ -122,13 +122,13 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
                  is left {}.",
                 percent(diagnosis.shares.share_of_misfit),
                 percent(diagnosis.shares.share_unseen),
-                location(&diagnosis.unexplained)
+                location(&report.unexplained())
             ));
         }
         VerdictGrade::Weak => {}
         VerdictGrade::Unknown => sentences.push(format!(
             "Something is missing from the model, and no law of the library explains it: it shows {}.",
-            location(&diagnosis.unexplained)
+            location(&report.unexplained())
         )),
         VerdictGrade::Nothing => {
             sentences.push("The readings show nothing that the model leaves out.".to_owned());
@@ -308,7 +308,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
         };
         let sentence = format!(
             "{name}: the readings are {} with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
-             something as strong {}. It is {:.1} times as large as its standard error.",
+             something as strong {}. What the factors cannot imitate of it stands {:.1} standard errors out of the noise.",
             likelier(best.log_bayes),
             best.log_bayes,
             strength(best.log_bayes),
@@ -350,11 +350,17 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> String {
         };
         let sentence = match (best.rivals.first(), answer) {
             (None, DiagnosisAnswer::Single(_)) => format!(
-                "{}: no other law at any place comes near.",
-                capital(&phrase_of(best))
+                "{}: no other law of the library comes near at any place{}.",
+                capital(&phrase_of(best)),
+                match best.effect.place {
+                    Place::JointAngle { pose: Some(_), .. } => {
+                        "; a mistake in the data, such as two cells exchanged, is no law: check the labels of that pose too"
+                    }
+                    _ => "",
+                }
             ),
             (None, DiagnosisAnswer::OneOf(_)) => {
-                "Besides those above no law at any place comes near.".to_owned()
+                "Besides those above no law of the library comes near at any place.".to_owned()
             }
             (Some(rival), _) => {
                 let other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);

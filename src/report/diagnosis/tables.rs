@@ -52,7 +52,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
             let percent = (10.0 * factor.change_percent).round() / 10.0 + 0.0;
             cells.push(format!("{percent:+.1} %"));
         }
-        cells.push(crate::report::text::interval(after.ci95, 3));
+        cells.push(crate::report::text::interval(after.ci95, 4));
         cells.push(
             match factor.status {
                 Determination::Free => "yes",
@@ -115,8 +115,9 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
     }
     text.push_str(&rows.text());
     let floor = format!(
-        "Percent are of the root mean square displacement, {}. Noise alone would leave about {} over all readings, or 1.00 in units of \
-         the noise: no model can do better. The softest direction rules the um; the units of the noise count all readings alike.",
+        "Percent are of the root mean square of the displacements about the mean of their gauge zero, {}. Noise alone has about {} over \
+         all readings, or 1.00 in units of the noise; a fit leaves somewhat less of it, because zeros and factors follow the noise. The \
+         softest direction rules the um; the units of the noise count all readings alike.",
         um(report.trace.displacement_rms_m),
         um(report.noise_floor_m())
     );
@@ -129,7 +130,7 @@ pub(super) fn upper_limits(critical: &[DetectionLimit]) -> String {
     let mut text = head("What would have been found");
     text.push_str(&paragraph(
         "Smaller effects than these may be there. Four sessions of five would have shown an effect of this size at the end of the robot; \
-         the place is where the law is seen best and worst. Upper limits of every single place are in the appendix.",
+         the place is where the law is seen best and worst. Every single place is in the appendix.",
         "",
         "",
     ));

@@ -208,7 +208,7 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
             one.grade,
             one.before.held_out_rms_percent?,
             one.after.held_out_rms_percent?,
-            "% of the displacement",
+            "% of the root mean square of the displacements about their means",
         ),
         DiagnosisResult::LoadCases(one) => (
             one.grade,

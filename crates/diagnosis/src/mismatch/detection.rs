@@ -44,6 +44,12 @@ impl DiagnosisProblem<'_> {
             };
             out.extend(hardest(slips.iter().filter(here).map(|seen| of(seen))));
         }
+        if found.changed() {
+            // What was found shows in all laws that resemble it: their estimates without it limit nothing.
+            for limit in &mut out {
+                limit.upper_95 = None;
+            }
+        }
         Ok(out)
     }
 }

@@ -161,7 +161,7 @@ pub struct DetectionLimit {
     pub size_80: Option<f64>,
     /// Its largest change of a reading, m.
     pub end_effect_m: Option<f64>,
-    /// Upper 95 % limit of the size, given these readings, SI.
+    /// Upper 95 % limit of the size, given these readings, SI; `None` where something was found.
     pub upper_95: Option<f64>,
 }
 

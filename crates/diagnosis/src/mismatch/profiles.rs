@@ -35,6 +35,8 @@ pub(super) fn profiles(observations: &Observations) -> Vec<Profile> {
 struct Details {
     /// Force over the largest.
     load: Vec<f64>,
+    /// Whether the cell is loaded both ways.
+    both_ways: Vec<bool>,
     /// 1 while unloading.
     unloading: Vec<f64>,
     /// Largest force of the run so far, over the largest of all.
@@ -69,8 +71,16 @@ impl Details {
                 largest_so_far[reading] = most;
             }
         }
+        let mut both_ways = vec![false; loads.len()];
+        for cell in &observations.cells {
+            let of_cell = &loads[cell.readings.clone()];
+            let both = of_cell.iter().any(|load| load.force_n > 0.0)
+                && of_cell.iter().any(|load| load.force_n < 0.0);
+            both_ways[cell.readings.clone()].fill(both);
+        }
         Self {
             largest_so_far,
+            both_ways,
             load: loads.iter().map(|load| load.force_n / largest).collect(),
             unloading: readings.iter().map(|r| unloading(r.branch)).collect(),
             repeat: readings.iter().map(|r| repeat(r.run)).collect(),
@@ -120,11 +130,13 @@ fn load_profiles(details: &Details, out: &mut Vec<Profile>) {
         let f = load.clone();
         add(out, Stratum::LoadStep, true, move |i| shape(f[i]));
     }
-    if load.iter().any(|f| *f > 0.0) && load.iter().any(|f| *f < 0.0) {
+    // In a cell that is loaded one way these are its slope and its curve.
+    if details.both_ways.contains(&true) {
         let shapes: [fn(f64) -> f64; 2] = [f64::abs, |f| f * f];
         for shape in shapes {
-            let f = load.clone();
-            add(out, Stratum::Sign, true, move |i| shape(f[i]));
+            let (f, both) = (load.clone(), details.both_ways.clone());
+            let value = move |i: usize| if both[i] { shape(f[i]) } else { 0.0 };
+            add(out, Stratum::Sign, true, value);
         }
     }
     if details.unloading.contains(&1.0) {

@@ -124,9 +124,12 @@ pub fn trace(
     });
     let displacements = about_zeros(observations, observations.displacement_m.clone());
     let squares: f64 = displacements.iter().map(|d| d * d).sum();
+    let forces = observations.loads.iter().map(|load| load.force_n).collect();
+    let forces = about_zeros(observations, forces);
+    let about_zeros_m = residuals.map(|r| about_zeros(observations, r));
     let models = ModelPair {
-        within: residuals.clone().map(|r| within_runs(&whitening, r)),
-        about_zeros: residuals.map(|r| about_zeros(observations, r)),
+        within: (about_zeros_m.clone()).map(|r| within_runs(observations, r, &forces)),
+        about_zeros: about_zeros_m,
         change: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
         slope_m: about_zeros(observations, slope),
         weights: whitening.covariance.weights(),
@@ -148,13 +151,22 @@ struct ModelPair<'a> {
     weights: &'a [f64],
 }
 
-/// Residuals minus the most likely zeros and slopes of the runs: R V⁻¹ r, with R the variance of single readings and V that of all
-/// noise (best linear unbiased prediction; Robinson, Statistical Science 6 (1991)).
-fn within_runs(whitening: &NoiseCovariance, mut residuals: Vec<f64>) -> Vec<f64> {
-    whitening.covariance.whiten(&mut residuals);
-    whitening.covariance.whiten_transposed(&mut residuals);
-    for (residual, weight) in residuals.iter_mut().zip(whitening.covariance.weights()) {
-        *residual /= weight * weight;
+/// Residuals about their zeros, minus the slope of each run over the force by least squares.
+///
+/// # Arguments
+/// - `residuals`, `forces`: about the means of their gauge zeros.
+fn within_runs(observations: &Observations, mut residuals: Vec<f64>, forces: &[f64]) -> Vec<f64> {
+    for run in &observations.runs {
+        let forces = &forces[run.readings.clone()];
+        let residuals = &mut residuals[run.readings.clone()];
+        let squares: f64 = forces.iter().map(|force| force * force).sum();
+        if squares > 0.0 {
+            let products = forces.iter().zip(&*residuals).map(|(f, r)| f * r);
+            let slope = products.sum::<f64>() / squares;
+            for (residual, force) in residuals.iter_mut().zip(forces) {
+                *residual -= slope * force;
+            }
+        }
     }
     residuals
 }

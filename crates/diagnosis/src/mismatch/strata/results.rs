@@ -175,14 +175,19 @@ impl Located {
             .iter()
             .filter(|test| test.p_family <= STRATUM_LEVEL)
             .collect();
-        // A drift leaves no loop beyond itself; where there is one, the clock only shows it too.
-        let is_loop = |test: &StratumTest| test.stratum == Stratum::Branch;
-        let loops = tests.iter().any(|test| is_loop(test));
-        let shown_too = |test: &StratumTest| loops && test.contrast == Contrast::Clock;
-        tests.sort_by(|a, b| {
-            let behind = shown_too(a).cmp(&shown_too(b));
-            behind.then(b.share.total_cmp(&a.share))
+        // The clock is tested first. A drift leaves no loop beyond itself, and no curve larger than itself: where there is one, it shows
+        // over the clock too, which then is no trend.
+        let clock = tests.iter().find(|test| test.contrast == Contrast::Clock);
+        let clock_m = clock.map_or(0.0, |test| test.size_m);
+        let is_of_load = tests.iter().any(|test| match test.contrast {
+            Contrast::Loop | Contrast::Branch => true,
+            Contrast::Sign | Contrast::Curve | Contrast::LoadStep => test.size_m >= clock_m,
+            _ => false,
         });
+        if is_of_load {
+            tests.retain(|test| test.contrast != Contrast::Clock);
+        }
+        tests.sort_by(|a, b| b.share.total_cmp(&a.share));
         let mut out: Vec<Location> = Vec::new();
         for test in tests {
             let known = out.iter_mut().find(|known| known.stratum == test.stratum);
@@ -206,7 +211,7 @@ impl Located {
                 period_s: None,
                 p_family: test.p_family,
                 p_at_floor: test.p_at_floor,
-                size_m: held.map_or(test.size_m, |spot| spot.size_m),
+                size_m: held.map_or(test.size_m, |spot| spot.size_m.min(test.size_m)),
             });
         }
         out

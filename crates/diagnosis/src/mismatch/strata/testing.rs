@@ -142,7 +142,8 @@ impl Decomposition<'_> {
                     step: None,
                     p_family: 1.0,
                     size_m: self.size_m(pattern),
-                    share: explained / whole,
+                    // A part that is let go takes along what it shares with other contrasts.
+                    share: (explained / whole).min(1.0),
                 };
                 Some((spot, tail(statistic, d1, d2)))
             })
