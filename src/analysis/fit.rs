@@ -19,6 +19,7 @@ use super::marked::ReadingMark;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
 use super::plausible::doubts_about_stiffness;
 use super::together::{names, resolve_together};
+use crate::count::counted;
 
 /// Data ready to be fitted.
 #[derive(Debug)]
@@ -447,7 +448,10 @@ fn reduced(
     warnings.extend(doubts_about_stiffness(&table));
     let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
     if flags > 0 {
-        warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
+        warnings.push(format!(
+            "{} on the readings; `stiffbench stiffness` prints what they say. Nothing was removed.",
+            counted(flags, "flag")
+        ));
     }
     Ok((measured, table, warnings))
 }

@@ -14,6 +14,7 @@ use super::data::LoadedSession;
 use super::files::{ReadError, read_bytes};
 use super::hash::sha256;
 use super::vectors::SessionTable;
+use crate::count::counted;
 
 /// Files of a session folder that a report names, if they are there.
 const FILES: [&str; 9] = [
@@ -159,8 +160,8 @@ fn incident(event: &Event) -> Option<String> {
             one.number, one.reason
         )),
         Event::Flagged(flagged) => Some(format!(
-            "{} reading(s) were flagged: {}",
-            flagged.numbers.len(),
+            "flag on {}: {}",
+            counted(flagged.numbers.len(), "reading"),
             flagged.flag
         )),
         Event::Link(link) if link.lost => Some(format!("{} gauge: {}", link.channel, link.text)),

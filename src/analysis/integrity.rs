@@ -12,6 +12,7 @@ use crate::session::{
 
 use super::error::AnalysisError;
 use super::files::read_bytes;
+use crate::count::counted;
 
 /// Differences that an error lists; the others are counted.
 const LISTED: usize = 8;
@@ -134,9 +135,9 @@ impl JournalCheck {
                 });
             }
             warnings.push(format!(
-                "--trust-csv: {} differs from the journal in {} value(s), and the table was used",
+                "--trust-csv: {} differs from the journal in {}, and the table was used",
                 file.display(),
-                table.changed.len() + header.len()
+                counted(table.changed.len() + header.len(), "value")
             ));
         }
         if !table.marks.is_empty() {
@@ -145,14 +146,14 @@ impl JournalCheck {
         }
         if !table.behind.is_empty() {
             warnings.push(format!(
-                "the session was broken off before its last {} reading(s) were in the table: stiffbench session resume or recover writes them",
-                table.behind.len()
+                "the session was broken off before the table had its last {}: stiffbench session resume or recover writes what lacks",
+                counted(table.behind.len(), "reading")
             ));
         }
         if !table.unknown.is_empty() {
             warnings.push(format!(
-                "{} reading(s) are in no complete line of the damaged journal and are not protected",
-                table.unknown.len()
+                "in no complete line of the damaged journal, and not protected: {}",
+                counted(table.unknown.len(), "reading")
             ));
         }
         Ok(!changes.is_empty())

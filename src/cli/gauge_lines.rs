@@ -13,6 +13,7 @@ use super::descriptions::find_description;
 use super::failure::Failure;
 use super::instrument::{reply_reason, require_permission};
 use super::instrument_args::ProtocolsArgs;
+use crate::count::counted;
 
 /// By which descriptions the lines of logs are decoded.
 #[derive(Debug, Args)]
@@ -137,7 +138,10 @@ pub(super) fn table_of(
         return Err(none.into());
     }
     let note = left_out.map(|(count, line, reason)| {
-        format!("{file}: {count} line(s) are no value of {instrument} and are left out, first in line {line}: {reason}")
+        format!(
+            "{file}: left out as no value of {instrument}: {}, the first is line {line}: {reason}",
+            counted(count, "line")
+        )
     });
     Ok(GaugeTable {
         bytes: text.into_bytes(),

@@ -25,6 +25,7 @@ use super::failure::{CliError, Failure};
 use super::instrument_args::{DecodeArgs, InstrumentArgs, InstrumentCommand, ProtocolsArgs};
 use super::instrument_read;
 use super::outcome::Outcome;
+use crate::count::counted;
 
 /// Lists, shows, checks descriptions, decodes bytes by one, or reads a gauge.
 pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -231,8 +232,8 @@ fn decoded_outcome(
     // Writing to a String does not fail.
     let _ = writeln!(
         text,
-        "{} samples, {} rejected",
-        samples.len(),
+        "{}, {} rejected",
+        counted(samples.len(), "sample"),
         rejected.len()
     );
     let report = DecodeReport {

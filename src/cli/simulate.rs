@@ -19,6 +19,7 @@ use super::outcome::Outcome;
 use super::procedure::resolve_procedure;
 use super::simulate_load_cases::{self, CaseKind};
 use crate::analysis::{ArgumentError, Inputs, ResolvedModel, add_poses, sha256};
+use crate::count::counted;
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
@@ -66,13 +67,13 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     )?;
     let minutes = procedure.minutes(&jack.pace, n_poses);
     let text = format!(
-        "{}: {} readings of mechanism {} in {} poses and {} directions by procedure {}, seed {}\n{}On a real bench some {:.0} minutes.\n\
+        "{}: {} of mechanism {} in {} and {} by procedure {}, seed {}\n{}On a real bench some {:.0} minutes.\n\
          session.toml, readings.csv, robot.toml and simulation.toml (true factors, physics and noise) written.\nNext: stiffbench fit {}\n",
         args.out.display(),
-        table.readings.len(),
+        counted(table.readings.len(), "reading"),
         resolved.mechanism,
-        n_poses,
-        procedure.directions.len(),
+        counted(n_poses, "pose"),
+        counted(procedure.directions.len(), "direction"),
         procedure.name,
         args.seed,
         physics_text(&resolved.physics),

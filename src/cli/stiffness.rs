@@ -7,6 +7,7 @@ use crate::stiffness::Branches;
 use super::args::{Global, StiffnessArgs};
 use super::failure::Failure;
 use super::outcome::Outcome;
+use crate::count::counted;
 
 /// Readings to stiffness.
 pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -28,7 +29,8 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     let left_out = excluded.superseded.len() + excluded.rejected.len();
     if left_out > 0 {
         warnings.push(format!(
-            "{left_out} reading(s) superseded or rejected do not count"
+            "not counted: {} superseded or rejected",
+            counted(left_out, "reading")
         ));
     }
     let text = stiffness_text(&table, args.budget);
@@ -47,7 +49,8 @@ fn of_vectors(session: VectorSession, branches: Branches) -> Outcome {
     let left_out = session.table.readings.len() - session.table.accepted().count();
     if left_out > 0 {
         warnings.push(format!(
-            "{left_out} reading(s) superseded or rejected do not count"
+            "not counted: {} superseded or rejected",
+            counted(left_out, "reading")
         ));
     }
     let text = report.text();

@@ -29,6 +29,7 @@ use super::instrument_args::ProtocolsArgs;
 use super::instrument_read::line;
 use super::moved::MovedArgs;
 use super::outcome::{Outcome, print, print_error};
+use crate::count::counted;
 
 /// Arguments of `trace`.
 #[derive(Debug, Args)]
@@ -187,7 +188,9 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
     }
     drop(reader);
     let text = format!(
-        "{values} values and {rejected} rejected packets in {}\n",
+        "{} and {} in {}\n",
+        counted(values, "value"),
+        counted(rejected, "rejected packet"),
         args.out.display()
     );
     let report = RecordReport {
@@ -367,9 +370,9 @@ fn decode(args: &TraceDecodeArgs) -> Result<Outcome, Failure> {
     }
     let _ = writeln!(
         text,
-        "{} values, {} rejected packets",
-        samples.len(),
-        rejected.len()
+        "{}, {}",
+        counted(samples.len(), "value"),
+        counted(rejected.len(), "rejected packet")
     );
     let report = TraceValues { samples, rejected };
     Ok(Outcome::new("trace-decode", text, report).with_warnings(warnings))
@@ -402,7 +405,7 @@ fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
             _ => {}
         }
     }
-    let text = format!("{} values\n", samples.len());
+    let text = format!("{}\n", counted(samples.len(), "value"));
     Ok(Outcome::new("trace-replay", text, ReplayReport { samples }).with_warnings(warnings))
 }
 

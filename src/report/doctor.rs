@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::count::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -104,9 +105,9 @@ impl DoctorReport {
         }
         let _ = writeln!(
             text,
-            "\n{} checks, {} warnings, {} failed",
-            self.checks.len(),
-            self.warnings,
+            "\n{}, {}, {} failed",
+            counted(self.checks.len(), "check"),
+            counted(self.warnings, "warning"),
             self.failed
         );
         text

@@ -7,9 +7,9 @@ use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
 
 use super::correlation::correlation_text;
-use super::fit_report::{FitReport, PaperSteps, ParameterReport, PoseFitReport, TrialReport};
-use super::significance::sequence_text;
+use super::fit_report::{FitReport, ParameterReport};
 use super::text::{AlignedTable, interval, significant};
+use crate::count::{counted, degrees_of_freedom};
 
 /// Probabilities below this are a finding.
 const UNLIKELY: f64 = 0.01;
@@ -52,8 +52,9 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         );
         let _ = writeln!(
             text,
-            "Session {}: {} cells, {slope}.",
-            session.name, session.cells
+            "Session {}: {}, {slope}.",
+            session.name,
+            counted(session.cells, "cell")
         );
     }
     for mark in &fit.marked {
@@ -106,8 +107,11 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
     if let Some(drawn) = &fit.bootstrap {
         let _ = writeln!(
             text,
-            "Bootstrap: {} replicates, {} drawn anew (seed {}), {} of the refits failed.",
-            drawn.replicates, drawn.over, drawn.seed, drawn.failed
+            "Bootstrap: {}, {} drawn anew (seed {}), {} of the refits failed.",
+            counted(drawn.replicates, "replicate"),
+            drawn.over,
+            drawn.seed,
+            drawn.failed
         );
     }
     text.push_str(&derived_text(&fit.derived));
@@ -145,7 +149,8 @@ fn mark_text(mark: &ReadingMark) -> String {
     let numbers: Vec<String> = numbers.map(ToString::to_string).collect();
     let more = if count > NUMBERS_PRINTED { ", ..." } else { "" };
     format!(
-        "{used} ({reason}): {count} reading(s){session}, number {}{more}.\n",
+        "{used} ({reason}): {}{session}, number {}{more}.\n",
+        counted(count, "reading"),
         numbers.join(", ")
     )
 }
@@ -164,7 +169,8 @@ pub(super) fn status_words(status: &str, moved: Option<bool>) -> String {
 pub(super) fn rank_text(data: &str, [rank, free]: [usize; 2], condition: Option<f64>) -> String {
     let condition = condition.map_or_else(|| "infinite".to_owned(), |value| significant(value, 3));
     format!(
-        "The {data} determine {rank} of {free} parameters (rank of the Jacobian); condition number {condition}.\n"
+        "The {data} determine {rank} of {} (rank of the Jacobian); condition number {condition}.\n",
+        counted(free, "parameter")
     )
 }
 
@@ -196,9 +202,9 @@ fn words(fit: &FitReport) -> String {
         let is_share = advice.ln_uncertainty_now < 0.5;
         let number = |ln: f64| {
             if is_share {
-                format!("{:.0} %", 100.0 * ln)
+                format!("{} %", significant(100.0 * ln, 2))
             } else {
-                format!("{ln:.2}")
+                significant(ln, 2)
             }
         };
         let what = if is_share {
@@ -244,37 +250,38 @@ fn agreement_text(fit: &FitReport) -> String {
     let weights = match basis {
         WeightBasis::Pooled { run_slope_sd, dof } => {
             format!(
-                "weights from scatter pooled over the cells (slope from run to run {:.2} %, {dof:.0} degrees of freedom)",
-                100.0 * run_slope_sd
+                "weights from scatter pooled over the cells (slope from run to run {:.2} %, {})",
+                100.0 * run_slope_sd,
+                degrees_of_freedom(dof)
             )
         }
         WeightBasis::FromResiduals { run_slope_sd, dof } => {
             format!(
-                "weights from reading noise and {:.2} % from run to run ({dof:.0} degrees of freedom)",
-                100.0 * run_slope_sd
+                "weights from reading noise and {:.2} % from run to run ({})",
+                100.0 * run_slope_sd,
+                degrees_of_freedom(dof)
             )
         }
         WeightBasis::EachCell => "weights from each cell's own scatter".to_owned(),
         WeightBasis::Stated => "weights from the stated uncertainties".to_owned(),
         WeightBasis::Equal => "equal weights".to_owned(),
     };
-    let dof = fit.dof.unwrap_or_default();
+    let dof = counted(fit.dof.unwrap_or_default(), "degree of freedom");
     let chi = fit
         .reduced_chi2
         .map_or_else(String::new, |chi| match fit.p {
             Some(p) => format!(
-                "; lack of fit: reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
-                dof,
-                format_args!("p = {}", p_text(p))
+                "; lack of fit: reduced chi-squared {chi:.3} with {dof} (p = {})",
+                p_text(p)
             ),
             // Of weights that the residuals gave it is 1 by construction, or less.
             None if matches!(basis, WeightBasis::FromResiduals { .. }) => String::new(),
             None if matches!(basis, WeightBasis::Equal) => format!(
-                "; the stiffnesses scatter about the fit by {:.2} % with {dof} degrees of freedom",
+                "; the stiffnesses scatter about the fit by {:.2} % with {dof}",
                 100.0 * chi.sqrt()
             ),
             None => format!(
-                "; the stiffnesses scatter about the fit by {} times what their weights say, with {dof} degrees of freedom",
+                "; the stiffnesses scatter about the fit by {} times what their weights say, with {dof}",
                 significant(chi.sqrt(), 3)
             ),
         });
@@ -407,93 +414,4 @@ fn method_words(method: FitMethod) -> &'static str {
         FitMethod::LeastSquares => "least squares on ln K of all training cells",
         FitMethod::Paper => "the paper's procedure",
     }
-}
-
-impl PaperSteps {
-    /// The nine steps for people, up to the combination.
-    fn text(&self, mechanism: &str) -> String {
-        let mut text =
-            format!("Step 1. Objective: a multi-source (M-FSD) model of mechanism {mechanism}.\n");
-        if let Some(name) = &self.single_source_given {
-            let _ = writeln!(
-                text,
-                "\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.",
-                factors_text(self.single_source_factors.beam)
-            );
-        } else {
-            text.push_str(
-            "\nSteps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.\n",
-        );
-            for pose in &self.single_source {
-                text.push_str(&pose_text(pose));
-            }
-            let _ = writeln!(
-                text,
-                "\nCombined: {}.",
-                factors_text(self.single_source_factors.beam)
-            );
-        }
-        let _ = writeln!(
-            text,
-            "\nStep 5. Beams and links part. Links keep {}.",
-            factors_text(self.start.link)
-        );
-        text.push_str(
-            "\nSteps 6 and 7. Multi-source fits of the beams to the measured stiffness.\n",
-        );
-        for pose in &self.multi_source {
-            text.push_str(&pose_text(pose));
-        }
-        let weights = self
-            .multi_source
-            .iter()
-            .map(|pose| format!("{} {}", pose.pose, pose.weight))
-            .collect::<Vec<_>>()
-            .join(", ");
-        let _ = writeln!(
-            text,
-            "\nStep 8. Weighted combination ({weights}): beams {}.",
-            factors_text(self.combined.beam)
-        );
-        text.push_str("\nStep 9. Validation.\n\n");
-        text
-    }
-}
-
-fn pose_text(pose: &PoseFitReport) -> String {
-    format!(
-        "\nPose {}: significance of the constants\n\n{}\nSequence: {}.\n{}",
-        pose.pose,
-        pose.significance.table(),
-        sequence_text(&pose.sequence),
-        trials_text(&pose.trials)
-    )
-}
-
-/// The last pass of the trials.
-fn trials_text(trials: &TrialReport) -> String {
-    let last = trials.steps.iter().map(|step| step.pass).max().unwrap_or(0);
-    let steps = trials
-        .steps
-        .iter()
-        .filter(|step| step.pass == last)
-        .map(|step| {
-            format!(
-                "a_{} = {} (displacement {} at {:.2} % of the target)",
-                step.property.name(),
-                significant(step.value, 4),
-                step.direction,
-                100.0 * step.displacement_ratio
-            )
-        });
-    format!(
-        "Trials: {} structures solved; pass {last}: {}.\n",
-        trials.evaluations,
-        steps.collect::<Vec<_>>().join(", ")
-    )
-}
-
-fn factors_text(factors: [f64; 4]) -> String {
-    let [a, iy, iz, j] = factors.map(|factor| significant(factor, 4));
-    format!("a_A = {a}, a_Iy = {iy}, a_Iz = {iz}, a_J = {j}")
 }

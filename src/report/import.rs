@@ -11,6 +11,7 @@ use crate::stiffness::StiffnessTable;
 
 use super::stiffness::stiffness_text;
 use super::text::AlignedTable;
+use crate::count::counted;
 
 /// A table that became a session folder.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -42,9 +43,9 @@ impl ImportReport {
         let mut text = columns_text(&self.columns);
         let _ = writeln!(
             text,
-            "\n{} readings in {} runs, poses {}, are in {}.\n",
-            self.readings,
-            self.runs,
+            "\n{} in {}, poses {}, written to {}.\n",
+            counted(self.readings, "reading"),
+            counted(self.runs, "run"),
             self.poses.join(", "),
             self.folder.display()
         );

@@ -9,7 +9,8 @@ use crate::quantity::METRES_PER_MICROMETRE;
 use super::correlation::correlation_text;
 use super::fit::{rank_text, status_words};
 use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
-use super::text::{AlignedTable, counted, interval, significant};
+use super::text::{AlignedTable, interval, significant};
+use crate::count::{counted, degrees_of_freedom};
 
 /// A standard error that a planned load case leaves above this share of itself is not printed.
 const WORTH_PRINTING: f64 = 0.99;
@@ -173,9 +174,9 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
     });
     let condition = Some(agreement.condition).filter(|condition| condition.is_finite());
     format!(
-        "Scatter {source}: {}, {:.0} degrees of freedom{lack}.\n{}",
+        "Scatter {source}: {}, {}{lack}.\n{}",
         both.join(", "),
-        agreement.scatter_dof,
+        degrees_of_freedom(agreement.scatter_dof),
         rank_text("poses", [agreement.rank, agreement.free], condition)
     )
 }

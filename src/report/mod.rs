@@ -27,6 +27,7 @@ mod model_comparison;
 mod model_export;
 pub mod page;
 pub mod paper;
+mod paper_steps;
 mod prediction;
 mod program;
 mod robot;
@@ -109,7 +110,7 @@ pub use specimen::{
     SpecimenSummary, SpecimenUnexplained, SpecimenValue,
 };
 pub use stiffness::stiffness_text;
-pub use text::{AlignedTable, counted, significant};
+pub use text::{AlignedTable, significant};
 pub use vector_stiffness::{
     AxisValues, StaticComplianceRow, VectorStiffnessCell, VectorStiffnessReport,
 };

@@ -9,6 +9,7 @@ use crate::mismatch::PartModel;
 use crate::specimen::SpecimenTable;
 
 use super::text::{AlignedTable, significant};
+use crate::count::counted;
 
 /// Predictions of the answers of a table, in the units of the model.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -128,9 +129,9 @@ impl PredictionReport {
             let [low, high] = self.range.map(number);
             let _ = writeln!(
                 text,
-                "{} rows are set beyond the readings of the fit, {low} to {high}{}: there the band is not known.",
-                self.beyond_range,
-                unit_behind(&self.driver_unit)
+                "Set beyond the readings of the fit, {low} to {high}{}: {}; there the band is not known.",
+                unit_behind(&self.driver_unit),
+                counted(self.beyond_range, "row")
             );
         }
         if self.runs.is_empty() {

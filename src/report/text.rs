@@ -36,13 +36,6 @@ impl AlignedTable {
     }
 }
 
-/// A number with what is counted: `1 pose`, `3 poses`.
-#[must_use]
-pub fn counted(count: usize, what: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{plural}")
-}
-
 /// A number with so many significant digits, plain where that is short, in powers of ten where not.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {

@@ -335,7 +335,7 @@ fn fits_that_cannot_be() {
         40,
         "stiffbench::fit::too_few_cells",
     );
-    assert_output_contains(&error, &["4 free factors", "3 cell(s)", "--fix"]);
+    assert_output_contains(&error, &["4 free factors", "3 cells", "--fix"]);
     let fixed = "fit paper-experiment --fix beam.A,beam.Iy,beam.Iz,beam.J";
     desk.refusal(fixed, 40, "stiffbench::least_squares::no_free_parameter");
     desk.write(

@@ -120,7 +120,7 @@ fn lines_as_gauges_send_them_are_decoded_by_their_descriptions() {
         assert_eq!(object["data"]["readings"], 33, "{name}");
         let warnings = object["warnings"].to_string();
         assert!(
-            warnings.contains("1 line(s) are no value of mark10-series5")
+            warnings.contains("left out as no value of mark10-series5: 1 line, the first is line")
                 && warnings.contains("line 2"),
             "{warnings}"
         );

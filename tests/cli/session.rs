@@ -333,7 +333,7 @@ fn a_table_that_lags_behind_the_journal_was_not_changed() {
     assert!(
         behind["warnings"]
             .to_string()
-            .contains("its last 1 reading(s)")
+            .contains("its last 1 reading:")
     );
     let within_last_row = shorter.trim_end().rfind('\n').unwrap() + 40;
     desk.write("s/readings.csv", &shorter[..within_last_row]);

@@ -30,7 +30,7 @@ fn skipped_readings_are_named_with_their_reason_in_stiffness_fit_status_and_repo
     }
     desk.write("s/journal.jsonl", &String::from_utf8(lines).unwrap());
     desk.run("session recover s --out t").succeeds();
-    let expected = "1 planned reading(s) of P1 x left out: instrument: the cable broke";
+    let expected = "1 planned reading of P1 x left out: instrument: the cable broke";
     for command in ["stiffness t", "fit t --train P1"] {
         let ran = desk.run(&format!("{command} --json"));
         let warnings = ran.json()["warnings"].to_string();

@@ -10,6 +10,7 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use super::event::Event;
 use super::journal::Record;
 use super::state::SessionState;
+use stiffbench_units_and_text::count::counted;
 
 /// A reading that no longer counts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -128,8 +129,10 @@ impl fmt::Display for OmittedReadings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} planned reading(s) of {} left out: {}",
-            self.readings, self.cell, self.reason
+            "{} of {} left out: {}",
+            counted(self.readings, "planned reading"),
+            self.cell,
+            self.reason
         )
     }
 }

@@ -16,6 +16,7 @@ use super::journal::{
 use super::lock::lock;
 use super::state::SessionState;
 use super::whole_file::{sync_folder, write_whole};
+use stiffbench_units_and_text::count::counted;
 
 /// Names of the files of a session.
 const HEADER: &str = "session.toml";
@@ -75,7 +76,7 @@ pub enum FolderError {
         holder: String,
     },
     /// The journal is damaged before its end.
-    #[error("{path}: line {line} is damaged: {problem}; {lines} event(s) are lost")]
+    #[error("{path}: line {line} is damaged: {problem}; lost: {}", counted(.lines, "event"))]
     #[diagnostic(
         code(stiffbench::session::damaged),
         help(

@@ -5,10 +5,12 @@
 //! - [`load_direction`]: a load along a base axis or any unit vector;
 //! - [`source_text`]: texts whose errors have places;
 //! - [`toml_text`]: TOML with the place of every key and value;
+//! - [`count`]: counts in words;
 //! - [`nearest`]: the name that was meant;
 //! - [`clock`]: time, which a test can make its own.
 
 pub mod clock;
+pub mod count;
 pub mod load_direction;
 pub mod nearest;
 pub mod quantity;

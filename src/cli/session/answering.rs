@@ -5,6 +5,7 @@ use crate::cli::descriptions::{all_descriptions, find_description};
 use crate::cli::failure::Failure;
 use crate::cli::instrument_args::ProtocolsArgs;
 use crate::cli::outcome::print_error;
+use crate::count::counted;
 use crate::instrument::Channel;
 use crate::instrument::port::list_ports;
 use crate::instrument::probe::{clear_match, probe};
@@ -62,8 +63,8 @@ pub(super) fn who_answers(
         .filter(|description| description.channel.kind() == channel.kind())
         .collect();
     print_error(&format!(
-        "note: no port is named for the {channel} gauge: asking {} port(s) for a value",
-        ports.len()
+        "note: no port is named for the {channel} gauge: asking {} for a value",
+        counted(ports.len(), "port")
     ));
     let mut answering = Vec::new();
     for port in &ports {

@@ -10,10 +10,11 @@ use crate::cli::outcome::Outcome;
 use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::procedure::resolve_procedure;
 use crate::clock::Clock;
+use crate::count::counted;
 use crate::elastostatics::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
 use crate::readings::Instruments;
-use crate::report::{PlanReport, best_poses_text, counted};
+use crate::report::{PlanReport, best_poses_text};
 use crate::session::{QUESTIONS, Question, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 

@@ -22,6 +22,7 @@ use crate::session::{
 };
 
 use super::prepare::{last_day, overdue, plan_of, run_out};
+use crate::count::counted;
 
 /// Exit code for data that are damaged and readable in part.
 const PART: u8 = 30;
@@ -59,10 +60,10 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         )
     };
     let text = format!(
-        "{}: {} events, {} readings; {found}\n{}: {table_found}\n{raw_found}{next}",
+        "{}: {}, {}; {found}\n{}: {table_found}\n{raw_found}{next}",
         folder.display(),
-        read.journal.records.len(),
-        state.readings.len(),
+        counted(read.journal.records.len(), "event"),
+        counted(state.readings.len(), "reading"),
         file.display()
     );
     let data = VerifyReport {
@@ -90,7 +91,8 @@ fn verify_raw(folder: &Path, state: &SessionState) -> (Option<RawCheck>, String,
     let behind = match check.behind.len() {
         0 => String::new(),
         count => format!(
-            "; those of the last {count} readings were not on the disk yet when the session stopped"
+            "; not on the disk yet when the session stopped: those of the last {}",
+            counted(count, "reading")
         ),
     };
     let (wrong, exit) = match check.wrong.first() {
@@ -110,9 +112,9 @@ fn verify_raw(folder: &Path, state: &SessionState) -> (Option<RawCheck>, String,
         }
     };
     let text = format!(
-        "{}: the bytes of {} values are in the traces{behind}{wrong}\n",
+        "{}: the bytes of {} are in the traces{behind}{wrong}\n",
         folder.join("raw").display(),
-        check.found
+        counted(check.found, "value")
     );
     (Some(check), text, exit)
 }
@@ -210,10 +212,10 @@ pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result
     let state = SessionState::fold(&journal.records);
     let (found, exit) = finding(&journal);
     let text = format!(
-        "{}: {} events and {} readings kept and read back; {found}\n{} is as it was\nNext: stiffbench session status {}\n",
+        "{}: {} and {} kept and read back; {found}\n{} is as it was\nNext: stiffbench session status {}\n",
         out.display(),
-        journal.records.len(),
-        state.readings.len(),
+        counted(journal.records.len(), "event"),
+        counted(state.readings.len(), "reading"),
         folder.display(),
         out.display()
     );
@@ -243,7 +245,10 @@ fn finding(journal: &ReadJournal) -> (String, u8) {
             } else {
                 PART
             };
-            let found = format!("line {line} is damaged: {problem}; {lines} event(s) are lost");
+            let found = format!(
+                "line {line} is damaged: {problem}; lost: {}",
+                counted(lines, "event")
+            );
             (found, exit)
         }
     }

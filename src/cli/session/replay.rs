@@ -25,6 +25,7 @@ use super::args::SessionReplayArgs;
 use super::drive::session_id;
 use super::inspect::event_text;
 use super::prepare::{gauge_terms, last_day, overdue, plan_of};
+use crate::count::counted;
 
 /// What the traces of a session hold.
 #[derive(Default)]
@@ -128,9 +129,8 @@ fn session_traces(args: &SessionReplayArgs) -> Result<SessionTraces, Failure> {
         let found = find_description(&instrument, &args.protocols)?;
         all.warnings.extend(found.warnings);
         if !trace.damage.is_empty() {
-            let lines = trace.damage.len();
-            all.warnings
-                .push(format!("{name}: {lines} damaged line(s) are left out"));
+            let lines = counted(trace.damage.len(), "damaged line");
+            all.warnings.push(format!("{name}: left out: {lines}"));
         }
         let mut description = found.description;
         description.channel = channel;

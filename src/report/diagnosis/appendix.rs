@@ -11,6 +11,7 @@ use super::noise::noise_text;
 use super::parameter_interval;
 use super::phrases::{listed, paragraph, um};
 use crate::analysis::DiagnosisReport;
+use crate::count::counted;
 
 /// The technical appendix of the verdict page: all tables.
 #[must_use]
@@ -61,15 +62,15 @@ fn provenance(report: &DiagnosisReport) -> String {
     };
     let observations = &report.observations;
     let sentence = format!(
-        "stiffbench {}; data {}; robot {}, mechanism {}, factors from {}; {} readings in {} runs of {} cells; {without}; seed {}.",
+        "stiffbench {}; data {}; robot {}, mechanism {}, factors from {}; {} in {} of {}; {without}; seed {}.",
         env!("CARGO_PKG_VERSION"),
         report.data,
         report.robot,
         report.mechanism,
         report.factors,
-        observations.len(),
-        observations.runs.len(),
-        observations.cells.len(),
+        counted(observations.len(), "reading"),
+        counted(observations.runs.len(), "run"),
+        counted(observations.cells.len(), "cell"),
         report.seed
     );
     paragraph(&sentence, "", "")

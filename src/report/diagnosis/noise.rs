@@ -10,6 +10,7 @@ use crate::statistics::chi_squared_quantile;
 
 use super::phrases::{paragraph, um_shown};
 use super::{is_known, summary::um};
+use crate::count::{counted, degrees_of_freedom};
 
 /// The noise, and where it comes from.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -209,8 +210,8 @@ fn further_part(part: &NoiseComponent) -> Option<String> {
             between(&plain)
         )),
         "tails" => Some(format!(
-            "Readings have longer tails than normal errors: Student's t with {} degrees of freedom.",
-            plain(part.value)
+            "Readings have longer tails than normal errors: Student's t with {}.",
+            counted(plain(part.value), "degree of freedom")
         )),
         _ => None,
     }
@@ -218,8 +219,8 @@ fn further_part(part: &NoiseComponent) -> Option<String> {
 
 fn noise_sentence(noise: &NoiseDeviations) -> String {
     let dof = |of: &NoiseDeviation| {
-        let in_words = |dof| format!("{dof:.0} degrees of freedom");
-        of.dof.map_or_else(|| "given".to_owned(), in_words)
+        of.dof
+            .map_or_else(|| "given".to_owned(), degrees_of_freedom)
     };
     let sentence = format!(
         "Noise, standard deviations: reading {} ({}), gauge zero {} ({}), slope of a run {} % ({}).",

@@ -10,6 +10,7 @@ use crate::report::AlignedTable;
 use super::error::ReportError;
 use super::template::{DATA_BEGINS, DATA_ENDS, PageTemplate};
 use super::{PageSettings, ReportPage};
+use crate::count::counted;
 
 /// So many differences are listed; the others are counted.
 const LISTED: usize = 20;
@@ -281,8 +282,8 @@ impl PageCheck {
             more => format!("and {more} more\n"),
         };
         format!(
-            "{head}NOT VERIFIED: {} difference(s).\n\n{}{more}",
-            self.differing,
+            "{head}NOT VERIFIED: {}.\n\n{}{more}",
+            counted(self.differing, "difference"),
             rows.text()
         )
     }

@@ -3,6 +3,7 @@
 use stiffbench_beams::robot::RobotError;
 use stiffbench_measurement::stiffness::NoStiffness;
 use stiffbench_numeric::least_squares::LeastSquaresError;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 /// Errors of the fit stage.
@@ -17,7 +18,7 @@ pub enum FitError {
     #[diagnostic(transparent)]
     LeastSquares(#[from] LeastSquaresError),
     /// No cell to fit.
-    #[error("none of the {cells} measured cell(s) belongs to the training poses ({train})")]
+    #[error("of {}, none belongs to the training poses ({train})", counted(.cells, "measured cell"))]
     #[diagnostic(
         code(stiffbench::fit::no_training_cells),
         help("--train takes pose names of the data, for example P1,P3")
@@ -29,7 +30,7 @@ pub enum FitError {
         train: String,
     },
     /// Fewer cells than free factors.
-    #[error("{free} free factors cannot be fitted to {cells} cell(s)")]
+    #[error("{} cannot be fitted to {}", counted(.free, "free factor"), counted(.cells, "cell"))]
     #[diagnostic(
         code(stiffbench::fit::too_few_cells),
         help("train on more poses or fix some factors, for example --fix beam.J")

@@ -21,6 +21,7 @@ use super::outcome::{
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use crate::parameters::ParameterChoice;
+use stiffbench_units_and_text::count::counted;
 
 /// What a fit is asked to do.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -116,8 +117,9 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         outcome.advice = advise(&trained, &outcome, fit, &parameters)?;
     } else {
         outcome.warnings.push(format!(
-            "{} cells and {free} free factors leave no degrees of freedom: the values have no intervals",
-            training.cells.len()
+            "{} and {} leave no degrees of freedom: the values have no intervals",
+            counted(training.cells.len(), "cell"),
+            counted(free, "free factor")
         ));
     }
     if options.train.is_none() {

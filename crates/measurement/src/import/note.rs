@@ -5,6 +5,7 @@ use std::fmt;
 use super::runs::RunDoubt;
 use crate::readings::Assumption;
 use crate::table_files::FileLayout;
+use stiffbench_units_and_text::count::counted;
 
 /// Something that the file leaves open and the import decided.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,21 +128,22 @@ impl fmt::Display for ImportNote {
             }
             Self::RunsFound { runs, share } => write!(
                 f,
-                "no column numbers runs: {runs} runs found; a run begins where the load is lowest between two loadings, below {:.0} % of the largest",
+                "no column numbers runs: {} found; a run begins where the load is lowest between two loadings, below {:.0} % of the largest",
+                counted(runs, "run"),
                 100.0 * share
             ),
             Self::RunsNumbered { column } => {
                 write!(f, "the texts in column `{column}` became repeats 1, 2, … in the order in which they appear")
             }
             Self::BranchesFound { unloading } => {
-                write!(f, "{unloading} readings after the largest load of a run are unloading")
+                write!(f, "unloading: {} after the largest load of a run", counted(unloading, "reading"))
             }
             Self::PosesFromJoints { poses } => {
-                write!(f, "rows with the same joint values became a pose each: {poses} poses")
+                write!(f, "rows with the same joint values became a pose each: {}", counted(poses, "pose"))
             }
             Self::JointsInDegrees => f.write_str("joint values have no unit and exceed 2 pi: taken as degrees (--joint-unit)"),
             Self::BlankRows { rows, line } => {
-                write!(f, "{rows} rows without force and displacement are left out, first in line {line}")
+                write!(f, "left out: {} without force and displacement, first in line {line}", counted(rows, "row"))
             }
             Self::NotPaired { rows, line } => write!(
                 f,

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::readings::{Assumption, JointColumn};
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -197,17 +198,23 @@ impl fmt::Display for LoadCaseNote {
             } => {
                 write!(
                     f,
-                    "{readings} readings of {runs} runs: each run is one load case, its displacement per force at its largest load"
+                    "{} of {}: each run is one load case, its displacement per force at its largest load",
+                    counted(readings, "reading"),
+                    counted(runs, "run")
                 )?;
                 if *unloading > 0 {
-                    write!(f, "; {unloading} readings of unloading are not used")?;
+                    write!(
+                        f,
+                        "; not used: {} of unloading",
+                        counted(unloading, "reading")
+                    )?;
                 }
                 Ok(())
             }
             Self::Rejected { lines } => write!(
                 f,
-                "{} rows are not used, because their `status` says so: line {}",
-                lines.len(),
+                "not used, because of its `status`: {}, line {}",
+                counted(lines.len(), "row"),
                 lines
                     .iter()
                     .map(u32::to_string)

@@ -5,6 +5,7 @@ use std::fmt;
 use super::column::Column;
 use super::number::DecimalSign;
 use super::rows::Delimiter;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::Cell;
 
 /// Something that the file leaves open and the reader decided.
@@ -108,17 +109,20 @@ impl fmt::Display for Assumption {
             }
             Self::TargetsAreMultiples { load_step_n, off_grid } => write!(
                 f,
-                "target loads are the multiples of {load_step_n} N next to the forces; {off_grid} readings are near no multiple; their force is their target"
+                "target loads are the multiples of {load_step_n} N next to the forces; near no multiple, so that the force is the target: {}",
+                counted(off_grid, "reading")
             ),
             Self::TargetsAreForces => f.write_str(
                 "the forces have no common load step, so each reading has its own force for a target",
             ),
             Self::DescendingIsUnloading { readings, line } => {
-                write!(f, "loads that go down again are taken as unloading: {readings} readings, first in line {line}")
+                let readings = counted(readings, "reading");
+                write!(f, "loads that go down again are taken as unloading: {readings}, first in line {line}")
             }
             Self::LoadGoesUpAgain { runs } => write!(
                 f,
-                "in {runs} runs the load goes up again after it went down: if the loads were shuffled, add a column `branch`"
+                "in {} the load goes up again after it went down: if the loads were shuffled, add a column `branch`",
+                counted(runs, "run")
             ),
             Self::SortedBySequence => f.write_str("rows were put in the order of `seq`"),
             Self::SequenceNotUsed => {
@@ -229,11 +233,13 @@ impl fmt::Display for AssumptionNote {
             ),
             Self::ZeroForceAtTarget { readings, line } => write!(
                 f,
-                "{readings} readings have zero force where a load was aimed at, first in line {line}"
+                "zero force where a load was aimed at: {}, first in line {line}",
+                counted(readings, "reading")
             ),
             Self::DuplicateRows { readings, line } => write!(
                 f,
-                "{readings} readings repeat an earlier row of the same run in every number, first in line {line}: was part of the file pasted twice?"
+                "the same in every number as an earlier row of the same run: {}, first in line {line}; was part of the file pasted twice?",
+                counted(readings, "reading")
             ),
             Self::LocalTime(text) => {
                 write!(f, "the local time `{text}` has no zone and is not used")

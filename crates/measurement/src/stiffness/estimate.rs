@@ -12,6 +12,7 @@ use super::line::{FEWEST_RUNS, LineFit};
 use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
 use stiffbench_numeric::statistics::Estimate;
+use stiffbench_units_and_text::count::counted;
 
 /// How a stiffness was computed of the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -59,11 +60,13 @@ impl fmt::Display for ScatterBasis {
             Self::RunToRun { n_runs } => write!(f, "scatter between {n_runs} runs"),
             Self::PooledRuns { n_runs } => write!(
                 f,
-                "scatter between runs pooled over all cells ({n_runs} run(s) here, three are needed to see how runs differ)"
+                "scatter between runs pooled over all cells ({} here, three are needed to see how runs differ)",
+                counted(n_runs, "run")
             ),
             Self::Unavailable { n_runs } => write!(
                 f,
-                "repeatability unknown: {n_runs} run(s) here, and no cell with two runs"
+                "repeatability unknown: {} here, and no cell with two runs",
+                counted(n_runs, "run")
             ),
         }
     }

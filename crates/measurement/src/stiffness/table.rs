@@ -18,6 +18,7 @@ use super::scatter::PooledScatter;
 use super::zeros::ZeroDrifts;
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::Estimate;
+use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::test_point::Cell;
 
 /// What the stiffness is computed from.
@@ -89,12 +90,14 @@ impl fmt::Display for SkipReason {
             Self::NothingAccepted { n_readings } => {
                 write!(
                     f,
-                    "none of its {n_readings} reading(s) is accepted and finite"
+                    "of its {}, none is accepted and finite",
+                    counted(n_readings, "reading")
                 )
             }
             Self::OtherBranch { n_accepted } => write!(
                 f,
-                "all of its {n_accepted} accepted reading(s) are of a branch that was not asked for"
+                "of its {}, none is of a branch that was asked for",
+                counted(n_accepted, "accepted reading")
             ),
         }
     }

@@ -27,6 +27,7 @@ use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::problem::LoadCaseModel;
+use stiffbench_units_and_text::count::counted;
 
 /// Degrees of freedom that load cases must leave beside the baseline: with fewer no candidate can be believed.
 const FEWEST_DOF: usize = 6;
@@ -416,13 +417,15 @@ fn undecided(model: &LoadCaseModel<'_>, baseline: LoadCaseFit, dof: usize) -> Lo
     let mut lacking = Vec::new();
     if dof < FEWEST_DOF {
         lacking.push(format!(
-            "{dof} degrees of freedom are left beside the free parameters, and {FEWEST_DOF} are needed: read more components or poses"
+            "the free parameters leave {}, and {FEWEST_DOF} are needed: read more components or poses",
+            counted(dof, "degree of freedom")
         ));
     }
     let poses = model.posed.labels.len();
     if poses < FEWEST_POSES {
         lacking.push(format!(
-            "there are {poses} poses, and {FEWEST_POSES} are needed"
+            "the data have {}, and {FEWEST_POSES} are needed",
+            counted(poses, "pose")
         ));
     }
     LoadCaseDiagnosis {
