@@ -14,6 +14,7 @@ use crate::stiffness::{
 use crate::test_point::{Direction, PoseId};
 
 use super::text::{AlignedTable, significant};
+use crate::count::counted;
 
 /// Unit of every stiffness.
 const UNIT: &str = "N/um";
@@ -33,6 +34,9 @@ pub struct ComparisonReport {
     pub rule: &'static str,
     /// Whether the robot files of the sessions differ.
     pub two_robots: bool,
+    /// The verdict in words, with the cells that differ.
+    #[serde(skip)]
+    sentence: String,
 }
 
 /// The stiffness of one cell in two sessions.
@@ -50,7 +54,7 @@ pub struct CellDifference {
     pub difference: MeasuredDifference,
     /// The difference over its expanded uncertainty.
     pub en_ratio: f64,
-    /// Whether that is beyond 1.
+    /// Whether the cell differs by itself: Holm's rule at 2.5 % over all cells, which is stricter than a ratio beyond 1.
     pub differs: bool,
 }
 
@@ -96,9 +100,9 @@ pub struct OverallDifference {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ComparisonVerdict {
-    /// No cell differs, nor all together.
+    /// No cell differs by itself, the number of cells allowed for, nor do all together.
     Agrees,
-    /// They differ.
+    /// A cell differs by itself, or all together do.
     Differs,
     /// They have no cell in common.
     NothingToCompare,
@@ -133,6 +137,7 @@ impl ComparisonReport {
             },
             rule: DECISION_RULE,
             two_robots,
+            sentence: verdict_sentence(comparison),
         }
     }
 
@@ -157,7 +162,8 @@ impl ComparisonReport {
             rows.row(cell.row());
         }
         let mut text = format!(
-            "A is {a}\nB is {b}\n\n{}\nU is the expanded uncertainty of the difference for 95 %.\n",
+            "A is {a}\nB is {b}\n\n{}\nU is the expanded uncertainty of the difference for 95 %: of cells that have not changed, one in twenty has (B - A)/U\n\
+             beyond 1 or -1. A cell differs where its difference is too large for chance, given the number of cells.\n",
             rows.text()
         );
         for left_out in &self.not_compared {
@@ -171,19 +177,42 @@ impl ComparisonReport {
         if let Some(overall) = &self.overall {
             let _ = writeln!(
                 text,
-                "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, {}.",
+                "\nAll cells together: chi-squared {:.2} with {}, {}.",
                 overall.chi2,
-                overall.dof,
+                counted(overall.dof, "degree of freedom"),
                 probability(overall.p)
             );
         }
-        let verdict = match self.verdict {
-            ComparisonVerdict::Agrees => "The sessions agree.",
-            ComparisonVerdict::Differs => "The sessions differ.",
-            ComparisonVerdict::NothingToCompare => "There is nothing to compare.",
-        };
-        let _ = writeln!(text, "{verdict} Rule: {}", self.rule);
+        let _ = writeln!(text, "{} Rule: {}", self.sentence, self.rule);
         text
+    }
+
+    /// The verdict in a sentence, with the cells that differ.
+    #[must_use]
+    pub fn sentence(&self) -> &str {
+        &self.sentence
+    }
+}
+
+/// The verdict, and what it rests on.
+fn verdict_sentence(comparison: &Comparison) -> String {
+    match comparison.agreement {
+        StiffnessAgreement::Agrees => return "The sessions agree.".to_owned(),
+        StiffnessAgreement::NothingToCompare => return "There is nothing to compare.".to_owned(),
+        StiffnessAgreement::Differs => {}
+    }
+    let differing = comparison.changes.iter().filter(|change| change.differs);
+    let cells: Vec<String> = differing.map(|change| change.cell.to_string()).collect();
+    let cells = cells.join(", ");
+    match &comparison.overall {
+        Some(test) if !test.differs => {
+            format!("The sessions differ in {cells}; all cells together do not show it.")
+        }
+        _ if cells.is_empty() => {
+            "The sessions differ in all cells together; no single cell can be named.".to_owned()
+        }
+        Some(_) => format!("The sessions differ in {cells}, and in all cells together."),
+        None => format!("The sessions differ in {cells}."),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
 use crate::elastostatics::{LoadCaseDiagnosis, LoadCaseFit};
 use crate::fit::{FitOutcome, FittedCell};
 use crate::report::{
-    ComparisonReport, ComparisonVerdict, DiagnosisResult, DiagnosisSummary, FitReport, FitResult,
+    ComparisonReport, DiagnosisResult, DiagnosisSummary, FitReport, FitResult,
     LoadCaseDiagnosisReport, LoadCaseFitReport, diagnosis_page, load_case_fit_text,
     next_load_cases_text, significant,
 };
@@ -140,13 +140,8 @@ impl From<&DiagnosisReport> for PageDiagnosis {
 
 impl PageComparison {
     pub(super) fn new(numbers: ComparisonReport, [a, b]: [&str; 2]) -> Self {
-        let verdict = match numbers.verdict {
-            ComparisonVerdict::Agrees => "The sessions agree.",
-            ComparisonVerdict::Differs => "The sessions differ.",
-            ComparisonVerdict::NothingToCompare => "There is nothing to compare.",
-        };
         Self {
-            verdict: verdict.to_owned(),
+            verdict: numbers.sentence().to_owned(),
             text: text_blocks(&numbers.text(a, b)),
             numbers,
         }
