@@ -98,6 +98,68 @@ fn a_large_outlier_is_flagged_alone_and_kept() {
 }
 
 #[test]
+fn a_bad_reading_of_the_stated_size_is_found_in_four_of_five_benches_at_the_end_of_a_run() {
+    // At 70 N a reading pulls its line most. The stiffest cell has the smallest scatter and is the best one, the softest the worst.
+    let n_benches = 600;
+    let mut found = [0; 2];
+    for seed in 0..n_benches {
+        let bench = SimulatedBench {
+            unloading: false,
+            ..mixed_bench(seed)
+        };
+        let clean = table(&bench, &GaugePair::default());
+        let sizes_m = clean.pooled_scatter.unwrap().smallest_outliers_m.unwrap();
+        for (found, (cell, size_m)) in found.iter_mut().zip([0, 11].into_iter().zip(sizes_m)) {
+            let mut readings = bench.readings();
+            let victim = cell * 40 + 2 * 8 + 7;
+            assert_eq!(readings[victim].target_n, -70.0);
+            readings[victim].displacement_m += if seed % 2 == 0 { size_m } else { -size_m };
+            let seq = readings[victim].seq;
+            let table = stiffness_table(
+                &readings,
+                &GaugePair::default(),
+                StiffnessOptions::default(),
+            );
+            let flags = &table.cells[cell].flags;
+            *found += u32::from(
+                flags
+                    .iter()
+                    .any(|flag| matches!(flag, Flag::Outlier { place, .. } if place.seq == seq)),
+            );
+        }
+    }
+    let shares = found.map(|found| f64::from(found) / n_benches as f64);
+    println!("found {shares:?}");
+    // 80 % to 1.6 % by chance, three of them; the pull of the worst cell on its scatter is overestimated where it is large.
+    assert!((0.75..=0.85).contains(&shares[0]), "{shares:?}");
+    assert!((0.75..=0.90).contains(&shares[1]), "{shares:?}");
+}
+
+#[test]
+fn a_flagged_reading_is_as_far_off_as_it_was_put() {
+    // 300 um at the end of a run of its own: the other readings know where it belongs to about their scatter, 3 um.
+    let bench = mixed_bench(7);
+    let victim = bench
+        .readings()
+        .iter()
+        .position(|r| r.target_n == -70.0)
+        .unwrap();
+    let seq = bench.readings()[victim].seq;
+    let table = spoiled(&bench, |r| {
+        if r.seq == seq {
+            r.displacement_m += 300e-6;
+        }
+    });
+    let far_off_m = table.cells[0].flags.iter().find_map(|flag| match flag {
+        Flag::Outlier {
+            place, deviation_m, ..
+        } if place.seq == seq => Some(*deviation_m),
+        _ => None,
+    });
+    assert!((far_off_m.unwrap() - 300e-6).abs() < 20e-6, "{far_off_m:?}");
+}
+
+#[test]
 fn a_stiffness_that_grows_with_the_repeat_is_a_trend() {
     let table = spoiled(&mixed_bench(2), |r| {
         if r.pose.as_str() == "P4" {
@@ -183,7 +245,11 @@ fn two_tables_of_one_robot_differ_in_one_of_twenty_and_a_change_is_found() {
         let comparison = compare(&a, &b, true);
         assert_eq!(comparison.changes.len(), 12);
         differs += u32::from(comparison.agreement == StiffnessAgreement::Differs);
-        named += u32::from(comparison.changes.iter().any(|change| change.differs));
+        let is_named = comparison.changes.iter().any(|change| change.differs);
+        named += u32::from(is_named);
+        // The answer is that of what is printed beside it.
+        let agrees = !is_named && !comparison.overall.unwrap().differs;
+        assert_eq!(agrees, comparison.agreement == StiffnessAgreement::Agrees);
     }
     let allowed = 0.05 + 3.0 * (0.05 * 0.95 / n_pairs as f64).sqrt();
     println!("differs {differs}, named {named} of {n_pairs}");

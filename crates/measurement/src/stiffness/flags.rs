@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::significance::TestStatistic;
+use stiffbench_units_and_text::count::counted;
 
 /// A reading, by the numbers that find it again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +34,7 @@ pub enum Flag {
         place: ReadingPlace,
         /// Its target, N.
         target_n: f64,
-        /// Distance from its repeats, zero and slope of its run taken off, m.
+        /// Distance from what the other readings predict for it, m: the deleted residual, which the reading itself does not pull.
         deviation_m: f64,
         /// Pooled standard deviation of a reading, m.
         sd_m: f64,
@@ -167,8 +168,10 @@ fn um(metres: f64) -> f64 {
 fn tested(f: &mut fmt::Formatter<'_>, test: &TestStatistic, detectable: &str) -> fmt::Result {
     write!(
         f,
-        "{:.2} standard errors, limit {:.2} for 5 % over {} comparison(s); 80 % of cases of {detectable} would be found",
-        test.statistic, test.limit, test.n_tested
+        "{:.2} standard errors, limit {:.2} for 5 % over {}; 80 % of cases of {detectable} would be found",
+        test.statistic,
+        test.limit,
+        counted(test.n_tested, "comparison")
     )
 }
 
@@ -221,7 +224,8 @@ impl fmt::Display for Flag {
             ),
             Self::TooFewLoads { n } => write!(
                 f,
-                "{n} load(s) under force (limit 3): an offset or curvature cannot be distinguished from the slope"
+                "{} under force (limit 3): an offset or curvature cannot be distinguished from the slope",
+                counted(n, "load")
             ),
         }
     }
@@ -239,7 +243,7 @@ impl Flag {
             } => {
                 write!(
                     f,
-                    "reading {} (repeat {}, {target_n} N) is {:+.2} um from its repeats, pooled standard deviation {:.2} um: ",
+                    "reading {} (repeat {}, {target_n} N) is {:+.2} um from what the other readings predict, pooled standard deviation {:.2} um: ",
                     place.seq,
                     place.repeat,
                     um(*deviation_m),
@@ -279,8 +283,9 @@ impl Flag {
             } => {
                 write!(
                     f,
-                    "after unloading, the gauge shows {:+.2} um from its start (mean of {n_runs} run(s)): ",
-                    um(*mean_m)
+                    "after unloading, the gauge shows {:+.2} um from its start (mean of {}): ",
+                    um(*mean_m),
+                    counted(n_runs, "run")
                 )?;
                 tested(f, test, &format!("{:.2} um", um(test.detectable)))
             }
@@ -323,8 +328,8 @@ mod tests {
         assert_eq!(flag.rule(), "outlier");
         assert_eq!(
             flag.to_string(),
-            "reading 17 (repeat 3, -40 N) is -31.00 um from its repeats, pooled standard deviation 6.00 um: \
-             5.80 standard errors, limit 4.02 for 5 % over 480 comparison(s); 80 % of cases of 32.57 um would be found"
+            "reading 17 (repeat 3, -40 N) is -31.00 um from what the other readings predict, pooled standard deviation 6.00 um: \
+             5.80 standard errors, limit 4.02 for 5 % over 480 comparisons; 80 % of cases of 32.57 um would be found"
         );
     }
 

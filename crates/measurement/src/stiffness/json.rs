@@ -34,7 +34,7 @@ struct PooledForm {
     #[serde(rename = "force_N")]
     force_n: f64,
     dof: f64,
-    /// From which distance a single bad reading is found in 80 % of cases, in the best cell and in the worst; `null` where none would be.
+    /// From which distance a single bad reading that has repeats is found in 80 % of cases, wherever it stands in its run, in the best cell and in the worst; `null` where some would not be found however far off.
     outlier_found_from_um: Option<[f64; 2]>,
 }
 

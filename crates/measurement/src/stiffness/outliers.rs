@@ -6,7 +6,7 @@
 use super::checks::CellWork;
 use super::flags::{Flag, ReadingPlace};
 use super::gauges::GaugePair;
-use super::scatter::{CellScatter, PooledScatter};
+use super::scatter::{CellScatter, ONE_COMPLIANCE, PooledScatter};
 use super::significance::{TestStatistic, deviation_limit};
 
 /// Most readings flagged as outliers in one cell; a cell with more has another fault, which more flags would not make plainer.
@@ -44,26 +44,85 @@ pub(super) fn flag_outliers(works: &mut [CellWork], gauges: &GaugePair) -> Optio
 }
 
 /// See [`PooledScatter::smallest_outliers_m`].
+///
+/// A bad reading raises the scatter that it is compared with. A reading that is z of its standard deviations σ off makes s² = σ² (1 + q (z² - 1))
+/// of its cell, with q from [`VarianceSplit::pull`]; it is found if z² σ² is above the limit L² s², which is z² > L² (1 - q)/(1 - L² q).
 fn smallest_outliers_m(
     works: &[CellWork],
     pooled: &PooledScatter,
     gauges: &GaugePair,
 ) -> Option<[f64; 2]> {
-    let scatters = || works.iter().filter_map(|work| work.scatter.as_ref());
-    let n_tested = scatters().map(|scatter| scatter.deviations.len()).sum();
-    let limit = deviation_limit(pooled.dof, n_tested)?;
-    let of_cell = |scatter: &CellScatter| {
-        let shares = scatter.deviations.iter().map(|d| d.variance_share);
-        let mut shares: Vec<f64> = shares.filter(|share| *share > SMALLEST_SHARE).collect();
-        shares.sort_by(f64::total_cmp);
-        let share = *shares.get(shares.len() / 2)?;
-        let sd_m = reading_sd_m(pooled, gauges, scatter.compliance_m_per_n);
-        Some(TestStatistic::new(0.0, limit, n_tested, sd_m / share.sqrt()).detectable)
+    let cells = || {
+        let tested = works.iter().filter_map(|work| {
+            let scatter = work.scatter.as_ref()?;
+            Some((
+                work,
+                scatter,
+                reading_sd_m(pooled, gauges, scatter.compliance_m_per_n),
+            ))
+        });
+        tested.filter(|(_, scatter, _)| !scatter.deviations.is_empty())
     };
-    let found: Vec<f64> = scatters().filter_map(of_cell).collect();
+    let n_tested = cells()
+        .map(|(_, scatter, _)| scatter.deviations.len())
+        .sum();
+    let squared_limit = deviation_limit(pooled.dof, n_tested)?.powi(2);
+    let split = VarianceSplit::of(cells().map(|(_, scatter, sd_m)| (scatter, sd_m)));
+    let found = cells().map(|(work, scatter, sd_m)| {
+        let shares = scatter.deviations.iter().map(|d| d.variance_share);
+        let share = shares.min_by(f64::total_cmp)?;
+        let pull = split.pull(scatter.compliance_m_per_n, sd_m);
+        let reachable = squared_limit * pull < 1.0;
+        let scatters = sd_m > ROUNDING * work.curve.largest_displacement_m();
+        let limit = (squared_limit * (1.0 - pull) / (1.0 - squared_limit * pull)).sqrt();
+        (share > SMALLEST_SHARE && reachable && scatters)
+            .then(|| TestStatistic::new(0.0, limit, n_tested, sd_m / share.sqrt()).detectable)
+    });
+    let found: Vec<f64> = found.collect::<Option<_>>()?;
     let least = found.iter().copied().min_by(f64::total_cmp)?;
     let most = found.iter().copied().max_by(f64::total_cmp)?;
     Some([least, most])
+}
+
+/// Sums of the weighted least squares that split the variances of the cells into s² = a + b c², at the weights ν/s⁴ that they end with.
+#[derive(Debug, Default)]
+struct VarianceSplit {
+    weight: f64,
+    weight_c2: f64,
+    weight_c4: f64,
+}
+
+impl VarianceSplit {
+    /// From the cells, each with the standard deviation of its readings, m.
+    fn of<'a>(cells: impl Iterator<Item = (&'a CellScatter, f64)>) -> Self {
+        cells.fold(Self::default(), |sums, (cell, sd_m)| {
+            let c2 = cell.compliance_m_per_n * cell.compliance_m_per_n;
+            let weight = cell.dof / sd_m.powi(4);
+            Self {
+                weight: sums.weight + weight,
+                weight_c2: sums.weight_c2 + weight * c2,
+                weight_c4: sums.weight_c4 + weight * c2 * c2,
+            }
+        })
+    }
+
+    /// By how much one square in the sum of a cell raises the s² of that cell: its leverage over its degrees of freedom. Both parts are taken
+    /// as free, which is the most that it can be.
+    fn pull(&self, compliance_m_per_n: f64, sd_m: f64) -> f64 {
+        let c2 = compliance_m_per_n * compliance_m_per_n;
+        let Self {
+            weight,
+            weight_c2,
+            weight_c4,
+        } = self;
+        let determinant = weight * weight_c4 - weight_c2 * weight_c2;
+        let leverage = if determinant <= ONE_COMPLIANCE * weight * weight_c4 {
+            1.0 / weight
+        } else {
+            (weight_c4 - 2.0 * weight_c2 * c2 + weight * c2 * c2) / determinant
+        };
+        leverage / sd_m.powi(4)
+    }
 }
 
 /// Standard deviation of a reading, m, and not less than the display steps alone would give.
@@ -100,7 +159,8 @@ fn flag_farthest(
     };
     let (run, index) = farthest.place;
     let point = &work.curve.runs[run].points[index];
-    // A reading that is off by x shows x times its variance share, in units of the root of that share.
+    // A reading that is off by x shows x times its variance share, since it pulls its line and its load mean; in units of the root of
+    // that share.
     let error = sd_m / farthest.variance_share.sqrt();
     work.flags.push(Flag::Outlier {
         place: ReadingPlace {
@@ -109,7 +169,7 @@ fn flag_farthest(
             repeat: point.repeat,
         },
         target_n: work.curve.loads[point.load].target_n,
-        deviation_m: farthest.distance_m,
+        deviation_m: farthest.distance_m / farthest.variance_share,
         sd_m,
         test: TestStatistic::new(statistic(farthest), limit, n_tested, error),
     });

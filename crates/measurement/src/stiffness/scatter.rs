@@ -10,6 +10,10 @@ use super::line::{LineFit, StraightLine};
 /// Fewest readings of a run through which a line of its own leaves something to see.
 const FEWEST_READINGS_OF_A_LINE: usize = 3;
 
+/// Cells whose squared compliances spread by no more than the root of this share are cells of one compliance: a and b of s² = a + b c² cannot
+/// be distinguished.
+pub(super) const ONE_COMPLIANCE: f64 = 1e-6;
+
 /// Scatter of single readings within runs, pooled over the cells of a table.
 ///
 /// Zero, slope and curvature common to the repeats are taken out first. Readings flagged as outliers do not count here.
@@ -23,8 +27,8 @@ pub struct PooledScatter {
     pub mean_sd_m: f64,
     /// Degrees of freedom over all cells.
     pub dof: f64,
-    /// From which distance, m, a single bad reading is found in 80 % of cases: in the cell where least is enough, and where most is needed;
-    /// `None` where none would be.
+    /// From which distance, m, a single bad reading that has repeats is found in 80 % of cases, wherever it stands in its run: in the cell where
+    /// least is enough, and where most is needed; `None` where some would not be found however far off.
     pub smallest_outliers_m: Option<[f64; 2]>,
 }
 
@@ -122,7 +126,7 @@ fn split_variance(cells: &[(f64, f64, f64)], mean_variance: f64) -> (f64, f64) {
             return fitted;
         }
         // With cells of one compliance the two are indistinguishable; all is then attributed to the displacement.
-        if determinant <= 1e-6 * w * wcc {
+        if determinant <= ONE_COMPLIANCE * w * wcc {
             return (ws / w, 0.0);
         }
         let a = (wcc * ws - wc * wcs) / determinant;
