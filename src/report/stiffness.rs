@@ -3,12 +3,14 @@
 use std::fmt::Write;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::statistics::Estimate;
 use crate::stiffness::{
     CellStiffness, Flag, Method, NoStiffness, PooledScatter, RowUse, StiffnessEstimate,
     StiffnessTable, format_value_uncertainty,
 };
 
 use super::text::{AlignedTable, significant};
+use crate::count::degrees_of_freedom;
 
 /// The table, its flags and what was left out.
 #[must_use]
@@ -102,16 +104,16 @@ fn scatter_text(pooled: Option<&PooledScatter>) -> String {
             } else {
                 format!(" in the best cell, from {most} um in the worst")
             };
-            format!("is found in 80 % of cases from {least} um off its repeats{beyond}")
+            format!("is found in 80 % of cases from {least} um off{beyond}, wherever it stands in its run")
         }
-        None => "cannot be found: the repeats are too few".to_owned(),
+        None => "is not found in every place, however far off: the repeats are too few, or show no scatter".to_owned(),
     };
     format!(
-        "\nScatter of one reading within its run, pooled over all cells ({2} degrees of freedom): {0:.2} um, and as far as soft cells scatter more\n\
-         than stiff ones {1:.3} N times the compliance of the cell. A single bad reading {found}.\n",
+        "\nScatter of one reading within its run, pooled over all cells ({2}): {0:.2} um, and as far as soft cells scatter more\n\
+         than stiff ones {1:.3} N times the compliance of the cell. A single bad reading that has repeats {found}.\n",
         pooled.displacement_sd_m * 1e6,
         pooled.force_sd_n,
-        pooled.dof
+        degrees_of_freedom(pooled.dof)
     )
 }
 
@@ -165,14 +167,34 @@ fn columns(result: Result<&StiffnessEstimate, NoStiffness>) -> [String; 4] {
                 .estimate
                 .coverage_factor_95()
                 .map_or_else(none, |k| format!("{k:.2}")),
-            if found.estimate.dof.is_finite() {
-                format!("{:.0}", found.estimate.dof.floor())
-            } else {
-                "inf".to_owned()
-            },
+            dof_with_k(found.estimate.dof).unwrap_or_else(|| "inf".to_owned()),
         ],
         None => [significant(value, 5), none(), none(), none()],
     }
+}
+
+/// Degrees of freedom that a coverage factor with two decimals goes with: whole numbers as they are, others with so many decimals, at
+/// least one, that k of what is printed is the printed k. `None` for infinite ones.
+pub(super) fn dof_with_k(dof: f64) -> Option<String> {
+    let k = |dof| {
+        let estimate = Estimate {
+            value: 0.0,
+            standard_uncertainty: 1.0,
+            dof,
+        };
+        estimate.coverage_factor_95().map(|k| format!("{k:.2}"))
+    };
+    if !dof.is_finite() {
+        return None;
+    }
+    // Sums leave a whole number off by their rounding.
+    if (dof - dof.round()).abs() < 1e-9 * dof {
+        return Some(format!("{dof:.0}"));
+    }
+    let agrees = |text: &String| text.parse().is_ok_and(|printed: f64| k(printed) == k(dof));
+    // Beyond six decimals Student's quantile does not change in the digits that are printed, even close to one degree of freedom.
+    let texts = (1..=6).map(|decimals| format!("{dof:.decimals$}"));
+    texts.clone().find(agrees).or_else(|| texts.last())
 }
 
 /// Uncertainty budgets of the regression stiffness.

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::report::stiffness::dof_with_k;
 use crate::report::{VectorStiffnessCell, significant};
 use crate::stiffness::{
     BudgetRow, CellStiffness, Method, RowUse, StiffnessTable, format_value_uncertainty,
@@ -104,7 +105,7 @@ pub(super) fn page_cell(cell: &CellStiffness) -> PageCell {
         k: known
             .and_then(|one| one.coverage_factor_95())
             .map_or_else(none, |k| format!("{k:.2}")),
-        dof: known.map_or_else(none, |one| dof_words(one.dof.floor())),
+        dof: known.map_or_else(none, |one| dof_words(one.dof)),
         percent: known
             .and_then(|one| Some(100.0 * one.expanded_95()? / one.value.abs()))
             .map_or_else(none, |percent| significant(percent, 2)),
@@ -117,11 +118,7 @@ pub(super) fn page_cell(cell: &CellStiffness) -> PageCell {
 }
 
 fn dof_words(dof: f64) -> String {
-    if dof.is_finite() {
-        format!("{dof:.0}")
-    } else {
-        "∞".to_owned()
-    }
+    dof_with_k(dof).unwrap_or_else(|| "∞".to_owned())
 }
 
 impl From<&VectorStiffnessCell> for PageCell {
@@ -144,7 +141,7 @@ impl From<&VectorStiffnessCell> for PageCell {
             stiffness,
             expanded,
             k: found.k.map_or_else(none, |k| format!("{k:.2}")),
-            dof: found.dof.map_or_else(none, |dof| dof_words(dof.floor())),
+            dof: found.dof.map_or_else(none, dof_words),
             percent: percent.unwrap_or_else(none),
             reason: found.reason.clone(),
         }
@@ -177,7 +174,7 @@ impl From<&StiffnessTable> for PageBudget {
                 cell: row.cell.to_string(),
                 contributions: of_row.map(contribution).collect(),
                 combined: significant(one.estimate.standard_uncertainty / N_PER_UM, 3),
-                dof: dof_words(one.estimate.dof.floor()),
+                dof: dof_words(one.estimate.dof),
             }
         });
         let others = others.iter().map(|place| &first.budget.rows[*place]);
