@@ -5,15 +5,25 @@ use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader};
 
 use super::error::ArgumentError;
+use crate::count::counted;
 
-/// Coverage factor of uncertainties that the command line states (GUM 6.3.3).
+/// Coverage factor of expanded uncertainties that the command line states (GUM 6.3.3).
 const K: f64 = 2.0;
+
+/// What is stated of the errors of a gauge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StatedError {
+    /// Expanded uncertainty for k = 2, N or m.
+    Expanded(f64),
+    /// Limits of error on both sides of zero, N or m, within which every value is as likely.
+    Limits(f64),
+}
 
 /// What is given of one gauge; what is absent stays as the session states it.
 #[derive(Debug, Clone, Default)]
 pub struct GaugeCalibration {
-    /// Expanded uncertainty for k = 2, N or m, with the option that states it.
-    pub expanded_uncertainty: Option<(f64, String)>,
+    /// What is stated of its errors, with the option that states it.
+    pub error: Option<(StatedError, String)>,
     /// Curve that corrects the readings, with the option that states it.
     pub curve: Option<(CalibrationCurve, String)>,
 }
@@ -53,9 +63,7 @@ impl GivenCalibration {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         let gauges = [&self.force, &self.displacement];
-        let none = |gauge: &&GaugeCalibration| {
-            gauge.expanded_uncertainty.is_none() && gauge.curve.is_none()
-        };
+        let none = |gauge: &&GaugeCalibration| gauge.error.is_none() && gauge.curve.is_none();
         self.records.is_none() && gauges.iter().all(none)
     }
 
@@ -112,20 +120,16 @@ impl GivenCalibration {
                 ));
                 if beyond > 0 {
                     warnings.push(format!(
-                        "{beyond} readings of the {} lie beyond the points of {source}: they are corrected along its last line",
+                        "beyond the points of {source}, corrected along its last line: {} of the {}",
+                        counted(beyond, "reading"),
                         words.name
                     ));
                 }
-                state(
-                    record,
-                    K * curve.standard_uncertainty(),
-                    &words,
-                    source,
-                    &mut done,
-                );
+                let error = StatedError::Expanded(K * curve.standard_uncertainty());
+                done.push(state(record, error, &words, source));
             }
-            if let Some((expanded, source)) = &given.expanded_uncertainty {
-                state(record, *expanded, &words, source, &mut done);
+            if let Some((error, source)) = &given.error {
+                done.push(state(record, *error, &words, source));
             }
         }
         done
@@ -158,22 +162,37 @@ fn correct(table: &mut ReadingTable, side: usize, curve: &CalibrationCurve) -> f
     largest
 }
 
+/// Puts what is stated into the record of the gauge, and returns it in words.
 fn state(
     record: &mut Option<InstrumentRecord>,
-    expanded: f64,
+    error: StatedError,
     words: &GaugeWords,
     source: &str,
-    done: &mut Vec<String>,
-) {
+) -> String {
     let record = record.get_or_insert_with(InstrumentRecord::default);
-    record.expanded_uncertainty = Some(expanded);
-    record.k = Some(K);
-    done.push(format!(
-        "{}: U = {} {}, k = 2 ({source})",
-        words.name,
-        rounded(expanded / words.si_per_unit),
-        words.unit
-    ));
+    let GaugeWords {
+        name,
+        unit,
+        si_per_unit,
+    } = words;
+    match error {
+        StatedError::Expanded(expanded) => {
+            record.expanded_uncertainty = Some(expanded);
+            record.k = Some(K);
+            let expanded = rounded(expanded / si_per_unit);
+            format!("{name}: U = {expanded} {unit}, k = {K} ({source})")
+        }
+        StatedError::Limits(limit) => {
+            let k = 3_f64.sqrt();
+            record.expanded_uncertainty = Some(limit);
+            record.k = Some(k);
+            format!(
+                "{name}: limits of error ±{} {unit}, rectangular, u = {} {unit} ({source})",
+                rounded(limit / si_per_unit),
+                rounded(limit / k / si_per_unit)
+            )
+        }
+    }
 }
 
 /// Without the digits that only the conversion of units left.

@@ -45,7 +45,7 @@ mod robot_check;
 mod together;
 mod vectors;
 
-pub use calibration::{GaugeCalibration, GivenCalibration};
+pub use calibration::{GaugeCalibration, GivenCalibration, StatedError};
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings, gauges_text, session_header};
 pub use data_check::check_data;
 pub use derived::{DerivedQuantity, derive};

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser};
 
 use crate::analysis::{
-    AnalysisError, ArgumentError, GaugeCalibration, GivenCalibration, OpenSettings, read_bytes,
+    AnalysisError, ArgumentError, GaugeCalibration, GivenCalibration, OpenSettings, StatedError,
+    read_bytes,
 };
 use crate::calibration::CalibrationCurve;
 use crate::quantity::Kind;
@@ -111,21 +112,22 @@ fn gauge(
     (table_option, table): (&str, Option<&Path>),
     kind: Kind,
 ) -> Result<GaugeCalibration, Failure> {
-    let expanded = u.map(|text| expanded(u_option, text, kind)).transpose()?;
+    let error = u
+        .map(|text| stated_error(u_option, text, kind))
+        .transpose()?;
     let curve = table.map(|path| -> Result<_, AnalysisError> {
         let name = path.display().to_string();
         let curve = CalibrationCurve::read(&name, &read_bytes(path)?, kind)?;
         Ok((curve, format!("{table_option} {name}")))
     });
     Ok(GaugeCalibration {
-        expanded_uncertainty: expanded
-            .map(|value| (value, format!("{u_option} {}", u.unwrap_or_default()))),
+        error: error.map(|error| (error, format!("{u_option} {}", u.unwrap_or_default()))),
         curve: curve.transpose()?,
     })
 }
 
-/// `0.3N`, or `limit=0.3N`: half the width of a rectangle, whose standard uncertainty is a/√3 (GUM 4.3.7), here as U for k = 2.
-fn expanded(option: &str, text: &str, kind: Kind) -> Result<f64, ArgumentError> {
+/// `0.3N`, or `limit=0.3N`: half the width of a rectangle.
+fn stated_error(option: &str, text: &str, kind: Kind) -> Result<StatedError, ArgumentError> {
     let example = if kind == Kind::Force { "0.3N" } else { "3um" };
     let refused = |problem: &str| {
         ArgumentError::new(
@@ -134,9 +136,9 @@ fn expanded(option: &str, text: &str, kind: Kind) -> Result<f64, ArgumentError> 
             format!("{option} {example}, or {option} limit={example}"),
         )
     };
-    let (is_limit, value) = match text.strip_prefix("limit=") {
-        Some(value) => (true, value),
-        None => (false, text),
+    let (stated, value): (fn(f64) -> StatedError, &str) = match text.strip_prefix("limit=") {
+        Some(value) => (StatedError::Limits, value),
+        None => (StatedError::Expanded, text),
     };
     let end = value
         .rfind(|c: char| c.is_ascii_digit())
@@ -152,12 +154,7 @@ fn expanded(option: &str, text: &str, kind: Kind) -> Result<f64, ArgumentError> 
     if !(number.is_finite() && number >= 0.0) {
         return Err(refused("an uncertainty is not below zero"));
     }
-    let factor = if is_limit {
-        factor * 2.0 / 3_f64.sqrt()
-    } else {
-        factor
-    };
-    Ok(number * factor)
+    Ok(stated(number * factor))
 }
 
 #[cfg(test)]
@@ -166,11 +163,16 @@ mod tests {
 
     #[test]
     fn uncertainties_have_units() {
-        let of = |text, kind| expanded("--u", text, kind);
-        assert!((of("0.3N", Kind::Force).unwrap() - 0.3).abs() < 1e-15);
-        assert!((of("3 um", Kind::Displacement).unwrap() - 3e-6).abs() < 1e-18);
-        // A rectangle of half width a has u = a/√3, and U = 2u.
-        assert!((of("limit=3N", Kind::Force).unwrap() - 2.0 * 3_f64.sqrt()).abs() < 1e-12);
+        let of = |text, kind| stated_error("--u", text, kind);
+        assert_eq!(of("0.3N", Kind::Force).unwrap(), StatedError::Expanded(0.3));
+        let StatedError::Expanded(three_um) = of("3 um", Kind::Displacement).unwrap() else {
+            panic!("no limits are stated");
+        };
+        assert!((three_um - 3e-6).abs() < 1e-18);
+        assert_eq!(
+            of("limit=3N", Kind::Force).unwrap(),
+            StatedError::Limits(3.0)
+        );
         for text in ["0.3", "N", "-1N", "0.3mm", "", "limit="] {
             assert!(of(text, Kind::Force).is_err(), "{text}");
         }

@@ -478,10 +478,20 @@ fn calibration_can_be_given_to_every_analysis() {
         .succeeds();
     for words in [
         "force gauge: U = 1 N, k = 2 (--force-u 1N)",
-        "displacement gauge: U = 1.1547 um",
+        "displacement gauge: limits of error ±1 um, rectangular, u = 0.5774 um (--displacement-u limit=1um)",
     ] {
         assert!(run.stdout.contains(words), "{}", run.stdout);
     }
+    // The row of the budget has the distribution of the limits; that of the force gauge is normal.
+    let row = |gauge: &str| {
+        let rows = run.stdout.lines();
+        let row = rows.filter(|row| row.contains(gauge)).next_back();
+        row.unwrap_or_default().to_owned()
+    };
+    let [of_limits, of_force] =
+        ["displacement", "force"].map(|name| row(&format!("calibration of the {name} gauge")));
+    assert!(of_limits.contains("rectangular"), "{of_limits}");
+    assert!(of_force.contains("normal"), "{of_force}");
     let with = cells(&desk.data("stiffness s --force-u 1N"));
     assert!((with[0].1 - plain[0].1).abs() < 1e-12);
     // U of the calibration is U/F_max of K, added in squares: 1 N of 50 N is 2 %.

@@ -13,10 +13,11 @@ use crate::readings::{InstrumentRecord, OverdueGauge, SessionHeader};
 use crate::report::stiffness::flag_lines;
 use crate::report::{VectorStiffnessReport, significant};
 use crate::session::OmittedReadings;
-use crate::stiffness::{Branches, Method, StiffnessTable};
+use crate::stiffness::{Branches, Method, StiffnessTable, is_factor_of_limits};
 
 use super::blocks::{TextBlock, text_blocks};
 use super::results::{PageBudget, PageCell, page_cell};
+use crate::count::counted;
 
 /// A word with its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -369,16 +370,21 @@ fn page_gauge(name: &str, record: &InstrumentRecord, overdue: &[OverdueGauge]) -
     };
     let text = |value: Option<&String>| value.cloned().unwrap_or_else(none);
     let date = |value: Option<jiff::civil::Date>| value.map_or_else(none, |date| date.to_string());
-    let k = record.k.map_or_else(String::new, |k| format!(" (k = {k})"));
     PageGauge {
         name: name.to_owned(),
         model: text(record.model.as_ref()),
         serial: text(record.serial.as_ref()),
         range: quantity(record.range),
         resolution: quantity(record.resolution),
-        expanded: match record.expanded_uncertainty {
-            Some(_) => quantity(record.expanded_uncertainty) + &k,
-            None => none(),
+        expanded: match (record.expanded_uncertainty, record.k) {
+            (None, _) => none(),
+            (stated, None) => quantity(stated),
+            (stated, Some(k)) if is_factor_of_limits(k) => {
+                let limits = quantity(stated);
+                let u = quantity(record.standard_uncertainty());
+                format!("limits ±{limits}, rectangular (u = {u})")
+            }
+            (stated, Some(k)) => format!("{} (k = {k})", quantity(stated)),
         },
         certificate: text(record.certificate.as_ref()),
         calibrated: date(record.calibrated),
@@ -407,7 +413,8 @@ fn deviations(
     let (superseded, rejected) = (excluded.superseded.len(), excluded.rejected.len());
     if superseded + rejected > 0 {
         all.push(format!(
-            "{superseded} reading(s) superseded and {rejected} rejected do not count"
+            "not counted: {} superseded, {rejected} rejected",
+            counted(superseded, "reading")
         ));
     }
     all.extend(of_history(history));
@@ -427,8 +434,10 @@ fn of_history(history: Option<&SessionHistory>) -> impl Iterator<Item = String> 
             .filter(|_| !history.is_complete())
         {
             all.push(format!(
-                "the session is not complete ({} of {} readings): {}",
-                ended.accepted, ended.planned, ended.reason
+                "the session is not complete ({} of {}): {}",
+                ended.accepted,
+                counted(ended.planned, "reading"),
+                ended.reason
             ));
         }
         let left_out = OmittedReadings::of(history.state.skipped.values());

@@ -200,8 +200,8 @@ fn largest_displacement_m(bare: &BareStiffness, curve: &LoadCurve) -> f64 {
 fn calibration_row(empty: BudgetRow, gauge: &GaugeTerms, method: Method) -> BudgetRow {
     let empty = BudgetRow {
         distribution: match method {
-            Method::Regression => Distribution::Normal,
-            Method::PaperMean => Distribution::Rectangular,
+            Method::Regression if !gauge.states_limits() => Distribution::Normal,
+            Method::Regression | Method::PaperMean => Distribution::Rectangular,
         },
         ..empty
     };

@@ -10,6 +10,12 @@ use super::display_step::{are_set, step_of};
 /// Coverage factor taken when a certificate's expanded uncertainty comes without one; the usual one for 95 % (GUM 6.3.3).
 const USUAL_COVERAGE_FACTOR: f64 = 2.0;
 
+/// Whether a coverage factor is √3, as far as two decimals tell: that of limits of error, within which every value is as likely.
+#[must_use]
+pub fn is_factor_of_limits(k: f64) -> bool {
+    (k - 3_f64.sqrt()).abs() < 0.005
+}
+
 /// Why an input to the stiffness stage was refused.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
 pub enum StiffnessError {
@@ -111,6 +117,13 @@ impl GaugeTerms {
     pub fn calibration_standard_uncertainty(&self) -> Option<f64> {
         let k = self.coverage_factor.unwrap_or(USUAL_COVERAGE_FACTOR);
         self.expanded_uncertainty.map(|expanded| expanded / k)
+    }
+
+    /// Whether the expanded uncertainty is a pair of limits within which every value is as likely: the half width a of a rectangle with
+    /// u = a/√3 (GUM 4.3.7), so that k is √3.
+    #[must_use]
+    pub fn states_limits(&self) -> bool {
+        self.expanded_uncertainty.is_some() && self.coverage_factor.is_some_and(is_factor_of_limits)
     }
 
     /// Whether k = 2 had to be assumed for the stated expanded uncertainty.
