@@ -268,7 +268,7 @@ impl ModelComparison {
             "weighted squares",
             "AICc",
             "above the best",
-            "error in unseen poses, %",
+            "root mean square error in unseen poses, %",
         ]);
         for model in &self.models {
             rows.row([
