@@ -1,6 +1,6 @@
 //! Residuals of the readings behind a fit, and tests of what they still show.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -9,6 +9,7 @@ use crate::fit::FitOutcome;
 use crate::readings::Reading;
 use crate::robot::ModelParameter;
 use crate::statistics::{mean, normal_upper_tail};
+use crate::test_point::Cell;
 
 use super::error::AnalysisError;
 use super::fit::FitData;
@@ -173,12 +174,16 @@ impl FitData {
         Ok(residuals)
     }
 
-    /// Runs tests of the residuals against load and order; empty without readings.
+    /// Runs tests of the residuals of the cells of the fit against load and order; empty without readings. Held-out cells also miss by what
+    /// the fit did not see of them.
     ///
     /// # Errors
     /// As [`residuals`](Self::residuals).
     pub fn runs_tests(&self, outcome: &FitOutcome) -> Result<Vec<RunsTest>, AnalysisError> {
+        let cells = outcome.cells.iter().filter(|cell| !cell.held_out);
+        let of_the_fit: HashSet<&Cell> = cells.map(|cell| &cell.cell).collect();
         let mut residuals = self.residuals(outcome)?;
+        residuals.retain(|one| of_the_fit.contains(&one.reading.cell()));
         residuals.sort_by(|a, b| {
             let (a, b) = (a.reading, b.reading);
             a.run.cmp(&b.run).then(a.force_n.total_cmp(&b.force_n))
