@@ -421,7 +421,9 @@ pub(super) fn at_bound(upper: bool, value: f64) -> FactorStatus {
         "zero fits best: no compliance shows in these poses".to_owned()
     } else {
         let side = if upper { "upper" } else { "lower" };
-        format!("the data push it beyond its {side} bound; the others are given for this value")
+        format!(
+            "the data push it beyond its {side} bound; the others are given for this value, and it has no uncertainty before the bound is wider"
+        )
     };
     FactorStatus::AtBound { upper, words }
 }

@@ -18,10 +18,8 @@ const TYPICAL_LN_UNCERTAINTY: f64 = 0.01;
 /// A factor whose interval reaches this far, upper end over lower end, deserves advice.
 const WIDE: f64 = 2.0;
 
-/// Length of a 95 % interval in standard uncertainties.
-const INTERVAL_LENGTH: f64 = 3.92;
-
-/// For each factor that is on a bound, not determined, or known to no better than a factor of two, the cell among the robot's named poses that determines it best.
+/// For each factor that is not determined, or known to no better than a factor of two, the cell among the robot's named poses that determines it
+/// best. A factor on a bound is left out: no further cell says more of it before the bound is wider.
 ///
 /// # Arguments
 /// - `problem`: the training cells.
@@ -51,7 +49,6 @@ pub(super) fn advise(
     }
     let candidates = candidates(problem, parameters, &outcome.factors)?;
     let best = |&factor: &usize| {
-        // Where factors can hardly be distinguished the parabola at the minimum says little; the interval that was followed says more.
         let estimate = &outcome.estimates[factor];
         // The coordinate of a factor is its logarithm; one of a spring is compared with its value.
         let (is_factor, value) = (estimate.parameter.is_factor(), estimate.value);
@@ -65,15 +62,9 @@ pub(super) fn advise(
                 u * parameters.slope(factor) / value
             }
         };
-        let followed = estimate.interval_95.map(|[lower, upper]| {
-            let length = if is_factor {
-                (upper / lower).ln()
-            } else {
-                (upper - lower) / value
-            };
-            length / INTERVAL_LENGTH
-        });
-        let now = followed.or_else(|| knowledge.uncertainty(factor, None).map(relative))?;
+        // Both from the covariance, so that they can be compared: the standard error of the fit, where it has one.
+        let stated = estimate.standard_uncertainty.map(|u| u / value);
+        let now = stated.or_else(|| knowledge.uncertainty(factor, None).map(relative))?;
         let (cell, then) = candidates
             .iter()
             .filter_map(|(cell, shares)| {
@@ -119,7 +110,7 @@ fn candidates(
 
 /// What the training cells say of the free factors.
 struct Knowledge {
-    /// Factors that the fit moves.
+    /// Factors that the fit moves and that are not on a bound.
     free: Vec<usize>,
     /// JᵀJ of ln K to the free coordinates, in units of the inverse variance.
     information: Vec<Vec<f64>>,
@@ -175,6 +166,15 @@ impl Knowledge {
             Some(is_fitted.then_some(own))
         });
         let columns: Vec<Option<usize>> = columns.collect();
+        let at_bound = |place: usize| {
+            let status = &outcome.estimates[place].status;
+            matches!(status, FactorStatus::AtBound { .. })
+        };
+        let (free, columns): (Vec<usize>, Vec<Option<usize>>) = free
+            .into_iter()
+            .zip(columns)
+            .filter(|(place, _)| !at_bound(*place))
+            .unzip();
         let product = |(x, y): (&[f64], &[f64])| {
             x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() / (unit * unit)
         };

@@ -207,7 +207,7 @@ fn at_bound(upper: bool, value: f64) -> FactorStatus {
     }
     let side = if upper { "upper" } else { "lower" };
     let words = format!(
-        "the data push it beyond its {side} bound; the other factors are given for this value"
+        "the data push it beyond its {side} bound; the other factors are given for this value, and it has no uncertainty before the bound is wider"
     );
     FactorStatus::AtBound { upper, words }
 }
