@@ -9,6 +9,7 @@ use crate::mismatch::{DesignReport, LawDesign, NearRival, Suspect};
 use crate::physics::{Effect, Law, ParameterSpec, Place, title};
 
 use super::text::AlignedTable;
+use crate::count::counted;
 
 /// Rows of the printed tables.
 const ROWS: usize = 40;
@@ -157,8 +158,10 @@ impl From<&DesignReport> for DesignSummary {
 #[must_use]
 pub fn design_text(report: &DesignReport) -> String {
     let mut text = format!(
-        "Procedure {}: {} readings, about {:.0} minutes. What it would show, with a dial gauge of 10 um read to 6 um:\n\n",
-        report.procedure, report.readings, report.minutes
+        "Procedure {}: {}, about {:.0} minutes. What it would show, with a dial gauge of 10 um read to 6 um:\n\n",
+        report.procedure,
+        counted(report.readings, "reading"),
+        report.minutes
     );
     let mut table = AlignedTable::new(&[
         "law and place",
@@ -172,9 +175,11 @@ pub fn design_text(report: &DesignReport) -> String {
         let from = match nearest {
             None => "-".to_owned(),
             Some(rival) if rival.never => "never".to_owned(),
-            Some(rival) => rival
-                .end_effect_5_m
-                .map_or_else(|| "-".to_owned(), |m| format!("{:.1}", m * 1e6)),
+            // What is not found is not distinguished either.
+            Some(rival) => rival.end_effect_5_m.map_or_else(
+                || "-".to_owned(),
+                |m| format!("{:.1}", m.max(law.end_effect_80_m) * 1e6),
+            ),
         };
         table.row([
             title(law.suspect.law, &law.suspect.place),
