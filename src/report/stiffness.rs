@@ -241,3 +241,22 @@ fn budgets(table: &StiffnessTable) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::student_t_quantile;
+
+    #[test]
+    fn the_printed_degrees_of_freedom_have_the_printed_k() {
+        let k = |dof: f64| format!("{:.2}", student_t_quantile(0.975, dof).unwrap());
+        for step in 0..4000 {
+            let dof = 1.0 + 0.0137 * f64::from(step);
+            let printed = dof_with_k(dof).unwrap();
+            assert_eq!(k(printed.parse().unwrap()), k(dof), "{dof}: {printed}");
+        }
+        assert_eq!(dof_with_k(4.0).unwrap(), "4");
+        assert_eq!(dof_with_k(4.6).unwrap(), "4.6");
+        assert_eq!(dof_with_k(f64::INFINITY), None);
+    }
+}

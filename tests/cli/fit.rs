@@ -180,6 +180,41 @@ fn runs_of_signs_tell_a_curved_load_line_from_scatter() {
 }
 
 #[test]
+fn a_parameter_on_its_bound_has_no_uncertainty_and_no_advice() {
+    let desk = desk();
+    desk.run("simulate seven --seed 7").succeeds();
+    let line = "fit seven --bounds beam.Iy=0.003..0.00486";
+    let data = desk.data(line);
+    let parameters = data["parameters"].as_array().unwrap();
+    let bound = parameters
+        .iter()
+        .find(|one| one["name"] == "beam.Iy")
+        .unwrap();
+    assert_eq!(bound["status"], "at_bound");
+    let advice = data["advice"].as_array().unwrap();
+    assert!(advice.iter().all(|one| one["factor"] != "beam.Iy"));
+    let words = desk.run(line).stdout;
+    assert!(words.contains("before the bound is wider"), "{words}");
+}
+
+#[test]
+fn advice_starts_from_the_standard_error_of_the_table() {
+    let desk = desk();
+    desk.run("simulate seven --seed 7").succeeds();
+    let data = desk.data("fit seven --train P1,P3");
+    let advice = &data["advice"][0];
+    assert_eq!(advice["factor"], "beam.J");
+    let parameters = data["parameters"].as_array().unwrap();
+    let stated = parameters
+        .iter()
+        .find(|one| one["name"] == "beam.J")
+        .unwrap();
+    let relative = stated["se"].as_f64().unwrap() / stated["value"].as_f64().unwrap();
+    let now = advice["ln_uncertainty_now"].as_f64().unwrap();
+    assert!((now / relative - 1.0).abs() < 1e-12, "{now} {relative}");
+}
+
+#[test]
 fn cells_are_drawn_again_without_readings_too() {
     let desk = desk();
     let line = "fit paper-experiment --bootstrap 60 --bootstrap-over cells --seed 2";
