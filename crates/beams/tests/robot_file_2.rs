@@ -6,6 +6,7 @@ use stiffbench_beams::robot::{
     FittingFactors, JointMotion, Pose, Predictor, Robot, RobotError, RoleInFit, Yielding,
 };
 use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::test_point::Direction;
 
 const ARM: &str = r#"schema = "stiffbench/robot/2"
 name = "arm"
@@ -34,6 +35,17 @@ fn tool(robot: &Robot, values: &[f64]) -> [f64; 3] {
         angles_deg: values.to_vec(),
     };
     robot.tool_pose(&pose).unwrap().position_m
+}
+
+#[test]
+fn a_base_may_rock_about_all_axes_but_a_vertical_y() {
+    let axes = |text: &str| parse(text).unwrap().rocking_axes().collect::<Vec<_>>();
+    assert_eq!(axes(ARM), Direction::ALL);
+    let y_up = ARM.replace("up = \"z\"", "up = \"y\"");
+    assert_eq!(axes(&y_up), [Direction::X, Direction::Z]);
+    let planar = stiffbench_test_files::shipped_robot("hp-robot").unwrap();
+    let planar = Robot::parse(&planar).unwrap();
+    assert!(planar.rocking_axes().eq([Direction::X, Direction::Z]));
 }
 
 #[track_caller]

@@ -4,13 +4,13 @@
 //! elsewhere. Sizes are 12 standard errors, where no true verdict is a matter of luck.
 
 use stiffbench_beams::physics::{ActingPhysics, Effect, Law, Place, TestObject, laws};
-use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot};
 use stiffbench_diagnosis::mismatch::{
     Baseline, Diagnosis, LawCriticalValues, Observations, ReadingNoise, RobotBaseline,
     SearchOptions, Stratum, TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
     standard_errors, standard_errors_between,
 };
-use stiffbench_diagnosis::parameters::ParameterChoice;
+use stiffbench_diagnosis::parameters::{FitRole, ParameterChoice};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
@@ -41,6 +41,10 @@ impl Arm {
     }
 
     fn of(robot: &str, procedure: &str) -> Self {
+        Self::with_free(robot, procedure, |_| ParameterChoice::default())
+    }
+
+    fn with_free(robot: &str, procedure: &str, choice: impl Fn(&Robot) -> ParameterChoice) -> Self {
         let robot: &'static Robot = Box::leak(Box::new(
             Robot::parse(&shipped_robot(robot).unwrap()).unwrap(),
         ));
@@ -71,11 +75,11 @@ impl Arm {
             mechanism,
             FittingFactors::UNIT,
             poses,
-            &ParameterChoice::default(),
+            &choice(robot),
         )
         .unwrap();
         baseline.suspect_file();
-        let null = simulate(&baseline, &plan, &truth(Vec::new()), 77).unwrap();
+        let null = simulate(&baseline, &plan, &truth_of(&baseline, Vec::new()), 77).unwrap();
         let (_, critical) = diagnose(&baseline, &null, &SearchOptions::default(), None).unwrap();
         Self {
             baseline,
@@ -97,7 +101,8 @@ impl Arm {
 
     /// A truth whose last effect is 12 standard errors long.
     fn twelve(&self, effect: Effect) -> Truth {
-        scale_to(&self.baseline, &self.plan, &truth(vec![effect]), 12.0)
+        let truth = truth_of(&self.baseline, vec![effect]);
+        scale_to(&self.baseline, &self.plan, &truth, 12.0)
             .unwrap()
             .unwrap()
     }
@@ -109,6 +114,18 @@ pub(crate) fn truth(effects: Vec<Effect>) -> Truth {
         parameters: vec![0.2, -0.3, 0.45, -0.4],
         effects,
         noise: NOISE,
+    }
+}
+
+/// The same at the start of a baseline.
+fn truth_of(baseline: &RobotBaseline<'_>, effects: Vec<Effect>) -> Truth {
+    let starts = baseline.parameters().iter().map(|one| one.start);
+    let parameters: Vec<f64> = starts.collect();
+    let own = truth(effects);
+    if parameters.len() == own.parameters.len() {
+        own
+    } else {
+        Truth { parameters, ..own }
     }
 }
 
@@ -179,6 +196,38 @@ fn each_law_is_named_with_its_place_when_it_is_there() {
         }
         let (before, after) = (diagnosis.before.reduced_chi2, diagnosis.after.reduced_chi2);
         assert!((0.85..1.15).contains(&after), "{law}: {before} {after}");
+    }
+}
+
+#[test]
+fn a_base_that_rocks_about_a_horizontal_axis_is_named_where_z_is_up() {
+    let arm = Arm::with_free("fanuc-r2000ic", "load-hold-unload", |robot| {
+        let mechanism = robot.mechanism(None).unwrap();
+        let mut choice = ParameterChoice::default();
+        for factor in ModelParameter::BEAMS {
+            choice.set(&factor, FitRole::Fixed);
+        }
+        for joint in 1..=6 {
+            let name = format!("joint.J{joint}");
+            let parameter = ModelParameter::find(robot, mechanism, &name).unwrap();
+            choice.set(&parameter, FitRole::Free);
+        }
+        choice
+    });
+    for (seed, axis) in ["x", "y"].into_iter().enumerate() {
+        let hidden = format!("base-compliance@{axis}:c=0.1urad/(N*m)");
+        let hidden: Effect = hidden.parse().unwrap();
+        let diagnosis = arm.diagnose(&arm.twelve(hidden.clone()), 60 + seed as u64, Vec::new());
+        let found: Vec<String> = diagnosis
+            .findings
+            .iter()
+            .map(|finding| finding.effect.title())
+            .collect();
+        assert!(
+            found.contains(&hidden.title()),
+            "{axis}: {:?} {found:?}",
+            diagnosis.verdict
+        );
     }
 }
 

@@ -279,6 +279,16 @@ impl Robot {
         word.map(str::trim).filter(|word| !word.is_empty()).or(up)
     }
 
+    /// Axes of the base about which a search tries whether it rocks: all but y where y is vertical.
+    ///
+    /// The critical values that are published for linkages with y up hold for x and z: the joint of their waist turns about y. Where another
+    /// axis is vertical it is tried too, and a joint that moves the end alike is named beside it.
+    pub fn rocking_axes(&self) -> impl Iterator<Item = Direction> + use<> {
+        let y_is_vertical = self.vertical[Direction::Y.index()].abs() == 1.0;
+        let axes = Direction::ALL.into_iter();
+        axes.filter(move |axis| *axis != Direction::Y || !y_is_vertical)
+    }
+
     /// The pose with every variable at its nominal value.
     #[must_use]
     pub fn nominal_pose(&self) -> Pose {

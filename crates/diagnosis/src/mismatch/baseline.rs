@@ -1,6 +1,7 @@
 //! What is fitted again with every candidate: the free parameters of a robot, or the slopes of specimens.
 
 use stiffbench_beams::physics::{Effect, Law, Place, PoseMechanics};
+use stiffbench_units_and_text::test_point::Direction;
 
 use super::error::MismatchError;
 
@@ -69,6 +70,11 @@ pub trait Baseline: Sync {
 
     /// Names of the joints, in the order of the levers.
     fn joints(&self) -> &[String];
+
+    /// Axes about which its base may rock; none of a part on a bench.
+    fn rocking_axes(&self) -> Vec<Direction> {
+        Vec::new()
+    }
 
     /// What entries of the robot file that may be wrong would change, about fitted values.
     ///

@@ -108,10 +108,8 @@ impl PlaceScales {
                         axis_scale(&session, observations, linearised, axis),
                     )
                 };
-                [Direction::X, Direction::Z]
-                    .into_iter()
-                    .filter_map(of_axis)
-                    .collect()
+                let axes = linearised.rocking_axes.iter().copied();
+                axes.filter_map(of_axis).collect()
             }
             PlaceKind::Direction => {
                 let of_direction = |direction| {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use stiffbench_beams::physics::{
     Effect, JointPath, JointRotations, LawAction, LawSet, Place, PoseMechanics, values_of,
 };
+use stiffbench_units_and_text::test_point::Direction;
 
 use super::baseline::StructureColumn;
 use super::noise::groups;
@@ -16,6 +17,8 @@ use super::observations::Observations;
 pub(super) struct LinearisedModel {
     pub(super) poses: Vec<PoseMechanics>,
     pub(super) joints: Vec<String>,
+    /// Axes about which the base may rock.
+    pub(super) rocking_axes: Vec<Direction>,
     /// What mistakes of the robot file would change.
     pub(super) columns: Arc<[StructureColumn]>,
 }
@@ -347,7 +350,7 @@ pub(super) mod tests {
     use super::*;
     use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
     use stiffbench_beams::structure::RotationInfluence;
-    use stiffbench_units_and_text::test_point::{Branch, Direction};
+    use stiffbench_units_and_text::test_point::Branch;
 
     /// Two cells, two repeats of five loads.
     pub(in crate::mismatch) fn observations() -> Observations {
@@ -383,6 +386,7 @@ pub(super) mod tests {
                 ..PoseMechanics::default()
             }],
             joints: vec!["A3".to_owned(), "A4".to_owned()],
+            rocking_axes: Vec::new(),
             columns: Arc::default(),
         }
     }

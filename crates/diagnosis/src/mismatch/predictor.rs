@@ -236,6 +236,7 @@ impl<'a> ReadingPredictor<'a> {
         Ok(LinearisedModel {
             poses,
             joints: solver.joint_names(),
+            rocking_axes: self.baseline.rocking_axes(),
             columns: Arc::default(),
         })
     }

@@ -338,6 +338,10 @@ impl Baseline for RobotBaseline<'_> {
         self.mechanisms.iter().position(|(known, _)| *known == key)
     }
 
+    fn rocking_axes(&self) -> Vec<Direction> {
+        self.robot.rocking_axes().collect()
+    }
+
     fn other_structures(&self) -> Vec<Effect> {
         let effect = |law: Law, place| Effect {
             law,

@@ -68,7 +68,7 @@ impl LinearLaw {
             let place = Place::Joint(name.to_owned());
             found.push((laws::JOINT_COMPLIANCE, place, joint));
         }
-        for axis in [Direction::X, Direction::Z] {
+        for axis in mechanics.robot().rocking_axes() {
             found.push((laws::BASE_COMPLIANCE, Place::Axis(axis), 0));
         }
         for direction in Direction::ALL {

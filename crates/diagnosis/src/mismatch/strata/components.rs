@@ -55,7 +55,7 @@ impl DiagnosisProblem<'_> {
                 ..ComponentResponse::new(Place::Joint(name.clone()), squared(&levers), Some(levers))
             });
         }
-        for axis in [Direction::X, Direction::Z] {
+        for &axis in &linearised.rocking_axes {
             let lever = |cell: &ObservedCell| {
                 linearised.poses[cell.pose].base_levers_m[axis.index()][cell.direction.index()]
                     .abs()
