@@ -255,6 +255,40 @@ fn joint_values_are_kept_and_become_poses_of_the_robot() {
 }
 
 #[test]
+fn numbered_joint_columns_are_the_joints_of_the_robot() {
+    let desk = desk();
+    let names = |word: &str, n: usize| {
+        let names = (1..=n).map(|k| format!("{word}{k} [deg]"));
+        names.collect::<Vec<_>>().join(";")
+    };
+    let table = |joints: &str, values: &str| {
+        format!(
+            "Stellung;{joints};Richtung;Lauf;Kraft [N];Weg [mm]\nA;{values};y;1;0,1;0,001\nA;{values};y;1;10,2;0,021\n"
+        )
+    };
+    // The variables of this arm are theta1 to theta4.
+    for (place, word) in ["q", "Achse ", "axis_", "joint "].into_iter().enumerate() {
+        desk.write("arm.csv", &table(&names(word, 4), "0;70;-30;-60"));
+        let run = format!("import arm.csv --out s{place} --robot serial-arm");
+        let note = desk.run(&run).succeeds().stderr;
+        let words = format!(
+            "joint columns `{word}1 [deg]` to `{word}4 [deg]` are taken as theta1 to theta4"
+        );
+        assert!(note.contains(&words), "{note}");
+        let header = desk.read(&format!("s{place}/session.toml"));
+        assert!(header.contains("theta2_deg = 70"), "{header}");
+    }
+    // Three columns, and names without numbers, are not guessed.
+    desk.write("three.csv", &table(&names("q", 3), "0;70;-30"));
+    let run = "import three.csv --out t --robot serial-arm";
+    let error = desk.refusal(run, 2, "stiffbench::usage::argument");
+    let place = "three.csv, line 1, column `q1 [deg]`";
+    let remedy = "joint.theta1=q1 [deg],...";
+    assert_output_contains(&error, &[place, "has no variable q1", remedy]);
+    assert!(!desk.path("t").exists());
+}
+
+#[test]
 fn joint_values_are_the_poses_of_the_robot_in_every_analysis() {
     let desk = desk();
     desk.run(

@@ -1,6 +1,7 @@
 //! `stiffbench import`: a table of another program to a session folder.
 
 mod args;
+mod joints;
 
 use std::io::{BufRead, IsTerminal};
 use std::path::Path;
@@ -24,6 +25,8 @@ use super::figure_files::write;
 use super::outcome::{Outcome, print_error};
 use super::session::instrument_records;
 use super::simulate::create_new;
+
+use joints::take_variables;
 
 pub(super) use args::ImportArgs;
 
@@ -113,7 +116,7 @@ fn draft_of(
         })
         .transpose()?;
     if let Some(robot) = robot {
-        take_variables(&mut mapping, robot, &args.file, &table)?;
+        notes.extend(take_variables(&mut mapping, robot, &name, &table)?);
     }
     let log = log.as_ref().map(|(name, table)| (*name, &**table));
     asked(args, global, mapping, |mapping| {
@@ -143,32 +146,6 @@ fn check_poses(robot: &SourceText, imported: &ImportedReadings) -> Result<Vec<St
         ..Procedure::default()
     };
     Ok(add_poses(&mut Robot::parse(robot)?, &stated)?)
-}
-
-/// Columns that are named like variables of the robot hold joint values.
-fn take_variables(
-    mapping: &mut ImportMapping,
-    robot: &Robot,
-    file: &Path,
-    bytes: &[u8],
-) -> Result<(), Failure> {
-    let name = shown(file);
-    let draft = ImportDraft::read(&name, bytes, None, mapping)?;
-    let columns = draft.columns();
-    for variable in &robot.variables {
-        let variable = variable.name.as_str();
-        let is_it = |name: &str| {
-            let stem = name.split([' ', '[', '(']).next().unwrap_or(name);
-            stem.eq_ignore_ascii_case(variable)
-        };
-        let mut alike = columns.iter().filter(|column| is_it(&column.name));
-        if let (Some(column), None) = (alike.next(), mapping.joints.get(variable)) {
-            mapping
-                .joints
-                .insert(variable.to_owned(), column.name.clone());
-        }
-    }
-    Ok(())
 }
 
 /// Asks at a terminal for what is missing; elsewhere the import then fails with all of it.

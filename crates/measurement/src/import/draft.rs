@@ -124,6 +124,12 @@ impl ImportDraft {
         missing
     }
 
+    /// The line of the column names, from 1; `None` of a file without them.
+    #[must_use]
+    pub fn header_line(&self) -> Option<u32> {
+        self.table.layout.header_line
+    }
+
     /// The columns with what they were taken for.
     #[must_use]
     pub fn columns(&self) -> Vec<ColumnGuess> {
