@@ -289,6 +289,37 @@ fn numbered_joint_columns_are_the_joints_of_the_robot() {
 }
 
 #[test]
+fn repeats_at_one_load_are_loading_and_give_no_slope() {
+    let desk = desk();
+    // 0.8 N/um, read three times at about 50 N; the noise of the force rises, falls, or neither.
+    for (place, order) in [[0, 1, 2], [2, 1, 0], [1, 2, 0]].into_iter().enumerate() {
+        let rows = [("50.01", "62.4"), ("50.05", "62.1"), ("50.11", "62.7")];
+        let rows = order.map(|row| format!("{},{}\n", rows[row].0, rows[row].1));
+        desk.write(
+            "one.csv",
+            &format!("Force [N],Displacement [um]\n{}", rows.concat()),
+        );
+        let ran = desk
+            .run(&format!("import one.csv --out s{place} --direction y"))
+            .succeeds();
+        for word in ["unloading", "begin at the largest"] {
+            assert!(!ran.stderr.contains(word), "{}", ran.stderr);
+        }
+        assert!(ran.stdout.contains("are at one load"), "{}", ran.stdout);
+        let data = desk.data(&format!("stiffness s{place}"));
+        let slope = &data["cells"][0]["stiffness_regression"];
+        assert!(slope["value"].is_null(), "{slope}");
+        assert!(
+            slope["reason"].to_string().contains("at one load"),
+            "{slope}"
+        );
+        let readings = desk.read(&format!("s{place}/readings.csv"));
+        assert_eq!(readings.matches(",loading,").count(), 3, "{readings}");
+        assert!(ran.stdout.contains("0.802"), "{}", ran.stdout);
+    }
+}
+
+#[test]
 fn joint_values_are_the_poses_of_the_robot_in_every_analysis() {
     let desk = desk();
     desk.run(

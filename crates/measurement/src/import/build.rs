@@ -12,8 +12,8 @@ use super::note::ImportNote;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
 use super::values::{branch, direction, texts};
 use crate::readings::{
-    Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, decimal,
-    read_readings,
+    Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, are_one_load,
+    decimal, read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
 use stiffbench_units_and_text::quantity::Kind;
@@ -349,6 +349,9 @@ fn set_branches(
     }
     for run in grouped(imported, |row| (cell(row), row.repeat)) {
         let loads = run.iter().map(|index| imported[*index].force_n);
+        if are_one_load(loads.clone()) {
+            continue;
+        }
         let loads = without_small_opposite(&loads.collect::<Vec<_>>());
         for (index, branch) in run.iter().zip(follow(&loads, 0.0, TURN_SHARE).branches) {
             imported[*index].branch = branch;

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::readings::are_one_load;
+
 /// A run may begin where the load is below this share of the largest.
 pub(super) const NEAR_ZERO: f64 = 0.15;
 
@@ -92,7 +94,8 @@ pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
     });
     let of_runs: Vec<&[f64]> = of_runs.collect();
     let first = of_runs.first()?;
-    if first.len() > 1 && first[0].abs() > ALIKE * largest {
+    let is_one_load = are_one_load(first.iter().copied());
+    if !is_one_load && first[0].abs() > ALIKE * largest {
         return Some(RunDoubt::Descending);
     }
     if of_runs
@@ -142,6 +145,8 @@ mod tests {
         assert_eq!(doubt(&up_and_down), None);
         assert_eq!(doubt(&[-0.3, -10.0, -20.0, -0.3, -10.0, -20.0]), None);
         assert_eq!(doubt(&[5.0]), None);
+        // Repeats at one load, falling by noise.
+        assert_eq!(doubt(&[50.11, 50.05, 50.01]), None);
         assert_eq!(doubt(&[]), None);
         let back_to_zero = [0.0, 10.0, 0.0, 20.0, 0.0, 30.0, 0.0, 40.0];
         assert_eq!(doubt(&back_to_zero), Some(RunDoubt::SeveralTurns));

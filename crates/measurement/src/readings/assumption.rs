@@ -45,8 +45,10 @@ pub enum Assumption {
         /// Readings that lie near none; their own force is their target.
         off_grid: u32,
     },
-    /// The forces have no common load step; the target of each reading is its own force.
+    /// The forces have no common load step; the target of a reading is its own force.
     TargetsAreForces,
+    /// Forces without a common load step that are one load have their mean for a target.
+    TargetsAreMeans,
     /// Loads that go down again were taken as unloading.
     DescendingIsUnloading {
         /// How many readings.
@@ -113,7 +115,10 @@ impl fmt::Display for Assumption {
                 counted(off_grid, "reading")
             ),
             Self::TargetsAreForces => f.write_str(
-                "the forces have no common load step, so each reading has its own force for a target",
+                "the forces have no common load step: a load has its own force for a target",
+            ),
+            Self::TargetsAreMeans => f.write_str(
+                "where all forces of a pose and direction, or of a run, differ by no more than 5 %, they are one load, and its target is their mean",
             ),
             Self::DescendingIsUnloading { readings, line } => {
                 let readings = counted(readings, "reading");

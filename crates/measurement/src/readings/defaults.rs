@@ -8,29 +8,8 @@ use super::order::{note_repeated_rows, put_in_order, refuse_duplicates};
 use super::reading::Reading;
 use super::row::FirstMissing;
 use super::table::ReadingTable;
+use super::targets::{REVERSAL_SHARE, fill_targets};
 use stiffbench_units_and_text::test_point::Branch;
-
-/// A load counts as gone down (or up again) when it moves by more than this share of the largest load of its run.
-///
-/// Loads are commonly set by hand to some 0.5 N of 70 N, below 1 %; sequences have up to some ten steps, 10 % each. Half a step is well away
-/// from both.
-const REVERSAL_SHARE: f64 = 0.05;
-
-/// Load steps that are searched for, N, coarsest first.
-const LOAD_STEPS_N: [f64; 10] = [1000.0, 500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0];
-
-/// A force belongs to a multiple of the load step when it is within this share of a step of it.
-///
-/// At 0.15 a force that has nothing to do with the step still belongs with probability 0.3, so twenty such forces practically never
-/// all do, while hand-set loads are within 0.05 of a step of 10 N.
-const GRID_SHARE: f64 = 0.15;
-
-/// A force belongs to the multiple zero only within this share of a step: a preload, commonly a tenth of a step, must not become an
-/// unloaded gauge.
-const ZERO_SHARE: f64 = 0.05;
-
-/// This share of the forces must belong to a multiple; the rest may be slips of the hand.
-const ON_GRID_SHARE: f64 = 0.95;
 
 /// Puts readings in order, fills what their file left open, and states what was assumed.
 ///
@@ -185,57 +164,6 @@ fn fill_branches(table: &mut ReadingTable) {
     }
 }
 
-/// Takes the multiples of the forces' common load step as targets, or each force itself if there is no such step.
-pub(super) fn fill_targets(table: &mut ReadingTable) {
-    let forces: Vec<f64> = table.accepted().map(|reading| reading.force_n).collect();
-    let Some(load_step_n) = common_load_step(&forces) else {
-        for reading in &mut table.readings {
-            reading.target_n = reading.force_n;
-        }
-        table.assumptions.push(Assumption::TargetsAreForces);
-        return;
-    };
-    let mut off_grid = 0;
-    for reading in &mut table.readings {
-        let multiple = multiple_of(load_step_n, reading.force_n);
-        if multiple.is_none() {
-            off_grid += 1;
-        }
-        reading.target_n = multiple.unwrap_or(reading.force_n);
-    }
-    table.assumptions.push(Assumption::TargetsAreMultiples {
-        load_step_n,
-        off_grid,
-    });
-}
-
-/// The multiple of a load step that a force belongs to, N.
-fn multiple_of(load_step_n: f64, force_n: f64) -> Option<f64> {
-    let multiple = (force_n / load_step_n).round();
-    let share = if multiple == 0.0 {
-        ZERO_SHARE
-    } else {
-        GRID_SHARE
-    };
-    let target_n = multiple * load_step_n;
-    // Adding zero turns a negative zero, which would print as -0, into zero.
-    ((force_n - target_n).abs() <= share * load_step_n).then_some(target_n + 0.0)
-}
-
-/// The coarsest of the usual load steps to whose multiples the forces belong, N.
-fn common_load_step(forces_n: &[f64]) -> Option<f64> {
-    LOAD_STEPS_N.into_iter().find(|step_n| {
-        let allowed = ((1.0 - ON_GRID_SHARE) * forces_n.len() as f64) as usize;
-        let off_grid = forces_n
-            .iter()
-            .filter(|force| multiple_of(*step_n, **force).is_none())
-            .take(allowed + 1)
-            .count();
-        let loaded = |force: &f64| multiple_of(*step_n, *force).is_some_and(|target| target != 0.0);
-        off_grid <= allowed && forces_n.iter().any(loaded)
-    })
-}
-
 /// Numbers readings within their run. A reading that does not count stays on the step of the one that replaces it, and so do longer
 /// holds under one target.
 fn fill_steps(table: &mut ReadingTable) {
@@ -274,18 +202,18 @@ fn fill_steps(table: &mut ReadingTable) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::fmt::Write as _;
 
     use super::*;
     use crate::readings::{ReadOptions, read_readings};
 
-    fn read(text: &str) -> ReadingTable {
+    pub(in crate::readings) fn read(text: &str) -> ReadingTable {
         read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap()
     }
 
     /// One run of these forces, in a table of five columns.
-    fn five_columns(forces_n: &[f64]) -> ReadingTable {
+    pub(in crate::readings) fn five_columns(forces_n: &[f64]) -> ReadingTable {
         let mut text = String::from("pose,direction,repeat,force_N,displacement_um\n");
         for (index, force) in forces_n.iter().enumerate() {
             writeln!(text, "P1,x,1,{force},{}", index + 1).unwrap();
@@ -366,46 +294,6 @@ mod tests {
         let steps: Vec<u32> = table.readings.iter().map(|reading| reading.step).collect();
         assert_eq!(steps, [0, 1, 1, 2]);
         assert_eq!(table.excluded.rejected, [3]);
-    }
-
-    #[test]
-    fn load_steps_are_the_coarsest_that_fit() {
-        assert_eq!(common_load_step(&[0.0, -9.6, -20.4, -70.2]), Some(10.0));
-        assert_eq!(common_load_step(&[0.0, 49.0, 101.0]), Some(50.0));
-        assert_eq!(common_load_step(&[1.0, 2.1, 2.95, 4.0]), Some(1.0));
-        // A preload of 1 N must not become an unloaded gauge, so 10 N does not fit here.
-        assert_eq!(common_load_step(&[-1.0, -10.0, -20.0]), Some(1.0));
-        assert_eq!(common_load_step(&[3.3, 7.47, 11.62]), None);
-        assert_eq!(common_load_step(&[0.0, 0.0]), None);
-        assert_eq!(common_load_step(&[]), None);
-    }
-
-    #[test]
-    fn a_slip_of_the_hand_keeps_its_own_force() {
-        let mut forces: Vec<f64> = (0..40).map(|i| f64::from(i % 8) * 10.0).collect();
-        forces[13] = 44.0;
-        let table = five_columns(&forces);
-        assert_eq!(table.readings[13].target_n, 44.0);
-        assert!(
-            table
-                .assumptions
-                .contains(&Assumption::TargetsAreMultiples {
-                    load_step_n: 10.0,
-                    off_grid: 1
-                })
-        );
-    }
-
-    #[test]
-    fn without_a_load_step_each_force_is_its_target() {
-        let table = five_columns(&[3.3, 7.47, 11.62]);
-        assert!(
-            table
-                .readings
-                .iter()
-                .all(|reading| reading.target_n == reading.force_n)
-        );
-        assert!(table.assumptions.contains(&Assumption::TargetsAreForces));
     }
 
     #[test]

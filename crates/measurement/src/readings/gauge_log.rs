@@ -10,11 +10,11 @@ use std::io::Read;
 use super::assumption::Assumption;
 use super::column::Column;
 use super::csv::ReadOptions;
-use super::defaults::fill_targets;
 use super::error::ReadingsError;
 use super::log_columns::{LogColumns, Preamble};
 use super::rows::Delimiter;
 use super::table::{ReadingTable, RunKey};
+use super::targets::{are_one_load, fill_targets};
 use super::text_table::RecordTable;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
@@ -127,6 +127,7 @@ fn turn_and_split(table: &mut ReadingTable, sign: LoadSign) {
         LoadSign::Positive => value < 0.0,
         LoadSign::Negative => value > 0.0,
     };
+    let is_one_load = are_one_load(table.readings.iter().map(|reading| reading.force_n));
     let (turn_force, turn_travel) = (wrong(peak.force_n), wrong(peak.displacement_m));
     for (index, reading) in table.readings.iter_mut().enumerate() {
         if turn_force {
@@ -135,7 +136,7 @@ fn turn_and_split(table: &mut ReadingTable, sign: LoadSign) {
         if turn_travel {
             reading.displacement_m = -reading.displacement_m;
         }
-        if index > largest {
+        if index > largest && !is_one_load {
             reading.branch = Branch::Unloading;
         }
     }
@@ -147,7 +148,7 @@ fn turn_and_split(table: &mut ReadingTable, sign: LoadSign) {
             table.assumptions.push(Assumption::SignTurned(column));
         }
     }
-    if largest + 1 < table.readings.len() {
+    if largest + 1 < table.readings.len() && !is_one_load {
         let line = peak.line;
         table
             .assumptions
@@ -194,6 +195,18 @@ mod tests {
             "10.10"
         );
         assert_eq!(table.runs[0].to_string(), "P1 x 2");
+    }
+
+    #[test]
+    fn repeats_at_one_load_are_loading() {
+        let one = LOG
+            .replace("10.10", "20.05")
+            .replace("9.90", "19.95")
+            .replace("0.02", "20.10");
+        let table = read(&one).unwrap();
+        assert!(table.readings.iter().all(|r| r.branch == Branch::Loading));
+        let is_split = |one: &Assumption| matches!(one, Assumption::SplitAtLargestLoad { .. });
+        assert!(!table.assumptions.iter().any(is_split));
     }
 
     #[test]

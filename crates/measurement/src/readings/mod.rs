@@ -24,6 +24,7 @@ mod session_file;
 mod session_toml;
 mod since_zero;
 mod table;
+mod targets;
 mod text_table;
 mod toml_values;
 mod vector_reading;
@@ -56,4 +57,5 @@ pub(crate) use column::split_unit;
 pub(crate) use number::{
     Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,
 };
+pub(crate) use targets::are_one_load;
 pub(crate) use text_table::RecordTable;

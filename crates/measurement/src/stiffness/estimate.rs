@@ -125,8 +125,8 @@ pub enum NoStiffness {
         /// The load, N.
         target_n: f64,
     },
-    /// No gauge zero has readings at two different forces.
-    #[error("no gauge zero has readings at two different forces")]
+    /// No gauge zero has readings at two loads.
+    #[error("all readings of each gauge zero are at one load")]
     OneForce,
     /// The slope is exactly zero.
     #[error("the displacement does not change with the force")]

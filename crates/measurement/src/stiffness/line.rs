@@ -2,6 +2,7 @@
 
 use super::curve::{CurvePoint, LoadCurve, Run};
 use super::estimate::{NoStiffness, TypeA};
+use crate::readings::are_one_load;
 use stiffbench_numeric::statistics::{Estimate, mean, standard_deviation};
 
 /// Fewest runs whose scatter is used; with two the coverage factor would be 12.7 and the estimate of the scatter nearly useless.
@@ -106,7 +107,7 @@ impl LineFit {
     /// loads turn this into the variance of the mean of the run slopes.
     ///
     /// # Errors
-    /// `NoStiffness::OneForce` if no gauge zero has readings at two forces.
+    /// `NoStiffness::OneForce` if no gauge zero has readings at two loads.
     ///
     /// # Source
     /// Liang and Zeger, Biometrika 73 (1986) 13, for the variance from runs; the factor G/(G-1) makes it unbiased for equal runs.
@@ -120,7 +121,8 @@ impl LineFit {
         let sxx: f64 = runs.iter().map(|run| run.sxx_n2).sum();
         let sxy: f64 = runs.iter().map(|run| run.sxy_n_m).sum();
         let size: f64 = curve.points().map(|p| p.force_n * p.force_n).sum();
-        if sxx <= SMALLEST_RELATIVE_SPREAD * size || size == 0.0 {
+        let is_flat = sxx <= SMALLEST_RELATIVE_SPREAD * size || size == 0.0;
+        if is_flat || is_at_one_load(curve) {
             return Err(NoStiffness::OneForce);
         }
         let slope = sxy / sxx;
@@ -197,6 +199,17 @@ fn slope_by_runs(
     let g = squares.len() as f64;
     let root = (g / (g - 1.0) * squares.iter().sum::<f64>()).sqrt();
     (squares.len() >= 2).then_some((root, g - 1.0))
+}
+
+/// Whether all readings of each gauge zero have one target and forces that are one load: a line through them is drawn by noise.
+fn is_at_one_load(curve: &LoadCurve) -> bool {
+    (0..curve.n_zeros).all(|zero| {
+        let here = || curve.points().filter(|point| point.zero == zero);
+        let mut targets = here().map(|point| curve.loads[point.load].target_n);
+        let first = targets.next();
+        targets.all(|target_n| Some(target_n) == first)
+            && are_one_load(here().map(|point| point.force_n))
+    })
 }
 
 /// Mean force (N) and displacement (m) of each gauge zero.
@@ -318,6 +331,36 @@ mod tests {
             reading(2, 0, -20.0, -20.0, -4e-4),
         ];
         assert_eq!(LineFit::new(&curve(&readings)), Err(NoStiffness::OneForce));
+    }
+
+    #[test]
+    fn noise_about_one_load_gives_no_slope_in_any_order() {
+        let forces = [50.01, 50.05, 50.11];
+        for order in [[0, 1, 2], [2, 1, 0], [1, 0, 2]] {
+            let steps = (0..).zip(order);
+            let readings: Vec<Reading> = steps
+                .map(|(step, place)| reading(1, step, 50.0, forces[place], 62.4e-6))
+                .collect();
+            assert_eq!(LineFit::new(&curve(&readings)), Err(NoStiffness::OneForce));
+        }
+        // The same forces, each aimed at, are loads of their own.
+        let steps = (0..).zip(forces);
+        let readings: Vec<Reading> = steps
+            .map(|(step, force)| reading(1, step, force, force, 1e-6 * force))
+            .collect();
+        assert!(LineFit::new(&curve(&readings)).is_ok());
+        // An unloaded reading on the same zero makes two loads.
+        let readings = [
+            reading(1, 0, 0.0, 0.02, 0.0),
+            reading(1, 1, 50.0, 50.0, 6e-5),
+        ];
+        assert!(LineFit::new(&curve(&readings)).is_ok());
+        // A target that is stated for all readings hides no loads.
+        let readings = [
+            reading(1, 0, 50.0, 10.0, 1e-5),
+            reading(1, 1, 50.0, 50.0, 6e-5),
+        ];
+        assert!(LineFit::new(&curve(&readings)).is_ok());
     }
 
     #[test]
