@@ -55,10 +55,11 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
     let size = median.abs();
     if !(STIFFNESS_N_PER_M[0]..=STIFFNESS_N_PER_M[1]).contains(&size) {
         odd.push(format!(
-            "the stiffness of the middle cell is {:.3e} N/um, and robots have {} to {}: is the unit of the displacement right (mm taken for um, or um for mm)?",
+            "the stiffness of the middle cell is {:.3e} N/um, and robots have {} to {}: {}",
             size * METRES_PER_MICROMETRE,
             STIFFNESS_N_PER_M[0] * METRES_PER_MICROMETRE,
-            STIFFNESS_N_PER_M[1] * METRES_PER_MICROMETRE
+            STIFFNESS_N_PER_M[1] * METRES_PER_MICROMETRE,
+            guessed_units(size)
         ));
     }
     odd.extend(ratios_that_differ(table));
@@ -92,6 +93,16 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
         ));
     }
     odd
+}
+
+/// Which units may be mistaken where a stiffness, N/m, is out of range: too soft, the number of the displacement is too large or that of the force
+/// too small; too stiff, the other way round.
+fn guessed_units(stiffness_n_per_m: f64) -> &'static str {
+    if stiffness_n_per_m < STIFFNESS_N_PER_M[0] {
+        "are displacements in um taken for mm, or forces in kN for N?"
+    } else {
+        "are displacements in mm taken for um, or forces in N for kN?"
+    }
 }
 
 /// Cells in which force over displacement and the slope differ by more than their uncertainties: the displacement does not count from the
@@ -176,11 +187,7 @@ fn doubts_about_load_cases(posed: &PosedLoadCases) -> Vec<String> {
     if !(low..=high).contains(&stiffness) {
         let case = compliances.iter().find(|(_, c)| *c == usual);
         let place = case.map_or_else(String::new, |(case, _)| place(case));
-        let guess = if stiffness < low {
-            "are mm taken for um?"
-        } else {
-            "are um taken for mm?"
-        };
+        let guess = guessed_units(stiffness);
         odd.push(format!(
             "{place}: force over displacement is {:.3e} N/um, and about that in the other lines; expected {:e} to {:e}: {guess} The name of a column states its unit",
             stiffness * METRES_PER_MICROMETRE,

@@ -131,7 +131,9 @@ fn implausible_numbers_are_questioned() {
         "mm.csv",
         &table.replace("displacement_um", "displacement_mm"),
     );
-    assert!(warnings("mm.csv").contains("is the unit of the displacement right"));
+    assert!(
+        warnings("mm.csv").contains("are displacements in um taken for mm, or forces in kN for N?")
+    );
     let turned: Vec<String> = table
         .lines()
         .map(|line| match line.rsplit_once(",-") {

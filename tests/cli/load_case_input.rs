@@ -168,7 +168,10 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
         assert!(!fine.contains(words), "{fine}");
     }
     let soft = warnings_of(&desk, "fanuc.toml", &table.replace("_um", "_mm"));
-    assert!(soft.contains("are mm taken for um?"), "{soft}");
+    assert!(
+        soft.contains("are displacements in um taken for mm, or forces in kN for N?"),
+        "{soft}"
+    );
     assert!(
         soft.contains("line ") && soft.contains("displacement_"),
         "{soft}"
@@ -178,7 +181,20 @@ fn numbers_that_no_robot_has_are_questioned_with_their_place() {
         "fanuc.toml",
         &table.replace("_N", "_kN").replace("_um", "_nm"),
     );
-    assert!(stiff.contains("are um taken for mm?"), "{stiff}");
+    assert!(
+        stiff.contains("are displacements in mm taken for um, or forces in N for kN?"),
+        "{stiff}"
+    );
+    // Each quantity alone, in both directions.
+    for (unit, other, words) in [
+        ("_um", "_mm", "in um taken for mm"),
+        ("_um", "_nm", "in mm taken for um"),
+        ("_N", "_kN", "in N for kN"),
+        ("_N", "_mN", "in kN for N"),
+    ] {
+        let odd = warnings_of(&desk, "fanuc.toml", &table.replace(unit, other));
+        assert!(odd.contains(words), "{unit} as {other}: {odd}");
+    }
     // One value a thousand times too large.
     let lines: Vec<&str> = table.lines().collect();
     let row = lines
