@@ -18,10 +18,17 @@ pub(super) enum Encoding {
     Utf16,
 }
 
+/// Whether the bytes are a spreadsheet: a ZIP archive, or the container of old office programs.
+pub(crate) fn is_spreadsheet(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0])
+}
+
 /// A source of UTF-8 text over any input; without a byte order mark the bytes are left alone.
 pub(super) struct Utf8Source<'a> {
     text: BufReader<Box<dyn Read + 'a>>,
     pub(super) encoding: Encoding,
+    /// Whether the bytes are no text but a spreadsheet.
+    pub(super) is_spreadsheet: bool,
     /// Whether lines end with a carriage return alone, as spreadsheets once wrote them on one kind of machine.
     pub(super) lone_carriage_return: bool,
 }
@@ -30,9 +37,10 @@ impl<'a> Utf8Source<'a> {
     pub(super) fn new(input: impl Read + 'a) -> io::Result<Self> {
         let mut input = BufReader::new(input);
         let mut mark = Vec::new();
-        input.by_ref().take(3).read_to_end(&mut mark)?;
+        input.by_ref().take(4).read_to_end(&mut mark)?;
+        let is_spreadsheet = is_spreadsheet(&mark);
         let encoding = match mark[..] {
-            [0xEF, 0xBB, 0xBF] => Encoding::Utf8Marked,
+            [0xEF, 0xBB, 0xBF, ..] => Encoding::Utf8Marked,
             [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => Encoding::Utf16,
             _ => Encoding::Plain,
         };
@@ -46,6 +54,7 @@ impl<'a> Utf8Source<'a> {
         Ok(Self {
             text: BufReader::new(Box::new(Cursor::new(start).chain(text))),
             encoding,
+            is_spreadsheet,
             lone_carriage_return,
         })
     }

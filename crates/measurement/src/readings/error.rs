@@ -35,6 +35,18 @@ pub enum ReadingsError {
         /// The line.
         line: u32,
     },
+    /// The file is a spreadsheet, or another archive that begins like one.
+    #[error("{file}: the file is a spreadsheet or an archive, and this command reads text")]
+    #[diagnostic(
+        code(stiffbench::readings::spreadsheet),
+        help(
+            "stiffbench import FILE --out FOLDER makes a session of a spreadsheet; or save the sheet as CSV"
+        )
+    )]
+    Spreadsheet {
+        /// The file.
+        file: String,
+    },
     /// Nothing in the file but blank lines and comments.
     #[error("{file}: the file is empty, expected a header line with column names")]
     #[diagnostic(
@@ -358,6 +370,7 @@ impl ReadingsError {
             | Self::UnknownPose { line, .. }
             | Self::GaugeLog { line, .. } => Some(*line),
             Self::Empty { .. }
+            | Self::Spreadsheet { .. }
             | Self::TooLong { .. }
             | Self::NotAGaugeLog { .. }
             | Self::NotWritable { .. }

@@ -54,6 +54,7 @@ pub use write::{ReadingsWriter, write_readings};
 
 // What reads any table of numbers, for readers of other tables.
 pub(crate) use column::split_unit;
+pub(crate) use encoding::is_spreadsheet;
 pub(crate) use number::{
     Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,
 };

@@ -88,6 +88,10 @@ impl<'a> Rows<'a> {
         delimiter: Option<Delimiter>,
     ) -> Result<Self, ReadingsError> {
         let input = Utf8Source::new(input).map_err(|error| input_error(file, 0, error))?;
+        if input.is_spreadsheet {
+            let file = file.to_owned();
+            return Err(ReadingsError::Spreadsheet { file });
+        }
         let mut rows = Self {
             file: file.to_owned(),
             input,
@@ -377,6 +381,22 @@ mod tests {
             });
             assert!(matches!(error, Err(ReadingsError::NotText { line: 2, .. })));
         }
+    }
+
+    #[test]
+    fn spreadsheets_are_named() {
+        for bytes in [&b"PK\x03\x04\x14\0"[..], b"\xD0\xCF\x11\xE0\xA1\xB1"] {
+            let Err(error) = Rows::open("t.xlsx", bytes, None) else {
+                panic!("{bytes:?}");
+            };
+            assert!(
+                matches!(error, ReadingsError::Spreadsheet { .. }),
+                "{error}"
+            );
+            let help = miette::Diagnostic::help(&error).unwrap().to_string();
+            assert!(help.contains("stiffbench import FILE"), "{help}");
+        }
+        assert!(Rows::open("t.csv", &b"PK,b\n1,2\n"[..], None).is_ok());
     }
 
     #[test]

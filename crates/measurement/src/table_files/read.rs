@@ -17,7 +17,7 @@ use super::records::{TextRecord, lines, split};
 use super::sheet;
 use super::table::{FileRow, MachineTable};
 use super::unit_cells::{name_units_of_cells, take_units_off};
-use crate::readings::DecimalSign;
+use crate::readings::{DecimalSign, is_spreadsheet};
 
 /// What the caller knows of a file; the rest is found from the file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -71,7 +71,7 @@ pub fn read_table_file(
             file: source.to_owned(),
             error,
         })?;
-    if sheet::is_spreadsheet(&bytes) {
+    if is_spreadsheet(&bytes) {
         let (records, name) = sheet::read_sheet(source, &bytes, options.sheet.as_deref())?;
         let told = TextFormat {
             encoding: TextEncoding::Spreadsheet,

@@ -10,11 +10,6 @@ use super::error::TableFileError;
 use super::records::TextRecord;
 use stiffbench_units_and_text::nearest::listed_names;
 
-/// Whether the bytes are a spreadsheet: a ZIP archive, or the container of old office programs.
-pub(super) fn is_spreadsheet(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0])
-}
-
 /// The records of one sheet, and its name.
 ///
 /// # Arguments
