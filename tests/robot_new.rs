@@ -424,6 +424,71 @@ fn tables_of_spreadsheets_are_the_same_as_those_with_commas() {
 }
 
 #[test]
+fn units_that_a_table_leaves_open_are_said() {
+    let settings = DhSettings {
+        convention: Some(DhConvention::Standard),
+        controller: None,
+    };
+    let notes = |name: &str, text: &str| {
+        let made = robot_from_dh(&SourceText::new(name, text), &settings).unwrap();
+        let notes = made
+            .notes
+            .into_iter()
+            .filter(|note| !note.contains("limits"));
+        notes.collect::<Vec<_>>()
+    };
+    let said = notes(
+        "t.csv",
+        "a,alpha,d,theta\n0,1.5708,0.1625,0\n-0.425,0,0,0\n",
+    );
+    assert_eq!(
+        said,
+        [
+            "no unit is stated for `a` and `d`: taken as m; a name states another one, for example a_mm",
+            "no unit is stated for `alpha` and `theta`: taken as degrees; a name states another one, for example alpha_rad",
+            "`alpha` and `theta` look like radians (first 1.5708) and were taken as degrees: if they are radians, name them alpha_rad and theta_rad",
+        ]
+    );
+    // Half a right angle, and in TOML.
+    let said = notes(
+        "t.toml",
+        "rows = [{ a_mm = 100, alpha = -0.7854 }, { a_mm = 100 }]",
+    );
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!(
+        said[1].contains("(first -0.7854)") && said[1].ends_with("alpha_rad"),
+        "{said:?}"
+    );
+    // Degrees, odd angles, zeros, and angles with a unit are no radians.
+    for angle in ["90", "1.5", "0", "6.3"] {
+        let said = notes("t.csv", &format!("a_mm,alpha\n0,{angle}\n"));
+        assert_eq!(said.len(), 1, "{said:?}");
+    }
+    let mixed = notes("t.csv", "a_mm,alpha,theta\n0,1.5708,90\n");
+    assert_eq!(mixed.len(), 1, "{mixed:?}");
+    assert_eq!(
+        notes("t.csv", "a_mm,alpha_rad\n0,1.5708\n"),
+        Vec::<String>::new()
+    );
+    // Limits, which turn and slide.
+    let said = notes("t.csv", "a_mm,min,max\n0,-3.1416,3.1416\n");
+    assert!(
+        said[0].contains("`min` and `max`: taken as degrees"),
+        "{said:?}"
+    );
+    assert!(said[1].contains("min_rad and max_rad"), "{said:?}");
+    let said = notes(
+        "t.csv",
+        "kind,a_mm,min,max\nsliding,0,0,1.5708\nrevolute,0,-90,90\n",
+    );
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].contains("taken as degrees, of sliding joints m"),
+        "{said:?}"
+    );
+}
+
+#[test]
 fn tables_that_cannot_be_used_name_the_line() {
     let refused_with = |name: &str, text: &str, convention| {
         let settings = DhSettings {

@@ -104,7 +104,89 @@ pub fn robot_from_dh(source: &SourceText, settings: &DhSettings) -> Result<NewRo
         source,
         document: &document,
     };
-    reader.robot(&table, settings)
+    let mut made = reader.robot(&table, settings)?;
+    made.notes.splice(0..0, notes_on_units(&table.rows));
+    Ok(made)
+}
+
+/// Angles of a table in radians stay within a whole turn.
+const WHOLE_TURN_RAD: f64 = std::f64::consts::TAU;
+
+/// Radians of right angles and their halves are written with three decimals at least.
+const ROUNDED_RAD: f64 = 1e-3;
+
+/// Which units were taken where the table states none, and whether angles look like radians.
+fn notes_on_units(rows: &[DhRow]) -> Vec<String> {
+    fn numbers<K>(rows: &[DhRow], of: impl Fn(&DhRow) -> Option<&InUnit<K>>) -> Vec<f64> {
+        let without_unit = rows.iter().filter_map(of).filter(|one| one.kind.is_none());
+        without_unit.map(InUnit::number).collect()
+    }
+    let of = |key: &'static str, values: Vec<f64>| (!values.is_empty()).then_some((key, values));
+    let named = |columns: &[(&str, Vec<f64>)]| {
+        let names = columns.iter().map(|(key, _)| format!("`{key}`"));
+        names.collect::<Vec<_>>().join(" and ")
+    };
+    let turning = |row: &DhRow| row.kind != JointKind::Sliding;
+    let turns = rows.iter().any(turning);
+    let slides = !rows.iter().all(turning);
+    let travels = match (turns, slides) {
+        (true, true) => "degrees, of sliding joints m",
+        (false, true) => "m",
+        _ => "degrees",
+    };
+    let columns = |of_two: [Option<(&'static str, Vec<f64>)>; 2]| -> Vec<_> {
+        of_two.into_iter().flatten().collect()
+    };
+    let lengths = columns([
+        of("a", numbers(rows, |row| row.a.as_ref())),
+        of("d", numbers(rows, |row| row.d.as_ref())),
+    ]);
+    let angles = columns([
+        of("alpha", numbers(rows, |row| row.alpha.as_ref())),
+        of("theta", numbers(rows, |row| row.theta.as_ref())),
+    ]);
+    let limits = columns([
+        of("min", numbers(rows, |row| row.min.as_ref())),
+        of("max", numbers(rows, |row| row.max.as_ref())),
+    ]);
+    let groups = [("m", &lengths), ("degrees", &angles), (travels, &limits)];
+    let groups = groups
+        .into_iter()
+        .filter(|(_, columns)| !columns.is_empty());
+    let mut notes: Vec<String> = groups
+        .map(|(unit, columns)| {
+            let (key, _) = columns[0];
+            let example = if unit == "m" { "mm" } else { "rad" };
+            format!(
+                "no unit is stated for {}: taken as {unit}; a name states another one, for example {key}_{example}",
+                named(columns)
+            )
+        })
+        .collect();
+    for columns in [(true, &angles), (!slides, &limits)] {
+        let (true, columns) = columns else { continue };
+        if let Some(angle) = radians(columns) {
+            let keys = columns.iter().map(|(key, _)| format!("{key}_rad"));
+            notes.push(format!(
+                "{} look like radians (first {angle}) and were taken as degrees: if they are radians, name them {}",
+                named(columns),
+                keys.collect::<Vec<_>>().join(" and ")
+            ));
+        }
+    }
+    notes
+}
+
+/// The first angle that is a multiple of an eighth of a turn in radians, where all are within a whole turn in radians.
+fn radians(columns: &[(&str, Vec<f64>)]) -> Option<f64> {
+    const EIGHTH: f64 = std::f64::consts::FRAC_PI_4;
+    let angles = || columns.iter().flat_map(|(_, values)| values).copied();
+    let is_multiple = |angle: &f64| {
+        let nearest = (angle / EIGHTH).round();
+        nearest != 0.0 && (angle - nearest * EIGHTH).abs() < ROUNDED_RAD
+    };
+    let within = angles().all(|angle| angle.abs() < WHOLE_TURN_RAD + ROUNDED_RAD);
+    angles().find(is_multiple).filter(|_| within)
 }
 
 struct DhReader<'a> {
