@@ -172,19 +172,37 @@ fn with_short_name(notes: &[String], path: &str, short: &str) -> Vec<String> {
         .collect()
 }
 
-/// A text with a path, where it stands as a word, put under another name.
+/// A text with a path put under another name where it stands as the place of something: before a file in it, a line or a comparison with the
+/// journal. Elsewhere it may be a word of the sentence.
 fn renamed(text: &str, path: &str, name: &str) -> String {
-    let is_edge = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || "-_.".contains(c));
+    let continues = |c: char| c.is_alphanumeric() || "-_./\\".contains(c);
     let (mut renamed, mut rest) = (String::new(), text);
     while let Some(at) = rest.find(path).filter(|_| !path.is_empty()) {
         let (before, behind) = (&rest[..at], &rest[at + path.len()..]);
         let before_it = before.chars().last().or_else(|| renamed.chars().last());
-        let is_word = is_edge(before_it) && is_edge(behind.chars().next());
+        let is_whole = !before_it.is_some_and(continues);
         renamed.push_str(before);
-        renamed.push_str(if is_word { name } else { path });
+        renamed.push_str(if is_whole && is_place(behind) {
+            name
+        } else {
+            path
+        });
         rest = behind;
     }
     renamed + rest
+}
+
+/// Whether what stands behind a name makes a place of it.
+fn is_place(behind: &str) -> bool {
+    let is_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+    let is_line = [":", ", line "]
+        .iter()
+        .any(|mark| behind.strip_prefix(mark).is_some_and(is_number));
+    let file = behind.strip_prefix(['/', '\\']).unwrap_or_default();
+    let end = file.find(|c: char| !(c.is_alphanumeric() || "-_./\\".contains(c)));
+    let file = &file[..end.unwrap_or(file.len())];
+    let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension);
+    is_line || !extension.is_empty() || behind.starts_with(" differs from the journal")
 }
 
 #[cfg(test)]
@@ -192,10 +210,37 @@ mod tests {
     use super::renamed;
 
     #[test]
-    fn a_path_is_renamed_as_a_word_only() {
-        let text = "e/readings.csv:3: the value e is held; see/e.toml";
-        let expected = "id/readings.csv:3: the value id is held; see/e.toml";
+    fn a_path_is_renamed_where_it_is_a_place() {
+        let text = "e/readings.csv:3: the value e is held; see/e.toml, e/session.toml:1:2 and tree/e/x.csv";
+        let expected = "id/readings.csv:3: the value e is held; see/e.toml, id/session.toml:1:2 and tree/e/x.csv";
         assert_eq!(renamed(text, "e", "id"), expected);
         assert_eq!(renamed("a b", "", "id"), "a b");
+        assert_eq!(
+            renamed("is, line 4: no is", "is", "id"),
+            "id, line 4: no is"
+        );
+        assert_eq!(renamed("a.csv:4: a.csv.", "a.csv", "id"), "id:4: a.csv.");
+        let trusted = "--trust-csv: /data/s/readings.csv differs from the journal in 1 value(s)";
+        let path = "/data/s/readings.csv";
+        let expected = "--trust-csv: id differs from the journal in 1 value(s)";
+        assert_eq!(renamed(trusted, path, "id"), expected);
+        assert_eq!(
+            renamed("is\\session.toml:1", "is", "id"),
+            "id\\session.toml:1"
+        );
+    }
+
+    #[test]
+    fn words_of_a_sentence_are_no_paths() {
+        let notes = [
+            "assumed: no values of `run`: each pose, direction and repeat is a run of its own",
+            "the resolution of the force gauge is not stated: its readings are whole multiples of 0.01 N, which is taken",
+            "forces/displacements are a pair. The rest is assumed",
+        ];
+        for note in notes {
+            for path in ["is", "a", "assumed", "run", "forces", "displacements"] {
+                assert_eq!(renamed(note, path, "id"), note, "{path}");
+            }
+        }
     }
 }
