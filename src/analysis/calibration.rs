@@ -15,8 +15,8 @@ const K: f64 = 2.0;
 pub enum StatedError {
     /// Expanded uncertainty for k = 2, N or m.
     Expanded(f64),
-    /// Limits of error on both sides of zero, N or m, within which every value is as likely.
-    Limits(f64),
+    /// LimitsOfError of error on both sides of zero, N or m, within which every value is as likely.
+    LimitsOfError(f64),
 }
 
 /// What is given of one gauge; what is absent stays as the session states it.
@@ -182,7 +182,7 @@ fn state(
             let expanded = rounded(expanded / si_per_unit);
             format!("{name}: U = {expanded} {unit}, k = {K} ({source})")
         }
-        StatedError::Limits(limit) => {
+        StatedError::LimitsOfError(limit) => {
             let k = 3_f64.sqrt();
             record.expanded_uncertainty = Some(limit);
             record.k = Some(k);

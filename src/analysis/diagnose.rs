@@ -7,7 +7,7 @@ use crate::mismatch::{
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, FileLine, Law};
-use crate::robot::FittingFactors;
+use crate::robot::{FittingFactors, ModelParameter};
 
 use super::data::LoadedSession;
 use super::design::{baseline, proposals};
@@ -187,11 +187,7 @@ pub fn diagnose_together(
         return Err(MismatchError::Empty.into());
     };
     options.noise.serves(sessions.len())?;
-    let parameters = match options.parameters {
-        Some(parameters) => parameters,
-        None => model.usual_parameters()?,
-    };
-    let parameters = &parameters;
+    let parameters = &(options.parameters).map_or_else(|| model.usual_parameters(), Ok)?;
     let LaidOut {
         mut observations,
         done,
@@ -208,11 +204,7 @@ pub fn diagnose_together(
     baseline.suspect_file();
     step();
     let mut warnings: Vec<String> = unloaded_shift_m.map(shifted).into_iter().collect();
-    warnings.extend(baseline.unloaded().iter().map(|spring| {
-        format!(
-            "{spring} is kept: no load of these readings acts on it, and they say nothing of it"
-        )
-    }));
+    warnings.extend(baseline.unloaded().iter().map(kept));
     let mut search = SearchOptions {
         noise: KnownNoise::Nothing,
         seed: options.seed,
@@ -312,6 +304,11 @@ fn leave_out(observations: &mut Observations, bad: &BadReading) -> Vec<MarkedRea
         .collect();
     *observations = observations.filtered(&keep);
     mark
+}
+
+/// A spring that no reading tells of, in words.
+fn kept(spring: &ModelParameter) -> String {
+    format!("{spring} is kept: no load of these readings acts on it, and they say nothing of it")
 }
 
 /// A reading that the search leaves out, though it is not bad, in words.

@@ -137,7 +137,7 @@ fn stated_error(option: &str, text: &str, kind: Kind) -> Result<StatedError, Arg
         )
     };
     let (stated, value): (fn(f64) -> StatedError, &str) = match text.strip_prefix("limit=") {
-        Some(value) => (StatedError::Limits, value),
+        Some(value) => (StatedError::LimitsOfError, value),
         None => (StatedError::Expanded, text),
     };
     let end = value
@@ -171,7 +171,7 @@ mod tests {
         assert!((three_um - 3e-6).abs() < 1e-18);
         assert_eq!(
             of("limit=3N", Kind::Force).unwrap(),
-            StatedError::Limits(3.0)
+            StatedError::LimitsOfError(3.0)
         );
         for text in ["0.3", "N", "-1N", "0.3mm", "", "limit="] {
             assert!(of(text, Kind::Force).is_err(), "{text}");

@@ -193,8 +193,8 @@ pub(super) fn dof_with_k(dof: f64) -> Option<String> {
     }
     let agrees = |text: &String| text.parse().is_ok_and(|printed: f64| k(printed) == k(dof));
     // Beyond six decimals Student's quantile does not change in the digits that are printed, even close to one degree of freedom.
-    let texts = (1..=6).map(|decimals| format!("{dof:.decimals$}"));
-    texts.clone().find(agrees).or_else(|| texts.last())
+    let mut texts = (1..=6).map(|decimals| format!("{dof:.decimals$}"));
+    texts.find(agrees).or_else(|| Some(format!("{dof:.6}")))
 }
 
 /// Uncertainty budgets of the regression stiffness.

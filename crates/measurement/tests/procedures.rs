@@ -195,7 +195,10 @@ fn values_that_cannot_be_read_are_shown_in_place() {
         ("name = \"x\"", "no `schema`"),
         ("schema = \"stiffbench/session/1\"", "stiffbench/session/1"),
         ("schema = \"stiffbench/procedure/9\"", "supports up to"),
-        ("schema = \"stiffbench/procedure/0\"", "expected `stiffbench/procedure/"),
+        (
+            "schema = \"stiffbench/procedure/0\"",
+            "expected `stiffbench/procedure/",
+        ),
     ] {
         let error = Procedure::parse(&SourceText::new("f", text)).unwrap_err();
         assert!(

@@ -358,7 +358,7 @@ fn defaults_are_said() {
         );
     }
     assert!(said.contains(
-        &"loads that go down again are taken as unloading: 1 readings, first in line 4".to_owned()
+        &"loads that go down again are taken as unloading: 1 reading, first in line 4".to_owned()
     ));
     assert_eq!(table.readings[2].branch, Branch::Unloading);
 }
