@@ -549,8 +549,8 @@ fn calibration_can_be_given_to_every_analysis() {
     }
     // The row of the budget has the distribution of the limits; that of the force gauge is normal.
     let row = |gauge: &str| {
-        let rows = run.stdout.lines();
-        let row = rows.filter(|row| row.contains(gauge)).next_back();
+        let mut rows = run.stdout.lines();
+        let row = rows.rfind(|row| row.contains(gauge));
         row.unwrap_or_default().to_owned()
     };
     let [of_limits, of_force] =
