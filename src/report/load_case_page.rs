@@ -222,17 +222,34 @@ fn errors(fit: &LoadCaseFit) -> String {
         rows.row([
             pose.pose.to_string(),
             um(Some(pose.rigid_m)),
-            um(Some(pose.fitted_m)),
+            um((!fit.is_held_out(&pose.pose)).then_some(pose.fitted_m)),
             um(pose.without_its_pose_m),
         ]);
     }
     let [_, fitted, unseen] = fit.rms_m();
-    rows.row([
-        "all".to_owned(),
-        um(fit.rigid_rms_m()),
-        um(fitted),
-        um(unseen),
-    ]);
+    let held_out = fit.held_out_poses();
+    let trained = fit.poses.len() - held_out;
+    if held_out > 0 {
+        rows.row([
+            format!("the {trained} of the fit"),
+            um(fit.rigid_of(false)),
+            um(fitted),
+            "-".to_owned(),
+        ]);
+        rows.row([
+            format!("the {held_out} left out"),
+            um(fit.rigid_of(true)),
+            "-".to_owned(),
+            um(unseen),
+        ]);
+    } else {
+        rows.row([
+            "all".to_owned(),
+            um(fit.rigid_rms_m()),
+            um(fitted),
+            um(unseen),
+        ]);
+    }
     let (what, own) = if fit.frames.is_some() {
         ("positions", ", with base frame and tool point of its own")
     } else {
@@ -248,7 +265,12 @@ fn errors(fit: &LoadCaseFit) -> String {
     };
     let gain = match (fit.rigid_unseen_m(), unseen) {
         (Some(rigid), Some(unseen)) => format!(
-            "In poses left out: {} um of the rigid robot -> {} um of the fit.\n",
+            "In {}: {} um of the rigid robot -> {} um of the fit.\n",
+            if held_out > 0 {
+                format!("the {} left out", counted(held_out, "pose"))
+            } else {
+                "poses left out".to_owned()
+            },
             um(Some(rigid)),
             um(Some(unseen))
         ),

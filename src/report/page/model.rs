@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
 use crate::elastostatics::{LoadCaseDiagnosis, LoadCaseFit};
 use crate::fit::{FitOutcome, FittedCell};
+use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{
     ComparisonReport, DiagnosisResult, DiagnosisSummary, FitReport, FitResult,
     LoadCaseDiagnosisReport, LoadCaseFitReport, diagnosis_page, load_case_fit_text,
@@ -101,9 +102,10 @@ impl PageFit {
 
     pub(super) fn of_load_cases(fit: &LoadCaseFit, numbers: LoadCaseFitReport) -> Self {
         let text = load_case_fit_text(fit) + &next_load_cases_text(&numbers);
-        let rms = numbers.rms;
-        let validation = rms.rigid_um.zip(rms.unseen_um).map(|(rigid, unseen)| {
-            let [rigid, unseen] = [rigid, unseen].map(|rms| significant(rms, 3));
+        let [_, _, unseen] = fit.rms_m();
+        let validation = fit.rigid_unseen_m().zip(unseen).map(|(rigid, unseen)| {
+            let [rigid, unseen] =
+                [rigid, unseen].map(|rms| significant(rms / METRES_PER_MICROMETRE, 3));
             format!(
                 "In poses that the fit did not see the model differs from the measured displacements by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
             )

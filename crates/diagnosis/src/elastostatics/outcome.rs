@@ -165,6 +165,13 @@ pub struct LoadCaseFit {
 }
 
 impl LoadCaseFit {
+    /// Measured less predicted of every component, m and rad.
+    #[must_use]
+    pub fn residuals(&self) -> Vec<f64> {
+        let components = self.components.iter();
+        components.map(|one| one.measured - one.predicted).collect()
+    }
+
     /// Root mean square of the displacements that the start of the fit leaves, of those that the fit leaves, and of those that fits
     /// without their pose leave, m.
     ///
@@ -195,13 +202,38 @@ impl LoadCaseFit {
         self.over_poses(&|pose| pose.rigid_m)
     }
 
-    /// The same of the rigid robot in poses that nothing of it was fitted to, m: without frames that is every pose.
+    /// The same of the rigid robot in the poses that [`LoadCaseFit::rms_m`] states last: nothing was fitted to them.
     #[must_use]
     pub fn rigid_unseen_m(&self) -> Option<f64> {
         match &self.frames {
             Some(frames) => frames.rigid_unseen_m,
+            None if self.held_out_poses() > 0 => self.rigid_of(true),
             None => self.rigid_rms_m(),
         }
+    }
+
+    /// The same in the poses of the fit, or in those that were held out.
+    #[must_use]
+    pub fn rigid_of(&self, held_out: bool) -> Option<f64> {
+        let own = self.components.iter();
+        let own = own.filter(|one| one.held_out == held_out && !one.is_rotation);
+        let errors: Vec<f64> = own.map(|one| one.rigid - one.measured).collect();
+        let squares: f64 = errors.iter().map(|error| error * error).sum();
+        (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
+    }
+
+    /// Number of poses that took no part in the fit.
+    #[must_use]
+    pub fn held_out_poses(&self) -> usize {
+        let poses = self.poses.iter();
+        poses.filter(|pose| self.is_held_out(&pose.pose)).count()
+    }
+
+    /// Whether a pose took no part in the fit.
+    #[must_use]
+    pub fn is_held_out(&self, pose: &PoseId) -> bool {
+        let mut own = self.components.iter();
+        own.any(|one| one.held_out && one.pose == *pose)
     }
 
     /// Root mean square over all displacements, from those of the poses.
