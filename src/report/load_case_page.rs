@@ -40,6 +40,7 @@ pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
     }
     if let Some(agreement) = &fit.agreement {
         text.push_str(&scatter(agreement));
+        text.push_str(&determined(fit, agreement));
     }
     text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push_str(&errors(fit));
@@ -172,12 +173,30 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
             }
         )
     });
-    let condition = Some(agreement.condition).filter(|condition| condition.is_finite());
     format!(
-        "Scatter {source}: {}, {}{lack}.\n{}",
+        "Scatter {source}: {}, {}{lack}.\n",
         both.join(", "),
-        degrees_of_freedom(agreement.scatter_dof),
-        rank_text("poses", [agreement.rank, agreement.free], condition)
+        degrees_of_freedom(agreement.scatter_dof)
+    )
+}
+
+/// How many of the parameters have a value: of those that the Jacobian determines some may fit with any value within their bounds.
+fn determined(fit: &LoadCaseFit, agreement: &LoadCaseAgreement) -> String {
+    let condition = Some(agreement.condition).filter(|condition| condition.is_finite());
+    let is_open = |one: &&FactorEstimate| {
+        matches!(one.status, FactorStatus::NotIdentified { .. }) && one.bounds.is_some()
+    };
+    let open = fit.estimates.iter().filter(is_open);
+    let open: Vec<&str> = open.map(|one| one.name.as_str()).collect();
+    let (rank, free) = (agreement.rank, agreement.free);
+    if open.is_empty() || rank < free {
+        return rank_text("poses", [rank, free], condition);
+    }
+    format!(
+        "The poses determine {} of {free} parameters: all but {} (the Jacobian has rank {rank}, but the interval does not end within the bounds); condition number {}.\n",
+        free.saturating_sub(open.len()),
+        open.join(", "),
+        condition.map_or_else(|| "infinite".to_owned(), |value| significant(value, 3))
     )
 }
 
@@ -316,8 +335,18 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
             .iter()
             .filter(|one| one.then < WORTH_PRINTING * one.now);
         let errors = errors.map(|one| {
-            let [now, then] = [one.now, one.then].map(|error| significant(error, 2));
-            format!("{} {now} to {then}", one.name)
+            let own = report
+                .parameters
+                .iter()
+                .find(|own| own.parameter.name == one.name);
+            // Of a factor the error of its logarithm is planned; the table has that of its value.
+            let (scale, unit) = match own.map(|own| &own.parameter) {
+                Some(own) if own.unit == "1" => (own.value, String::new()),
+                Some(own) => (1.0, format!(" {}", own.unit)),
+                None => (1.0, String::new()),
+            };
+            let [now, then] = [one.now, one.then].map(|error| significant(scale * error, 2));
+            format!("{} {now} to {then}{unit}", one.name)
         });
         let _ = writeln!(
             text,

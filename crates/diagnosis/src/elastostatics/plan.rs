@@ -46,7 +46,8 @@ pub struct PlannedLoadCase {
     /// Size of the force, N.
     pub force_n: f64,
     /// For each open parameter its name, its standard error now and with this and all earlier planned load cases, in its unit (of a factor
-    /// that of its logarithm).
+    /// that of its logarithm). It is that of the fit, in which parameters at a bound stay there; where no load shows a parameter that of
+    /// what its bounds allow.
     pub errors: Vec<(String, f64, f64)>,
 }
 
@@ -102,17 +103,29 @@ pub fn plan_load_cases(
         .collect();
     let (robot, mechanism) = (model.robot, model.mechanism);
     let mut solver = ComplianceSolver::new(robot, mechanism, &parameters, &fit.factors)?;
-    let scatter = fit.agreement.as_ref();
-    let scatter = scatter.and_then(|agreement| agreement.displacement_sd_m);
+    let agreement = fit.agreement.as_ref();
+    let scatter = agreement.and_then(|agreement| agreement.displacement_sd_m);
     let scatter = scatter.filter(|sd| *sd > 0.0).unwrap_or(USUAL_SCATTER_M);
+    let of_rotations = agreement.and_then(|agreement| agreement.rotation_sd_rad);
+    let of_rotations = of_rotations.filter(|sd| *sd > 0.0);
     let mut known = ParameterInformation {
         matrix: DMatrix::identity(free.len(), free.len()),
         prior: prior_widths(fit, &free),
     };
-    let tried = tried_poses(model, &fit.factors, &mut solver, &mut known, scatter)?;
+    let tried = tried_poses(
+        model,
+        &fit.factors,
+        &mut solver,
+        &mut known,
+        [Some(scatter), of_rotations],
+    )?;
     let usual = model.posed.usual_force_n();
     let force_n = if usual > 0.0 { usual } else { USUAL_FORCE_N };
     let names = |i: usize| fit.estimates[free[i]].name.clone();
+    let at_bound: Vec<bool> = free
+        .iter()
+        .map(|&place| matches!(fit.estimates[place].status, FactorStatus::AtBound { .. }))
+        .collect();
     let mut planned = Vec::new();
     for _ in 0..count {
         let now = known.standard_errors(&open);
@@ -144,8 +157,10 @@ pub fn plan_load_cases(
             force_n,
             errors: open
                 .iter()
-                .zip(now.iter().zip(&errors))
-                .map(|(&i, (now, then))| (names(i), *now, *then))
+                .map(|&i| {
+                    let [now, then] = [&known, &with].map(|one| one.error_of_fit(i, &at_bound));
+                    (names(i), now, then)
+                })
                 .collect(),
         });
         known = with;
@@ -187,7 +202,7 @@ fn tried_poses(
     factors: &FittingFactors,
     solver: &mut ComplianceSolver<'_>,
     known: &mut ParameterInformation,
-    scatter: f64,
+    scatter: [Option<f64>; 2],
 ) -> Result<Vec<TriedPose>, LoadCaseFitError> {
     let mut tried: Vec<TriedPose> = Vec::new();
     for (place, pose) in model.posed.poses.iter().enumerate() {
@@ -196,8 +211,10 @@ fn tried_poses(
         let mut label = None;
         for case in cases {
             label = Some(case.label);
-            for read in case.components.iter().filter(|read| !read.is_rotation()) {
-                known.add(&solved.derivatives, &read.unit, &case.load, scatter);
+            for read in &case.components {
+                if let Some(scatter) = scatter[usize::from(read.is_rotation())] {
+                    known.add(&solved.derivatives, &read.unit, &case.load, scatter);
+                }
             }
         }
         tried.push(TriedPose {
@@ -293,7 +310,33 @@ impl ParameterInformation {
         with
     }
 
-    /// Standard errors of some parameters, in their unit.
+    /// The standard error of a parameter from the load cases alone, in its unit. Parameters at a bound stay there, and those that no load
+    /// shows are kept, as in a fit; of those themselves it is what the bounds allow where nothing else does.
+    fn error_of_fit(&self, i: usize, at_bound: &[bool]) -> f64 {
+        let data = &self.matrix - DMatrix::identity(self.prior.len(), self.prior.len());
+        let largest = data.diagonal().max();
+        let moves = |j: usize| j == i || !at_bound[j] && data[(j, j)] > f64::EPSILON * largest;
+        let kept: Vec<usize> = (0..self.prior.len()).filter(|j| moves(*j)).collect();
+        let matrix = DMatrix::from_fn(kept.len(), kept.len(), |a, b| data[(kept[a], kept[b])]);
+        let own = kept.iter().position(|j| *j == i);
+        let factor = matrix.cholesky();
+        let variance = own
+            .zip(factor)
+            .map(|(own, factor)| factor.inverse()[(own, own)]);
+        // Beyond this the inverse is rounding.
+        let known = variance.filter(|variance| variance * data[(i, i)] * f64::EPSILON < 1e-3);
+        known.map_or_else(
+            || {
+                self.standard_errors(&[i])
+                    .first()
+                    .copied()
+                    .unwrap_or_default()
+            },
+            |variance| variance.sqrt() * self.prior[i],
+        )
+    }
+
+    /// Standard errors of some parameters beside what their bounds allow, in their unit.
     fn standard_errors(&self, of: &[usize]) -> Vec<f64> {
         let inverse = self
             .matrix
