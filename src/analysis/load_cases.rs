@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::elastostatics::{
-    LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel, PlannedLoadCase,
-    PosedLoadCases, diagnose_load_cases, fit_load_cases, plan_load_cases, planned_table,
-    usual_choice,
+    BadLoadCaseValue, LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel,
+    PlannedLoadCase, PosedLoadCases, WrongFactor, bad_load_case_values, diagnose_load_cases,
+    fit_load_cases, plan_load_cases, planned_table, usual_choice, wrong_factor,
 };
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
@@ -112,6 +112,8 @@ pub struct LoadCaseSettings {
     pub choice: ParameterChoice,
     /// Known: scatter from repeats. Estimated: from the residuals. `None`: from repeats if there are any.
     pub sigma: Option<SigmaMode>,
+    /// Whether a diagnosis keeps bad values in the search.
+    pub keep_bad_values: bool,
 }
 
 /// Load cases in the poses and axes of a robot.
@@ -245,6 +247,32 @@ impl LoadCaseData {
         Ok(fit_load_cases(&self.problem()?, &self.options(settings)?)?)
     }
 
+    /// Values that contradict their repeats, or the fit to all others.
+    ///
+    /// # Errors
+    /// As [`LoadCaseData::fit`].
+    pub fn bad_values(
+        &self,
+        settings: &LoadCaseSettings,
+        fit: &LoadCaseFit,
+    ) -> Result<Vec<BadLoadCaseValue>, AnalysisError> {
+        let options = self.options(settings)?;
+        Ok(bad_load_case_values(&self.problem()?, &options, fit)?)
+    }
+
+    /// Readings of a pose or a component that would agree with all others if they were multiplied by a usual factor.
+    ///
+    /// # Errors
+    /// As [`LoadCaseData::fit`].
+    pub fn wrong_factor(
+        &self,
+        settings: &LoadCaseSettings,
+        fit: &LoadCaseFit,
+    ) -> Result<Option<WrongFactor>, AnalysisError> {
+        let options = self.options(settings)?;
+        Ok(wrong_factor(&self.problem()?, &options, fit)?)
+    }
+
     /// Finds what the free parameters leave out.
     ///
     /// # Arguments
@@ -284,6 +312,7 @@ impl LoadCaseData {
                 .transpose()?,
             choice: settings.choice.clone(),
             sigma: settings.sigma,
+            keep_bad_values: settings.keep_bad_values,
         })
     }
 }

@@ -8,7 +8,9 @@ use crate::analysis::{
     ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, doubts_about_load_case_fit,
 };
 use crate::mismatch::Verdict;
-use crate::report::{DiagnosisResult, LoadCaseDiagnosisReport, load_case_figures};
+use crate::report::{
+    DiagnosisResult, LoadCaseDiagnosisReport, bad_load_case_value_words, load_case_figures,
+};
 
 use super::args::Global;
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
@@ -36,12 +38,17 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
             .parameters
             .choice_beside(&data.model, data.usual_choice()?)?,
         sigma: None,
+        keep_bad_values: args.keep_outliers,
     };
     let diagnosis = data.diagnose(&settings, args.seed)?;
     let report = LoadCaseDiagnosisReport::new(&diagnosis, args.seed);
     let text = report.text();
     let mut warnings = data.warnings.clone();
     warnings.extend(doubts_about_load_case_fit(&data.posed, &diagnosis.baseline));
+    if settings.keep_bad_values {
+        let kept = data.bad_values(&settings, &diagnosis.baseline)?;
+        warnings.extend(kept.iter().map(bad_load_case_value_words));
+    }
     if global.json {
         warnings.extend(diagnosis.baseline.warnings.iter().cloned());
     }
@@ -60,8 +67,9 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
             written.push(folder.join(name));
         }
         if !args.no_figures {
-            for (name, figure) in
-                load_case_figures(&diagnosis.baseline, &data.posed, &data.model.robot)
+            let bad = diagnosis.bad_values.iter().map(|one| one.row);
+            let posed = data.posed.without_rows(&bad.collect::<Vec<_>>());
+            for (name, figure) in load_case_figures(&diagnosis.baseline, &posed, &data.model.robot)
             {
                 written.extend(write_figure(&folder.join(name), &figure, &data.inputs)?);
             }

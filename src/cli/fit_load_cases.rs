@@ -11,8 +11,8 @@ use crate::fit::FactorStatus;
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, write_load_cases};
 use crate::report::{
-    FitResult, LoadCaseFitReport, derived_text, load_case_figures, load_case_fit_text,
-    next_load_cases_text,
+    FitResult, LoadCaseFitReport, bad_load_case_value_words, derived_text, load_case_figures,
+    load_case_fit_text, next_load_cases_text, wrong_factor_words,
 };
 
 use super::args::{FitArgs, Global, MethodArg, Sigma};
@@ -43,10 +43,15 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
             Sigma::Known => SigmaMode::Known,
             Sigma::Estimated => SigmaMode::Estimated,
         }),
+        keep_bad_values: true,
     };
     let fit = data.fit(&settings)?;
     let mut warnings = data.warnings.clone();
     warnings.extend(doubts_about_load_case_fit(&data.posed, &fit));
+    let bad = data.bad_values(&settings, &fit)?;
+    warnings.extend(bad.iter().map(bad_load_case_value_words));
+    let wrong = data.wrong_factor(&settings, &fit)?;
+    warnings.extend(wrong.as_ref().map(wrong_factor_words));
     // The text has them already.
     if global.json {
         warnings.extend(fit.warnings.iter().cloned());

@@ -6,14 +6,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::elastostatics::{
-    LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
+    ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
 };
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::test_point::PoseId;
 
+use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{AlignedTable, share_of_tables, significant};
+use super::text::{AlignedTable, counted, share_of_tables, significant};
 
 /// A diagnosis of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -44,6 +45,12 @@ pub struct LoadCaseDiagnosisReport {
     pub parameters_after: Vec<ParameterAfter>,
     /// How many candidates were tried.
     pub candidates: usize,
+    /// How many candidates that fit a part are not named.
+    #[serde(skip)]
+    pub taken_back: usize,
+    /// Candidates that fitted best with an implausible size, in words.
+    #[serde(skip)]
+    pub implausible: Vec<String>,
     /// `repeats` or `residuals`.
     pub scatter_from: &'static str,
     /// The fit without the findings.
@@ -173,6 +180,12 @@ impl LoadCaseDiagnosisReport {
                 })
                 .collect(),
             candidates: diagnosis.candidates,
+            taken_back: diagnosis.taken_back,
+            implausible: diagnosis
+                .implausible
+                .iter()
+                .map(implausible_words)
+                .collect(),
             scatter_from: if diagnosis.from_repeats {
                 "repeats"
             } else {
@@ -218,7 +231,8 @@ impl LoadCaseDiagnosisReport {
         }
         let _ = write!(text, "\n{}", errors.text());
         let percent = |share: Option<f64>| share.map(|share| format!("{:.0} %", 100.0 * share));
-        if let Some(share) = percent(self.share_of_misfit) {
+        let share = percent(self.share_of_misfit).filter(|_| !self.findings.is_empty());
+        if let Some(share) = share {
             let unseen = percent(self.share_unseen).map_or_else(String::new, |unseen| {
                 format!(", {unseen} of it in poses left out")
             });
@@ -238,6 +252,20 @@ impl LoadCaseDiagnosisReport {
                 significant(left.size, 3),
                 left.unit,
                 left.standard_errors
+            );
+        }
+        if !self.implausible.is_empty() {
+            let _ = writeln!(
+                text,
+                "No explanation, because the size would be implausible: {}.",
+                self.implausible.join(", ")
+            );
+        }
+        if self.taken_back > 0 && !self.findings.is_empty() {
+            let _ = writeln!(
+                text,
+                "Not named: {} that fit a part, but lower the error in poses left out no further or are more than three.",
+                counted(self.taken_back, "further candidate")
             );
         }
         let _ = writeln!(
@@ -298,7 +326,43 @@ impl LoadCaseFindingReport {
     }
 }
 
+/// What a rejected candidate would have to be, and what is plausible.
+fn implausible_words(one: &ImplausibleSize) -> String {
+    let [lowest, highest] = one.bounds.map(|end| significant(end, 2));
+    let unit = if one.unit == "1" {
+        String::new()
+    } else {
+        format!(" {}", one.unit)
+    };
+    format!(
+        "{} {}{unit} (plausible: {lowest} to {highest})",
+        one.name,
+        significant(one.value, 3)
+    )
+}
+
+/// The verdict in a sentence, after the values that are to be clarified first.
 fn headline(diagnosis: &LoadCaseDiagnosis) -> String {
+    let bad = &diagnosis.bad_values;
+    let mut words: Vec<String> = bad.iter().map(bad_load_case_value_words).collect();
+    words.extend(diagnosis.wrong_factor.as_ref().map(wrong_factor_words));
+    if words.is_empty() {
+        return verdict_words(diagnosis);
+    }
+    let without = match bad.len() {
+        0 => "As the table stands",
+        1 => "Without this value",
+        _ => "Without these values",
+    };
+    let words = words.join("; ");
+    let end = if words.ends_with('?') { "" } else { "." };
+    format!(
+        "To be clarified first: {words}{end} {without}: {}",
+        verdict_words(diagnosis)
+    )
+}
+
+fn verdict_words(diagnosis: &LoadCaseDiagnosis) -> String {
     let names: Vec<String> = diagnosis
         .findings
         .iter()
@@ -328,6 +392,15 @@ fn headline(diagnosis: &LoadCaseDiagnosis) -> String {
             )
         }
         VerdictGrade::Weak => format!("Weak evidence that something is missing: {names}."),
+        VerdictGrade::Unknown if diagnosis.findings.is_empty() && diagnosis.taken_back > 0 => {
+            format!(
+                "Something is missing that no candidate explains: {left}. {} a part of it, but not in poses left out.",
+                match diagnosis.taken_back {
+                    1 => "One candidate fits".to_owned(),
+                    more => format!("{more} candidates fit"),
+                }
+            )
+        }
         VerdictGrade::Unknown if diagnosis.findings.is_empty() => {
             format!("Something is missing that no candidate explains: {left}.")
         }

@@ -3,6 +3,7 @@
 //! A result is a struct: JSON is its fields, and its schema is in [`schemas()`].
 
 mod axis_words;
+mod bad_load_case_values;
 mod compare;
 mod config;
 mod correlation;
@@ -42,6 +43,7 @@ mod text;
 mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
+pub use bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 pub use compare::{
     CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, MeasuredDifference,
     OverallDifference,

@@ -5,6 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod bad_load_case_values;
 mod bad_readings;
 mod bad_runs;
 mod elastic_calibration;

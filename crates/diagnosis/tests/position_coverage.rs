@@ -64,6 +64,7 @@ fn count(robot: &Robot, seed: u64, leave_out: bool) -> Counted {
         train: (!leave_out).then(|| posed.labels.clone()),
         choice: spring_choice(robot, mechanism),
         sigma: None,
+        keep_bad_values: false,
     };
     // The truth must not be where the fit begins.
     let start = FittingFactors::UNIT;

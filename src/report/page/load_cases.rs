@@ -4,7 +4,7 @@ use crate::analysis::{
     AnalysisError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, ModelChoice,
     doubts_about_load_case_fit,
 };
-use crate::report::{LoadCaseFitReport, load_case_figures};
+use crate::report::{LoadCaseFitReport, bad_load_case_value_words, load_case_figures};
 
 use super::build::{NO_DIAGNOSIS, in_words};
 use super::figures::page_figure;
@@ -33,7 +33,7 @@ pub(super) fn add_load_case_model(
     let fit_settings = LoadCaseSettings {
         train: settings.train.clone(),
         choice: data.usual_choice()?,
-        sigma: None,
+        ..LoadCaseSettings::default()
     };
     let fit = match data.fit(&fit_settings) {
         Ok(fit) => fit,
@@ -61,7 +61,9 @@ pub(super) fn add_load_case_model(
     };
     let axes = fit.components.iter().map(|component| component.axis);
     add_map(page, &fitted, &axes.collect::<Vec<_>>());
-    let warnings = doubts_about_load_case_fit(&data.posed, &fit);
+    let mut warnings = doubts_about_load_case_fit(&data.posed, &fit);
+    let bad = data.bad_values(&fit_settings, &fit)?;
+    warnings.extend(bad.iter().map(bad_load_case_value_words));
     if let Some(session) = page.sessions.first_mut() {
         session.deviations.extend(warnings);
     }

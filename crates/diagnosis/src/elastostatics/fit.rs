@@ -14,18 +14,15 @@ use crate::search::constants::ALTERNATIONS;
 
 use super::error::LoadCaseFitError;
 use super::frames::PositionFrames;
-use super::held_out::leave_poses_out;
+use super::held_out::{WeighedProblem, leave_poses_out};
 use super::intervals::add_intervals;
 use super::outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
 use super::positions::{RigidRobot, fitted_frames, why_open};
 use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
-use super::scatter::{ScatterSums, sizes};
+use super::scatter::{LEAST_SCATTER, ScatterSums, sizes};
 
 /// Starts beside the given one where factors are free: sections that carry the same load have two minima.
 const STARTS: usize = 12;
-
-/// Scatter, as a share of the usual size of a component, below which weights do not grow: a simulation without noise has none.
-const LEAST_SCATTER: f64 = 1e-9;
 
 /// What a fit to load cases is asked to do.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -36,6 +33,8 @@ pub struct LoadCaseFitOptions {
     pub choice: ParameterChoice,
     /// Known: scatter from repeats. Estimated: from the residuals. `None`: from repeats if there are any.
     pub sigma: Option<SigmaMode>,
+    /// Whether a diagnosis keeps bad values; a fit always does.
+    pub keep_bad_values: bool,
 }
 
 /// Rows of a fit, and what is known of their scatter.
@@ -119,7 +118,8 @@ pub fn fit_load_cases(
         ));
     }
     if leave_out {
-        let unseen = leave_poses_out(model, &mut problem, &set, &fit)?;
+        let from_here = set.with_start(&fit.free_values)?;
+        let unseen = leave_poses_out(model.posed, &mut problem, &from_here)?;
         for (component, unseen) in outcome.components.iter_mut().zip(unseen) {
             component.without_its_pose = unseen;
         }

@@ -1,11 +1,35 @@
-//! How well the model serves in poses that it was not fitted to.
+//! How well a model serves in poses that it was not fitted to.
 
-use stiffbench_numeric::least_squares::{LeastSquaresFit, ParameterSet, minimise};
+use stiffbench_numeric::least_squares::{
+    EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresSettings, Parameter,
+    ParameterSet, ResidualFunction, minimise,
+};
 
 use super::error::LoadCaseFitError;
-use super::problem::{LoadCaseModel, LoadCaseProblem};
+use super::posed::PosedLoadCases;
 
-/// Leaves each pose out in turn, and predicts it by a fit to the others.
+/// A problem whose rows can be given other weights.
+pub(super) trait WeighedProblem: ResidualFunction {
+    /// The weight of every row.
+    fn weights(&self) -> &[f64];
+
+    /// Gives every row another weight; zero of a row that takes no part.
+    fn set_weights(&mut self, weights: Vec<f64>);
+
+    /// When a fit has converged.
+    fn settings(&self) -> LeastSquaresSettings;
+
+    /// Predictions of all rows at a point of the coordinates.
+    ///
+    /// # Errors
+    /// [`LoadCaseFitError`].
+    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, LoadCaseFitError>;
+}
+
+/// Leaves each pose out in turn with all its repeats, and predicts it by a fit to the others within the bounds of the parameters.
+///
+/// # Arguments
+/// - `set`: where each fit starts. What the other poses do not determine stays there.
 ///
 /// # Returns
 /// A prediction for each row; `None` with fewer than two poses, or too few rows without its pose.
@@ -13,12 +37,10 @@ use super::problem::{LoadCaseModel, LoadCaseProblem};
 /// # Errors
 /// [`LoadCaseFitError`].
 pub(super) fn leave_poses_out(
-    model: &LoadCaseModel<'_>,
-    problem: &mut LoadCaseProblem<'_>,
+    posed: &PosedLoadCases,
+    problem: &mut impl WeighedProblem,
     set: &ParameterSet,
-    fit: &LeastSquaresFit,
 ) -> Result<Vec<Option<f64>>, LoadCaseFitError> {
-    let posed = model.posed;
     let labels: Vec<usize> = posed.rows().map(|(case, _)| case.label).collect();
     let free = set.free_indices().len();
     let mut unseen = vec![None; labels.len()];
@@ -26,7 +48,6 @@ pub(super) fn leave_poses_out(
         return Ok(unseen);
     }
     let weights = problem.weights().to_vec();
-    let from_here = set.with_start(&fit.free_values)?;
     let settings = problem.settings();
     for label in 0..posed.labels.len() {
         let left_out = |row: usize| labels[row] == label;
@@ -36,13 +57,113 @@ pub(super) fn leave_poses_out(
         let without = weights.iter().enumerate();
         let without = without.map(|(row, weight)| if left_out(row) { 0.0 } else { *weight });
         problem.set_weights(without.collect());
-        let refitted = minimise(problem, &from_here, &settings)?;
-        let predicted = problem.predictions_of(&refitted.values, label)?;
-        let rows = (0..labels.len()).filter(|row| left_out(*row));
-        for (row, predicted) in rows.zip(predicted) {
-            unseen[row] = Some(predicted);
+        let refitted = minimise(problem, set, &settings)?;
+        let predicted = problem.predict(&refitted.values)?;
+        for (row, predicted) in predicted.into_iter().enumerate() {
+            if left_out(row) {
+                unseen[row] = Some(predicted);
+            }
         }
     }
     problem.set_weights(weights);
     Ok(unseen)
+}
+
+/// Rows that are linear in their coordinates: each the change of a value in units in which its weighed column has length one.
+#[derive(Debug)]
+pub(super) struct LinearRows<'a> {
+    rows: &'a [f64],
+    columns: Vec<Vec<f64>>,
+    weights: Vec<f64>,
+}
+
+impl<'a> LinearRows<'a> {
+    /// The problem, and the set of its coordinates, which start at zero.
+    ///
+    /// # Arguments
+    /// - `columns`: change of every row per unit of a value, with the smallest and largest change of the value.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] without columns.
+    pub(super) fn new(
+        rows: &'a [f64],
+        columns: &[(&[f64], [f64; 2])],
+        weights: Vec<f64>,
+    ) -> Result<(Self, ParameterSet), LeastSquaresError> {
+        let (mut scaled, mut parameters) = (Vec::new(), Vec::new());
+        for (place, (column, [lowest, highest])) in columns.iter().enumerate() {
+            let weighed = column.iter().zip(&weights);
+            let squares: f64 = weighed
+                .map(|(value, weight)| (value * weight).powi(2))
+                .sum();
+            let length = squares.sqrt().max(f64::MIN_POSITIVE);
+            scaled.push(column.iter().map(|value| value / length).collect());
+            let [lowest, highest] = [lowest.min(0.0), highest.max(0.0)].map(|end| end * length);
+            parameters.push(Parameter::free(place.to_string(), 0.0, lowest, highest));
+        }
+        let problem = Self {
+            rows,
+            columns: scaled,
+            weights,
+        };
+        Ok((problem, ParameterSet::new(parameters)?))
+    }
+
+    fn at(&self, point: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.rows.len()];
+        for (column, coordinate) in self.columns.iter().zip(point) {
+            for (sum, value) in sum.iter_mut().zip(column) {
+                *sum += coordinate * value;
+            }
+        }
+        sum
+    }
+}
+
+impl ResidualFunction for LinearRows<'_> {
+    fn residual_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn evaluate(
+        &mut self,
+        parameters: &[f64],
+        residuals: &mut [f64],
+        jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        let predicted = self.at(parameters);
+        let rows = predicted.iter().zip(self.rows).zip(&self.weights);
+        for (residual, ((predicted, row), weight)) in residuals.iter_mut().zip(rows) {
+            *residual = (predicted - row) * weight;
+        }
+        let Some(jacobian) = jacobian else {
+            return Ok(());
+        };
+        for (place, own) in self.columns.iter().enumerate() {
+            if let Some(column) = jacobian.column_mut(place) {
+                for ((entry, value), weight) in column.iter_mut().zip(own).zip(&self.weights) {
+                    *entry = value * weight;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl WeighedProblem for LinearRows<'_> {
+    fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    fn set_weights(&mut self, weights: Vec<f64>) {
+        self.weights = weights;
+    }
+
+    fn settings(&self) -> LeastSquaresSettings {
+        LeastSquaresSettings::default()
+    }
+
+    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, LoadCaseFitError> {
+        Ok(self.at(point))
+    }
 }

@@ -9,6 +9,7 @@ use crate::fit::FactorStatus;
 
 use super::error::LoadCaseFitError;
 use super::fit::at_bound;
+use super::held_out::WeighedProblem;
 use super::outcome::LoadCaseFit;
 use super::problem::LoadCaseProblem;
 

@@ -34,8 +34,9 @@ pub use choice::{spring_choice, usual_choice, usual_parameters};
 pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
 pub use missing::{
-    CandidateKind, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
-    SPRINGS_OF_LOAD_CASES, diagnose_load_cases,
+    BadLoadCaseValue, CandidateKind, ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding,
+    LoadCaseRival, LoadCaseUnexplained, SPRINGS_OF_LOAD_CASES, ValueWitness, WrongFactor,
+    bad_load_case_values, diagnose_load_cases, wrong_factor,
 };
 pub use outcome::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,

@@ -188,6 +188,19 @@ impl PosedLoadCases {
         cases.flat_map(|case| case.components.iter().map(move |one| (case, one)))
     }
 
+    /// The same without some components, by their places among the rows.
+    #[must_use]
+    pub fn without_rows(&self, rows: &[usize]) -> Self {
+        let mut without = self.clone();
+        let mut row = 0..;
+        for case in &mut without.cases {
+            let is_kept = |_: &ReadComponent| row.next().is_none_or(|row| !rows.contains(&row));
+            case.components.retain(is_kept);
+        }
+        without.cases.retain(|case| !case.components.is_empty());
+        without
+    }
+
     /// The median size of the forces, N.
     #[must_use]
     pub fn usual_force_n(&self) -> f64 {

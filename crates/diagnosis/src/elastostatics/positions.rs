@@ -8,7 +8,7 @@ use stiffbench_units_and_text::test_point::Direction;
 use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::{FRAME_NAMES, PositionFrames};
-use super::held_out::leave_poses_out;
+use super::held_out::{WeighedProblem, leave_poses_out};
 use super::outcome::{FittedFrames, FrameParameter};
 use super::problem::{LoadCaseModel, LoadCaseProblem, frames_alone};
 
@@ -42,7 +42,7 @@ impl RigidRobot {
         let settings = problem.settings();
         let fit = minimise(problem, &set, &settings)?;
         let unseen = if leave_out {
-            leave_poses_out(model, problem, &set, &fit)?
+            leave_poses_out(model.posed, problem, &set.with_start(&fit.free_values)?)?
         } else {
             vec![None; fit.residuals.len()]
         };

@@ -13,6 +13,7 @@ use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::{PositionFrames, lengths_beside};
+use super::held_out::WeighedProblem;
 use super::posed::{PosedLoadCases, ReadComponent};
 use super::prediction::{
     PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_of,
@@ -177,26 +178,6 @@ impl<'a> LoadCaseProblem<'a> {
         self.linear.is_some()
     }
 
-    /// Gives every row another weight.
-    pub(super) fn set_weights(&mut self, weights: Vec<f64>) {
-        self.weights = weights;
-    }
-
-    /// The weight of every row.
-    pub(super) fn weights(&self) -> &[f64] {
-        &self.weights
-    }
-
-    /// When a fit has converged: of a model that is linear where double precision ends; else a compliance keeps about nine digits, so that
-    /// a share of 1e-10 of ‖r‖² is the least that shows.
-    pub(super) fn settings(&self) -> LeastSquaresSettings {
-        if self.is_linear() {
-            LeastSquaresSettings::default()
-        } else {
-            LeastSquaresSettings::for_refits()
-        }
-    }
-
     /// Predictions at a point of the coordinates.
     ///
     /// # Errors
@@ -204,21 +185,6 @@ impl<'a> LoadCaseProblem<'a> {
     pub(super) fn predictions(&mut self, point: &[f64]) -> Result<Vec<f64>, RobotError> {
         let motions = self.motions(point, false)?;
         Ok(self.rows(point, &motions.values))
-    }
-
-    /// The same of one named pose.
-    ///
-    /// # Errors
-    /// [`RobotError`].
-    pub(super) fn predictions_of(
-        &mut self,
-        point: &[f64],
-        label: usize,
-    ) -> Result<Vec<f64>, RobotError> {
-        let all = self.predictions(point)?;
-        let rows = self.model.posed.rows().zip(all);
-        let own = rows.filter(|((case, _), _)| case.label == label);
-        Ok(own.map(|(_, predicted)| predicted).collect())
     }
 
     /// Motions of the tool centre at a point with, where asked for, their derivatives to the coordinates of the parameters.
@@ -379,6 +345,30 @@ impl ResidualFunction for LoadCaseProblem<'_> {
                 )
             },
         )
+    }
+}
+
+impl WeighedProblem for LoadCaseProblem<'_> {
+    fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    fn set_weights(&mut self, weights: Vec<f64>) {
+        self.weights = weights;
+    }
+
+    /// Of a model that is linear the end is where double precision ends; else a compliance keeps about nine digits, so that a share of
+    /// 1e-10 of ‖r‖² is the least that shows.
+    fn settings(&self) -> LeastSquaresSettings {
+        if self.is_linear() {
+            LeastSquaresSettings::default()
+        } else {
+            LeastSquaresSettings::for_refits()
+        }
+    }
+
+    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, LoadCaseFitError> {
+        Ok(self.predictions(point)?)
     }
 }
 

@@ -6,6 +6,9 @@ use crate::search::{Covariance, LowRankBlock};
 /// Loads that differ by less than this share of the larger are one load applied again.
 const SAME_LOAD: f64 = 0.05;
 
+/// Scatter, as a share of the usual size of a component, below which weights do not grow: a simulation without noise has none.
+pub(super) const LEAST_SCATTER: f64 = 1e-9;
+
 /// Sums of squares of displacements and of rotations, with their degrees of freedom.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ScatterSums {
@@ -14,45 +17,37 @@ pub(super) struct ScatterSums {
     dof: [f64; 2],
 }
 
-/// One component under one load in one pose, as often as it was read.
-struct RepeatedComponent {
-    label: usize,
-    pose: usize,
-    load: [f64; 6],
-    unit: [f64; 6],
-    residuals: Vec<f64>,
+/// Rows that hold one component under one load in one pose, each as often as it was read.
+pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
+    let mut groups: Vec<(&PosedLoad, &ReadComponent, Vec<usize>)> = Vec::new();
+    for (row, (case, read)) in posed.rows().enumerate() {
+        let known = groups.iter_mut().find(|(first, component, _)| {
+            (first.label, first.pose) == (case.label, case.pose)
+                && component.unit == read.unit
+                && is_same_load(&first.load, &case.load)
+        });
+        match known {
+            Some((.., rows)) => rows.push(row),
+            None => groups.push((case, read, vec![row])),
+        }
+    }
+    groups.into_iter().map(|(.., rows)| rows).collect()
 }
 
 impl ScatterSums {
     /// From the differences between repeats of one load in one pose; what a model predicts for the loads' differences is taken off.
     pub(super) fn of_repeats(posed: &PosedLoadCases, residuals: &[f64]) -> Self {
-        let mut groups: Vec<RepeatedComponent> = Vec::new();
-        for ((case, read), residual) in posed.rows().zip(residuals) {
-            let known = groups.iter_mut().find(|group| {
-                (group.label, group.pose) == (case.label, case.pose)
-                    && group.unit == read.unit
-                    && is_same_load(&group.load, &case.load)
-            });
-            match known {
-                Some(group) => group.residuals.push(*residual),
-                None => groups.push(RepeatedComponent {
-                    label: case.label,
-                    pose: case.pose,
-                    load: case.load,
-                    unit: read.unit,
-                    residuals: vec![*residual],
-                }),
-            }
-        }
+        let kinds: Vec<usize> = posed
+            .rows()
+            .map(|(_, read)| usize::from(read.is_rotation()))
+            .collect();
         let mut sums = Self::default();
-        for group in &groups {
-            let (kind, values) = (usize::from(group.unit[..3] == [0.0; 3]), &group.residuals);
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            sums.squares[kind] += values
-                .iter()
-                .map(|value| (value - mean).powi(2))
-                .sum::<f64>();
-            sums.dof[kind] += values.len() as f64 - 1.0;
+        for rows in repeated_rows(posed) {
+            let kind = kinds[rows[0]];
+            let mean = rows.iter().map(|row| residuals[*row]).sum::<f64>() / rows.len() as f64;
+            let squares = rows.iter().map(|row| (residuals[*row] - mean).powi(2));
+            sums.squares[kind] += squares.sum::<f64>();
+            sums.dof[kind] += rows.len() as f64 - 1.0;
         }
         sums
     }

@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 
 use stiffbench_beams::robot::ModelParameter;
-use stiffbench_numeric::statistics::f_upper_tail;
 
 use crate::fit::FactorStatus;
-use crate::mismatch::{GradeBasis, Verdict, VerdictGrade};
+use crate::mismatch::{GradeBasis, Verdict};
 use crate::search::constants::{
     LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, OMNIBUS_LEVEL, ROUNDING, SWAP_GAIN,
 };
@@ -16,29 +15,26 @@ use crate::search::{
     push_orthonormal,
 };
 
+use super::bad_values::bad_load_case_values;
 use super::candidates::{CandidateKind, MissingCandidate, SolvedPoses};
 use super::findings::LoadCaseSearch;
-use super::held_out_shares::{displacement_rms, explained_shares};
-use super::outcome::LoadCaseDiagnosis;
+use super::held_out_shares::{displacement_rms, explained_shares, helpful_terms};
+use super::outcome::{ImplausibleSize, LoadCaseDiagnosis};
+use super::possible::{ImpossibleTerm, negative_springs, parameters_after};
 use super::scatter_model::LoadCaseScatter;
+use super::undecided::{FEWEST_DOF, FEWEST_POSES, undecided};
 use super::unexplained::unexplained;
+use super::wrong_factor::wrong_factor;
 use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::problem::LoadCaseModel;
-use stiffbench_units_and_text::count::counted;
-
-/// Degrees of freedom that load cases must leave beside the baseline: with fewer no candidate can be believed.
-const FEWEST_DOF: usize = 6;
-
-/// Poses without which nothing can be distinguished.
-const FEWEST_POSES: usize = 3;
 
 /// The problem of the search.
 pub(super) type LoadCaseProblemOf<'a> = LinearProblem<'a, CandidateKind, LoadCaseScatter<'a>>;
 
-/// Finds what the free parameters of a model leave out of its load cases.
+/// Finds what the free parameters of a model leave out of its load cases; bad values are left out unless the options keep them.
 ///
 /// # Arguments
 /// - `seed`: of the simulated noise from which critical values come.
@@ -54,11 +50,30 @@ pub fn diagnose_load_cases(
         return Err(LoadCaseFitError::Positions { needs: "diagnose" });
     }
     let baseline = fit_load_cases(model, options)?;
-    let residuals: Vec<f64> = baseline
-        .components
-        .iter()
-        .map(|one| one.measured - one.predicted)
-        .collect();
+    let bad = if options.keep_bad_values {
+        Vec::new()
+    } else {
+        bad_load_case_values(model, options, &baseline)?
+    };
+    if !bad.is_empty() {
+        let posed = model
+            .posed
+            .without_rows(&bad.iter().map(|one| one.row).collect::<Vec<_>>());
+        let model = LoadCaseModel {
+            posed: &posed,
+            ..*model
+        };
+        let options = LoadCaseFitOptions {
+            keep_bad_values: true,
+            ..options.clone()
+        };
+        return Ok(LoadCaseDiagnosis {
+            bad_values: bad,
+            ..diagnose_load_cases(&model, &options, seed)?
+        });
+    }
+    let wrong_factor = wrong_factor(model, options, &baseline)?;
+    let residuals = baseline.residuals();
     let solved = solve(model, &baseline)?;
     let is_free = |parameter: &ModelParameter| {
         let estimate = baseline
@@ -80,31 +95,47 @@ pub fn diagnose_load_cases(
         free,
         columns,
     };
+    let mut implausible = Vec::new();
     loop {
         match judge(model, &basis, &candidates, seed)? {
-            JudgedSelection::Diagnosis(diagnosis) => return Ok(*diagnosis),
-            JudgedSelection::TakesTooMuch(place) => {
-                candidates.remove(place);
+            JudgedSelection::Diagnosis(diagnosis) => {
+                return Ok(LoadCaseDiagnosis {
+                    implausible,
+                    wrong_factor,
+                    ..*diagnosis
+                });
+            }
+            JudgedSelection::Impossible(ImpossibleTerm { term, value }) => {
+                let removed = candidates.remove(term);
+                // An end of the range that is infinite or zero is no question of what is plausible.
+                if removed.bounds.iter().all(|end| end.is_finite()) {
+                    implausible.push(ImplausibleSize {
+                        name: removed.name,
+                        value,
+                        bounds: removed.bounds,
+                        unit: removed.unit,
+                    });
+                }
             }
         }
     }
 }
 
 /// What the candidates are tried beside.
-struct Basis {
-    baseline: LoadCaseFit,
-    residuals: Vec<f64>,
+pub(super) struct Basis {
+    pub(super) baseline: LoadCaseFit,
+    pub(super) residuals: Vec<f64>,
     /// Places of the free parameters among the estimates.
-    free: Vec<usize>,
+    pub(super) free: Vec<usize>,
     /// One column for each of them.
-    columns: Vec<Vec<f64>>,
+    pub(super) columns: Vec<Vec<f64>>,
 }
 
 /// How a search among candidates ended.
 enum JudgedSelection {
     Diagnosis(Box<LoadCaseDiagnosis>),
-    /// The candidate in this place was selected with a size that leaves a negative compliance: it cannot be meant.
-    TakesTooMuch(usize),
+    /// A candidate was selected with a size that cannot be meant.
+    Impossible(ImpossibleTerm),
 }
 
 /// Selects among the candidates and decides on the selection.
@@ -115,10 +146,7 @@ fn judge(
     seed: u64,
 ) -> Result<JudgedSelection, LoadCaseFitError> {
     let Basis {
-        baseline,
-        residuals,
-        free,
-        columns,
+        residuals, columns, ..
     } = basis;
     let problem_of = |scatter, critical_values, linear| LoadCaseProblemOf {
         rows: residuals,
@@ -155,116 +183,113 @@ fn judge(
     };
     let start = problem.start().map_err(independent)?;
     let found = select(&problem, &start, candidates).map_err(independent)?;
-    if let Some(place) = takes_too_much(candidates, &found.model, basis) {
-        return Ok(JudgedSelection::TakesTooMuch(place));
-    }
     let search = LoadCaseSearch {
         model,
         problem: &problem,
         candidates,
-        residuals,
-        columns,
-    };
-    let findings = search.findings(&found.model).map_err(independent)?;
-    let space = search.space(&found.model);
-    let lack = from_repeats
-        .then(|| search.lack_of_fit(&found.model))
-        .flatten();
-    let left = &found.model.fit.residuals;
-    let unexplained = unexplained(model.posed, &space, left, candidates, lack, seed);
-    let shares = explained_shares(&search, &start, &found.model);
-    let is_left = unexplained
-        .as_ref()
-        .is_some_and(|one| one.p <= OMNIBUS_LEVEL)
-        || findings.is_empty() && is_held_by_bounds(model, basis, &start);
-    let evidence = findings.iter().map(|one| one.log_bayes);
-    let (verdict, grade) = GradeBasis {
-        p_family: if findings.is_empty() { 1.0 } else { found.p },
-        log_bayes: evidence.fold(f64::INFINITY, f64::min),
-        is_a_set: findings.iter().any(|one| !one.alternatives.is_empty()),
-        is_left,
-        share_of_misfit: shares.of_misfit,
-        share_unseen: shares.unseen,
-    }
-    .decide();
-    let parameters_after = parameters_after(baseline, free, &found.model.fit.values);
-    Ok(JudgedSelection::Diagnosis(Box::new(LoadCaseDiagnosis {
-        verdict,
-        grade,
-        lacking: Vec::new(),
-        findings,
-        p_family: found.p,
-        unexplained,
-        share_of_misfit: shares.of_misfit,
-        share_unseen: shares.unseen,
-        before_unseen_m: shares.before_unseen_m,
-        after_unseen_m: shares.after_unseen_m,
-        after_m: displacement_rms(model.posed, left),
-        parameters_after,
-        candidates: candidates.len(),
+        basis,
         from_repeats,
-        baseline: baseline.clone(),
-    })))
-}
-
-/// The first candidate that takes more from a parameter than there is of it.
-fn takes_too_much(
-    candidates: &[MissingCandidate],
-    model: &LinearModel,
-    basis: &Basis,
-) -> Option<usize> {
-    let values = parameters_after(&basis.baseline, &basis.free, &model.fit.values);
-    let is_impossible = |place: usize, term: usize| {
-        let (parameter, share) = candidates[term].takes_from.as_ref()?;
-        let name = parameter.to_string();
-        let after = values.iter().find(|(known, _)| *known == name);
-        let value = after.map_or_else(
-            || basis.baseline.factors.get(parameter),
-            |(_, value)| *value,
-        );
-        let taken = share * model.fit.values[basis.columns.len() + place];
-        (taken > value).then_some(term)
+        seed,
     };
-    let mut terms = model.terms.iter().enumerate();
-    terms.find_map(|(place, &term)| is_impossible(place, term))
-}
-
-/// Whether the free parameters explain the load cases only with negative springs: what the fit with its bounds leaves more is no noise (F test).
-fn is_held_by_bounds(model: &LoadCaseModel<'_>, basis: &Basis, start: &LinearModel) -> bool {
-    let values = parameters_after(&basis.baseline, &basis.free, &start.fit.values);
-    let springs = basis.free.iter().zip(values).filter(|(place, (_, value))| {
-        let parameter = &basis.baseline.estimates[**place].parameter;
-        !parameter.is_factor() && *value < 0.0
-    });
-    let negative = springs.count() as f64;
-    let dof = basis.residuals.len().saturating_sub(basis.columns.len()) as f64;
-    let squares = |residuals: &[f64]| {
-        displacement_rms(model.posed, residuals).powi(2) * residuals.len() as f64
+    if let Some(impossible) = search.impossible_term(&found.model) {
+        return Ok(JudgedSelection::Impossible(impossible));
+    }
+    let diagnosis = search.diagnosis(&start, &found, false)?;
+    if diagnosis.verdict != Verdict::Unknown || found.model.terms.is_empty() {
+        return Ok(JudgedSelection::Diagnosis(Box::new(diagnosis)));
+    }
+    // Names that are not the whole must at least serve in poses that they were not fitted to.
+    let helpful = helpful_terms(&search, &found.model.terms)?;
+    let helpful = problem.with_terms(&helpful).map_err(independent)?;
+    if let Some(impossible) = search.impossible_term(&helpful) {
+        return Ok(JudgedSelection::Impossible(impossible));
+    }
+    let taken_back = found.model.terms.len() - helpful.terms.len();
+    let selected = Selected {
+        model: helpful,
+        p: found.p,
     };
-    let (bounded, free) = (squares(&basis.residuals), squares(&start.fit.residuals));
-    let lack = (bounded - free) / negative / (free / dof);
-    lack.is_finite()
-        && lack > 0.0
-        && f_upper_tail(lack, negative, dof).is_some_and(|p| p <= OMNIBUS_LEVEL)
+    let diagnosis = LoadCaseDiagnosis {
+        taken_back,
+        ..search.diagnosis(&start, &selected, true)?
+    };
+    Ok(JudgedSelection::Diagnosis(Box::new(diagnosis)))
 }
 
-/// Values of the free parameters beside what was found: springs by their change, factors by that of their logarithm.
-fn parameters_after(baseline: &LoadCaseFit, free: &[usize], deltas: &[f64]) -> Vec<(String, f64)> {
-    let free = free.iter().map(|&place| &baseline.estimates[place]);
-    free.zip(deltas)
-        .map(|(one, delta)| {
-            let value = if one.parameter.is_factor() {
-                one.value * delta.exp()
-            } else {
-                one.value + delta
-            };
-            (one.name.clone(), value)
+impl LoadCaseSearch<'_, '_> {
+    /// The verdict on a selection.
+    ///
+    /// # Arguments
+    /// - `is_left`: whether it is known that something is left.
+    fn diagnosis(
+        &self,
+        start: &LinearModel,
+        found: &Selected,
+        is_left: bool,
+    ) -> Result<LoadCaseDiagnosis, LoadCaseFitError> {
+        let independent = |NotIndependent| LoadCaseFitError::Dependent;
+        let (posed, baseline) = (self.model.posed, &self.basis.baseline);
+        let findings = self.findings(&found.model).map_err(independent)?;
+        let space = self.space(&found.model);
+        let lack = self
+            .from_repeats
+            .then(|| self.lack_of_fit(&found.model))
+            .flatten();
+        let mut left = &found.model.fit.residuals;
+        let mut parameters_after = parameters_after(self.basis, &found.model.fit.values);
+        let mut unexplained = unexplained(posed, &space, left, self.candidates, lack, self.seed);
+        let negative = findings
+            .is_empty()
+            .then(|| negative_springs(posed, self.basis, start));
+        if let Some(held) = negative.flatten() {
+            left = &self.basis.residuals;
+            let fitted = parameters_after.iter_mut();
+            for ((_, value), place) in fitted.zip(&self.basis.free) {
+                *value = baseline.estimates[*place].value;
+            }
+            unexplained = Some(held);
+        }
+        let shares = explained_shares(self, start, &found.model)?;
+        let is_left = is_left
+            || unexplained
+                .as_ref()
+                .is_some_and(|one| one.p <= OMNIBUS_LEVEL);
+        let evidence = findings.iter().map(|one| one.log_bayes);
+        let (verdict, grade) = GradeBasis {
+            p_family: if findings.is_empty() { 1.0 } else { found.p },
+            log_bayes: evidence.fold(f64::INFINITY, f64::min),
+            is_a_set: findings.iter().any(|one| !one.alternatives.is_empty()),
+            is_left,
+            share_of_misfit: shares.of_misfit,
+            share_unseen: shares.unseen,
+        }
+        .decide();
+        Ok(LoadCaseDiagnosis {
+            verdict,
+            grade,
+            lacking: Vec::new(),
+            findings,
+            p_family: found.p,
+            unexplained,
+            share_of_misfit: shares.of_misfit,
+            share_unseen: shares.unseen,
+            before_unseen_m: shares.before_unseen_m,
+            after_unseen_m: shares.after_unseen_m,
+            after_m: displacement_rms(posed, left),
+            parameters_after,
+            candidates: self.candidates.len(),
+            from_repeats: self.from_repeats,
+            taken_back: 0,
+            implausible: Vec::new(),
+            bad_values: Vec::new(),
+            wrong_factor: None,
+            baseline: baseline.clone(),
         })
-        .collect()
+    }
 }
 
 /// Whether a parameter is a column of the baseline: also one at a bound, which what is missing may have driven there.
-fn moves(status: &FactorStatus) -> bool {
+pub(super) fn moves(status: &FactorStatus) -> bool {
     matches!(
         status,
         FactorStatus::Free | FactorStatus::NotIdentified { .. } | FactorStatus::AtBound { .. }
@@ -272,7 +297,7 @@ fn moves(status: &FactorStatus) -> bool {
 }
 
 /// Compliances of all poses at the fitted values, with their derivatives to every spring and factor of the robot.
-fn solve<'a>(
+pub(super) fn solve<'a>(
     model: &LoadCaseModel<'a>,
     baseline: &LoadCaseFit,
 ) -> Result<SolvedPoses<'a>, LoadCaseFitError> {
@@ -306,7 +331,7 @@ fn solve<'a>(
 }
 
 /// Places of the free parameters among the estimates, and their columns; those that the ones before contain are left out.
-fn baseline_columns(
+pub(super) fn baseline_columns(
     solved: &SolvedPoses<'_>,
     baseline: &LoadCaseFit,
 ) -> (Vec<usize>, Vec<Vec<f64>>) {
@@ -349,9 +374,9 @@ fn drop_invisible(candidates: &mut Vec<MissingCandidate>, columns: &[Vec<f64>], 
 }
 
 /// What was selected, with the chance that noise gives any candidate as much as the first.
-struct Selected {
-    model: LinearModel,
-    p: f64,
+pub(super) struct Selected {
+    pub(super) model: LinearModel,
+    pub(super) p: f64,
 }
 
 /// Forward selection with swaps; and from all springs of each kind together, and of all kinds, backward. The larger evidence counts.
@@ -411,38 +436,4 @@ fn evidence_for(
         .map(|&term| problem.critical_values.of(problem.candidates[term].family))
         .sum();
     Ok(0.5 * (rest.fit.squares - model.fit.squares - cost))
-}
-
-fn undecided(model: &LoadCaseModel<'_>, baseline: LoadCaseFit, dof: usize) -> LoadCaseDiagnosis {
-    let mut lacking = Vec::new();
-    if dof < FEWEST_DOF {
-        lacking.push(format!(
-            "the free parameters leave {}, and {FEWEST_DOF} are needed: read more components or poses",
-            counted(dof, "degree of freedom")
-        ));
-    }
-    let poses = model.posed.labels.len();
-    if poses < FEWEST_POSES {
-        lacking.push(format!(
-            "the data have {}, and {FEWEST_POSES} are needed",
-            counted(poses, "pose")
-        ));
-    }
-    LoadCaseDiagnosis {
-        verdict: Verdict::InsufficientData,
-        grade: VerdictGrade::Undecided,
-        lacking,
-        findings: Vec::new(),
-        p_family: 1.0,
-        unexplained: None,
-        share_of_misfit: None,
-        share_unseen: None,
-        before_unseen_m: None,
-        after_unseen_m: None,
-        after_m: baseline.rms_m()[1].unwrap_or_default(),
-        parameters_after: Vec::new(),
-        candidates: 0,
-        from_repeats: false,
-        baseline,
-    }
 }

@@ -8,7 +8,7 @@ use crate::search::{
 };
 
 use super::candidates::{CandidateKind, MissingCandidate};
-use super::find::LoadCaseProblemOf;
+use super::find::{Basis, LoadCaseProblemOf};
 use super::outcome::{LoadCaseFinding, LoadCaseRival};
 use crate::elastostatics::problem::LoadCaseModel;
 
@@ -20,8 +20,11 @@ pub(super) struct LoadCaseSearch<'s, 'a> {
     pub(super) model: &'s LoadCaseModel<'a>,
     pub(super) problem: &'s LoadCaseProblemOf<'s>,
     pub(super) candidates: &'s [MissingCandidate],
-    pub(super) residuals: &'s [f64],
-    pub(super) columns: &'s [Vec<f64>],
+    pub(super) basis: &'s Basis,
+    /// Whether the scatter is that of repeats.
+    pub(super) from_repeats: bool,
+    /// Of simulated noise.
+    pub(super) seed: u64,
 }
 
 impl LoadCaseSearch<'_, '_> {
@@ -36,7 +39,7 @@ impl LoadCaseSearch<'_, '_> {
             .terms
             .iter()
             .map(|&term| &self.candidates[term].column);
-        let all: Vec<Vec<f64>> = self.columns.iter().chain(terms).cloned().collect();
+        let all: Vec<Vec<f64>> = self.basis.columns.iter().chain(terms).cloned().collect();
         WhiteSpace::new(other.covariance.clone(), &[], &all)
     }
 
@@ -58,8 +61,8 @@ impl LoadCaseSearch<'_, '_> {
         term: usize,
     ) -> Result<LoadCaseFinding, NotIndependent> {
         let candidate = &self.candidates[term];
-        let value = model.fit.values[self.columns.len() + place];
-        let standard_error = model.fit.standard_errors[self.columns.len() + place];
+        let value = model.fit.values[self.basis.columns.len() + place];
+        let standard_error = model.fit.standard_errors[self.basis.columns.len() + place];
         let t = student_t_quantile(0.975, model.dof).unwrap_or(NORMAL_95);
         let [lowest, highest] = candidate.bounds;
         let ranked = rivals(self.problem, model, place)?;
@@ -136,8 +139,8 @@ impl LoadCaseSearch<'_, '_> {
 
     /// Chance of the residuals beside the scatter of repeats.
     pub(super) fn lack_of_fit(&self, model: &LinearModel) -> Option<f64> {
-        let parameters = self.columns.len() + model.terms.len();
-        let dof = self.residuals.len() as f64 - parameters as f64;
+        let parameters = self.basis.columns.len() + model.terms.len();
+        let dof = self.basis.residuals.len() as f64 - parameters as f64;
         let more = dof - model.dof;
         let lack = (model.fit.squares - model.dof).max(0.0) / more;
         f_upper_tail(lack, more, model.dof).filter(|_| more >= 1.0)

@@ -1,49 +1,118 @@
 //! How well linear models serve in poses that were left out of their fit.
 
-use nalgebra::{DMatrix, DVector};
+use crate::search::constants::MOST_EFFECTS;
+use crate::search::{LinearModel, NotIndependent, dot};
 
-use crate::search::{LinearModel, WhiteSpace, dot};
-
+use super::find::Basis;
 use super::findings::LoadCaseSearch;
+use crate::elastostatics::error::LoadCaseFitError;
+use crate::elastostatics::held_out::{LinearRows, leave_poses_out};
 use crate::elastostatics::posed::PosedLoadCases;
+use crate::elastostatics::scatter::{LEAST_SCATTER, sizes};
 
-/// Residuals of every row from a fit without the rows of its pose, in the units of the rows; `None` where a pose alone determines a column.
+/// What is left of every row by a fit without its pose, in the units of the rows; `None` where the other poses have too few rows.
 ///
-/// With H the hat matrix of the white columns and b the rows of a pose, the residuals without them are (1 - H_bb)⁻¹ r_b (Cook & Weisberg,
-/// Residuals and Influence in Regression, 1982, section 3.5).
+/// Without terms that is what the fit itself states; with terms the same refits are made with the columns of the terms beside.
 ///
-/// # Arguments
-/// - `space`: its columns are those of the model.
-pub(super) fn left_out_residuals(
-    posed: &PosedLoadCases,
-    space: &WhiteSpace,
-    rows: &[f64],
-) -> Option<Vec<f64>> {
-    if posed.labels.len() < 2 {
-        return None;
+/// # Errors
+/// [`LoadCaseFitError`].
+fn unseen_residuals(
+    search: &LoadCaseSearch<'_, '_>,
+    terms: &[usize],
+) -> Result<Option<Vec<f64>>, LoadCaseFitError> {
+    let basis = search.basis;
+    if terms.is_empty() {
+        let components = basis.baseline.components.iter();
+        return Ok(components
+            .map(|one| Some(one.measured - one.without_its_pose?))
+            .collect());
     }
-    let white = space.projected(rows);
-    let labels: Vec<usize> = posed.rows().map(|(case, _)| case.label).collect();
-    let mut out = vec![0.0; rows.len()];
-    for label in 0..posed.labels.len() {
-        let own: Vec<usize> = (0..rows.len())
-            .filter(|row| labels[*row] == label)
-            .collect();
-        let matrix = DMatrix::from_fn(own.len(), own.len(), |i, j| {
-            let hat: f64 = space
-                .basis()
-                .iter()
-                .map(|unit| unit[own[i]] * unit[own[j]])
-                .sum();
-            f64::from(u8::from(i == j)) - hat
-        });
-        let left = DVector::from_iterator(own.len(), own.iter().map(|row| white[*row]));
-        let solved = matrix.cholesky()?.solve(&left);
-        for (place, &row) in own.iter().enumerate() {
-            out[row] = solved[place] / space.covariance.weights()[row];
+    let terms = terms.iter().map(|&term| {
+        let candidate = &search.candidates[term];
+        (candidate.column.as_slice(), candidate.bounds)
+    });
+    let columns: Vec<(&[f64], [f64; 2])> = basis.changes().into_iter().chain(terms).collect();
+    let weights = basis.weights(search.model.posed);
+    let (mut problem, set) = LinearRows::new(&basis.residuals, &columns, weights)?;
+    let unseen = leave_poses_out(search.model.posed, &mut problem, &set)?;
+    let rows = basis.residuals.iter().zip(unseen);
+    Ok(rows
+        .map(|(row, predicted)| Some(row - predicted?))
+        .collect())
+}
+
+impl Basis {
+    /// The columns of the free parameters, each with the smallest and largest change of its value that the bounds allow.
+    pub(super) fn changes(&self) -> Vec<(&[f64], [f64; 2])> {
+        let free = self.free.iter().zip(&self.columns);
+        free.map(|(&place, column)| {
+            let one = &self.baseline.estimates[place];
+            let bounds = one.bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            let change = |end: f64| {
+                if one.parameter.is_factor() {
+                    (end / one.value).ln()
+                } else {
+                    end - one.value
+                }
+            };
+            (column.as_slice(), bounds.map(change))
+        })
+        .collect()
+    }
+
+    /// The weights of the baseline: one over the scatter of displacements and of rotations.
+    pub(super) fn weights(&self, posed: &PosedLoadCases) -> Vec<f64> {
+        let agreement = self.baseline.agreement.as_ref();
+        let sd = [
+            agreement.and_then(|one| one.displacement_sd_m),
+            agreement.and_then(|one| one.rotation_sd_rad),
+        ];
+        let sizes = sizes(posed);
+        let least = |kind: usize| LEAST_SCATTER * sizes[kind];
+        let of_kind = [0, 1].map(|kind| 1.0 / sd[kind].unwrap_or(1.0).max(least(kind)));
+        let rows = posed.rows();
+        rows.map(|(_, read)| of_kind[usize::from(read.is_rotation())])
+            .collect()
+    }
+}
+
+/// Those of the selected candidates that lower the error in poses left out, at most three: the one that lowers it most, then the next.
+///
+/// # Errors
+/// [`LoadCaseFitError`].
+pub(super) fn helpful_terms(
+    search: &LoadCaseSearch<'_, '_>,
+    selected: &[usize],
+) -> Result<Vec<usize>, LoadCaseFitError> {
+    let weights = search.basis.weights(search.model.posed);
+    let error = |terms: &[usize]| -> Result<Option<f64>, LoadCaseFitError> {
+        let rows = unseen_residuals(search, terms)?;
+        Ok(rows.map(|rows| {
+            let rows = rows.iter().zip(&weights);
+            rows.map(|(row, weight)| (row * weight).powi(2)).sum()
+        }))
+    };
+    let mut kept = Vec::new();
+    let Some(mut least) = error(&kept)? else {
+        return Ok(kept);
+    };
+    while kept.len() < MOST_EFFECTS {
+        let mut best: Option<(f64, usize)> = None;
+        for &term in selected.iter().filter(|term| !kept.contains(*term)) {
+            let with = [&kept[..], &[term]].concat();
+            if let Some(error) = error(&with)?
+                && best.is_none_or(|(lowest, _)| error < lowest)
+            {
+                best = Some((error, term));
+            }
         }
+        let Some((error, term)) = best.filter(|(error, _)| *error < least) else {
+            break;
+        };
+        least = error;
+        kept.push(term);
     }
-    Some(out)
+    Ok(kept)
 }
 
 /// Root mean square of the displacements among residuals, m.
@@ -69,7 +138,7 @@ pub(super) fn explained_shares(
     search: &LoadCaseSearch<'_, '_>,
     start: &LinearModel,
     found: &LinearModel,
-) -> ExplainedShares {
+) -> Result<ExplainedShares, LoadCaseFitError> {
     let posed = search.model.posed;
     let springs = search.candidates.iter().enumerate();
     let springs = springs.filter(|(_, one)| one.kind.is_spring());
@@ -79,19 +148,14 @@ pub(super) fn explained_shares(
             .map(|(place, _)| place)
             .filter(|place| !found.terms.contains(place)),
     );
-    let Ok(richest) = search.problem.with_terms(&all) else {
-        return ExplainedShares {
-            of_misfit: None,
-            unseen: None,
-            before_unseen_m: None,
-            after_unseen_m: None,
-        };
-    };
+    // Springs that the findings contain leave the covariance as it is.
+    let richest = search.problem.with_terms(&all);
+    let richest = richest.unwrap_or_else(|NotIndependent| found.clone());
     // One covariance for all: that of the richest model.
     let squares = |model: &LinearModel| {
         let space = search.space_under(model, &richest);
-        let white = space.projected(search.residuals);
-        let dof = (search.residuals.len() - space.basis().len()) as f64;
+        let white = space.projected(&search.basis.residuals);
+        let dof = (search.basis.residuals.len() - space.basis().len()) as f64;
         (dot(&white, &white), dof)
     };
     let share = |baseline: f64, found: f64, noise: f64, sd: f64| {
@@ -105,30 +169,25 @@ pub(super) fn explained_shares(
         0.0,
         (2.0 * dof).sqrt(),
     );
-    let unseen = |model: &LinearModel| {
-        let space = search.space_under(model, &richest);
-        left_out_residuals(posed, &space, search.residuals)
-    };
-    let (before, after) = (unseen(start), unseen(found));
+    let before = unseen_residuals(search, &[])?;
+    let after = unseen_residuals(search, &found.terms)?;
     let sum = |residuals: Option<&Vec<f64>>| {
-        let rows = residuals?.iter().zip(richest.covariance.weights());
-        Some(
-            rows.map(|(residual, weight)| (residual * weight).powi(2))
-                .sum::<f64>(),
-        )
+        let mut white = residuals?.clone();
+        richest.covariance.whiten(&mut white);
+        Some(dot(&white, &white))
     };
-    let rows = search.residuals.len() as f64;
+    let rows = search.basis.residuals.len() as f64;
     let unseen_share = sum(before.as_ref())
         .zip(sum(after.as_ref()))
         .and_then(|(before, after)| {
             // Noise alone, and what the parameters of the baseline add to it in poses that they do not know.
-            let noise = rows + search.columns.len() as f64;
+            let noise = rows + search.basis.columns.len() as f64;
             share(before, after, noise, (2.0 * rows).sqrt())
         });
-    ExplainedShares {
+    Ok(ExplainedShares {
         of_misfit,
         unseen: unseen_share,
         before_unseen_m: before.map(|residuals| displacement_rms(posed, &residuals)),
         after_unseen_m: after.map(|residuals| displacement_rms(posed, &residuals)),
-    }
+    })
 }

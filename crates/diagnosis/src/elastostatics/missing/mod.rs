@@ -3,14 +3,23 @@
 //! The baseline is the fit; candidates are columns beside its own. Levels, null samples, forward selection with swaps and what counts as
 //! distinguishable are those of [`crate::search`].
 
+mod bad_values;
 mod candidates;
 mod find;
 mod findings;
+mod growing_scatter;
 mod held_out_shares;
 mod outcome;
+mod possible;
 mod scatter_model;
+mod undecided;
 mod unexplained;
+mod wrong_factor;
 
+pub use bad_values::{BadLoadCaseValue, ValueWitness, bad_load_case_values};
 pub use candidates::{CandidateKind, SPRINGS_OF_LOAD_CASES};
 pub use find::diagnose_load_cases;
-pub use outcome::{LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained};
+pub use outcome::{
+    ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
+};
+pub use wrong_factor::{WrongFactor, wrong_factor};

@@ -4,6 +4,8 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::mismatch::{Verdict, VerdictGrade};
 
+use super::bad_values::BadLoadCaseValue;
+use super::wrong_factor::WrongFactor;
 use crate::elastostatics::outcome::LoadCaseFit;
 
 /// Another candidate in the place of a finding.
@@ -34,7 +36,7 @@ pub struct LoadCaseFinding {
     pub value: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// 95 % interval of the size, cut where it is impossible.
+    /// 95 % interval of the size, cut at the ends of what is possible; it contains the size, which is possible too.
     pub interval_95: [f64; 2],
     /// ASCII unit.
     pub unit: &'static str,
@@ -69,6 +71,19 @@ pub struct LoadCaseUnexplained {
     pub standard_errors: f64,
 }
 
+/// A candidate that fitted best with a size beyond what is plausible: no explanation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImplausibleSize {
+    /// Its name, for example `force-axes.x`.
+    pub name: String,
+    /// The size that it would have to have, in `unit`.
+    pub value: f64,
+    /// Smallest and largest plausible size.
+    pub bounds: [f64; 2],
+    /// ASCII unit.
+    pub unit: &'static str,
+}
+
 /// A diagnosis of load cases.
 #[derive(Debug, Clone)]
 pub struct LoadCaseDiagnosis {
@@ -100,6 +115,14 @@ pub struct LoadCaseDiagnosis {
     pub candidates: usize,
     /// Whether the scatter comes from repeats.
     pub from_repeats: bool,
-    /// The baseline.
+    /// How many candidates of an unknown cause are not named because they raise the error in poses left out, or are more than three.
+    pub taken_back: usize,
+    /// Candidates that were rejected, in the order in which the search met them.
+    pub implausible: Vec<ImplausibleSize>,
+    /// Values that were left out of everything else here.
+    pub bad_values: Vec<BadLoadCaseValue>,
+    /// Readings that would agree with all others if they were multiplied.
+    pub wrong_factor: Option<WrongFactor>,
+    /// The baseline, without the bad values.
     pub baseline: LoadCaseFit,
 }

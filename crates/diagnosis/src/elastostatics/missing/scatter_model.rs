@@ -3,10 +3,7 @@
 use crate::search::{Covariance, CovarianceModel};
 
 use crate::elastostatics::posed::PosedLoadCases;
-use crate::elastostatics::scatter::{ScatterSums, SlopeScatter, sizes};
-
-/// Scatter, as a share of the usual size of a component, below which nothing is asked of a gauge.
-const LEAST_SCATTER: f64 = 1e-9;
+use crate::elastostatics::scatter::{LEAST_SCATTER, ScatterSums, SlopeScatter, sizes};
 
 /// Scatter from repeats, or from what a model leaves.
 pub(super) struct LoadCaseScatter<'a> {

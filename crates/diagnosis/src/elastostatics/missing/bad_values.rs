@@ -1,0 +1,458 @@
+//! Single values that contradict the others: their repeats where there are any, else the fit to all others.
+//!
+//! The scatter comes from the other repeats, or the other residuals. Values are taken away one by one, the farthest first, and those before
+//! the last that is too far for noise are bad: so two bad values do not hide each other (generalized extreme studentized deviate: Rosner,
+//! Technometrics 25, 1983).
+
+use stiffbench_units_and_text::test_point::PoseId;
+
+use crate::fit::FactorStatus;
+use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_READINGS};
+use crate::search::push_orthonormal;
+
+use super::find::{baseline_columns, solve};
+use super::growing_scatter::{GrowingScatter, SquaresOfValues};
+use crate::elastostatics::error::LoadCaseFitError;
+use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
+use crate::elastostatics::outcome::LoadCaseFit;
+use crate::elastostatics::posed::PosedLoadCases;
+use crate::elastostatics::problem::LoadCaseModel;
+use crate::elastostatics::scatter::{LEAST_SCATTER, repeated_rows, sizes};
+
+/// Most bad values of a table: one with more has another fault, which more names would not make plainer.
+const MOST: usize = 10;
+
+/// Values that are looked at closely each time: those that are farthest off by two measures of the scatter.
+const LOOKED_AT: usize = 8;
+
+/// A value that determines more than half of its own prediction has no witness.
+const LARGEST_LEVERAGE: f64 = 0.5;
+
+/// Chance of a value without repeats below which it may be bad (1): far beyond [`BAD_READING_LEVEL`], because a model that lacks something
+/// leaves residuals that are farther off than noise too.
+const LONE_VALUE_LEVEL: f64 = 1e-6;
+
+/// Without repeats the others must look like noise once the value is gone: none is so far off that noise does it in fewer tables.
+const REST_IS_NOISE: f64 = 0.05;
+
+/// Who contradicts a value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ValueWitness {
+    /// Its repeats, on these lines.
+    Repeats(Vec<u32>),
+    /// The fit to all others: the value may be right and the model wrong.
+    Fit,
+}
+
+/// A value that contradicts others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BadLoadCaseValue {
+    /// Its place among the rows.
+    pub row: usize,
+    /// Line of the table.
+    pub line: u32,
+    /// The pose.
+    pub pose: PoseId,
+    /// Its name, for example `displacement x`.
+    pub component: &'static str,
+    /// Whether it is a rotation, rad; else a displacement, m.
+    pub is_rotation: bool,
+    /// What was read, m or rad.
+    pub value: f64,
+    /// What the witnesses let expect, m or rad.
+    pub expected: f64,
+    /// Standard error of the difference between both, m or rad.
+    pub standard_error: f64,
+    /// Who contradicts it.
+    pub witness: ValueWitness,
+    /// Chance that noise takes any value of such a table as far.
+    pub p_family: f64,
+}
+
+impl BadLoadCaseValue {
+    /// By how many places to the right the decimal point must move for the value to agree with what is expected, within four standard errors.
+    #[must_use]
+    pub fn decimal_places(&self) -> Option<i32> {
+        let mut places = (-4..=4).filter(|places| *places != 0);
+        places.find(|places| self.agrees(self.value * 10_f64.powi(*places)))
+    }
+
+    /// Whether the value agrees with the other sign.
+    #[must_use]
+    pub fn is_turned(&self) -> bool {
+        self.agrees(-self.value)
+    }
+
+    fn agrees(&self, value: f64) -> bool {
+        let near = (value - self.expected).abs() <= 4.0 * self.standard_error;
+        // A value that is nothing but noise agrees with everything.
+        near && self.expected.abs() > 8.0 * self.standard_error
+    }
+}
+
+/// What is known of a value that is tested.
+struct TestedValue {
+    row: usize,
+    /// Value less expected, m or rad.
+    off: f64,
+    standard_error: f64,
+    witness: ValueWitness,
+    p: f64,
+}
+
+/// The values that contradict others, in the order of the table; none of absolute positions.
+///
+/// # Arguments
+/// - `fit`: of the model with these options.
+///
+/// # Errors
+/// [`LoadCaseFitError`]: those of a fit.
+pub fn bad_load_case_values(
+    model: &LoadCaseModel<'_>,
+    options: &LoadCaseFitOptions,
+    fit: &LoadCaseFit,
+) -> Result<Vec<BadLoadCaseValue>, LoadCaseFitError> {
+    let posed = model.posed;
+    if posed.has_positions() {
+        return Ok(Vec::new());
+    }
+    let mut bad = contradicted(posed, &fit.residuals());
+    if !bad.is_empty() {
+        // The model enters where loads differ a little, and where one of two repeats is bad: it is not to be drawn to bad values itself.
+        let rows: Vec<usize> = bad.iter().map(|one| one.row).collect();
+        let posed = posed.without_rows(&rows);
+        let without = LoadCaseModel {
+            posed: &posed,
+            ..*model
+        };
+        let again = fit_load_cases(&without, options)?;
+        let start = &again.factors;
+        let predicted = LoadCaseModel { start, ..*model }.predicted()?;
+        let rows = model.measured().into_iter().zip(predicted);
+        let residuals: Vec<f64> = rows.map(|(read, predicted)| read - predicted).collect();
+        bad = contradicted(model.posed, &residuals);
+    }
+    if bad.is_empty() && options.train.is_none() {
+        bad.extend(improbable(model, fit)?);
+    }
+    bad.sort_by_key(|one| one.row);
+    let rows: Vec<_> = posed.rows().collect();
+    let named = bad.into_iter().map(|one| {
+        let (case, read) = rows[one.row];
+        BadLoadCaseValue {
+            row: one.row,
+            line: case.line,
+            pose: posed.labels[case.label].clone(),
+            component: read.name(),
+            is_rotation: read.is_rotation(),
+            value: read.value,
+            expected: read.value - one.off,
+            standard_error: one.standard_error,
+            witness: one.witness,
+            p_family: one.p,
+        }
+    });
+    Ok(named.collect())
+}
+
+/// The repeats of a load as long as they are not taken away.
+struct RepeatedValue {
+    rows: Vec<usize>,
+    kind: usize,
+    /// Square of the smallest of the values: a bad one is seldom smaller than it should be, and then makes the test no blunter.
+    size: f64,
+    /// Smallest difference between values that differ: no step of the gauge is larger.
+    step: f64,
+}
+
+/// Values that their repeats contradict.
+fn contradicted(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<TestedValue> {
+    let read: Vec<(u32, usize, f64)> = posed
+        .rows()
+        .map(|(case, read)| (case.line, usize::from(read.is_rotation()), read.value))
+        .collect();
+    let groups = repeated_rows(posed).into_iter();
+    let mut groups: Vec<Vec<usize>> = groups.filter(|rows| rows.len() > 1).collect();
+    let repeated: usize = groups.iter().map(Vec::len).sum();
+    let most = ((MOST_BAD_READINGS * repeated as f64).ceil() as usize).min(MOST);
+    let mut taken: Vec<TestedValue> = Vec::new();
+    for _ in 0..most {
+        let repeats: Vec<RepeatedValue> = groups
+            .iter()
+            .filter(|rows| rows.len() > 1)
+            .map(|rows| RepeatedValue::new(rows, &read))
+            .collect();
+        let Some(farthest) = farthest(&repeats, residuals, &read, sizes(posed)) else {
+            break;
+        };
+        for rows in &mut groups {
+            rows.retain(|row| *row != farthest.row);
+        }
+        taken.push(farthest);
+    }
+    let last = taken.iter().rposition(|one| one.p <= BAD_READING_LEVEL);
+    taken.truncate(last.map_or(0, |last| last + 1));
+    taken
+}
+
+impl RepeatedValue {
+    fn new(rows: &[usize], read: &[(u32, usize, f64)]) -> Self {
+        let mut values: Vec<f64> = rows.iter().map(|row| read[*row].2).collect();
+        let size = values.iter().map(|value| value * value);
+        let size = size.fold(f64::INFINITY, f64::min);
+        values.sort_by(f64::total_cmp);
+        let steps = values.windows(2).map(|pair| pair[1] - pair[0]);
+        Self {
+            kind: read[rows[0]].1,
+            size,
+            step: steps
+                .filter(|step| *step > 0.0)
+                .fold(f64::INFINITY, f64::min),
+            rows: rows.to_vec(),
+        }
+    }
+
+    fn squares(&self, residuals: &[f64]) -> SquaresOfValues {
+        let count = self.rows.len() as f64;
+        let own = || self.rows.iter().map(|row| residuals[*row]);
+        let mean = own().sum::<f64>() / count;
+        SquaresOfValues {
+            kind: self.kind,
+            squares: own().map(|value| (value - mean).powi(2)).sum(),
+            dof: count - 1.0,
+            size: self.size,
+        }
+    }
+
+    /// The value that is farthest from the mean of the others, with its distance; of two the one that is farther from the model.
+    fn farthest(&self, residuals: &[f64]) -> (usize, f64) {
+        let sum: f64 = self.rows.iter().map(|row| residuals[*row]).sum();
+        let others = self.rows.len() as f64 - 1.0;
+        let off = |row: usize| residuals[row] - (sum - residuals[row]) / others;
+        let rows = self.rows.iter().map(|row| (*row, off(*row)));
+        let first = (self.rows[0], off(self.rows[0]));
+        rows.fold(first, |best, one| {
+            let closer = residuals[one.0].abs() > residuals[best.0].abs();
+            let is_pair = self.rows.len() == 2;
+            if if is_pair {
+                closer
+            } else {
+                one.1.abs() > best.1.abs()
+            } {
+                one
+            } else {
+                best
+            }
+        })
+    }
+
+    /// Variance of that distance over the variance of a value.
+    fn share(&self) -> f64 {
+        let count = self.rows.len() as f64;
+        count / (count - 1.0)
+    }
+}
+
+/// The value that is farthest from its repeats, measured by the scatter of all other repeats; `None` where these do not scatter.
+fn farthest(
+    repeats: &[RepeatedValue],
+    residuals: &[f64],
+    read: &[(u32, usize, f64)],
+    sizes: [f64; 2],
+) -> Option<TestedValue> {
+    let squares: Vec<SquaresOfValues> = repeats.iter().map(|one| one.squares(residuals)).collect();
+    // Two readings of one value differ by a step that neither is meant to show: the variance of rounding is the least.
+    let least = |without: Option<usize>| {
+        [0, 1].map(|kind| {
+            let own = repeats.iter().enumerate();
+            let own = own.filter(|(place, one)| one.kind == kind && Some(*place) != without);
+            let step = own.map(|(_, one)| one.step).fold(f64::INFINITY, f64::min);
+            let step = if step.is_finite() { step } else { 0.0 };
+            (step * step / 12.0).max((LEAST_SCATTER * sizes[kind]).powi(2))
+        })
+    };
+    let all = GrowingScatter::of(&squares, least(None))?;
+    let mut places: Vec<usize> = Vec::new();
+    for by_scatter in [true, false] {
+        let far = |place: usize| {
+            let one = &repeats[place];
+            let variance = if by_scatter {
+                all.variance(one.kind, one.size)
+            } else {
+                sizes[one.kind].powi(2)
+            };
+            one.farthest(residuals).1.powi(2) / (variance * one.share())
+        };
+        let mut order: Vec<(f64, usize)> = (0..repeats.len()).map(|one| (far(one), one)).collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0));
+        places.extend(order.iter().take(LOOKED_AT).map(|(_, place)| place));
+    }
+    // Two repeats have one difference, more as many as they are.
+    let count = |one: &RepeatedValue| match one.rows.len() {
+        2 => 1,
+        more => more,
+    };
+    let tests: usize = repeats.iter().map(count).sum();
+    let tested = places.into_iter().filter_map(|place| {
+        let one = &repeats[place];
+        let others = squares
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != place);
+        let others: Vec<SquaresOfValues> = others.map(|(_, squares)| *squares).collect();
+        let scatter = GrowingScatter::of(&others, least(Some(place)))?;
+        let (row, off) = one.farthest(residuals);
+        let standard_error = (scatter.variance(one.kind, one.size) * one.share()).sqrt();
+        let others = one.rows.iter().filter(|other| **other != row);
+        let tested = TestedValue {
+            row,
+            off,
+            standard_error,
+            witness: ValueWitness::Repeats(others.map(|other| read[*other].0).collect()),
+            p: scatter.p_family(off / standard_error, tests),
+        };
+        Some(((off / standard_error).abs(), tested))
+    });
+    let farthest = tested.max_by(|a, b| a.0.total_cmp(&b.0));
+    farthest.map(|(_, tested)| tested)
+}
+
+/// The value without repeats that the fit to all others contradicts, if nothing else is left that noise does not leave.
+///
+/// # Errors
+/// [`LoadCaseFitError`].
+fn improbable(
+    model: &LoadCaseModel<'_>,
+    fit: &LoadCaseFit,
+) -> Result<Option<TestedValue>, LoadCaseFitError> {
+    let posed = model.posed;
+    let mut witnesses = vec![false; fit.components.len()];
+    for rows in repeated_rows(posed).iter().filter(|rows| rows.len() > 1) {
+        rows.iter().for_each(|row| witnesses[*row] = true);
+    }
+    if witnesses.iter().all(|one| *one) {
+        return Ok(None);
+    }
+    // Displacements and rotations in units of their usual size.
+    let sizes = sizes(posed);
+    let kinds: Vec<usize> = posed
+        .rows()
+        .map(|(_, read)| usize::from(read.is_rotation()))
+        .collect();
+    let agreement = fit.agreement.as_ref();
+    let scatter = [
+        agreement.and_then(|one| one.displacement_sd_m),
+        agreement.and_then(|one| one.rotation_sd_rad),
+    ];
+    // What is left of readings without noise is rounding of the arithmetic.
+    let is_exact = |kind: usize| scatter[kind].is_some_and(|sd| sd <= LEAST_SCATTER * sizes[kind]);
+    if (0..2).any(is_exact) {
+        return Ok(None);
+    }
+    let units = [0, 1].map(|kind| scatter[kind].unwrap_or(sizes[kind]));
+    let unit = |row: usize| units[kinds[row]];
+    let solved = solve(model, fit)?;
+    let (free, columns) = baseline_columns(&solved, fit);
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for (place, column) in free.iter().zip(&columns) {
+        if matches!(fit.estimates[*place].status, FactorStatus::AtBound { .. }) {
+            continue;
+        }
+        let white = column.iter().enumerate();
+        let white = white.map(|(row, value)| value / unit(row)).collect();
+        push_orthonormal(&mut basis, white, LEAST_INDEPENDENT, 0.0);
+    }
+    let rows = fit.components.iter().zip(&kinds);
+    let rows: Vec<(f64, f64)> = rows
+        .map(|(one, kind)| {
+            let size = (one.predicted / units[*kind]).powi(2);
+            ((one.measured - one.predicted) / units[*kind], size)
+        })
+        .collect();
+    let fitted = FittedRows {
+        leverage: (0..rows.len()).map(|row| hat(&basis, row, row)).collect(),
+        rows,
+        kinds,
+        basis,
+    };
+    let others_in_pose = |row: usize| {
+        let pose = &fit.components[row].pose;
+        fit.components
+            .iter()
+            .filter(|one| one.pose == *pose)
+            .count()
+            > 1
+    };
+    let mut order: Vec<usize> = (0..fitted.rows.len())
+        .filter(|row| !witnesses[*row] && fitted.leverage[*row] < LARGEST_LEVERAGE)
+        .filter(|row| others_in_pose(*row))
+        .collect();
+    let tests = order.len();
+    let far = |row: usize| fitted.rows[row].0.abs() / (1.0 - fitted.leverage[row]).sqrt();
+    order.sort_by(|a, b| far(*b).total_cmp(&far(*a)));
+    order.truncate(LOOKED_AT);
+    let tested = order.into_iter().filter_map(|row| {
+        let tested = fitted.without(row, tests)?;
+        let unit = units[fitted.kinds[row]];
+        Some(TestedValue {
+            off: tested.off * unit,
+            standard_error: tested.standard_error * unit,
+            ..tested
+        })
+    });
+    Ok(tested.min_by(|a, b| a.p.total_cmp(&b.p)))
+}
+
+/// What a fit leaves, displacements and rotations in units of their scatter.
+struct FittedRows {
+    /// Residual, and square of the prediction.
+    rows: Vec<(f64, f64)>,
+    leverage: Vec<f64>,
+    kinds: Vec<usize>,
+    /// Orthonormal columns of the fit.
+    basis: Vec<Vec<f64>>,
+}
+
+/// Entry of the hat matrix of orthonormal columns.
+fn hat(basis: &[Vec<f64>], a: usize, b: usize) -> f64 {
+    basis.iter().map(|one| one[a] * one[b]).sum()
+}
+
+impl FittedRows {
+    /// The test of a row against the fit without it; `None` if noise does as much, or leaves less of the others.
+    fn without(&self, row: usize, tests: usize) -> Option<TestedValue> {
+        let (residual, size) = self.rows[row];
+        let free = 1.0 - self.leverage[row];
+        // Residuals and leverages of the others in that fit (Cook & Weisberg, Residuals and Influence in Regression, 1982, section 2.2).
+        let others: Vec<SquaresOfValues> = (0..self.rows.len())
+            .filter(|other| *other != row)
+            .map(|other| {
+                let common = hat(&self.basis, row, other);
+                let (own, size) = self.rows[other];
+                SquaresOfValues {
+                    kind: self.kinds[other],
+                    squares: (own + common * residual / free).powi(2),
+                    dof: 1.0 - self.leverage[other] - common * common / free,
+                    size,
+                }
+            })
+            .collect();
+        let scatter = GrowingScatter::of(&others, [LEAST_SCATTER.powi(2); 2])?;
+        let standard_error = (scatter.variance(self.kinds[row], size) / free).sqrt();
+        let off = residual / free;
+        let p = scatter.p_family(off / standard_error, tests);
+        let rest = others.iter().map(|other| {
+            let variance = scatter.variance(other.kind, other.size);
+            let far = (other.squares / other.dof.max(f64::EPSILON) / variance).sqrt();
+            scatter.p_family(far, others.len())
+        });
+        let rest_is_noise = rest.fold(1.0, f64::min) > REST_IS_NOISE;
+        (rest_is_noise && p <= LONE_VALUE_LEVEL).then_some(TestedValue {
+            row,
+            off,
+            standard_error,
+            witness: ValueWitness::Fit,
+            p,
+        })
+    }
+}
