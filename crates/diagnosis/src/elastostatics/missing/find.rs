@@ -386,17 +386,21 @@ fn select(
     candidates: &[MissingCandidate],
 ) -> Result<Selected, NotIndependent> {
     let scores = problem.score(start)?;
-    let forward = forward_selection(problem, start, &scores)?;
     let best = problem.rank(start, &scores, f64::NEG_INFINITY)?;
     let p_best = best
         .iter()
         .map(|one| problem.p(one, problem.evidence(one).judged(true)));
     let p_best = p_best.fold(1.0, f64::min);
+    let none = || Selected {
+        model: start.clone(),
+        p: p_best,
+    };
+    // Where no candidate is the cause, so many join that they contain each other: none of them is an explanation.
+    let Ok(forward) = forward_selection(problem, start, &scores) else {
+        return Ok(none());
+    };
     let Some(&p) = forward.p.first() else {
-        return Ok(Selected {
-            model: start.clone(),
-            p: p_best,
-        });
+        return Ok(none());
     };
     let kinds: BTreeSet<CandidateKind> = candidates.iter().map(|one| one.kind).collect();
     let springs = |kind: CandidateKind| kind.is_spring();
@@ -408,8 +412,9 @@ fn select(
             .enumerate()
             .filter(|(_, one)| group.map_or_else(|| springs(one.kind), |group| one.kind == group));
         let members: Vec<usize> = members.map(|(place, _)| place).collect();
-        let together = problem.with_terms(&members)?;
-        let kept = backward_elimination(problem, &together)?;
+        let together = problem.with_terms(&members);
+        let kept = together.and_then(|together| backward_elimination(problem, &together));
+        let Ok(kept) = kept else { continue };
         if kept.terms.is_empty() {
             continue;
         }
