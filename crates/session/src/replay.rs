@@ -28,24 +28,34 @@ const EARLY_S: f64 = 3.0;
 /// What watches a replay: the session time, s, and the event that was just kept, if one was.
 pub type ReplayWatch<'a> = dyn FnMut(f64, Option<&Record>) + 'a;
 
+/// What a session has recorded.
+pub struct Recording<'a> {
+    /// Its journal; its first event, and those of resuming, are kept as they are.
+    pub records: &'a [Record],
+    /// What its traces hold with the time of each, s, in order of time.
+    pub events: Vec<(f64, GaugeEvent)>,
+    /// How much later than live a replay may notice something, s: poses are confirmed earlier by so much.
+    pub lag_s: f64,
+}
+
 /// Replays a session, part by part where it was resumed, and gives the state at its end.
 ///
 /// # Arguments
-/// - `machine`: a machine for a session in this state.
-/// - `recorded`: the journal of the recorded session; its first event, and those of resuming, are kept as they are.
-/// - `events`: what its traces hold, in order of time.
+/// - `machine`: a machine for a session in this state. Its dwell is to be shorter than the recorded one by the lag: a load may have left as
+///   soon as the recorded dwell was over.
+/// - `recording`: what is replayed.
 /// - `journal`: where the events of the replay go.
 ///
 /// # Errors
 /// An event that cannot be kept.
 pub fn replay_session<S: Store>(
     machine: &dyn Fn(SessionState) -> Machine,
-    recorded: &[Record],
-    events: Vec<(f64, GaugeEvent)>,
+    recording: Recording<'_>,
     journal: &mut Journal<S>,
     watch: &mut ReplayWatch<'_>,
 ) -> Result<SessionState, JournalError> {
-    let mut events = VecDeque::from(events);
+    let recorded = recording.records;
+    let mut events = VecDeque::from(recording.events);
     let mut state = SessionState::default();
     let is_start = |record: &Record| matches!(record.event, Event::Started(_) | Event::Resumed(_));
     let starts: Vec<usize> = (0..recorded.len())
@@ -64,6 +74,7 @@ pub fn replay_session<S: Store>(
             asked: Vec::new(),
             unclaimed: Vec::new(),
             now_s: recorded[*start].t_s,
+            lag_s: recording.lag_s,
             journal: &mut *journal,
             watch: &mut *watch,
         };
@@ -115,6 +126,7 @@ struct Part<'a, S: Store> {
     /// Answers that nobody has asked for yet, with the time of each, s.
     unclaimed: Vec<(f64, GaugeEvent)>,
     now_s: f64,
+    lag_s: f64,
     journal: &'a mut Journal<S>,
     watch: &'a mut ReplayWatch<'a>,
 }
@@ -279,7 +291,8 @@ impl<S: Store> Part<'_, S> {
                     }
                     _ => false,
                 };
-                (next(&is_same), Answer::Yes(true))
+                let at_s = (next(&is_same) - self.lag_s).max(self.now_s);
+                (at_s, Answer::Yes(true))
             }
             "sign-check" => {
                 let way = if self.machine.load_sense() < 0.0 {

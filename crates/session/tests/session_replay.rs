@@ -5,7 +5,8 @@ use std::cell::RefCell;
 use crate::support::{Rig, plan, records, short};
 use stiffbench_gauges::GaugeEvent;
 use stiffbench_session::{
-    Input, Journal, Machine, OperatorEvent, SessionEnd, SessionState, Settings, replay_session,
+    Input, Journal, Machine, OperatorEvent, Recording, SessionEnd, SessionState, Settings,
+    replay_session,
 };
 
 #[test]
@@ -21,27 +22,46 @@ fn the_values_of_a_session_give_its_readings_notes_and_repeats_again() {
     let events: Vec<(f64, GaugeEvent)> = std::mem::take(&mut rig.sent);
     let recorded = records(&rig.journal_bytes());
     let before = SessionState::fold(&recorded);
-    let machine = |state| Machine::new(plan(&procedure), Settings::default(), state);
-    let mut journal = Journal::behind(Vec::new(), 0);
-    let seen = RefCell::new(0);
-    let mut watch = |at_s: f64, kept: Option<&stiffbench_session::Record>| {
-        assert!(at_s.is_finite());
-        *seen.borrow_mut() += usize::from(kept.is_some());
-    };
-    let after = replay_session(&machine, &recorded, events, &mut journal, &mut watch).unwrap();
-    let bytes = journal.into_store();
-    assert_eq!(SessionState::fold(&records(&bytes)), after);
-    assert_eq!(records(&bytes).len(), seen.into_inner());
-    let ended = after.ended.as_ref().unwrap();
-    assert_eq!(ended.outcome, SessionEnd::Complete, "{}", ended.reason);
-    assert_eq!(
-        after.taken.keys().collect::<Vec<_>>(),
-        before.taken.keys().collect::<Vec<_>>()
-    );
-    assert_eq!(after.notes[0].1.text, "the lamp was switched on");
-    for (at, place) in &before.taken {
-        let (first, again) = (&before.readings[*place], &after.readings[after.taken[at]]);
-        let moved_m = (first.taken.displacement_m - again.taken.displacement_m).abs();
-        assert!(moved_m < 5e-6, "{at:?}: {first:?} {again:?}");
+    // A loaded computer notices a value later, and the next load is on as soon as the recorded dwell is over.
+    for behind_s in [0.0, 0.1] {
+        let mut replayed = plan(&procedure);
+        replayed.procedure.settle.dwell_s -= behind_s;
+        let machine = |state| Machine::new(replayed.clone(), Settings::default(), state);
+        let mut journal = Journal::behind(Vec::new(), 0);
+        let seen = RefCell::new(0);
+        let mut watch = |at_s: f64, kept: Option<&stiffbench_session::Record>| {
+            assert!(at_s.is_finite());
+            *seen.borrow_mut() += usize::from(kept.is_some());
+        };
+        // Values are noticed later than live, what was asked and answered is not.
+        let late = events
+            .iter()
+            .scan(f64::NEG_INFINITY, |last_s, (at_s, event)| {
+                let is_value = matches!(event, GaugeEvent::Sample { .. });
+                let shift_s = if is_value { behind_s / 2.0 } else { 0.0 };
+                *last_s = last_s.max(at_s + shift_s);
+                Some((*last_s, event.clone()))
+            });
+        let recording = Recording {
+            records: &recorded,
+            events: late.collect(),
+            lag_s: behind_s,
+        };
+        let after = replay_session(&machine, recording, &mut journal, &mut watch).unwrap();
+        let bytes = journal.into_store();
+        assert_eq!(SessionState::fold(&records(&bytes)), after);
+        assert_eq!(records(&bytes).len(), seen.into_inner());
+        let ended = after.ended.as_ref().unwrap();
+        assert_eq!(ended.outcome, SessionEnd::Complete, "{}", ended.reason);
+        assert_eq!(
+            after.taken.keys().collect::<Vec<_>>(),
+            before.taken.keys().collect::<Vec<_>>()
+        );
+        assert_eq!(after.notes[0].1.text, "the lamp was switched on");
+        for (at, place) in &before.taken {
+            let (first, again) = (&before.readings[*place], &after.readings[after.taken[at]]);
+            let moved_m = (first.taken.displacement_m - again.taken.displacement_m).abs();
+            assert!(moved_m < 5e-6, "{at:?}: {first:?} {again:?}");
+        }
     }
 }

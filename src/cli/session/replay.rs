@@ -17,8 +17,8 @@ use crate::instrument::trace::{GaugeTrace, events_of};
 use crate::instrument::{Channel, GaugeEvent};
 use crate::report::SessionReplayReport;
 use crate::session::{
-    Event, Machine, ReplayWatch, SessionFolder, SessionState, Settings, lag_s, read_folder,
-    replay_session,
+    Event, Machine, Recording, ReplayWatch, SessionFolder, SessionState, Settings, lag_s,
+    read_folder, replay_session,
 };
 
 use super::args::SessionReplayArgs;
@@ -26,6 +26,9 @@ use super::drive::session_id;
 use super::inspect::event_text;
 use super::prepare::{gauge_terms, last_day, overdue, plan_of};
 use crate::count::counted;
+
+/// Share of a dwell by which a replay may be behind the session that it replays, at most.
+const LAG_SHARE: f64 = 0.1;
 
 /// What the traces of a session hold.
 #[derive(Default)]
@@ -41,9 +44,9 @@ struct SessionTraces {
 /// Replays a session into a new folder, and compares the readings.
 pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(&args.folder)?;
-    let (plan, mut header, _) = plan_of(&read)?;
-    let mut recording = session_traces(args)?;
-    recording
+    let (mut plan, mut header, _) = plan_of(&read)?;
+    let mut traces = session_traces(args)?;
+    traces
         .warnings
         .extend(overdue(&header.instruments, last_day(&read), global)?);
     let recorded = SessionState::fold(&read.journal.records);
@@ -62,12 +65,15 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     let (folder, mut journal) =
         SessionFolder::create(&args.out, &header.to_toml(), robot.as_deref(), now)?;
     let settings = Settings {
-        compression_sign: recording.compression_sign,
-        units_by_eye: recording.units_by_eye,
-        lag_s: lag_s(recording.speed),
+        compression_sign: traces.compression_sign,
+        units_by_eye: traces.units_by_eye,
+        lag_s: lag_s(traces.speed),
         gauges: gauge_terms(&header.instruments)?,
         ..Settings::default()
     };
+    let settle = &mut plan.procedure.settle;
+    let behind_s = lag_s(traces.speed).min(LAG_SHARE * settle.dwell_s);
+    settle.dwell_s -= behind_s;
     let machine = |state| Machine::new(plan.clone(), settings.clone(), state);
     let clock = match args.speed {
         Speed::Times(times) => Some(Clock::starting_at(0.0, times)),
@@ -82,7 +88,12 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
         }
     };
     let watch: &mut ReplayWatch<'_> = &mut watch;
-    let state = replay_session(&machine, &records, recording.events, &mut journal, watch)?;
+    let played = Recording {
+        records: &records,
+        events: traces.events,
+        lag_s: behind_s,
+    };
+    let state = replay_session(&machine, played, &mut journal, watch)?;
     folder.table().rewrite(&state)?;
     let report = compare(args, &recorded, &state);
     let text = format!(
@@ -96,7 +107,7 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     );
     Ok(Outcome::new("session-replay", text, report)
         .with_inputs(Inputs::default().with_folder(&args.out, &header))
-        .with_warnings(recording.warnings))
+        .with_warnings(traces.warnings))
 }
 
 /// The traces of a folder, decoded as the live lines were.

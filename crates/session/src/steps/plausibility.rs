@@ -139,7 +139,10 @@ impl Machine {
         let now = moving.last.as_ref()?.value_si;
         let lag_s = PART_OF_LAG * self.settings.lag_s + moving.period_s().unwrap_or(0.0);
         let at = moving.value_at(since_s)?;
-        let near = moving.between(since_s, since_s + lag_s);
+        // With the first value behind that: of a gap in between nothing is known.
+        let behind_s = moving.between(since_s + lag_s, f64::INFINITY).next();
+        let until_s = behind_s.map_or(since_s + lag_s, |(at_s, _)| at_s);
+        let near = moving.between(since_s, until_s);
         let moved = near.map(|(_, value)| now - value);
         let least = |least: f64, moved: f64| {
             if moved.abs() < least.abs() {
