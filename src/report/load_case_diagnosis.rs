@@ -14,7 +14,8 @@ use crate::test_point::PoseId;
 
 use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{AlignedTable, counted, share_of_tables, significant};
+use super::text::{AlignedTable, share_of_tables, significant};
+use crate::count::counted;
 
 /// A diagnosis of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

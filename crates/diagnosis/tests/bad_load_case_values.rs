@@ -113,7 +113,11 @@ fn false_alarms(tables: u64, repeats: u32) -> usize {
         .filter(|seed| {
             let truth = if seed % 2 == 0 { &clean } else { &lacking };
             let table = simulated(&robot, truth, repeats, 9000 + seed);
-            !bad_values(&robot, &table).is_empty()
+            let b = bad_values(&robot, &table);
+            if !b.is_empty() {
+                eprintln!("{repeats} {seed} {b:?}");
+            }
+            !b.is_empty()
         })
         .count()
 }
@@ -122,8 +126,8 @@ fn false_alarms(tables: u64, repeats: u32) -> usize {
 fn good_values_are_not_called_bad() {
     for repeats in [1, 2, 3] {
         let found = false_alarms(30, repeats);
-        // At 5 % more than 4 of 30 come once in a hundred.
-        assert!(found <= 4, "{repeats} repeats: {found} of 30");
+        // At 0.3 % more than 1 of 30 come once in 250.
+        assert!(found <= 1, "{repeats} repeats: {found} of 30");
     }
 }
 
@@ -133,7 +137,8 @@ fn good_values_are_called_bad_in_few_tables() {
     for repeats in [1, 2, 3] {
         let found = false_alarms(400, repeats);
         println!("{repeats} repeats: {found} of 400 tables with a good value called bad");
-        assert!(found <= 20, "{repeats} repeats: {found} of 400");
+        // At 0.3 % more than 5 come once in a thousand.
+        assert!(found <= 5, "{repeats} repeats: {found} of 400");
     }
 }
 
@@ -165,13 +170,16 @@ fn found(tables: u64, repeats: u32, wrong: impl Fn(f64) -> f64) -> usize {
 #[test]
 fn a_single_bad_value_is_named_with_what_it_should_be() {
     for repeats in [1, 2, 3] {
+        // Without repeats a model that lacks something looks alike, and a value has to be further off.
+        let least = if repeats == 1 { 13 } else { 18 };
         let moved = found(20, repeats, |good| 10.0 * good);
         assert!(
-            moved >= 18,
+            moved >= least,
             "{repeats} repeats, decimal point: {moved} of 20"
         );
         let off = found(20, repeats, |good| good + 1e-3);
-        assert!(off >= 18, "{repeats} repeats, 1 mm: {off} of 20");
+        assert!(off >= least, "{repeats} repeats, 1 mm: {off} of 20");
+        println!("{repeats} repeats: of 20 each, decimal point {moved}, 1 mm {off}");
     }
 }
 
@@ -321,9 +329,14 @@ fn errors_of_held_out_poses_are_over_those_poses() {
 #[test]
 fn a_plan_begins_at_the_standard_errors_of_the_fit() {
     let robot = fanuc();
-    // Three poses leave springs open.
+    // Four poses and a poor gauge leave springs open.
     let mut table = simulated(&robot, &springs(&robot, &[]), 1, 8);
     table.cases.truncate(4);
+    let cases = table.cases.iter_mut();
+    let values = cases.flat_map(|case| case.displacement_m.iter_mut());
+    for (place, value) in values.flatten().enumerate() {
+        *value += [2e-4, -1e-4, -1e-4, 0.0, 1e-4][place % 5];
+    }
     with_model(&robot, &table, &[], |model, options| {
         let fit = fit_load_cases(model, options).unwrap();
         let planned = plan_load_cases(model, &fit, 1).unwrap();

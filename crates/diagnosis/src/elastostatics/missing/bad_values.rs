@@ -11,7 +11,7 @@ use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_RE
 use crate::search::push_orthonormal;
 
 use super::find::{baseline_columns, solve};
-use super::growing_scatter::{GrowingScatter, SquaresOfValues};
+use super::growing_scatter::{FarValue, GrowingScatter, SquaresOfValues};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::outcome::LoadCaseFit;
@@ -34,6 +34,9 @@ const LONE_VALUE_LEVEL: f64 = 1e-6;
 
 /// Without repeats the others must look like noise once the value is gone: none is so far off that noise does it in fewer tables.
 const REST_IS_NOISE: f64 = 0.05;
+
+/// Or the value stands alone: so many times as far off as the next, in standard errors. What a model lacks spreads over many values.
+const STANDS_ALONE: f64 = 4.0;
 
 /// Who contradicts a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,6 +158,11 @@ pub fn bad_load_case_values(
     Ok(named.collect())
 }
 
+/// How many values one application of a load has.
+fn values_of_a_load(posed: &PosedLoadCases) -> f64 {
+    posed.rows().count() as f64 / posed.cases.len().max(1) as f64
+}
+
 /// The repeats of a load as long as they are not taken away.
 struct RepeatedValue {
     rows: Vec<usize>,
@@ -182,7 +190,7 @@ fn contradicted(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<TestedValue> {
             .filter(|rows| rows.len() > 1)
             .map(|rows| RepeatedValue::new(rows, &read))
             .collect();
-        let Some(farthest) = farthest(&repeats, residuals, &read, sizes(posed)) else {
+        let Some(farthest) = farthest(&repeats, residuals, &read, posed) else {
             break;
         };
         for rows in &mut groups {
@@ -258,8 +266,9 @@ fn farthest(
     repeats: &[RepeatedValue],
     residuals: &[f64],
     read: &[(u32, usize, f64)],
-    sizes: [f64; 2],
+    posed: &PosedLoadCases,
 ) -> Option<TestedValue> {
+    let (sizes, together) = (sizes(posed), values_of_a_load(posed));
     let squares: Vec<SquaresOfValues> = repeats.iter().map(|one| one.squares(residuals)).collect();
     // Two readings of one value differ by a step that neither is meant to show: the variance of rounding is the least.
     let least = |without: Option<usize>| {
@@ -304,12 +313,18 @@ fn farthest(
         let (row, off) = one.farthest(residuals);
         let standard_error = (scatter.variance(one.kind, one.size) * one.share()).sqrt();
         let others = one.rows.iter().filter(|other| **other != row);
+        let far = FarValue {
+            kind: one.kind,
+            size: one.size,
+            off,
+            of_itself: one.share(),
+        };
         let tested = TestedValue {
             row,
             off,
             standard_error,
             witness: ValueWitness::Repeats(others.map(|other| read[*other].0).collect()),
-            p: scatter.p_family(off / standard_error, tests),
+            p: scatter.p_family(far, tests, together),
         };
         Some(((off / standard_error).abs(), tested))
     });
@@ -374,6 +389,7 @@ fn improbable(
         rows,
         kinds,
         basis,
+        together: values_of_a_load(posed),
     };
     let others_in_pose = |row: usize| {
         let pose = &fit.components[row].pose;
@@ -411,6 +427,8 @@ struct FittedRows {
     kinds: Vec<usize>,
     /// Orthonormal columns of the fit.
     basis: Vec<Vec<f64>>,
+    /// Values of one application of a load.
+    together: f64,
 }
 
 /// Entry of the hat matrix of orthonormal columns.
@@ -440,14 +458,28 @@ impl FittedRows {
         let scatter = GrowingScatter::of(&others, [LEAST_SCATTER.powi(2); 2])?;
         let standard_error = (scatter.variance(self.kinds[row], size) / free).sqrt();
         let off = residual / free;
-        let p = scatter.p_family(off / standard_error, tests);
-        let rest = others.iter().map(|other| {
-            let variance = scatter.variance(other.kind, other.size);
-            let far = (other.squares / other.dof.max(f64::EPSILON) / variance).sqrt();
-            scatter.p_family(far, others.len())
+        let far = FarValue {
+            kind: self.kinds[row],
+            size,
+            off,
+            of_itself: 1.0 / free,
+        };
+        let p = scatter.p_family(far, tests, self.together);
+        let rest = others.iter().map(|other| FarValue {
+            kind: other.kind,
+            size: other.size,
+            off: other.squares.sqrt(),
+            of_itself: other.dof.max(f64::EPSILON),
         });
-        let rest_is_noise = rest.fold(1.0, f64::min) > REST_IS_NOISE;
-        (rest_is_noise && p <= LONE_VALUE_LEVEL).then_some(TestedValue {
+        let chances = rest
+            .clone()
+            .map(|one| scatter.p_family(one, others.len(), self.together));
+        let next = rest
+            .map(|one| scatter.standard_errors(one))
+            .fold(0.0, f64::max);
+        let stands_out = chances.fold(1.0, f64::min) > REST_IS_NOISE
+            || scatter.standard_errors(far) >= STANDS_ALONE * next;
+        (stands_out && p <= LONE_VALUE_LEVEL).then_some(TestedValue {
             row,
             off,
             standard_error,

@@ -1,9 +1,14 @@
 //! Scatter that may grow with the size of what is read, as that of loads that are applied anew does.
 
+use nalgebra::{Matrix3, Vector3};
+
 use stiffbench_numeric::statistics::f_upper_tail;
 
 /// Rounds: each changes the weights less than the one before, and ten bring them within the noise of the estimate.
 const ROUNDS: usize = 10;
+
+/// Share of the information below which something is not shown.
+const UNSHOWN: f64 = 1e-10;
 
 /// Degrees of freedom below which a scatter is no measure of anything.
 const FEWEST_DOF: f64 = 2.0;
@@ -28,7 +33,8 @@ pub(super) struct SquaresOfValues {
 pub(super) struct GrowingScatter {
     own: [f64; 2],
     growth: f64,
-    pub(super) dof: f64,
+    /// Covariance of both own variances and the growth.
+    covariance: Matrix3<f64>,
 }
 
 impl GrowingScatter {
@@ -50,12 +56,32 @@ impl GrowingScatter {
                 f64::max(squares / f64::max(dof, 1.0), least[kind])
             }),
             growth: 0.0,
-            dof,
+            covariance: Matrix3::zeros(),
         };
         for _ in 0..ROUNDS {
             scatter = scatter.next(parts, least);
         }
+        scatter.covariance = scatter.covariance_of(parts);
         Some(scatter)
+    }
+
+    /// Inverse of the information on both own variances and the growth; what the values do not show takes no part.
+    fn covariance_of(&self, parts: &[SquaresOfValues]) -> Matrix3<f64> {
+        let mut information = Matrix3::zeros();
+        for part in parts {
+            let row = shares(part.kind, part.size);
+            let variance = self.variance(part.kind, part.size);
+            // A sum of squares with n degrees of freedom has the variance 2 n times the square of its variance.
+            let weight = part.dof / (2.0 * variance * variance);
+            information += row * row.transpose() * weight;
+        }
+        // Sizes and variances differ by many powers of ten.
+        let scales = information
+            .diagonal()
+            .map(|own: f64| if own > 0.0 { own.sqrt().recip() } else { 0.0 });
+        let scale = Matrix3::from_diagonal(&scales);
+        let inverse = (scale * information * scale).pseudo_inverse(UNSHOWN);
+        inverse.map_or_else(|_| Matrix3::zeros(), |inverse| scale * inverse * scale)
     }
 
     fn next(self, parts: &[SquaresOfValues], least: [f64; 2]) -> Self {
@@ -102,7 +128,7 @@ impl GrowingScatter {
                 return Self {
                     own: [0, 1].map(|kind| own[kind].max(least[kind])),
                     growth,
-                    dof: self.dof,
+                    covariance: self.covariance,
                 };
             }
             held = [0, 1].map(|kind| held[kind] || negative[kind]);
@@ -114,11 +140,46 @@ impl GrowingScatter {
         self.own[kind] + self.growth * size
     }
 
-    /// Chance that one of several values is as many standard errors off (Bonferroni).
-    pub(super) fn p_family(&self, standard_errors: f64, values: usize) -> f64 {
-        let p = f_upper_tail(standard_errors.powi(2), 1.0, self.dof).unwrap_or(1.0);
+    /// Degrees of freedom of that variance (Satterthwaite, Biometrics Bulletin 2, 1946).
+    fn dof(&self, kind: usize, size: f64) -> f64 {
+        let row = shares(kind, size);
+        let variance_of_it = (row.transpose() * self.covariance * row)[0];
+        2.0 * self.variance(kind, size).powi(2) / variance_of_it
+    }
+
+    /// How many standard errors a value is off.
+    pub(super) fn standard_errors(&self, value: FarValue) -> f64 {
+        value.off.abs() / (self.variance(value.kind, value.size) * value.of_itself).sqrt()
+    }
+
+    /// Chance that one of several values is as far from zero (Bonferroni).
+    ///
+    /// # Arguments
+    /// - `together`: values of one application of a load. They count as one against the degrees of freedom: a load that is off shifts them all.
+    pub(super) fn p_family(&self, value: FarValue, values: usize, together: f64) -> f64 {
+        let dof = self.dof(value.kind, value.size) / together.max(1.0);
+        let p = f_upper_tail(self.standard_errors(value).powi(2), 1.0, dof).unwrap_or(1.0);
         (p * values as f64).min(1.0)
     }
+}
+
+/// A value that may be too far off.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FarValue {
+    /// 0 of displacements, 1 of rotations.
+    pub(super) kind: usize,
+    /// Square of its size.
+    pub(super) size: f64,
+    /// How far off it is.
+    pub(super) off: f64,
+    /// Variance of that over the variance of a value of this kind and size.
+    pub(super) of_itself: f64,
+}
+
+/// What both own variances and the growth add to the variance of a value.
+fn shares(kind: usize, size: f64) -> Vector3<f64> {
+    let own = |of: usize| f64::from(u8::from(kind == of));
+    Vector3::new(own(0), own(1), size)
 }
 
 #[cfg(test)]
