@@ -15,7 +15,7 @@ use crate::session::{
     ZeroOccasion, Zeroed, folder_holder, read_folder,
 };
 
-use super::prepare::{last_day, overdue, plan_of};
+use super::prepare::{day_of_last_event, overdue, plan_of};
 
 /// Where a session stands.
 pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
@@ -80,7 +80,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         };
         let _ = writeln!(text, "Next: stiffbench {next} {}", folder.display());
     }
-    let mut warnings = overdue(&header.instruments, last_day(&read), global)?;
+    let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = StatusReport {
         folder: folder.to_owned(),
@@ -136,7 +136,7 @@ pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
             event_text(&record.event)
         );
     }
-    let mut warnings = overdue(&header.instruments, last_day(&read), global)?;
+    let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
     warnings.extend(end_warning(&read.journal.end));
     let report = SessionLog {
         events: read.journal.records,

@@ -61,7 +61,7 @@ pub(in crate::cli) fn instrument_records(
 }
 
 /// The day of the last event of a session, UTC; today if it has none.
-pub(super) fn last_day(read: &ReadFolder) -> Date {
+pub(super) fn day_of_last_event(read: &ReadFolder) -> Date {
     let last = read.journal.records.last();
     last.map_or_else(today, |last| last.utc.to_zoned(TimeZone::UTC).date())
 }

@@ -21,7 +21,7 @@ use crate::session::{
     recover,
 };
 
-use super::prepare::{last_day, overdue, plan_of, run_out};
+use super::prepare::{day_of_last_event, overdue, plan_of, run_out};
 use crate::count::counted;
 
 /// Exit code for data that are damaged and readable in part.
@@ -76,7 +76,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     if let Ok((_, header, _)) = plan_of(&read) {
         outcome = outcome
             .with_inputs(Inputs::default().with_folder(folder, &header))
-            .with_overdue(run_out(&header.instruments, last_day(&read)));
+            .with_overdue(run_out(&header.instruments, day_of_last_event(&read)));
     }
     Ok(outcome)
 }
@@ -203,7 +203,7 @@ fn judged(check: &JournalCheck, file: &Path, end: &JournalEnd) -> (TableCheck, S
 pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result<Outcome, Failure> {
     // Of a damaged session not even the header may be left.
     let planned = read_folder(folder).ok();
-    let planned = planned.and_then(|read| Some((plan_of(&read).ok()?.1, last_day(&read))));
+    let planned = planned.and_then(|read| Some((plan_of(&read).ok()?.1, day_of_last_event(&read))));
     let warnings = match planned {
         Some((header, day)) => overdue(&header.instruments, day, global)?,
         None => Vec::new(),

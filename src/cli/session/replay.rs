@@ -24,7 +24,7 @@ use crate::session::{
 use super::args::SessionReplayArgs;
 use super::drive::session_id;
 use super::inspect::event_text;
-use super::prepare::{gauge_terms, last_day, overdue, plan_of};
+use super::prepare::{day_of_last_event, gauge_terms, overdue, plan_of};
 use crate::count::counted;
 
 /// Share of a dwell by which a replay may be behind the session that it replays, at most.
@@ -46,9 +46,11 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     let read = read_folder(&args.folder)?;
     let (mut plan, mut header, _) = plan_of(&read)?;
     let mut traces = session_traces(args)?;
-    traces
-        .warnings
-        .extend(overdue(&header.instruments, last_day(&read), global)?);
+    traces.warnings.extend(overdue(
+        &header.instruments,
+        day_of_last_event(&read),
+        global,
+    )?);
     let recorded = SessionState::fold(&read.journal.records);
     let now = Timestamp::now();
     let replayed_id = header.id.replace(session_id(&args.out, now));

@@ -12,13 +12,13 @@ use crate::report::UndoReport;
 use crate::session::{Event, SessionEnd, SessionFolder, SessionState, last_decision, read_folder};
 
 use super::inspect::undone_text;
-use super::prepare::{last_day, overdue, plan_of};
+use super::prepare::{day_of_last_event, overdue, plan_of};
 
 /// Takes back the last reading, skip or flag, and states which it was.
 pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let before = read_folder(folder)?;
     let (plan, header, _) = plan_of(&before)?;
-    let warnings = overdue(&header.instruments, last_day(&before), global)?;
+    let warnings = overdue(&header.instruments, day_of_last_event(&before), global)?;
     let (held, mut journal, read, _) = SessionFolder::open(folder, Timestamp::now())?;
     let mut state = SessionState::fold(&read.records);
     let refused =

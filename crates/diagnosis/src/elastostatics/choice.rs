@@ -18,16 +18,17 @@ const RIGID_SHARE: f64 = 1e-6;
 /// of beams.
 #[must_use]
 pub fn usual_parameters(robot: &Robot, mechanism: &Mechanism) -> ParameterChoice {
-    if frees_springs(robot) || mechanism.members.is_empty() {
-        return spring_choice(robot, mechanism);
+    if is_about_springs(robot, mechanism) {
+        spring_choice(robot, mechanism)
+    } else {
+        ParameterChoice::default()
     }
-    ParameterChoice::default()
 }
 
-/// Whether the robot file leaves a spring to the fit.
-fn frees_springs(robot: &Robot) -> bool {
+/// Whether the robot file leaves a spring to the fit, or has no beams.
+fn is_about_springs(robot: &Robot, mechanism: &Mechanism) -> bool {
     let mut springs = robot.own_springs();
-    springs.any(|(_, spring)| spring.in_fit != RoleInFit::Fixed)
+    mechanism.members.is_empty() || springs.any(|(_, spring)| spring.in_fit != RoleInFit::Fixed)
 }
 
 /// The same for load cases, where beams that hardly give count as rigid links.
@@ -40,7 +41,7 @@ pub fn usual_choice(
     start: &FittingFactors,
     posed: &PosedLoadCases,
 ) -> Result<ParameterChoice, LoadCaseFitError> {
-    if frees_springs(robot) || mechanism.members.is_empty() {
+    if is_about_springs(robot, mechanism) {
         return Ok(spring_choice(robot, mechanism));
     }
     let mut structure = start.clone();

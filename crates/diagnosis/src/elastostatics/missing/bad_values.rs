@@ -343,7 +343,9 @@ fn improbable(
     let posed = model.posed;
     let mut witnesses = vec![false; fit.components.len()];
     for rows in repeated_rows(posed).iter().filter(|rows| rows.len() > 1) {
-        rows.iter().for_each(|row| witnesses[*row] = true);
+        for row in rows {
+            witnesses[*row] = true;
+        }
     }
     if witnesses.iter().all(|one| *one) {
         return Ok(None);
