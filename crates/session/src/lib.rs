@@ -49,7 +49,7 @@ pub use lock::{FolderHolder, folder_holder, host};
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
 pub use plan::{SessionCell, SessionPlan};
 pub use raw_bytes::{RawBytes, RawCheck, WrongBytes, check_raw_bytes};
-pub use replay::{Recording, ReplayWatch, replay_session};
+pub use replay::{RecordedSession, ReplayWatch, replay_session};
 pub use run::{RunError, SessionInputs, run};
 pub use state::{CurrentZero, KeptReading, SessionState};
 pub use steps::{Action, Input, Machine, Settings, lag_s};

@@ -29,7 +29,7 @@ const EARLY_S: f64 = 3.0;
 pub type ReplayWatch<'a> = dyn FnMut(f64, Option<&Record>) + 'a;
 
 /// What a session has recorded.
-pub struct Recording<'a> {
+pub struct RecordedSession<'a> {
     /// Its journal; its first event, and those of resuming, are kept as they are.
     pub records: &'a [Record],
     /// What its traces hold with the time of each, s, in order of time.
@@ -50,7 +50,7 @@ pub struct Recording<'a> {
 /// An event that cannot be kept.
 pub fn replay_session<S: Store>(
     machine: &dyn Fn(SessionState) -> Machine,
-    recording: Recording<'_>,
+    recording: RecordedSession<'_>,
     journal: &mut Journal<S>,
     watch: &mut ReplayWatch<'_>,
 ) -> Result<SessionState, JournalError> {

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use crate::support::{Rig, plan, records, short};
 use stiffbench_gauges::GaugeEvent;
 use stiffbench_session::{
-    Input, Journal, Machine, OperatorEvent, Recording, SessionEnd, SessionState, Settings,
+    Input, Journal, Machine, OperatorEvent, RecordedSession, SessionEnd, SessionState, Settings,
     replay_session,
 };
 
@@ -33,7 +33,7 @@ fn the_values_of_a_session_give_its_readings_notes_and_repeats_again() {
             assert!(at_s.is_finite());
             *seen.borrow_mut() += usize::from(kept.is_some());
         };
-        let recording = Recording {
+        let recording = RecordedSession {
             records: &recorded,
             events: events.clone(),
             lag_s: behind_s,

@@ -17,7 +17,7 @@ use crate::instrument::trace::{GaugeTrace, events_of};
 use crate::instrument::{Channel, GaugeEvent};
 use crate::report::SessionReplayReport;
 use crate::session::{
-    Event, Machine, Recording, ReplayWatch, SessionFolder, SessionState, Settings, lag_s,
+    Event, Machine, RecordedSession, ReplayWatch, SessionFolder, SessionState, Settings, lag_s,
     read_folder, replay_session,
 };
 
@@ -90,7 +90,7 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
         }
     };
     let watch: &mut ReplayWatch<'_> = &mut watch;
-    let played = Recording {
+    let played = RecordedSession {
         records: &records,
         events: traces.events,
         lag_s: behind_s,
