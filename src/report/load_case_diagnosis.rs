@@ -12,7 +12,9 @@ use crate::mismatch::{Verdict, VerdictGrade};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::test_point::PoseId;
 
-use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
+use super::bad_load_case_values::{
+    BadLoadCaseValueReport, WrongFactorReport, bad_load_case_value_words, wrong_factor_words,
+};
 use super::load_case_fit::LoadCaseFitReport;
 use super::text::{AlignedTable, share_of_tables, significant};
 use crate::count::counted;
@@ -26,6 +28,10 @@ pub struct LoadCaseDiagnosisReport {
     pub grade: VerdictGrade,
     /// The verdict in a sentence.
     pub headline: String,
+    /// Values that contradict others, and were left out.
+    pub bad_values: Vec<BadLoadCaseValueReport>,
+    /// Readings that seem to have another unit or sign; `null` for none.
+    pub wrong_factor: Option<WrongFactorReport>,
     /// What the load cases lack, where they cannot decide.
     pub lacking: Vec<String>,
     /// What is missing; with the verdict `unknown` what explains part of it.
@@ -160,6 +166,8 @@ impl LoadCaseDiagnosisReport {
             verdict: diagnosis.verdict,
             grade: diagnosis.grade,
             headline: headline(diagnosis),
+            bad_values: diagnosis.bad_values.iter().map(Into::into).collect(),
+            wrong_factor: diagnosis.wrong_factor.as_ref().map(Into::into),
             lacking: diagnosis.lacking.clone(),
             findings: diagnosis.findings.iter().map(Into::into).collect(),
             p_family: diagnosis.p_family,
@@ -206,9 +214,14 @@ impl LoadCaseDiagnosisReport {
             let _ = writeln!(text, "- lacking: {lack}");
         }
         if !self.findings.is_empty() {
-            let _ = writeln!(text, "\n{}", self.findings_table());
-            for finding in &self.findings {
-                text.push_str(&finding.sets());
+            let _ = write!(text, "\n{}", self.findings_table());
+            let sets: String = self
+                .findings
+                .iter()
+                .map(LoadCaseFindingReport::sets)
+                .collect();
+            if !sets.is_empty() {
+                let _ = write!(text, "\n{sets}");
             }
         }
         let um = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |um| significant(um, 4));

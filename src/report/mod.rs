@@ -43,7 +43,9 @@ mod text;
 mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
-pub use bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
+pub use bad_load_case_values::{
+    BadLoadCaseValueReport, WrongFactorReport, bad_load_case_value_words, wrong_factor_words,
+};
 pub use compare::{
     CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, MeasuredDifference,
     OverallDifference,
