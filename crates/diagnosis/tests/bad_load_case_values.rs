@@ -7,33 +7,17 @@ use proptest::prelude::*;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::elastostatics::{
     BadLoadCaseValue, LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel,
-    PosedLoadCases, ValueWitness, WrongFactor, bad_load_case_values, diagnose_load_cases,
-    fit_load_cases, plan_load_cases, usual_choice, wrong_factor,
+    PosedLoadCases, ValueWitness, WrongFactor, bad_load_case_values, fit_load_cases,
+    plan_load_cases, usual_choice, wrong_factor,
 };
 use stiffbench_diagnosis::fit::FactorStatus;
 use stiffbench_diagnosis::mismatch::Verdict;
 use stiffbench_diagnosis::parameters::FitRole;
 use stiffbench_measurement::load_cases::LoadCaseTable;
 use stiffbench_simulation::{LoadCasePlan, NoiseModel, simulate_load_cases};
-use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::PoseId;
 
-fn fanuc() -> Robot {
-    Robot::parse(&shipped_robot("fanuc-r2000ic").unwrap()).unwrap()
-}
-
-fn springs(robot: &Robot, further: &[(&str, f64)]) -> FittingFactors {
-    let mechanism = robot.mechanism(None).unwrap();
-    let mut truth = FittingFactors::UNIT;
-    let axes = [1.2e-6, 0.4e-6, 0.6e-6, 3e-6, 2.4e-6, 5e-6];
-    let own = (1..=6).map(|joint| format!("joint.J{joint}"));
-    let further = further.iter().map(|(name, c)| ((*name).to_owned(), *c));
-    for (name, compliance) in own.zip(axes).chain(further) {
-        let parameter = ModelParameter::find(robot, mechanism, &name).unwrap();
-        truth.set(&parameter, compliance);
-    }
-    truth
-}
+use super::load_case_diagnosis::{diagnose, fanuc, springs};
 
 /// Load cases of an arm; with repeats their loads vary by 0.4 %, as the noise model has it.
 fn simulated(robot: &Robot, truth: &FittingFactors, repeats: u32, seed: u64) -> LoadCaseTable {
@@ -95,12 +79,6 @@ fn bad_values(robot: &Robot, table: &LoadCaseTable) -> Vec<BadLoadCaseValue> {
     with_model(robot, table, &[], |model, options| {
         let fit = fit_load_cases(model, options).unwrap();
         bad_load_case_values(model, options, &fit).unwrap()
-    })
-}
-
-fn diagnosed(robot: &Robot, table: &LoadCaseTable) -> LoadCaseDiagnosis {
-    with_model(robot, table, &[], |model, options| {
-        diagnose_load_cases(model, options, 0).unwrap()
     })
 }
 
@@ -187,7 +165,7 @@ fn a_diagnosis_goes_on_without_a_bad_value() {
         let table = simulated(&robot, &truth, repeats, 1);
         let mut spoiled = table.clone();
         spoiled.cases[5].displacement_m[1] = Some(table.cases[5].displacement_m[1].unwrap() + 0.02);
-        let (good, bad) = (diagnosed(&robot, &table), diagnosed(&robot, &spoiled));
+        let (good, bad) = (diagnose(&robot, &table), diagnose(&robot, &spoiled));
         assert!(good.bad_values.is_empty());
         let [one] = &bad.bad_values[..] else {
             panic!("{repeats}: {:?}", bad.bad_values)
@@ -255,7 +233,7 @@ fn both_commands_give_one_error_in_poses_left_out() {
     let truth = springs(&robot, &[("joint.J3.z", 0.5e-6)]);
     for repeats in [1, 3] {
         let table = simulated(&robot, &truth, repeats, 3);
-        let diagnosis = diagnosed(&robot, &table);
+        let diagnosis = diagnose(&robot, &table);
         let names: Vec<&str> = diagnosis
             .findings
             .iter()
@@ -284,7 +262,7 @@ fn forces_with_the_wrong_sign_leave_what_the_fit_leaves() {
         case.force_n = case.force_n.map(|force| -force);
     }
     let fit = fitted(&robot, &table, &[]);
-    let diagnosis = diagnosed(&robot, &table);
+    let diagnosis = diagnose(&robot, &table);
     assert_eq!(diagnosis.verdict, Verdict::Unknown);
     assert_eq!(diagnosis.before_unseen_m, fit.rms_m()[2]);
     let residuals = fit.residuals();
@@ -376,7 +354,7 @@ proptest! {
             let [x, y, z] = case.force_n;
             case.force_n = [x, y - lean * z, z + lean * y];
         }
-        let diagnosis = diagnosed(&robot, &table);
+        let diagnosis = diagnose(&robot, &table);
         let mut names = BTreeSet::new();
         for finding in &diagnosis.findings {
             let [low, high] = finding.interval_95;

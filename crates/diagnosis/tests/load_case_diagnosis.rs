@@ -13,12 +13,12 @@ use stiffbench_simulation::{LoadCasePlan, NoiseModel, simulate_load_cases};
 use stiffbench_test_files::text;
 use stiffbench_units_and_text::source_text::SourceText;
 
-fn fanuc() -> Robot {
+pub(super) fn fanuc() -> Robot {
     let path = "data/robots/fanuc-r2000ic.toml";
     Robot::parse(&SourceText::new(path, text(path))).unwrap()
 }
 
-fn diagnose(robot: &Robot, table: &LoadCaseTable) -> LoadCaseDiagnosis {
+pub(super) fn diagnose(robot: &Robot, table: &LoadCaseTable) -> LoadCaseDiagnosis {
     let mechanism = robot.mechanism(None).unwrap();
     let posed = PosedLoadCases::new(robot, mechanism, table).unwrap();
     let start = FittingFactors::UNIT;
@@ -36,7 +36,7 @@ fn diagnose(robot: &Robot, table: &LoadCaseTable) -> LoadCaseDiagnosis {
 }
 
 /// Springs about the axes of an arm of the size of the FANUC, and others by name.
-fn springs(robot: &Robot, further: &[(&str, f64)]) -> FittingFactors {
+pub(super) fn springs(robot: &Robot, further: &[(&str, f64)]) -> FittingFactors {
     let mechanism = robot.mechanism(None).unwrap();
     let mut truth = FittingFactors::UNIT;
     let axes = [1.2e-6, 0.4e-6, 0.6e-6, 3e-6, 2.4e-6, 5e-6];
