@@ -6,6 +6,7 @@
 )]
 
 mod architecture;
+mod cases;
 mod cli;
 #[cfg(unix)]
 mod compatibility;
