@@ -34,6 +34,8 @@ pub struct LoadCaseDiagnosisReport {
     pub wrong_factor: Option<WrongFactorReport>,
     /// What the load cases lack, where they cannot decide.
     pub lacking: Vec<String>,
+    /// Names of the laws that were not tested: load cases do not show them.
+    pub not_tested: Vec<&'static str>,
     /// What is missing; with the verdict `unknown` what explains part of it.
     pub findings: Vec<LoadCaseFindingReport>,
     /// Chance that noise alone gives any candidate as much as the first finding, or as the best candidate if there is none.
@@ -169,6 +171,7 @@ impl LoadCaseDiagnosisReport {
             bad_values: diagnosis.bad_values.iter().map(Into::into).collect(),
             wrong_factor: diagnosis.wrong_factor.as_ref().map(Into::into),
             lacking: diagnosis.lacking.clone(),
+            not_tested: diagnosis.not_tested.clone(),
             findings: diagnosis.findings.iter().map(Into::into).collect(),
             p_family: diagnosis.p_family,
             unexplained: diagnosis.unexplained.as_ref().map(Into::into),
@@ -284,8 +287,10 @@ impl LoadCaseDiagnosisReport {
         }
         let _ = writeln!(
             text,
-            "\n{} candidates were tried beside the free parameters; the scatter is that of the {}.",
-            self.candidates, self.scatter_from
+            "\n{} candidates were tried beside the free parameters; the scatter is that of the {}.\nLaws not tested: {}.",
+            self.candidates,
+            self.scatter_from,
+            self.not_tested.join(", ")
         );
         text
     }
@@ -376,7 +381,33 @@ fn headline(diagnosis: &LoadCaseDiagnosis) -> String {
     )
 }
 
+/// The verdict, what its scatter rests on, and what was not tested.
 fn verdict_words(diagnosis: &LoadCaseDiagnosis) -> String {
+    let found = found_words(diagnosis);
+    if diagnosis.candidates == 0 {
+        return found;
+    }
+    let scatter = if diagnosis.from_repeats {
+        String::new()
+    } else {
+        format!(
+            " Scatter {} um, from the fit itself; if your gauge repeats better, something is missing.",
+            significant(micro(diagnosis.after_m), 3)
+        )
+    };
+    let untested = match (diagnosis.of_runs, diagnosis.findings.is_empty()) {
+        (true, _) => {
+            " Not tested, and not excluded: laws with a history (play and friction over a loop, creep, setting-in, drift) and local laws (slip), because only the slope of each run was used; a session with one displacement gauge tests them."
+        }
+        (false, true) => {
+            " Not tested: laws with a history (creep, setting-in, drift, hysteresis) and local laws (slip), because a load case has neither order nor time."
+        }
+        (false, false) => "",
+    };
+    format!("{found}{scatter}{untested}")
+}
+
+fn found_words(diagnosis: &LoadCaseDiagnosis) -> String {
     let names: Vec<String> = diagnosis
         .findings
         .iter()
@@ -421,10 +452,13 @@ fn verdict_words(diagnosis: &LoadCaseDiagnosis) -> String {
         VerdictGrade::Unknown => format!(
             "Something is missing that no candidate explains as a whole: {left}. A part of it looks like {names}."
         ),
-        VerdictGrade::Nothing => {
-            "Nothing is missing: the free parameters explain the load cases.".to_owned()
+        VerdictGrade::Undecided if diagnosis.candidates == 0 => {
+            "These load cases cannot decide.".to_owned()
         }
-        VerdictGrade::Undecided => "These load cases cannot decide.".to_owned(),
+        VerdictGrade::Nothing | VerdictGrade::Undecided => format!(
+            "No missing physics was detected among {} candidates.",
+            diagnosis.candidates
+        ),
     }
 }
 

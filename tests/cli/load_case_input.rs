@@ -266,7 +266,7 @@ fn springs_that_would_have_to_be_negative_explain_nothing() {
         let run = format!("diagnose {data} --robot fanuc.toml --no-figures");
         desk.data(&run)["verdict"].clone()
     };
-    assert_eq!(verdict("s"), "nothing-missing");
+    assert_eq!(verdict("s"), "insufficient-data");
     assert_eq!(verdict("turned.csv"), "unknown");
 }
 

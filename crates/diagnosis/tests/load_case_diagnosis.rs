@@ -132,7 +132,12 @@ fn a_spring_across_an_axis_is_named_with_its_size() {
             let off = (finding.value - compliance) / finding.standard_error;
             assert!(off.abs() < 4.0, "{name}: {off}");
         }
-        assert_eq!(diagnosis.grade, VerdictGrade::Is, "{name}");
+        // Without repeats the scatter is what the fit leaves, and no name stands without reservation.
+        let grade = diagnosis.grade;
+        assert!(
+            matches!(grade, VerdictGrade::Mostly | VerdictGrade::Weak),
+            "{name}: {grade:?}"
+        );
     }
 }
 
@@ -143,13 +148,14 @@ fn alarms(sets: u64) -> usize {
     (0..sets)
         .filter(|seed| {
             let diagnosis = diagnose(&robot, &simulated(&robot, &truth, 43, 1000 + seed));
-            diagnosis.verdict != Verdict::NothingMissing
+            // Without repeats nothing more can be said of a table without a finding.
+            diagnosis.verdict != Verdict::InsufficientData
         })
         .count()
 }
 
 #[test]
-fn nothing_missing_is_said_of_arms_with_springs_about_their_axes() {
+fn nothing_is_named_in_arms_with_springs_about_their_axes() {
     let found = alarms(30);
     // At 4 % more than 5 of 30 come once in two hundred.
     assert!(found <= 5, "{found} of 30");

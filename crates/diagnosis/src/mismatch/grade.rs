@@ -24,9 +24,22 @@ pub enum VerdictGrade {
     Undecided,
 }
 
+/// What data can show at most, whatever is found in them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reach {
+    /// The scatter is known apart from the fit, and every law that the data may hold was tested.
+    All,
+    /// The scatter is what the fit leaves: a part of it may be physics.
+    ScatterFromFit,
+    /// The data hold the history of their loads, and laws with a history were not tested.
+    HistoryUntested,
+}
+
 /// What a verdict rests on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GradeBasis {
+    /// What the data can show at most.
+    pub(crate) reach: Reach,
     /// Smallest chance of a finding on noise alone, the level of all laws as its family; 1 without findings.
     pub(crate) p_family: f64,
     /// Log Bayes factor of the same finding.
@@ -50,16 +63,30 @@ impl GradeBasis {
     /// Whether findings explain most of a misfit of which some is left.
     pub(crate) fn is_most(&self) -> bool {
         let most = |share: Option<f64>| share.is_some_and(|share| share >= MOST_OF_THE_MISFIT);
-        Self::is_certain(self.p_family, self.log_bayes)
-            && most(self.share_of_misfit)
-            && most(self.share_unseen)
+        // Beside a scatter from the fit a share of the misfit means nothing.
+        let fitted = self.reach == Reach::ScatterFromFit || most(self.share_of_misfit);
+        Self::is_certain(self.p_family, self.log_bayes) && fitted && most(self.share_unseen)
     }
 
     /// The verdict and how far it may be relied on.
     pub(crate) fn decide(&self) -> (Verdict, VerdictGrade) {
         let found = self.p_family <= LAW_LEVEL;
         let grade = match (found, self.is_left) {
-            (false, false) => return (Verdict::NothingMissing, VerdictGrade::Nothing),
+            (false, false) if self.reach == Reach::All => {
+                return (Verdict::NothingMissing, VerdictGrade::Nothing);
+            }
+            (false, false) => return (Verdict::InsufficientData, VerdictGrade::Undecided),
+            _ if self.reach == Reach::HistoryUntested => {
+                return (Verdict::Unknown, VerdictGrade::Unknown);
+            }
+            (true, _) if self.reach == Reach::ScatterFromFit && self.is_most() => {
+                VerdictGrade::Mostly
+            }
+            // What does not lower the error in left-out poses at all explains nothing there.
+            (true, false) if self.reach == Reach::ScatterFromFit => match self.share_unseen {
+                Some(share) if share > 0.0 => VerdictGrade::Weak,
+                _ => return (Verdict::Unknown, VerdictGrade::Unknown),
+            },
             (true, false) if Self::is_certain(self.p_family, self.log_bayes) => VerdictGrade::Is,
             (true, false) => VerdictGrade::Weak,
             (true, true) if self.is_most() => VerdictGrade::Mostly,
@@ -81,6 +108,7 @@ mod tests {
     #[test]
     fn grades_follow_evidence_rest_and_shares() {
         let certain = GradeBasis {
+            reach: Reach::All,
             p_family: 1e-4,
             log_bayes: 20.0,
             is_a_set: false,
@@ -105,7 +133,8 @@ mod tests {
             is_left: true,
             ..certain
         };
-        assert_eq!(decide(left), (Verdict::Unknown, VerdictGrade::Unknown));
+        let unknown = (Verdict::Unknown, VerdictGrade::Unknown);
+        assert_eq!(decide(left), unknown);
         let most = GradeBasis {
             share_of_misfit: Some(0.8),
             share_unseen: Some(0.75),
@@ -116,7 +145,7 @@ mod tests {
             share_unseen: Some(0.74),
             ..most
         };
-        assert_eq!(decide(unseen), (Verdict::Unknown, VerdictGrade::Unknown));
+        assert_eq!(decide(unseen), unknown);
         let none = GradeBasis {
             p_family: 1.0,
             log_bayes: 0.0,
@@ -126,5 +155,32 @@ mod tests {
             decide(none),
             (Verdict::NothingMissing, VerdictGrade::Nothing)
         );
+        // A scatter from the fit allows neither `is` nor `nothing`.
+        let undecided = (Verdict::InsufficientData, VerdictGrade::Undecided);
+        let from_fit = |basis| GradeBasis {
+            reach: Reach::ScatterFromFit,
+            ..basis
+        };
+        assert_eq!(decide(from_fit(none)), undecided);
+        assert_eq!(decide(from_fit(certain)), unknown);
+        let helps = GradeBasis {
+            share_unseen: Some(0.1),
+            ..certain
+        };
+        assert_eq!(decide(from_fit(helps)).1, VerdictGrade::Weak);
+        assert_eq!(decide(from_fit(left)).1, VerdictGrade::Unknown);
+        let most = GradeBasis {
+            share_unseen: Some(0.75),
+            ..left
+        };
+        assert_eq!(decide(from_fit(most)).1, VerdictGrade::Mostly);
+        // Nor do laws that were not tested allow any name.
+        for (basis, expected) in [(none, undecided), (certain, unknown), (most, unknown)] {
+            let untested = GradeBasis {
+                reach: Reach::HistoryUntested,
+                ..basis
+            };
+            assert_eq!(decide(untested), expected);
+        }
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use stiffbench_beams::physics::Effect;
+use stiffbench_units_and_text::count::counted;
 
 use super::baseline::is_near;
 use super::changes::end_effect_m;
@@ -57,8 +58,8 @@ impl DiagnosisProblem<'_> {
                 )?);
             }
         }
-        let lacking = self.lacking();
-        let (verdict, grade) = if lacking.is_empty() {
+        let mut lacking = self.lacking();
+        let (mut verdict, mut grade) = if lacking.is_empty() {
             GradeBasis {
                 is_a_set: group > 0,
                 ..found.grade_basis()
@@ -67,6 +68,12 @@ impl DiagnosisProblem<'_> {
         } else {
             (Verdict::InsufficientData, VerdictGrade::Undecided)
         };
+        if verdict == Verdict::NothingMissing
+            && let Some(lack) = self.lacking_cells()
+        {
+            lacking.push(lack);
+            (verdict, grade) = (Verdict::InsufficientData, VerdictGrade::Undecided);
+        }
         for finding in &mut findings {
             let certain = GradeBasis::is_certain(finding.p_family, finding.log_bayes);
             finding.grade = match grade {
@@ -162,6 +169,23 @@ impl DiagnosisProblem<'_> {
             ));
         }
         lacking
+    }
+
+    /// Why cells cannot show that nothing is missing: as many free factors fit any slopes.
+    fn lacking_cells(&self) -> Option<String> {
+        let (cells, factors) = (
+            self.observations.cells.len(),
+            self.baseline.parameters().len(),
+        );
+        let absorbed = !self.observations.free_zeros && cells <= factors;
+        absorbed.then(|| {
+            format!(
+                "{} for {}: they fit any stiffness, so no compliance can show; measure at least {} cells, in several poses, or fix factors with --fix",
+                counted(cells, "cell"),
+                counted(factors, "free factor"),
+                factors + 1
+            )
+        })
     }
 
     fn finding(

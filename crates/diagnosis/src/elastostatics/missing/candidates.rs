@@ -1,11 +1,13 @@
 //! What may act beside the parameters of a fit: one column each, as long as the rows.
 
-use stiffbench_beams::physics::{Law, laws};
+use stiffbench_beams::physics::{Law, TestObject, laws};
 use stiffbench_beams::robot::{ModelParameter, SpringAxis};
 use stiffbench_units_and_text::test_point::Direction;
 
 use crate::elastostatics::compliances::{EndCompliance, motion_along};
+use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use crate::fit::FactorStatus;
 use crate::search::constants::MOST_WRONG;
 
 /// Candidates of one kind share a critical value.
@@ -268,6 +270,24 @@ impl SolvedPoses<'_> {
         }
         found
     }
+}
+
+/// Names of the laws of the library of which there is neither a candidate nor a free parameter, in its order.
+pub(super) fn not_tested(
+    candidates: &[MissingCandidate],
+    baseline: &LoadCaseFit,
+) -> Vec<&'static str> {
+    let free = baseline.estimates.iter();
+    let free = free.filter(|one| one.status != FactorStatus::Fixed);
+    let free = free.map(|one| describe(&one.parameter).1);
+    let tested: Vec<&str> = candidates.iter().map(|one| one.law).chain(free).collect();
+    let mut names: Vec<&'static str> = Vec::new();
+    for law in Law::searched_on(TestObject::Robot) {
+        if !tested.contains(&law.name) && !names.contains(&law.name) {
+            names.push(law.name);
+        }
+    }
+    names
 }
 
 /// Kind, law and place in words of a parameter that is not free.

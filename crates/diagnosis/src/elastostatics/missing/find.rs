@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use stiffbench_beams::robot::ModelParameter;
 
 use crate::fit::FactorStatus;
-use crate::mismatch::{GradeBasis, Verdict};
+use crate::mismatch::{GradeBasis, Reach, Verdict};
 use crate::search::constants::{
     LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, OMNIBUS_LEVEL, ROUNDING, SWAP_GAIN,
 };
@@ -16,7 +16,7 @@ use crate::search::{
 };
 
 use super::bad_values::bad_load_case_values;
-use super::candidates::{CandidateKind, MissingCandidate, SolvedPoses};
+use super::candidates::{CandidateKind, MissingCandidate, SolvedPoses, not_tested};
 use super::findings::LoadCaseSearch;
 use super::held_out_shares::{displacement_rms, explained_shares, helpful_terms};
 use super::outcome::{ImplausibleSize, LoadCaseDiagnosis};
@@ -255,7 +255,13 @@ impl LoadCaseSearch<'_, '_> {
                 .as_ref()
                 .is_some_and(|one| one.p <= OMNIBUS_LEVEL);
         let evidence = findings.iter().map(|one| one.log_bayes);
+        let reach = match (posed.of_runs, self.from_repeats) {
+            (true, _) => Reach::HistoryUntested,
+            (false, true) => Reach::All,
+            (false, false) => Reach::ScatterFromFit,
+        };
         let (verdict, grade) = GradeBasis {
+            reach,
             p_family: if findings.is_empty() { 1.0 } else { found.p },
             log_bayes: evidence.fold(f64::INFINITY, f64::min),
             is_a_set: findings.iter().any(|one| !one.alternatives.is_empty()),
@@ -267,7 +273,9 @@ impl LoadCaseSearch<'_, '_> {
         Ok(LoadCaseDiagnosis {
             verdict,
             grade,
-            lacking: Vec::new(),
+            lacking: lacking(verdict, reach),
+            not_tested: not_tested(self.candidates, baseline),
+            of_runs: posed.of_runs,
             findings,
             p_family: found.p,
             unexplained,
@@ -286,6 +294,20 @@ impl LoadCaseSearch<'_, '_> {
             baseline: baseline.clone(),
         })
     }
+}
+
+/// What would have to be measured where data cannot show that nothing is missing.
+fn lacking(verdict: Verdict, reach: Reach) -> Vec<String> {
+    let words = match (verdict, reach) {
+        (Verdict::InsufficientData, Reach::HistoryUntested) => {
+            "readings along one axis at a time: a session with one displacement gauge shows laws with a history"
+        }
+        (Verdict::InsufficientData, Reach::ScatterFromFit) => {
+            "repeats: read each load at least twice, so that the scatter is known apart from the fit"
+        }
+        _ => return Vec::new(),
+    };
+    vec![words.to_owned()]
 }
 
 /// Whether a parameter is a column of the baseline: also one at a bound, which what is missing may have driven there.

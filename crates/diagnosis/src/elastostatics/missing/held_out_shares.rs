@@ -133,7 +133,8 @@ pub(super) struct ExplainedShares {
     pub(super) after_unseen_m: Option<f64>,
 }
 
-/// What the findings explain of the misfit of the baseline. What noise alone would leave is what the springs of the robot leave together.
+/// What the findings explain of the misfit of the baseline. What noise alone would leave is what the springs of the robot leave together;
+/// without repeats nothing says what it is, and only the share in poses left out is given, of all that is left in them.
 pub(super) fn explained_shares(
     search: &LoadCaseSearch<'_, '_>,
     start: &LinearModel,
@@ -168,7 +169,8 @@ pub(super) fn explained_shares(
         (after - dof_after).max(0.0),
         0.0,
         (2.0 * dof).sqrt(),
-    );
+    )
+    .filter(|_| search.from_repeats);
     let before = unseen_residuals(search, &[])?;
     let after = unseen_residuals(search, &found.terms)?;
     let sum = |residuals: Option<&Vec<f64>>| {
@@ -180,7 +182,11 @@ pub(super) fn explained_shares(
     let unseen_share = sum(before.as_ref())
         .zip(sum(after.as_ref()))
         .and_then(|(before, after)| {
-            // Noise alone, and what the parameters of the baseline add to it in poses that they do not know.
+            // Noise alone, and what the parameters of the baseline add to it in poses that they do not know; a scatter from the fit is no
+            // measure of noise, and all that is left counts.
+            if !search.from_repeats {
+                return share(before, after, 0.0, 0.0);
+            }
             let noise = rows + search.basis.columns.len() as f64;
             share(before, after, noise, (2.0 * rows).sqrt())
         });

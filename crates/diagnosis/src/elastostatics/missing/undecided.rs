@@ -3,6 +3,7 @@
 use crate::mismatch::{Verdict, VerdictGrade};
 use stiffbench_units_and_text::count::counted;
 
+use super::candidates::not_tested;
 use super::outcome::LoadCaseDiagnosis;
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::problem::LoadCaseModel;
@@ -37,6 +38,8 @@ pub(super) fn undecided(
         verdict: Verdict::InsufficientData,
         grade: VerdictGrade::Undecided,
         lacking,
+        not_tested: not_tested(&[], &baseline),
+        of_runs: model.posed.of_runs,
         findings: Vec::new(),
         p_family: 1.0,
         unexplained: None,
