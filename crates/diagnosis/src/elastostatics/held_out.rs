@@ -5,6 +5,9 @@ use stiffbench_numeric::least_squares::{
     ParameterSet, ResidualFunction, minimise,
 };
 
+use crate::search::constants::ROUNDING;
+use crate::search::dot;
+
 use super::error::LoadCaseFitError;
 use super::posed::PosedLoadCases;
 
@@ -91,13 +94,15 @@ impl<'a> LinearRows<'a> {
         weights: Vec<f64>,
     ) -> Result<(Self, ParameterSet), LeastSquaresError> {
         let (mut scaled, mut parameters) = (Vec::new(), Vec::new());
+        let heaviest = weights.iter().copied().fold(0.0, f64::max);
         for (place, (column, [lowest, highest])) in columns.iter().enumerate() {
-            let weighed = column.iter().zip(&weights);
-            let squares: f64 = weighed
-                .map(|(value, weight)| (value * weight).powi(2))
-                .sum();
-            let length = squares.sqrt().max(f64::MIN_POSITIVE);
-            scaled.push(column.iter().map(|value| value / length).collect());
+            let weighed: Vec<f64> = column.iter().zip(&weights).map(|(c, w)| c * w).collect();
+            let (length, whole) = (dot(&weighed, &weighed).sqrt(), dot(column, column).sqrt());
+            // What the rows with weight do not show stays where it is.
+            let is_shown = length > ROUNDING * whole * heaviest;
+            let length = if is_shown { length } else { 1.0 };
+            let unit = |value: &f64| if is_shown { value / length } else { 0.0 };
+            scaled.push(column.iter().map(unit).collect());
             let [lowest, highest] = [lowest.min(0.0), highest.max(0.0)].map(|end| end * length);
             parameters.push(Parameter::free(place.to_string(), 0.0, lowest, highest));
         }
