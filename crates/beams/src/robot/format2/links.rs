@@ -7,7 +7,7 @@ use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file::ElementClass;
-use crate::robot::model::{BodyPlace, Member, NodePlace, RigidLink};
+use crate::robot::model::{BodyPlace, Joint, Member, NodePlace, RigidLink};
 use crate::robot::springs::JointMotion;
 
 use super::builder::RobotBuilder;
@@ -68,29 +68,54 @@ impl RobotBuilder<'_> {
         }
         let used = self.used_nodes(supports, &beams);
         for body in 0..self.bodies.len() {
-            let points = self.points_of(body, &used);
+            let points = self.points_of(body, &used, supports);
             let mut connected = ConnectedPoints::new(points.clone());
             for (_, nodes) in beams.iter().filter(|(of, _)| *of == body) {
                 connected.join(*nodes);
             }
+            // The ground connects what is held.
+            for held in supports {
+                connected.join([supports[0], *held]);
+            }
+            for (place, &node) in points.iter().enumerate() {
+                let is_apart = |other: &usize| connected.root(*other) != connected.root(node);
+                let there = |other: &&usize| self.is_one_place([**other, node], body);
+                let other = points[..place].iter().find(there);
+                if let Some(&other) = other.filter(|other| is_apart(other)) {
+                    self.link_rigidly([other, node], body);
+                    connected.join([other, node]);
+                }
+            }
             self.link_of_joint(body, &points, &mut connected)?;
+            let has_beams = self.members.iter().any(|member| member.body == body);
             let apart: Vec<usize> = connected.apart().collect();
             for node in apart {
                 let nodes = [points[0], node];
-                self.rigid_links.push(RigidLink {
-                    name: self.name_of_link(nodes),
-                    nodes,
-                    chain: Self::chain(),
-                    body,
-                });
+                if has_beams {
+                    self.warnings.push(format!(
+                        "rigid link `{}`: no beam of the body `{}` leads there: describe it in [links], with a section if it yields",
+                        self.name_of_link(nodes),
+                        self.body_names.get_index(body).map_or("", |(name, _)| name)
+                    ));
+                }
+                self.link_rigidly(nodes, body);
             }
         }
         Ok(())
     }
 
+    fn link_rigidly(&mut self, nodes: [usize; 2], body: usize) {
+        self.rigid_links.push(RigidLink {
+            name: self.name_of_link(nodes),
+            nodes,
+            chain: Self::chain(),
+            body,
+        });
+    }
+
     fn name_of_link(&self, nodes: [usize; 2]) -> String {
         let name = |node: usize| self.nodes.get_index(node).map_or("", |(name, _)| name);
-        format!("{}-{}", name(nodes[0]), name(nodes[1]))
+        nodes.map(name).join("-")
     }
 
     /// A link of the file: its body and its points. It becomes a beam if it has a section, else what is rigid.
@@ -215,13 +240,13 @@ impl RobotBuilder<'_> {
         used
     }
 
-    /// Points of a body that a structure needs, the joint that it moves on first.
-    fn points_of(&self, body: usize, used: &[bool]) -> Vec<usize> {
+    /// Points of a body that a structure needs, first the joint that it moves on, or the points in which it is held.
+    fn points_of(&self, body: usize, used: &[bool], supports: &[usize]) -> Vec<usize> {
         let mut points: Vec<usize> = (0..self.nodes.len())
             .filter(|&node| used[node] && self.bodies_of_node[node].contains(&body))
             .collect();
         let entry = self.entry(body).map(|joint| self.joints[joint].node);
-        points.sort_by_key(|node| Some(*node) != entry);
+        points.sort_by_key(|node| entry.map_or(!supports.contains(node), |entry| *node != entry));
         points
     }
 
@@ -308,6 +333,17 @@ impl RobotBuilder<'_> {
                 Some(std::array::from_fn(|i| at[i] + axis[i]))
             }),
         }
+    }
+
+    /// Whether two nodes lie in one place of a body in every pose.
+    fn is_one_place(&self, nodes: [usize; 2], body: usize) -> bool {
+        let slides = |joint: &Joint| {
+            let is_here = nodes.contains(&joint.node) && joint.bodies.contains(&body);
+            is_here && joint.motion == JointMotion::Slides
+        };
+        let [first, second] = nodes.map(|node| self.in_body(node, body));
+        let apart_m = first.zip(second).map(|(a, b)| norm(subtract(b, a)));
+        apart_m.is_some_and(|apart_m| apart_m <= SAME_PLACE_M) && !self.joints.iter().any(slides)
     }
 
     /// Unit vector from one node to another in the axes of a body; `None` where they lie in one place or depend on the pose.
