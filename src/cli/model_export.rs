@@ -132,13 +132,14 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
     let pose = args.pose.chosen(&resolved.robot)?;
     let pose = pose.as_ref();
     let table = model.table(pose)?;
-    let text = match args.format {
+    let (text, notes) = match args.format {
         FormatArg::Mjcf => model.mjcf(pose)?,
         FormatArg::Sdf => model.sdf(pose)?,
         FormatArg::Urdf => model.urdf(pose)?,
-        FormatArg::Csv => table.csv(),
-        FormatArg::Json => format!("{:#}\n", serde_json::json!(table)),
+        FormatArg::Csv => (table.csv(), Vec::new()),
+        FormatArg::Json => (format!("{:#}\n", serde_json::json!(table)), Vec::new()),
     };
+    warnings.extend(notes);
     warnings.extend(pose.map_or_else(Vec::new, |(_, pose)| limits_passed(&resolved.robot, pose)));
     warnings.extend(table.notes.iter().cloned());
     let inputs = Inputs::default().with_model(&resolved);

@@ -2,9 +2,15 @@
 
 use crate::vector::{norm, subtract};
 
-/// Mass and moments of inertia of a body of which none are known, kg and kg·m².
-const PLACEHOLDER_KG: f64 = 1.0;
-const PLACEHOLDER_KG_M2: f64 = 1e-2;
+/// What a body without mass weighs in a file, kg, and what is added to each moment of inertia, kg·m²: MuJoCo takes 1e-15, and 12 digits are
+/// written.
+pub(super) const PLACEHOLDER: f64 = 1e-12;
+
+/// What stands beside it.
+pub(super) const PLACEHOLDER_WORDS: &str = "placeholder: the robot file gives this body no mass";
+
+/// Radius of the ball that stands for a mass at a point, m: without any size two of them would have no inertia about the line between them.
+const BALL_M: f64 = 0.05;
 
 /// What a rigid body weighs, in the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -17,9 +23,18 @@ pub struct Inertia {
 }
 
 impl Inertia {
-    /// A mass at a point.
+    /// A mass at a point: a ball, of which ∫ x xᵀ dm = m r²/5 about its centre.
     #[must_use]
     pub fn point(mass_kg: f64, at_m: [f64; 3]) -> Self {
+        let mut ball = Self::at(mass_kg, at_m);
+        for i in 0..3 {
+            ball.second_kg_m2[i][i] += mass_kg * BALL_M * BALL_M / 5.0;
+        }
+        ball
+    }
+
+    /// A mass without any size.
+    fn at(mass_kg: f64, at_m: [f64; 3]) -> Self {
         Self {
             mass_kg,
             first_kg_m: at_m.map(|x| mass_kg * x),
@@ -41,7 +56,7 @@ impl Inertia {
         }
         let mass_kg = kg_per_m * length_m;
         let along = span_m.map(|x| x / length_m);
-        let mut rod = Self::point(mass_kg, [0, 1, 2].map(|i| 0.5 * (a[i] + b[i])));
+        let mut rod = Self::at(mass_kg, [0, 1, 2].map(|i| 0.5 * (a[i] + b[i])));
         let (lengthwise, across) = (length_m * length_m / 12.0, radius_m * radius_m / 4.0);
         for i in 0..3 {
             for j in 0..3 {
@@ -98,28 +113,22 @@ pub(super) struct Inertial {
     pub(super) centre_m: [f64; 3],
     /// Inertia tensor about the centre, kg·m².
     pub(super) about_kg_m2: [[f64; 3]; 3],
+    /// Whether no mass is known.
+    pub(super) is_placeholder: bool,
 }
 
 impl Inertial {
-    /// Of a body; a placeholder where nothing is known.
+    /// Of a body; a placeholder where it has no mass.
     pub(super) fn of(inertia: &Inertia, origin_m: [f64; 3]) -> Self {
-        let about_kg_m2 = inertia.about_centre_kg_m2();
-        let least = [0, 1, 2].map(|i| about_kg_m2[i][i]);
-        match inertia.centre_m() {
-            Some(centre_m) if least.iter().all(|i| *i > 0.0) => Self {
-                mass_kg: inertia.mass_kg(),
-                centre_m,
-                about_kg_m2,
-            },
-            centre => Self {
-                mass_kg: centre.map_or(PLACEHOLDER_KG, |_| inertia.mass_kg()),
-                centre_m: centre.unwrap_or(origin_m),
-                about_kg_m2: [0, 1, 2].map(|i| {
-                    let mut row = [0.0; 3];
-                    row[i] = PLACEHOLDER_KG_M2;
-                    row
-                }),
-            },
+        let mut about_kg_m2 = inertia.about_centre_kg_m2();
+        for (i, row) in about_kg_m2.iter_mut().enumerate() {
+            row[i] += PLACEHOLDER;
+        }
+        Self {
+            mass_kg: inertia.mass_kg.max(PLACEHOLDER),
+            centre_m: inertia.centre_m().unwrap_or(origin_m),
+            about_kg_m2,
+            is_placeholder: inertia.mass_kg == 0.0,
         }
     }
 
@@ -139,7 +148,9 @@ impl Inertial {
 
 #[cfg(test)]
 mod tests {
+    use super::super::xml::rounded;
     use super::*;
+    use crate::vector::{cross, dot};
 
     #[test]
     fn a_rod_made_of_two_halves_is_the_whole() {
@@ -163,5 +174,34 @@ mod tests {
             .map(|i| (0..3).map(|j| along[i] * a[i][j] * along[j]).sum::<f64>())
             .sum();
         assert!((axial - 1.5 * 1e-4 / 2.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_written_is_the_inertia_of_a_body() {
+        // Points near and far from one another and from the origin, small and large, and nothing.
+        let mut bodies = vec![Inertia::default(), Inertia::point(1e-15, [0.1, 0.2, 0.3])];
+        for apart_m in [1e-6, 0.1, 30.0] {
+            for kg in [1e-9, 2.0, 4e3] {
+                let first_m = [10.0, -20.0, 5.0];
+                let second_m = [0.48, -0.6, 0.64].map(|x| x * apart_m);
+                let second_m = [0, 1, 2].map(|i| first_m[i] + second_m[i]);
+                let two = Inertia::point(3.0, first_m).with(Inertia::point(kg, second_m));
+                assert!((two.mass_kg() / (3.0 + kg) - 1.0).abs() < 1e-15);
+                bodies.push(two);
+            }
+        }
+        for body in bodies {
+            let inertial = Inertial::of(&body, [0.0; 3]);
+            assert!(inertial.mass_kg >= PLACEHOLDER);
+            let written = inertial.about_kg_m2.map(|row| row.map(rounded));
+            // All moments are positive and A + B > C where trace/2 - I is positive definite: leading minors.
+            let mut m = written.map(|row| row.map(|x| -x));
+            for i in 0..3 {
+                m[i][i] += (written[0][0] + written[1][1] + written[2][2]) / 2.0;
+            }
+            let minor = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+            let whole = dot(m[0], cross(m[1], m[2]));
+            assert!(m[0][0] > 0.0 && minor > 0.0 && whole > 0.0, "{written:?}");
+        }
     }
 }

@@ -81,6 +81,7 @@ impl KinematicTree {
     ///
     /// # Arguments
     /// - `springs`: of joints that yield or have friction; of several of one name the first.
+    /// - `masses`: that are not those of members: body, kg, centre, m.
     ///
     /// # Errors
     /// [`RobotError`] if the pose cannot be reached.
@@ -89,6 +90,7 @@ impl KinematicTree {
         mechanism: &Mechanism,
         pose: &Pose,
         springs: &[SpringOfJoint],
+        masses: &[(usize, f64, [f64; 3])],
     ) -> Result<Self, RobotError> {
         let placed = PlacedRobot::new(robot, mechanism, pose)?;
         let members = mechanism.members.iter();
@@ -113,7 +115,7 @@ impl KinematicTree {
             },
         };
         builder.build(&bodies);
-        builder.weigh();
+        builder.weigh(masses);
         Ok(builder.found)
     }
 
@@ -312,13 +314,18 @@ impl TreeBuilder<'_> {
     }
 
     /// Gives each link its beams and masses, and finds the end.
-    fn weigh(&mut self) {
+    fn weigh(&mut self, masses: &[(usize, f64, [f64; 3])]) {
         self.found.end_m = self.placed.node_m(self.robot.end);
         for &link in &self.mechanism.rigid_links {
             let link = &self.robot.rigid_links[link];
             if link.nodes.contains(&self.robot.end) {
                 self.found.end = self.link(link.body);
             }
+        }
+        for &(body, mass_kg, centre_m) in masses {
+            let body = self.link_of[body].or_else(|| Some(self.link(self.carrier(body)?)));
+            let link = &mut self.found.links[body.unwrap_or(0)];
+            link.inertia = link.inertia.with(Inertia::point(mass_kg, centre_m));
         }
         for &member in &self.mechanism.members {
             let member = &self.robot.members[member];

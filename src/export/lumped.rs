@@ -1,7 +1,8 @@
 //! A structure of beams in a pose as rigid bodies with springs between them, as simulators of rigid bodies need it.
 //!
 //! Each node is a body. A beam is two rigid halves with six springs between them at its middle. For loads at the nodes this is exact: in
-//! the middle of a beam of constant section, elongation, twist, the two bendings and the two shears do not couple. The bodies hang on each
+//! the middle of a beam of constant section, elongation, twist, the two bendings and the two shears do not couple. Its weight is as exact: the
+//! halves carry it where it loads the nodes as that of the whole beam does, q L/2 with q L²/12 about each. The bodies hang on each
 //! other as a tree from the base. A beam that closes a loop is cut beside its far node, and the cut ends are to be welded.
 //!
 //! # Source
@@ -402,7 +403,11 @@ impl LumpedBuilder<'_> {
                 ends_m: [self.position_m(vertex), middle_m],
                 radius_m,
             };
-            let rod = Inertia::rod(self.parts.kg_per_m[element], half.ends_m, radius_m);
+            // Half the mass with its centre a sixth of the length from the node pulls and turns the node as the weight of the beam does.
+            let [node_m, _] = half.ends_m;
+            let third_m = [0, 1, 2].map(|i| node_m[i] + (middle_m[i] - node_m[i]) / 1.5);
+            let kg_per_m = 1.5 * self.parts.kg_per_m[element];
+            let rod = Inertia::rod(kg_per_m, [node_m, third_m], radius_m);
             let body = &mut self.found.bodies[body];
             body.inertia = body.inertia.with(rod);
             body.halves.push(half);

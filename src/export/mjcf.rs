@@ -2,7 +2,7 @@
 
 use crate::vector::subtract;
 
-use super::inertia::Inertial;
+use super::inertia::{Inertial, PLACEHOLDER_WORDS};
 use super::lumped::{LumpedBody, LumpedJoint, LumpedModel};
 use super::xml::{Xml, number, numbers};
 
@@ -18,6 +18,9 @@ const CONSTRAINT_S: f64 = 2.0 * TIMESTEP_S;
 
 /// Impedance of constraints: the largest that MuJoCo takes.
 const IMPEDANCE: &str = "0.9999 0.9999 0.001";
+
+/// Armature of a joint without a spring, kg·m² or kg: no body that hangs on it need weigh anything.
+const ARMATURE_OF_PIN: f64 = 1e-2;
 
 /// Armature of a hinge that moves freely in its play, kg·m² or kg: the stop holds the better the more it is.
 const ARMATURE_OF_PLAY: f64 = 1.0;
@@ -137,9 +140,7 @@ fn begin_body(xml: &mut Xml, model: &LumpedModel, place: usize) {
             ("pos", numbers(subtract(body.position_m, origin))),
         ],
     );
-    if body.parent.is_some() || !body.joints.is_empty() {
-        write_inertia(xml, body);
-    }
+    write_inertia(xml, body);
     for joint in &body.joints {
         write_joint(xml, body, joint);
     }
@@ -165,7 +166,11 @@ fn write_inertia(xml: &mut Xml, body: &LumpedBody) {
         mass_kg,
         centre_m,
         about_kg_m2,
+        is_placeholder,
     } = Inertial::of(&body.inertia, body.position_m);
+    if is_placeholder {
+        xml.comment(PLACEHOLDER_WORDS);
+    }
     let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = about_kg_m2;
     xml.empty(
         "inertial",
@@ -199,6 +204,8 @@ fn write_joint(xml: &mut Xml, body: &LumpedBody, joint: &LumpedJoint) {
         attributes.push(("armature", number(ARMATURE_OF_PLAY)));
         let crossing_nm = joint.friction.max(LEAST_CROSSING_NM);
         attributes.push(("damping", number(CROSSING_S * crossing_nm / play)));
+    } else if joint.stiffness.is_none() {
+        attributes.push(("armature", number(ARMATURE_OF_PIN)));
     }
     xml.empty("joint", &attributes);
 }

@@ -19,6 +19,6 @@ mod xml;
 pub use inertia::Inertia;
 pub use kinematics::{KinematicJoint, KinematicLink, KinematicTree};
 pub use lumped::{BeamHalf, LumpedBody, LumpedJoint, LumpedModel, LumpedParts, Weld};
-pub use model::ExportModel;
+pub use model::{ExportModel, NotedFile};
 pub use table::{ExportTable, ParameterRow, PoseRow, SpringStiffness};
 pub use xml::number;

@@ -8,6 +8,7 @@ use crate::robot::{
 };
 use crate::vector::scale;
 
+use super::inertia::{Inertia, PLACEHOLDER};
 use super::kinematics::{KinematicTree, STIFFEST, SpringOfJoint};
 use super::lumped::{LumpedModel, LumpedParts};
 use super::mjcf::{MjcfHeader, mjcf};
@@ -116,6 +117,9 @@ impl<'a> ExportModel<'a> {
     }
 }
 
+/// The text of a file, and what is to be said of masses that it does not have.
+pub type NotedFile = (String, Vec<String>);
+
 /// The structure of a mechanism in a pose with all that yields in it.
 struct PlacedModel<'a> {
     model: MechanismModel<'a>,
@@ -176,6 +180,8 @@ impl<'a> ExportModel<'a> {
             Some(format!("{effect}: {note}"))
         });
         notes.extend(approximate);
+        let balancers = self.robot().balancers.iter();
+        notes.extend(balancers.map(|balancer| format!("balancer {}: left out", balancer.name)));
         notes
     }
 
@@ -223,7 +229,7 @@ impl<'a> ExportModel<'a> {
             base_rad_per_nm: physics.laws.base_rad_per_nm(),
             masses: model
                 .point_masses()
-                .map(|(at, kg, position_m)| (at.clone(), kg, position_m))
+                .map(|(at, _, kg, position_m)| (at.clone(), kg, position_m))
                 .collect(),
         };
         Ok(PlacedModel { model, parts })
@@ -239,13 +245,28 @@ impl<'a> ExportModel<'a> {
         })
     }
 
-    /// What every file says at its beginning.
-    fn comments(
+    /// A file for a simulator.
+    ///
+    /// # Arguments
+    /// - `about`: comments on the format.
+    /// - `bodies`: of the file.
+    /// - `text`: the file with these comments at its beginning.
+    fn file<'i>(
         &self,
         (name, pose): (&str, &Pose),
-        about: &[&str],
-    ) -> Result<Vec<String>, RobotError> {
+        about: [&str; 2],
+        bodies: impl Iterator<Item = &'i Inertia>,
+        text: impl FnOnce(&[String]) -> String,
+    ) -> Result<NotedFile, AnalysisError> {
         let resolved = self.resolved;
+        let mut on_masses = Vec::new();
+        let count = bodies.filter(|body| body.mass_kg() == 0.0).count();
+        if count > 0 {
+            on_masses.push(format!("bodies without a mass in the robot file: {count}; each has a placeholder of {PLACEHOLDER:e} kg here"));
+        }
+        if !self.is_weighed() {
+            on_masses.push("not every section has a mass in the robot file: its beams weigh nothing here, and MuJoCo gets no gravity".to_owned());
+        }
         let mut comments = vec![format!(
             "{}: mechanism {}, factors {}, pose {name}. Written by stiffbench {}. SI units; axes of the robot file, {} is up.",
             self.robot().name,
@@ -254,41 +275,42 @@ impl<'a> ExportModel<'a> {
             env!("CARGO_PKG_VERSION"),
             self.robot().vertical.map(number).join(" ")
         )];
-        comments.extend(about.iter().map(|text| (*text).to_owned()));
-        if !self.is_weighed() {
-            comments.push("Not every section has a mass in the robot file: some masses here are placeholders. Displacements under a steady load do not depend on them.".to_owned());
-        }
+        comments.extend(about.map(str::to_owned));
+        comments.extend_from_slice(&on_masses);
         comments.extend(self.parameters(pose)?.iter().map(ParameterRow::in_words));
         comments.extend(self.notes());
-        Ok(comments)
+        Ok((text(&comments), on_masses))
     }
 
     /// The robot in a pose for MuJoCo.
     ///
     /// # Errors
     /// For a pose that cannot be reached.
-    pub fn mjcf(&self, pose: Option<&(String, Pose)>) -> Result<String, AnalysisError> {
+    pub fn mjcf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
         let (name, pose) = self.pose(pose);
         let PlacedModel { model, parts } = self.placed(&pose)?;
         let lumped = LumpedModel::new(model.structure(), &parts);
-        let comments = self.comments(
-            (&name, &pose),
-            &[
-                "The robot is held in this pose: drives do not move. Each beam is two rigid halves with six springs in its middle, exact for loads at its ends. Springs are at rest in this pose without load.",
-                "The site `end` is where loads act and displacements are read. Damping is chosen for the time step, not measured.",
-            ],
-        )?;
         let gravity = if self.is_weighed() {
             -GRAVITY_M_PER_S2
         } else {
             0.0
         };
-        let header = MjcfHeader {
-            name: &self.robot().name,
-            comments: &comments,
-            gravity_m_per_s2: scale(self.robot().vertical, gravity),
-        };
-        Ok(mjcf(&lumped, &header))
+        self.file(
+            (&name, &pose),
+            [
+                "The robot is held in this pose: drives do not move. Each beam is two rigid halves with six springs in its middle, exact for loads at its ends. Springs are at rest in this pose without load.",
+                "The site `end` is where loads act and displacements are read. Damping is chosen for the time step, not measured.",
+            ],
+            lumped.bodies.iter().map(|body| &body.inertia),
+            |comments| {
+                let header = MjcfHeader {
+                    name: &self.robot().name,
+                    comments,
+                    gravity_m_per_s2: scale(self.robot().vertical, gravity),
+                };
+                mjcf(&lumped, &header)
+            },
+        )
     }
 
     /// The bodies and joints of the robot, at zero in a pose, with the springs and friction of its joints.
@@ -320,11 +342,14 @@ impl<'a> ExportModel<'a> {
                 friction: laws.iter().map(|law| law.friction_nm).sum(),
             });
         }
+        let masses = model.point_masses();
+        let masses: Vec<_> = masses.map(|(_, body, kg, at_m)| (body, kg, at_m)).collect();
         KinematicTree::new(
             self.robot(),
             &self.resolved.physics.mechanism,
             pose,
             &springs,
+            &masses,
         )
     }
 
@@ -332,43 +357,35 @@ impl<'a> ExportModel<'a> {
     ///
     /// # Errors
     /// For a pose that cannot be reached.
-    pub fn sdf(&self, pose: Option<&(String, Pose)>) -> Result<String, AnalysisError> {
+    pub fn sdf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
         let (name, pose) = self.pose(pose);
-        let tree = self.tree(&pose)?;
-        let comments = self.comments(
+        let (robot, tree) = (self.robot(), self.tree(&pose)?);
+        self.file(
             (&name, &pose),
-            &[
+            [
                 "Joints are at zero in this pose. Each has the stiffness of its spring, at rest at zero, and its friction. A joint without spring_stiffness does not yield: hold it with a controller.",
                 "Links are rigid: the beams, the base and what else yields stand in these comments only.",
             ],
-        )?;
-        Ok(sdf(
-            &self.robot().name,
-            self.robot().vertical,
-            &tree,
-            &comments,
-        ))
+            tree.links.iter().map(|link| &link.inertia),
+            |comments| sdf(&robot.name, robot.vertical, &tree, comments),
+        )
     }
 
     /// The robot for ROS and others (URDF).
     ///
     /// # Errors
     /// For a pose that cannot be reached.
-    pub fn urdf(&self, pose: Option<&(String, Pose)>) -> Result<String, AnalysisError> {
+    pub fn urdf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
         let (name, pose) = self.pose(pose);
-        let tree = self.tree(&pose)?;
-        let comments = self.comments(
+        let (robot, tree) = (self.robot(), self.tree(&pose)?);
+        self.file(
             (&name, &pose),
-            &[
+            [
                 "Joints are at zero in this pose. URDF has friction and damping of joints only: springs, beams and the base stand in these comments.",
                 "Effort and velocity of limits are not known: 0 stands for them. A limit of 1 m either way stands where that of a sliding joint is not known.",
             ],
-        )?;
-        Ok(urdf(
-            &self.robot().name,
-            self.robot().vertical,
-            &tree,
-            &comments,
-        ))
+            tree.links.iter().map(|link| &link.inertia),
+            |comments| urdf(&robot.name, robot.vertical, &tree, comments),
+        )
     }
 }

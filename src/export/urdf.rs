@@ -3,14 +3,14 @@
 use crate::robot::JointMotion;
 use crate::vector::subtract;
 
-use super::inertia::Inertial;
+use super::inertia::{Inertia, Inertial, PLACEHOLDER_WORDS};
 use super::kinematics::{KinematicJoint, KinematicLink, KinematicTree};
 use super::xml::{Xml, number, numbers};
 
 /// Link that the ground stands on, its z axis up.
 const WORLD: &str = "world";
 
-/// Link at the end of the robot, without mass.
+/// Link at the end of the robot.
 const END: &str = "end";
 
 /// Limit of a sliding joint of which none is known, m.
@@ -38,7 +38,9 @@ pub(super) fn urdf(
     for (place, link) in tree.links.iter().enumerate() {
         write_link(&mut xml, &tree.link_name(place, &[WORLD, END]), link);
     }
-    xml.empty("link", &[("name", END.to_owned())]);
+    xml.open("link", &[("name", END.to_owned())]);
+    write_inertial(&mut xml, &Inertia::default(), [0.0; 3]);
+    xml.close();
     let [roll, pitch] = upright(vertical);
     fixed(
         &mut xml,
@@ -97,17 +99,7 @@ fn fixed(xml: &mut Xml, name: &str, [parent, child]: [&str; 2], at: [f64; 3], rp
 
 fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
     xml.open("link", &[("name", name.to_owned())]);
-    let inertial = Inertial::of(&link.inertia, link.position_m);
-    xml.open("inertial", &[]);
-    origin(xml, subtract(inertial.centre_m, link.position_m), [0.0; 3]);
-    xml.empty("mass", &[("value", number(inertial.mass_kg))]);
-    xml.empty(
-        "inertia",
-        &inertial
-            .moments()
-            .map(|(name, moment)| (name, number(moment))),
-    );
-    xml.close();
+    write_inertial(xml, &link.inertia, link.position_m);
     for &(ends_m, radius_m) in &link.rods {
         let (rpy, middle_m, length_m) = along(ends_m);
         xml.open("visual", &[]);
@@ -120,6 +112,22 @@ fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
         xml.close();
         xml.close();
     }
+    xml.close();
+}
+
+fn write_inertial(xml: &mut Xml, inertia: &Inertia, origin_m: [f64; 3]) {
+    let inertial = Inertial::of(inertia, origin_m);
+    if inertial.is_placeholder {
+        xml.comment(PLACEHOLDER_WORDS);
+    }
+    xml.open("inertial", &[]);
+    origin(xml, subtract(inertial.centre_m, origin_m), [0.0; 3]);
+    xml.empty("mass", &[("value", number(inertial.mass_kg))]);
+    let moments = inertial.moments();
+    xml.empty(
+        "inertia",
+        &moments.map(|(name, moment)| (name, number(moment))),
+    );
     xml.close();
 }
 

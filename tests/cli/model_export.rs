@@ -206,6 +206,40 @@ fn the_table_holds_the_intervals_of_a_fit_and_the_compliance_of_the_robot() {
 }
 
 #[test]
+fn bodies_weigh_what_the_robot_file_says_and_placeholders_next_to_nothing() {
+    let desk = desk();
+    for (robot, pose) in [
+        ("franka-panda", "P1"),
+        ("scara", "P1"),
+        ("gantry", "P1"),
+        ("four-bar", "P1"),
+        ("hp-robot", "P1"),
+    ] {
+        let check = desk.data(&format!("robot check {robot}"));
+        let kg = check["mass_kg"].as_f64().unwrap_or(0.0);
+        for form in ["mjcf", "urdf", "sdf"] {
+            let line = format!("model export --format {form} --robot {robot} --pose {pose}");
+            let run = desk.run(&line).succeeds();
+            let document = Document::parse(&run.stdout).unwrap();
+            let masses = document.descendants().filter_map(|node| {
+                let text = match (form, node.tag_name().name()) {
+                    ("mjcf", "inertial") => node.attribute("mass"),
+                    ("urdf", "mass") => node.attribute("value"),
+                    ("sdf", "mass") => node.text(),
+                    _ => None,
+                };
+                text.map(|text| text.parse::<f64>().unwrap())
+            });
+            let sum: f64 = masses.sum();
+            assert!((sum - kg).abs() < 1e-6 * kg.max(1e-3), "{line}: {sum} {kg}");
+            let marked = run.stdout.matches("placeholder: the robot file").count();
+            assert_eq!(marked > 0, run.stderr.contains("placeholder"), "{line}");
+            assert!(marked > 0 || robot != "hp-robot", "{line}");
+        }
+    }
+}
+
+#[test]
 fn what_cannot_be_exported_is_refused_with_the_remedy() {
     let desk = desk();
     let error = desk.refusal(

@@ -1,11 +1,14 @@
 """Hangs a load on models that `stiffbench model export --format mjcf` writes, in MuJoCo, and compares the displacement of the end.
 
-    python3 -m venv venv && venv/bin/pip install mujoco yourdfpy
+    python3 -m venv venv && venv/bin/pip install mujoco yourdfpy pybullet example-robot-data
     venv/bin/python tests/mujoco/check.py target/release/stiffbench            compare
     venv/bin/python tests/mujoco/check.py target/release/stiffbench --write    write fixtures/mujoco again
 
 MuJoCo steps each model until it is at rest; nothing of stiffbench takes part. The displacement must lie within 1 % of what the compliance that
 `robot compliance --load` prints under the same load gives, relative to its length. yourdfpy reads each URDF and places its end.
+
+Masses: of every shipped robot, every template and robots made of public URDFs, MuJoCo, yourdfpy and PyBullet load what is exported. Mass and centre of mass must
+agree, with the robot file and among the three; inertias of the SDF must be those of a body. MuJoCo's sag under gravity must lie within 1 % of `map --sag`.
 """
 
 import argparse
@@ -14,6 +17,9 @@ import os
 import pathlib
 import subprocess
 import sys
+import sysconfig
+import tempfile
+import xml.etree.ElementTree
 
 FORCE_N = 70.0
 # MuJoCo is at rest when no displacement changes by more than this share over a tenth of a second; its friction creeps a little.
@@ -22,6 +28,30 @@ MOST_S = 6.0
 # The load grows over this time: a sudden one would overshoot, and friction would hold that.
 GROWS_S = 1.0
 TOLERANCE = 0.01
+# Of a whole mass, kg, and of coordinates of its centre, m.
+SAME_MASS = 1e-6
+SAME_CENTRE_M = 1e-6
+PACKAGES = pathlib.Path(sysconfig.get_path("purelib"))
+DATA = "cmeel.prefix/share/example-robot-data/robots"
+# Public URDFs: file, base, tip.
+PUBLIC = [
+    (f"{DATA}/panda_description/urdf/panda.urdf", "panda_link0", "panda_hand_tcp"),
+    (f"{DATA}/ur_description/urdf/ur3_robot.urdf", "base_link", "tool0"),
+    (f"{DATA}/ur_description/urdf/ur5_robot.urdf", "base_link", "tool0"),
+    (f"{DATA}/ur_description/urdf/ur10_robot.urdf", "base_link", "tool0"),
+    (f"{DATA}/kinova_description/robots/kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"),
+    (f"{DATA}/xarm_description/urdf/xarm7.urdf", None, "link_eef"),
+    (f"{DATA}/talos_data/robots/talos_left_arm.urdf", None, "arm_left_7_link"),
+    (f"{DATA}/baxter_description/urdf/baxter.urdf", "torso", "left_gripper"),
+    (f"{DATA}/tiago_description/robots/tiago_no_hand.urdf", "base_link", "arm_tool_link"),
+    (f"{DATA}/pr2_description/urdf/pr2.urdf", "torso_lift_link", "l_gripper_tool_frame"),
+    (f"{DATA}/z1_description/urdf/z1.urdf", None, None),
+    (f"{DATA}/so_arm_description/urdf/so100.urdf", None, None),
+    ("pybullet_data/kuka_iiwa/model.urdf", None, "lbr_iiwa_link_7"),
+    ("pybullet_data/xarm/xarm6_robot.urdf", "link_base", "link6"),
+]
+TEMPLATES = ["serial", "scara", "four-bar", "parallelogram", "gantry"]
+SHIPPED = ["serial-arm", "fanuc-r2000ic", "franka-panda", "four-bar", "scara", "gantry", "hp-robot", "hp-robot-host-dominant"]
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "fixtures" / "mujoco"
 
 
@@ -39,38 +69,131 @@ def compliance(program, arguments, axis):
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)["data"]["compliance"]
 
 
-def displacements(mujoco, text):
-    """Displacement of the site `end` under the force along x, y and z, m: a row a force."""
+def moved(mujoco, model, force, gravity):
+    """Displacement of the site `end` under a force on it and a gravity, m."""
     import numpy as np
 
-    model = mujoco.MjModel.from_xml_string(text)
     model.opt.gravity[:] = 0.0
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, "end")
     body = model.site_bodyid[site]
     chunk = round(0.1 / model.opt.timestep)
-    rows = []
-    for axis in range(3):
-        data = mujoco.MjData(model)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    start = data.site_xpos[site].copy()
+    before = np.full(3, np.inf)
+    while True:
+        for _ in range(chunk):
+            data.qfrc_applied[:] = 0.0
+            grown = min(data.time / GROWS_S, 1.0)
+            model.opt.gravity[:] = grown * np.array(gravity)
+            mujoco.mj_applyFT(model, data, grown * np.array(force), np.zeros(3), data.site_xpos[site], body, data.qfrc_applied)
+            mujoco.mj_step(model, data)
         mujoco.mj_forward(model, data)
-        start = data.site_xpos[site].copy()
-        force = np.zeros(3)
-        force[axis] = FORCE_N
-        before = np.full(3, np.inf)
-        while True:
-            for _ in range(chunk):
-                data.qfrc_applied[:] = 0.0
-                grown = min(data.time / GROWS_S, 1.0) * force
-                mujoco.mj_applyFT(model, data, grown, np.zeros(3), data.site_xpos[site], body, data.qfrc_applied)
-                mujoco.mj_step(model, data)
-            mujoco.mj_forward(model, data)
-            moved = data.site_xpos[site] - start
-            if data.time > GROWS_S and np.abs(moved - before).max() <= AT_REST * np.linalg.norm(moved):
-                break
-            if data.time > MOST_S:
-                sys.exit(f"not at rest after {MOST_S} s")
-            before = moved
-        rows.append([float(x) for x in moved])
-    return rows
+        now = data.site_xpos[site] - start
+        if data.time > GROWS_S and np.abs(now - before).max() <= AT_REST * np.linalg.norm(now):
+            return [float(x) for x in now]
+        if data.time > MOST_S:
+            sys.exit(f"not at rest after {MOST_S} s")
+        before = now
+
+
+def displacements(mujoco, text):
+    """Displacement of the site `end` under the force along x, y and z, m: a row a force."""
+    model = mujoco.MjModel.from_xml_string(text)
+    forces = [[FORCE_N if i == axis else 0.0 for i in range(3)] for axis in range(3)]
+    return [moved(mujoco, model, force, [0.0] * 3) for force in forces]
+
+
+def apart(found, expected):
+    """Length of the difference of two vectors as a share of the length of the second."""
+    return sum((a - b) ** 2 for a, b in zip(found, expected)) ** 0.5 / sum(b * b for b in expected) ** 0.5
+
+
+def printed(program, *arguments):
+    run = subprocess.run([program, *arguments, "--json", "--quiet"], check=True, capture_output=True, text=True)
+    return json.loads(run.stdout)["data"]
+
+
+def with_stiffness(line):
+    """A line of a robot file, its free spring with a stiffness to begin at: a URDF has none."""
+    stiffness = "stiffness_N_per_um = 5" if 'kind = "sliding"' in line else "stiffness_Nm_per_rad = 5e4"
+    return line.replace('spring = "free"', f'spring = "free", {stiffness}')
+
+
+def robots_with_masses(program, folder):
+    """Arguments of shipped robots, of templates, and of robots made of public URDFs where their packages are installed."""
+    yield from (["--robot", name] for name in SHIPPED)
+    made = [(name, ["--template", name]) for name in TEMPLATES]
+    for path, base, tip in PUBLIC:
+        if (PACKAGES / path).exists():
+            words = [("--urdf", str(PACKAGES / path)), ("--base", base), ("--tip", tip)]
+            made.append((pathlib.Path(path).stem, [word for pair in words if pair[1] for word in pair]))
+        else:
+            print(f"{path}: not installed (pip install example-robot-data pybullet)")
+    for name, words in made:
+        file = str(pathlib.Path(folder) / f"{name}-{words[0][2:]}.toml")
+        subprocess.run([program, "robot", "new", file, *words, "--quiet"], check=True, capture_output=True)
+        if "--urdf" in words:
+            text = pathlib.Path(file).read_text().splitlines()
+            pathlib.Path(file).write_text("\n".join(with_stiffness(line) for line in text) + "\n")
+        yield ["--robot", file]
+
+
+def masses_and_sag(mujoco, program, robot):
+    """What is wrong with the masses of the exports of a robot in a random pose, and a line about them."""
+    import numpy as np
+    import pybullet
+    import yourdfpy
+
+    wrong = []
+    weighed = printed(program, "robot", "check", robot[1]).get("mass_kg") is not None
+    arguments, mass, sag = robot, 0.0, None
+    if weighed:
+        found = printed(program, "map", "--sag", "--samples", "1", *robot)["sag"]["mechanisms"][0]
+        names = [variable["name"] for variable in printed(program, "robot", "show", robot[1])["variables"]]
+        values = found["displacement"]["worst"]["angles_deg"]
+        arguments = [*robot, "--set", *(f"{name}={value!r}" for name, value in zip(names, values))]
+        mass = found["mass_kg"]
+        sag = [1e-6 * found[f"displacement_{axis}"]["least"] for axis in "xyz"]
+    files = {form: export(program, arguments, form) for form in ("mjcf", "urdf", "sdf")}
+    model = mujoco.MjModel.from_xml_string(files["mjcf"])
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    centre = (model.body_mass[:, None] * data.xipos).sum(0) / model.body_mass.sum()
+    with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
+        file.write(files["urdf"])
+        file.flush()
+        urdf = yourdfpy.URDF.load(file.name, build_scene_graph=True, load_meshes=False)
+        client = pybullet.connect(pybullet.DIRECT)
+        body = pybullet.loadURDF(file.name, useFixedBase=True)
+        in_bullet = sum(pybullet.getDynamicsInfo(body, i)[0] for i in range(-1, pybullet.getNumJoints(body)))
+        pybullet.disconnect(client)
+    links = [link for link in urdf.robot.links if link.inertial]
+    places = [urdf.get_transform(link.name, "world") @ link.inertial.origin for link in links]
+    in_urdf = sum(link.inertial.mass for link in links)
+    of_urdf = sum(link.inertial.mass * place[:3, 3] for link, place in zip(links, places)) / in_urdf
+    if "axes of the robot file, 0 0 1 is up" not in files["urdf"]:
+        x, y, z = of_urdf
+        of_urdf = np.array([x, z, -y])
+    sdf = xml.etree.ElementTree.fromstring(files["sdf"])
+    in_sdf = sum(float(element.text) for element in sdf.iter("mass"))
+    for moments in sdf.iter("inertia"):
+        xx, xy, xz, yy, yz, zz = (float(moments.find(name).text) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+        least, middle, most = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if not (least > 0 and least + middle > most):
+            wrong.append("an inertia of the SDF is that of no body")
+    for form, own in (("MJCF", model.body_mass.sum()), ("URDF", in_urdf), ("PyBullet", in_bullet), ("SDF", in_sdf)):
+        if abs(own - mass) > SAME_MASS * max(mass, 1.0):
+            wrong.append(f"{form}: {own} kg")
+    if weighed and np.abs(centre - of_urdf).max() > SAME_CENTRE_M:
+        wrong.append(f"centres of mass: MJCF {centre}, URDF {of_urdf}")
+    line = f"{mass:.6g} kg"
+    if sag:
+        off = apart(moved(mujoco, model, [0.0] * 3, model.opt.gravity.copy()), sag)
+        line += f", sag {1e3 * np.linalg.norm(sag):.3g} mm differs by {100 * off:.3f} %"
+        if off > TOLERANCE:
+            wrong.append("sag")
+    return line, wrong
 
 
 def urdf_differs_m(yourdfpy, program, arguments):
@@ -107,8 +230,7 @@ def main():
         for axis, row in enumerate(rows):
             ours = compliance(options.program, arguments, axis)
             expected = [FORCE_N * ours[i][axis] for i in range(3)]
-            length = sum(x * x for x in expected) ** 0.5
-            worst = max(worst, sum((a - b) ** 2 for a, b in zip(row, expected)) ** 0.5 / length)
+            worst = max(worst, apart(row, expected))
         ok = worst <= TOLERANCE
         failed += not ok
         print(f"{name}: differs by {100 * worst:.3f} % at most{'' if ok else '  FAILED'}")
@@ -118,14 +240,20 @@ def main():
         kept = {"mujoco": mujoco.__version__, "force_N": FORCE_N, "displacement_m": found}
         (FOLDER / "displacements.json").write_text(json.dumps(kept, indent=1) + "\n")
     try:
+        import pybullet  # noqa: F401
         import yourdfpy
     except ImportError:
-        print("URDF skipped: yourdfpy is not installed (pip install yourdfpy)")
+        print("URDF and masses skipped: yourdfpy or pybullet is not installed (pip install yourdfpy pybullet)")
         return 1 if failed else 0
     for name, arguments in cases.items():
         apart_m = urdf_differs_m(yourdfpy, options.program, arguments)
         failed += apart_m > 1e-9
         print(f"{name}: the end of the URDF differs by {apart_m:.1e} m")
+    with tempfile.TemporaryDirectory() as folder:
+        for robot in robots_with_masses(options.program, folder):
+            line, wrong = masses_and_sag(mujoco, options.program, robot)
+            failed += bool(wrong)
+            print(f"{pathlib.Path(robot[1]).stem}: {line}{'  FAILED: ' + '; '.join(wrong) if wrong else ''}")
     return 1 if failed else 0
 
 

@@ -5,7 +5,7 @@
     venv/bin/python tests/urdf/check.py target/release/stiffbench --write    write fixtures/urdf/kinematics.json again, for tests/robot_new.rs
 
 Nothing is changed by hand: the file that the command writes gets the poses, and `robot check` says where the tool is. The position must
-agree to 1e-9 m. The fixture holds, for each robot, joint names and values (rad, m), position (m) and the rows of the rotation matrix of
+agree to 1e-9 m, the mass of all that moves on the base to a millionth. The fixture holds, for each robot, joint names and values (rad, m), position (m) and the rows of the rotation matrix of
 the tip in the axes of the base; the URDFs stay in their packages.
 """
 
@@ -39,11 +39,12 @@ ROBOTS = [
 POSES = 20
 KEPT_POSES = 3
 TOLERANCE_M = 1e-9
+TOLERANCE_OF_MASS = 1e-6
 FIXTURE = Path(__file__).resolve().parents[2] / "fixtures" / "urdf" / "kinematics.json"
 
 
 def by_pinocchio(pin, path, base, tip, count):
-    """Base, tip, kinds of the joints between them, and random poses with the place of the tip in the axes of the base."""
+    """Base, tip, kinds of the joints between them, the mass of all that moves on the base, and random poses with the place of the tip in the axes of the base."""
     model = pin.buildModelFromUrdf(str(PACKAGES / path))
     data = model.createData()
     frames = {frame.name: i for i, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
@@ -58,6 +59,9 @@ def by_pinocchio(pin, path, base, tip, count):
     while joint != model.frames[frames[base]].parentJoint:
         chain[model.names[joint]] = "slides" if model.joints[joint].shortname().startswith("JointModelP") else "turns"
         joint = model.parents[joint]
+    held = model.frames[frames[base]].parentJoint
+    moved = [joint for joint in range(1, model.njoints) if held in model.supports[joint] and joint != held]
+    mass_kg = sum(model.inertias[joint].mass for joint in moved)
     poses = []
     for _ in range(count):
         q = pin.neutral(model)
@@ -76,7 +80,7 @@ def by_pinocchio(pin, path, base, tip, count):
         place = data.oMf[frames[base]].actInv(data.oMf[frames[tip]])
         values = {name: value for name, value in values.items() if name in chain}
         poses.append({"values": values, "position_m": place.translation.tolist(), "rotation": place.rotation.tolist()})
-    return base, tip, chain, poses
+    return base, tip, chain, mass_kg, poses
 
 
 def with_poses(text, chain, poses):
@@ -96,7 +100,7 @@ def with_poses(text, chain, poses):
 
 
 def imported(program, path, base, tip, chain, poses):
-    """Notes of the import and the largest difference of a position, m."""
+    """Notes of the import, the largest difference of a position, m, and the mass, kg."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "robot.toml"
         command = [program, "robot", "new", str(file), "--urdf", str(PACKAGES / path)]
@@ -108,9 +112,10 @@ def imported(program, path, base, tip, chain, poses):
         checked = subprocess.run([program, "robot", "check", str(file), "--json", "--quiet"], capture_output=True, text=True)
         if checked.returncode:
             sys.exit(f"{path}: {checked.stdout}{checked.stderr}")
-        places = {row["pose"]: row["tool_m"] for row in json.loads(checked.stdout)["data"]["checked"]}
+        checked = json.loads(checked.stdout)["data"]
+        places = {row["pose"]: row["tool_m"] for row in checked["checked"]}
     worst = max(abs(a - b) for i, pose in enumerate(poses) for a, b in zip(pose["position_m"], places[f"Q{i}"]))
-    return json.loads(made.stdout).get("warnings", []), worst
+    return json.loads(made.stdout).get("warnings", []), worst, checked["mass_kg"]
 
 
 def main():
@@ -126,14 +131,15 @@ def main():
     program = str(Path(options.program).resolve())
     random.seed(23)
     kept, failed = [], 0
-    print("| robot | from | to | joints | largest difference in 20 poses, m | warnings |\n| --- | --- | --- | --- | --- | --- |")
+    print("| robot | from | to | joints | largest difference in 20 poses, m | mass, kg | warnings |\n| --- | --- | --- | --- | --- | --- | --- |")
     for path, base, tip in ROBOTS:
-        base_found, tip_found, chain, poses = by_pinocchio(pin, path, base, tip, POSES)
-        warnings, worst = imported(program, path, base, tip, chain, poses)
-        failed += worst > TOLERANCE_M
+        base_found, tip_found, chain, mass_kg, poses = by_pinocchio(pin, path, base, tip, POSES)
+        warnings, worst, own_kg = imported(program, path, base, tip, chain, poses)
+        same = worst <= TOLERANCE_M and abs(own_kg - mass_kg) <= TOLERANCE_OF_MASS * mass_kg
+        failed += not same
         name = path.rsplit("/", 1)[1]
-        mark = "" if worst <= TOLERANCE_M else " **FAILED**"
-        print(f"| `{name}` | {base_found} | {tip_found} | {len(chain)} | {worst:.1e}{mark} | {len(warnings)} |")
+        mark = "" if same else f" **FAILED**, URDF {mass_kg:.6f} kg"
+        print(f"| `{name}` | {base_found} | {tip_found} | {len(chain)} | {worst:.1e} | {own_kg:.6f}{mark} | {len(warnings)} |")
         kept.append({"package_path": path, "base": base_found, "tip": tip_found, "poses": poses[:KEPT_POSES]})
     if options.write:
         FIXTURE.write_text(json.dumps({"made_by": f"Pinocchio {pin.__version__}", "robots": kept}, indent=1) + "\n")

@@ -78,10 +78,13 @@ impl MechanismModel<'_> {
             .map(|member| sections[member.section].mass_kg_per_m.unwrap_or(0.0))
     }
 
-    /// Each mass that is not that of a member: where it hangs on the structure, kg, and where its centre is, m.
-    pub fn point_masses(&self) -> impl Iterator<Item = (&Attachment, f64, [f64; 3])> {
+    /// Each mass that is not that of a member: where it hangs on the structure, its body, kg, and where its centre is, m.
+    pub fn point_masses(&self) -> impl Iterator<Item = (&Attachment, usize, f64, [f64; 3])> {
         let masses = self.carried_masses().iter();
-        masses.map(|mass| (&mass.at, mass.mass_kg, self.point_of(&mass.point)))
+        masses.map(|mass| {
+            let centre_m = self.point_of(&mass.point);
+            (&mass.at, mass.body, mass.mass_kg, centre_m)
+        })
     }
 
     /// Mass of all that has one, kg.
@@ -158,6 +161,7 @@ impl MechanismModel<'_> {
 pub(super) struct CarriedMass {
     mass_kg: f64,
     at: Attachment,
+    body: usize,
     point: MassPoint,
 }
 
@@ -206,25 +210,29 @@ pub(super) fn carried_masses(
         mechanism.chains.contains(chain) || all.all(|known| known != chain)
     };
     let masses = robot.masses.iter().filter_map(|mass| {
-        let (at, point) = match mass.place {
+        let (at, body, point) = match mass.place {
             MassPlace::Node(node) => {
                 let place = place_of(node)?;
-                (place.into(), MassPoint::Node(place))
+                let mut members = mechanism.bodies_and_nodes(robot);
+                let (body, _) = members.find(|(_, nodes)| nodes.contains(&node))?;
+                (place.into(), body, MassPoint::Node(place))
             }
             MassPlace::Point(point) if is_there(point.body) => {
-                (hangs(&point)?, MassPoint::OfBody(point))
+                (hangs(&point)?, point.body, MassPoint::OfBody(point))
             }
             MassPlace::Point(_) => return None,
         };
         Some(CarriedMass {
             mass_kg: mass.mass_kg,
             at,
+            body,
             point,
         })
     });
     let payload = robot.tool.payload.map(|payload| CarriedMass {
         mass_kg: payload.mass_kg,
         at: end.clone(),
+        body: robot.tool.body.unwrap_or_default(),
         point: MassPoint::OfTool(payload.at_m),
     });
     masses.chain(payload).collect()
