@@ -248,7 +248,8 @@ impl ChainWriter<'_, '_> {
             match link.mass {
                 Some((mass, centre)) => {
                     let mut row = DraftRow::new(&link.name);
-                    row.set("mass_kg", number(mass));
+                    // In full: that of a mere frame may be 1e-15 kg.
+                    row.set("mass_kg", mass.to_string());
                     row.set("on", quoted(body));
                     row.set("at_mm", three(at.point(centre).map(|m| 1e3 * m)));
                     self.draft.masses.push(row);
