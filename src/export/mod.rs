@@ -5,6 +5,7 @@
 //!
 //! [`tidy`] holds measurements and results as tables for statistics programs and spreadsheets.
 
+mod csv_text;
 mod inertia;
 mod kinematics;
 mod lumped;
@@ -16,6 +17,7 @@ pub mod tidy;
 mod urdf;
 mod xml;
 
+pub(crate) use csv_text::csv_text;
 pub use inertia::Inertia;
 pub use kinematics::{KinematicJoint, KinematicLink, KinematicTree};
 pub use lumped::{BeamHalf, LumpedBody, LumpedJoint, LumpedModel, LumpedParts, Weld};

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::structure::Compliance6;
 
+use super::csv_text;
 use super::xml::{number, rounded};
 
 /// What an export is made of.
@@ -148,21 +149,21 @@ impl ExportTable {
                 }));
             }
         }
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        for row in rows {
-            writer
-                .serialize(row)
-                .expect("memory takes whatever is written");
-        }
-        let bytes = writer
-            .into_inner()
-            .expect("memory takes whatever is written");
-        String::from_utf8_lossy(&bytes).into_owned()
+        let heads = [
+            "pose",
+            "name",
+            "value",
+            "unit",
+            "ci95_low",
+            "ci95_high",
+            "status",
+        ];
+        csv_text(std::iter::once(heads).chain(rows.iter().map(CsvRow::cells)))
     }
 }
 
 /// A row of the table, with numbers as texts: what is not known is empty.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default)]
 struct CsvRow {
     pose: String,
     name: String,
@@ -171,6 +172,20 @@ struct CsvRow {
     ci95_low: String,
     ci95_high: String,
     status: String,
+}
+
+impl CsvRow {
+    fn cells(&self) -> [&str; 7] {
+        [
+            &self.pose,
+            &self.name,
+            &self.value,
+            &self.unit,
+            &self.ci95_low,
+            &self.ci95_high,
+            &self.status,
+        ]
+    }
 }
 
 impl ParameterRow {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::export::csv_text;
 use crate::mismatch::PartModel;
 use crate::specimen::SpecimenTable;
 
@@ -174,7 +175,6 @@ impl PredictionReport {
             unit => format!("{name} ({unit})"),
         };
         let answer = |name: &str| header(name, &self.answer_unit);
-        let mut writer = csv::Writer::from_writer(Vec::new());
         let names = [
             "line".to_owned(),
             "run".to_owned(),
@@ -191,13 +191,8 @@ impl PredictionReport {
             let (line, run) = (row.line.to_string(), row.run.clone());
             [line, run, driver, predicted, low, high, measured]
         });
-        for row in std::iter::once(names).chain(rows) {
-            writer
-                .write_record(&row)
-                .expect("memory takes whatever is written");
-        }
-        let bytes = writer.into_inner().expect("memory can be flushed");
-        String::from_utf8(bytes).expect("the fields are UTF-8")
+        let records: Vec<[String; 7]> = std::iter::once(names).chain(rows).collect();
+        csv_text(records.iter().map(|row| row.iter().map(String::as_str)))
     }
 }
 

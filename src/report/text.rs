@@ -12,7 +12,8 @@ impl AlignedTable {
     #[must_use]
     pub fn new(heads: &[&str]) -> Self {
         let mut table = Table::new();
-        table.load_style(ASCII_MARKDOWN).set_header(heads);
+        table.load_style(ASCII_MARKDOWN);
+        table.set_header(heads.iter().map(|head| table_cell(head)));
         for (place, column) in table.column_iter_mut().enumerate() {
             let alignment = if place == 0 {
                 CellAlignment::Left
@@ -26,7 +27,8 @@ impl AlignedTable {
 
     /// Adds a row.
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        self.0.add_row(cells.into_iter().collect::<Vec<_>>());
+        self.0
+            .add_row(cells.into_iter().map(|cell| table_cell(&cell)));
     }
 
     /// The table as text, each line ended.
@@ -34,6 +36,11 @@ impl AlignedTable {
     pub fn text(&self) -> String {
         format!("{}\n", self.0)
     }
+}
+
+/// A text as a cell: no bar in it ends the cell, and no line the row.
+fn table_cell(text: &str) -> String {
+    text.replace('|', "\\|").replace(['\n', '\r'], " ")
 }
 
 /// A number with so many significant digits, plain where that is short, in powers of ten where not.

@@ -18,7 +18,7 @@ use super::{open_settings, template};
 
 /// Exit code for a report that is not as it was rendered.
 const DIFFERS: u8 = 30;
-/// Exit code for a report whose printed text could not be compared.
+/// Exit code for a report that was not compared as a whole: another program or template rendered it.
 const NOT_COMPARED: u8 = 11;
 
 /// Verifies a report from itself and, if sessions are named, from them.
@@ -33,9 +33,9 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
         let again = again(&page, args, &settings, &template, global)?;
         page.check_against(&again, &template)?
     };
-    let exit = match (check.good, check.printed_compared) {
-        (true, true) => 0,
-        (true, false) => NOT_COMPARED,
+    let exit = match (check.good, check.differing) {
+        (true, _) => 0,
+        (false, 0) => NOT_COMPARED,
         (false, _) => DIFFERS,
     };
     Ok(Outcome::new("report-verify", check.text(), check)

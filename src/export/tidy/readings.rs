@@ -1,7 +1,9 @@
 //! Readings and load cases as tidy tables: the columns of the files that hold measurements.
 
 use crate::load_cases::{LoadCaseTable, write_load_cases};
-use crate::readings::{Column, ReadingTable, ReadingsError, RunKey, VectorTable, write_readings};
+use crate::readings::{
+    Column, ReadingTable, ReadingsError, RunKey, VectorTable, unescape_formula, write_readings,
+};
 
 use super::table::{FieldKind, TidyColumn, TidyTable};
 
@@ -88,7 +90,10 @@ fn fields(text: &[u8]) -> (Vec<String>, Vec<Vec<String>>) {
         .has_headers(false)
         .comment(Some(b'#'))
         .from_reader(text);
-    let owned = |record: csv::StringRecord| record.iter().map(str::to_owned).collect();
+    let owned = |record: csv::StringRecord| {
+        let texts = record.iter().map(unescape_formula);
+        texts.map(str::to_owned).collect()
+    };
     let mut records = reader.records().flatten().map(owned);
     let heads = records.next().unwrap_or_default();
     (heads, records.collect())

@@ -2,6 +2,8 @@
 
 use jiff::Timestamp;
 
+use crate::export::csv_text;
+
 /// A table in which each row is one observation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TidyTable {
@@ -109,17 +111,19 @@ impl TidyTable {
     }
 }
 
-/// The table as CSV: UTF-8, `,`, `.`, line feeds.
+/// The table as CSV: UTF-8, `,`, `.`, line feeds; a text that would be a formula stands behind `'`.
 #[must_use]
 pub fn csv(table: &TidyTable) -> Vec<u8> {
-    let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
-    let heads = table.columns.iter().map(|column| column.name.as_str());
-    // Writing into memory cannot fail, and every row is as long as the heads.
-    let _ = writer.write_record(heads);
-    for row in &table.rows {
-        let _ = writer.write_record(row);
-    }
-    writer.into_inner().unwrap_or_default()
+    let heads: Vec<&str> = table
+        .columns
+        .iter()
+        .map(|column| column.name.as_str())
+        .collect();
+    let rows = table
+        .rows
+        .iter()
+        .map(|row| row.iter().map(String::as_str).collect());
+    csv_text(std::iter::once(heads).chain(rows)).into_bytes()
 }
 
 #[cfg(test)]

@@ -116,7 +116,11 @@ fn add_row(blocks: &mut Vec<TextBlock>, cells: Vec<String>, continues: bool) {
 
 fn table_row(line: &str) -> Option<Vec<String>> {
     let inner = line.strip_prefix('|')?.strip_suffix('|')?;
-    let cells = inner.split('|').map(|cell| cell.trim().to_owned());
+    // A bar behind a backslash stands in a cell.
+    let inner = inner.replace("\\|", "\u{0}");
+    let cells = inner
+        .split('|')
+        .map(|cell| cell.trim().replace('\u{0}', "|"));
     Some(cells.collect())
 }
 

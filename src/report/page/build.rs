@@ -25,7 +25,7 @@ pub(super) const NO_DIAGNOSIS: &str = "Diagnosis: not asked for (--no-diagnosis)
 const NO_ROBOT: &str = "Fit, map and diagnosis: no robot is named (--robot).";
 
 /// The schema of the data of a report.
-const SCHEMA: &str = "stiffbench/report/1";
+pub(super) const SCHEMA: &str = "stiffbench/report/1";
 
 /// The report of one session, or of several of one robot.
 ///

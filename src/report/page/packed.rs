@@ -14,7 +14,7 @@ const LARGEST: usize = 8 << 20;
 /// Fonts of the drawings.
 const FONTS: &str = " font-family=\"DejaVu Sans, Verdana, sans-serif\"";
 /// The same as a property of the whole drawing.
-const FONTS_OF_ALL: &str = " style=\"font-family:DejaVu Sans,Verdana,sans-serif\"";
+pub(super) const FONTS_OF_ALL: &str = " style=\"font-family:DejaVu Sans,Verdana,sans-serif\"";
 /// What is said by leaving it out; the last is of the namespace, which inline SVG does not need: a page names no address.
 const USUAL: [&str; 5] = [
     " opacity=\"1\"",

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use minijinja::{
     AutoEscape, Environment, Output, State, UndefinedBehavior, Value, context, escape_formatter,
 };
+use serde::Serialize;
 use serde_json::Value as Json;
 
 use crate::analysis::sha256;
@@ -123,15 +124,16 @@ impl PageTemplate {
         environment.set_lstrip_blocks(true);
         let escape = match self.format {
             PageFormat::Html => AutoEscape::Html,
-            PageFormat::Markdown => AutoEscape::None,
+            PageFormat::Markdown => AutoEscape::Custom("markdown"),
             PageFormat::Typst => AutoEscape::Custom("typst"),
         };
         environment.set_auto_escape_callback(move |_| escape);
-        environment.add_filter("cell", markdown_cell);
-        let write = if self.format == PageFormat::Typst {
-            write_typst
-        } else {
-            escape_formatter
+        // Templates of earlier versions name it.
+        environment.add_filter("cell", |value: Value| value);
+        let write = match self.format {
+            PageFormat::Html => escape_formatter,
+            PageFormat::Markdown => write_markdown,
+            PageFormat::Typst => write_typst,
         };
         environment.set_formatter(move |output, state, value| match value.as_str() {
             Some(text) if text.contains(misleads) => {
@@ -176,7 +178,7 @@ impl PageTemplate {
 }
 
 /// The data as they stand in a page: no `<`, so that no element ends them, and nothing that is printed as another text.
-fn embedded(page: &ReportPage) -> String {
+pub(super) fn embedded(page: &impl Serialize) -> String {
     let json = serde_json::to_string(page).unwrap_or_default();
     let mut text = String::with_capacity(json.len());
     for c in json.chars() {
@@ -211,7 +213,26 @@ fn write_typst(
     Ok(())
 }
 
-/// A text for a cell of a Markdown table.
-fn markdown_cell(text: &str) -> String {
-    text.replace('|', "\\|").replace('\n', " ")
+/// A text as one line of Markdown in which no sign of markup, HTML or link counts; other values as they are.
+fn write_markdown(
+    output: &mut Output<'_>,
+    _: &State<'_, '_>,
+    value: &Value,
+) -> Result<(), minijinja::Error> {
+    let Some(text) = value.as_str().filter(|_| !value.is_safe()) else {
+        return Ok(write!(output, "{value}")?);
+    };
+    // Addresses that are links without any markup.
+    let text = text.replace("://", "\u{0}//").replace("www.", "www\u{1}");
+    for c in text.chars() {
+        match c {
+            '\u{0}' => output.write_str("&#58;")?,
+            '\u{1}' => output.write_str("&#46;")?,
+            '\n' => output.write_char(' ')?,
+            '<' | '>' | '&' | '[' | ']' => write!(output, "&#{};", u32::from(c))?,
+            '\\' | '`' | '*' | '_' | '|' | '~' | '#' | '$' => write!(output, "\\{c}")?,
+            c => output.write_char(c)?,
+        }
+    }
+    Ok(())
 }

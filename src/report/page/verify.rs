@@ -7,13 +7,34 @@ use serde_json::Value;
 use crate::analysis::sha256;
 use crate::report::AlignedTable;
 
+use super::build::SCHEMA;
 use super::error::ReportError;
-use super::template::{DATA_BEGINS, DATA_ENDS, PageTemplate};
+use super::markup::{foreign_in_drawing, foreign_in_page};
+use super::packed::unpack_all;
+use super::template::{DATA_BEGINS, DATA_ENDS, PageTemplate, embedded};
+use super::values::ValueComparison;
 use super::{PageSettings, ReportPage};
 use crate::count::counted;
 
 /// So many differences are listed; the others are counted.
 const LISTED: usize = 20;
+/// What is found out with sessions.
+const VERIFIED: &str =
+    "Verified: the report worked out again from its readings has the same bytes.";
+/// What is found out without them.
+const CONSISTENT: &str = "Consistent: every printed text, number and figure is that of the embedded data, and these agree with their SHA-256 and \
+                          the number of the report.";
+/// What is found out of a page that this program did not render.
+const OTHER_PROGRAM: &str = "NOT VERIFIED as a page: every value that could be worked out again from the readings agrees, but another program or \
+                             template rendered the page.";
+/// What to do for a template that is not known.
+const OTHER_TEMPLATE: &str = "Its printed text and figures were not compared with its data: name the template with --template FILE.";
+/// What a page states of the program that rendered it.
+const OF_PROGRAM: [&str; 3] = [
+    "/program/version",
+    "/program/commit",
+    "/program/template_sha256",
+];
 
 /// A page with its data taken out.
 #[derive(Debug, Clone)]
@@ -55,12 +76,14 @@ pub struct PageCheck {
     pub rendered_by: String,
     /// Whether the report was worked out again from its sessions.
     pub from_session: bool,
-    /// Whether it was compared byte by byte with that; else value by value.
+    /// Whether it was compared byte by byte with that; else value by value, because another program rendered the page.
     pub byte_by_byte: bool,
     /// Whether the printed text was compared with the data; it cannot be where the page has another template.
     pub printed_compared: bool,
-    /// Whether nothing differs.
+    /// Whether nothing differs and the whole page was compared.
     pub good: bool,
+    /// What was not verified: paths of values that only the program of the page could work out again, and what nothing but the page states.
+    pub not_verified: Vec<String>,
     /// Number of differences.
     pub differing: usize,
     /// The first of them.
@@ -125,37 +148,50 @@ impl ReadPage {
         comparison.is_some_and(|comparison| !comparison.is_null())
     }
 
-    /// Holds every printed number against the data, and the data against their SHA-256 and the number of the report.
+    /// Holds every printed text, number and figure against the data, and the data against their SHA-256 and the number of the report.
     ///
     /// # Errors
-    /// [`ReportError::OtherTemplate`] for a whole page of another template, and errors of the template.
+    /// [`ReportError::OtherTemplate`] for a page of another template in which nothing else is wrong, and errors of the template.
     pub fn check(&self, template: &PageTemplate) -> Result<PageCheck, ReportError> {
-        let mut differences = self.check_data();
-        let sha256 = self.stated("/program/template_sha256");
-        let same_template = sha256 == template.sha256();
-        if !same_template && differences.is_empty() {
+        let (differences, printed_compared) = self.compare_printed(template)?;
+        if !printed_compared && differences.is_empty() {
             return Err(ReportError::OtherTemplate {
                 page: self.name.clone(),
-                sha256,
+                sha256: self.stated("/program/template_sha256"),
                 version: self.stated("/program/version"),
             });
+        }
+        let values = vec![format!(
+            "the data themselves; stiffbench report verify {} SESSION works them out again",
+            self.name
+        )];
+        Ok(self.found(differences, values, [false, true, printed_compared]))
+    }
+
+    /// Where the page itself is wrong, and whether its printed text was compared with its data: a template that is not known cannot be filled.
+    fn compare_printed(
+        &self,
+        template: &PageTemplate,
+    ) -> Result<(Vec<PageDifference>, bool), ReportError> {
+        let mut differences = self.check_data();
+        if self.stated("/program/template_sha256") != template.sha256() {
+            let data = format!(
+                "<script type=\"application/json\" {DATA_BEGINS}{}{DATA_ENDS}",
+                self.json
+            );
+            let markup = foreign_in_page(&self.text.replacen(&data, "", 1));
+            differences.extend(markup.map(|tag| foreign("markup of the page".to_owned(), tag)));
+            return Ok((differences, false));
         }
         // A page whose data were changed may not fit its template any more.
         match template.render_json(&self.json) {
             Ok(expected) => {
                 differences.extend(compare_lines(&self.text, &expected.text));
-                if differences.is_empty() && self.text != expected.text {
-                    differences.push(PageDifference {
-                        place: "ends of lines".to_owned(),
-                        printed: format!("{} bytes", self.text.len()),
-                        expected: format!("{} bytes", expected.text.len()),
-                    });
-                }
             }
             Err(error) if differences.is_empty() => return Err(error),
             Err(_) => {}
         }
-        Ok(self.found(differences))
+        Ok((differences, true))
     }
 
     /// The data against the SHA-256 that is printed, and against the number of the report.
@@ -179,6 +215,30 @@ impl ReadPage {
                 expected: digest,
             });
         }
+        let schema = self.stated("/schema");
+        if schema != SCHEMA {
+            differences.push(PageDifference {
+                place: "/schema".to_owned(),
+                printed: schema,
+                expected: SCHEMA.to_owned(),
+            });
+        }
+        if embedded(data) != self.json {
+            differences.push(PageDifference {
+                place: format!("line {line}, embedded data"),
+                printed: "another form".to_owned(),
+                expected: "each key once, in the form that the program writes".to_owned(),
+            });
+        }
+        let mut drawn = data.clone();
+        unpack_all(&mut drawn);
+        for (section, figures) in drawn["figures"].as_object().into_iter().flatten() {
+            for (place, figure) in figures.as_array().into_iter().flatten().enumerate() {
+                let markup = foreign_in_drawing(figure["svg"].as_str().unwrap_or_default());
+                let place = format!("/figures/{section}/{place}/svg");
+                differences.extend(markup.map(|tag| foreign(place, tag)));
+            }
+        }
         let number = self.stated("/number");
         let expected = number_of(data);
         if number != expected {
@@ -194,20 +254,13 @@ impl ReadPage {
     /// Holds the page against a report that was worked out again from its sessions.
     ///
     /// # Errors
-    /// As [`check`](Self::check), but for another template: the values are compared then.
+    /// Those of the template. A page of another template or program is compared value by value.
     pub fn check_against(
         &self,
         again: &ReportPage,
         template: &PageTemplate,
     ) -> Result<PageCheck, ReportError> {
-        let same_program = self.stated("/program/version") == again.program.version
-            && self.stated("/program/commit") == again.program.commit
-            && self.stated("/program/template_sha256") == again.program.template_sha256;
-        let (mut differences, printed_compared) = match self.check(template) {
-            Ok(check) => (check.differences, true),
-            Err(ReportError::OtherTemplate { .. }) => (self.check_data(), false),
-            Err(error) => return Err(error),
-        };
+        let (mut differences, printed_compared) = self.compare_printed(template)?;
         if self.settings.is_none() {
             differences.push(PageDifference {
                 place: "/settings".to_owned(),
@@ -215,30 +268,63 @@ impl ReadPage {
                 expected: "the options of the report, by which it is worked out again".to_owned(),
             });
         }
-        let rendered = template.render(again)?;
-        let equal = same_program && rendered.text == self.text;
-        if !equal {
-            let expected = serde_json::to_value(again).unwrap_or_default();
-            let printed = self.data.clone().unwrap_or_default();
-            compare_values("", &printed, &expected, same_program, &mut differences);
+        let printed = self.data.clone().unwrap_or_default();
+        let mut expected = serde_json::to_value(again).unwrap_or_default();
+        let mut not_verified = Vec::new();
+        let same_program = printed.get("program") == expected.get("program");
+        if !same_program {
+            // Of another program everything is worked out but its own name; the number follows from that.
+            for path in OF_PROGRAM.iter().copied().chain(["/number"]) {
+                let (own, other) = (printed.pointer(path), expected.pointer_mut(path));
+                if let (Some(own), Some(other)) = (own, other)
+                    && own != other
+                {
+                    not_verified.push(path.to_owned());
+                    *other = own.clone();
+                }
+            }
+            set_number(&mut expected, &self.stated("/number"));
         }
-        Ok(PageCheck {
-            from_session: true,
-            byte_by_byte: same_program,
-            printed_compared,
-            ..self.found(differences)
-        })
+        let mut compared = ValueComparison {
+            same_program,
+            differences,
+            not_verified,
+        };
+        compared.compare("", Some(&printed), Some(&expected));
+        if same_program
+            && compared.differences.is_empty()
+            && template.render(again)?.text != self.text
+        {
+            compared.differences.push(PageDifference {
+                place: "bytes of the page".to_owned(),
+                printed: "another order of the data".to_owned(),
+                expected: "that of the program".to_owned(),
+            });
+        }
+        let settings = self.settings.clone().unwrap_or_default();
+        let settings = serde_json::to_value(settings).unwrap_or_default();
+        for key in ["details", "issued", "amends", "calibration"] {
+            stated_keys(key, &settings[key], &mut compared.not_verified);
+        }
+        let how = [true, same_program, printed_compared];
+        Ok(self.found(compared.differences, compared.not_verified, how))
     }
 
-    fn found(&self, differences: Vec<PageDifference>) -> PageCheck {
+    fn found(
+        &self,
+        differences: Vec<PageDifference>,
+        not_verified: Vec<String>,
+        [from_session, byte_by_byte, printed_compared]: [bool; 3],
+    ) -> PageCheck {
         PageCheck {
             page: self.name.clone(),
             number: self.stated("/number"),
             rendered_by: self.stated("/program/version"),
-            from_session: false,
-            byte_by_byte: true,
-            printed_compared: true,
-            good: differences.is_empty(),
+            from_session,
+            byte_by_byte,
+            printed_compared,
+            good: differences.is_empty() && byte_by_byte && printed_compared,
+            not_verified,
             differing: differences.len(),
             differences: differences.into_iter().take(LISTED).collect(),
         }
@@ -255,37 +341,33 @@ impl PageCheck {
             rendered_by,
             ..
         } = self;
-        let against = match (self.from_session, self.byte_by_byte) {
-            (false, _) => {
-                "every printed number agrees with the embedded data, and these with their SHA-256"
+        let head = format!("{page}: report {number}, rendered by version {rendered_by}");
+        let answer = match (self.differing, self.good) {
+            (0, true) if self.from_session => VERIFIED.to_owned(),
+            (0, true) => CONSISTENT.to_owned(),
+            (0, false) if self.printed_compared => OTHER_PROGRAM.to_owned(),
+            (0, false) => format!("{OTHER_PROGRAM} {OTHER_TEMPLATE}"),
+            (count, _) => {
+                let mut rows = AlignedTable::new(&["place", "on the page", "expected"]);
+                for one in &self.differences {
+                    rows.row([&one.place, &one.printed, &one.expected].map(String::clone));
+                }
+                let (count_in_words, rows) = (counted(count, "difference"), rows.text());
+                let more = match count - self.differences.len() {
+                    0 => String::new(),
+                    more => format!("\nand {more} more"),
+                };
+                format!(
+                    "NOT VERIFIED: {count_in_words}.\n\n{}{more}",
+                    rows.trim_end()
+                )
             }
-            (true, true) => "the report worked out again from its readings has the same bytes",
-            (true, false) => "every value worked out again from the readings agrees",
         };
-        let head = format!("{page}: report {number}, rendered by version {rendered_by}\n");
-        if self.good && !self.printed_compared {
-            return format!(
-                "{head}NOT VERIFIED as a page: {against}, but the page has another template, so that its printed text and figures were not \
-                 compared. Name the template with --template FILE.\n"
-            );
-        }
-        if self.good {
-            return format!("{head}Verified: {against}.\n");
-        }
-        let mut rows = AlignedTable::new(&["place", "on the page", "expected"]);
-        for one in &self.differences {
-            rows.row([&one.place, &one.printed, &one.expected].map(|text| text.replace('|', "/")));
-        }
-        let more = self.differing - self.differences.len();
-        let more = match more {
-            0 => String::new(),
-            more => format!("and {more} more\n"),
+        let rest = match self.not_verified.as_slice() {
+            [] => String::new(),
+            all => format!("Not verified: {}\n", all.join(", ")),
         };
-        format!(
-            "{head}NOT VERIFIED: {}.\n\n{}{more}",
-            counted(self.differing, "difference"),
-            rows.text()
-        )
+        format!("{head}\n{answer}\n{rest}")
     }
 }
 
@@ -300,13 +382,41 @@ fn number_of(data: &Value) -> String {
             *own = Value::String(String::new());
         }
     }
-    let items = bare.get_mut("items").and_then(Value::as_array_mut);
+    set_number(&mut bare, "");
+    super::page_number(&day, &bare.to_string())
+}
+
+/// States a number among the items of data.
+fn set_number(data: &mut Value, number: &str) {
+    let items = data.get_mut("items").and_then(Value::as_array_mut);
     for item in items.into_iter().flatten() {
         if item.get("key").and_then(Value::as_str) == Some("") {
-            item["value"] = Value::String(String::new());
+            item["value"] = Value::String(number.to_owned());
         }
     }
-    super::page_number(&day, &bare.to_string())
+}
+
+/// The keys of a value that state something.
+fn stated_keys(path: &str, value: &Value, keys: &mut Vec<String>) {
+    match value {
+        Value::Null => {}
+        Value::Array(all) if all.is_empty() => {}
+        Value::Object(map) => {
+            for (key, value) in map {
+                stated_keys(&format!("{path}.{key}"), value, keys);
+            }
+        }
+        _ => keys.push(path.to_owned()),
+    }
+}
+
+/// A difference for a tag that has no place where it stands.
+fn foreign(place: String, printed: String) -> PageDifference {
+    PageDifference {
+        place,
+        printed,
+        expected: "text and drawings, no script".to_owned(),
+    }
 }
 
 /// The line, from 1, on which a text stands.
@@ -322,12 +432,12 @@ fn compare_lines(printed: &str, expected: &str) -> Vec<PageDifference> {
     let mut line = 0;
     loop {
         line += 1;
-        let (ours, theirs) = match (ours.next(), theirs.next()) {
-            (None, None) => return differences,
-            (ours, theirs) => (ours.unwrap_or(""), theirs.unwrap_or("")),
-        };
+        let (ours, theirs) = (ours.next(), theirs.next());
+        if ours.is_none() && theirs.is_none() {
+            return differences;
+        }
         if ours != theirs {
-            let [printed, expected] = words_around(ours, theirs);
+            let [printed, expected] = words_around(ours.unwrap_or(""), theirs.unwrap_or(""));
             differences.push(PageDifference {
                 place: format!("line {line}"),
                 printed,
@@ -358,78 +468,4 @@ fn words_around(ours: &str, theirs: &str) -> [String; 2] {
             .map_or(from.len(), |(at, _)| at);
         from.get(..end).unwrap_or(from).chars().take(80).collect()
     })
-}
-
-/// Values that differ, by their paths. Of another program its own name, the number, drawings, words and values that only one of the two
-/// programs gives are passed over.
-fn compare_values(
-    path: &str,
-    printed: &Value,
-    expected: &Value,
-    same_program: bool,
-    differences: &mut Vec<PageDifference>,
-) {
-    const OF_PROGRAM: [&str; 3] = ["/program", "/number", "/items/3"];
-    let is_drawing = path.starts_with("/figures/") && path.ends_with("/svg");
-    let is_words = path.ends_with("/text");
-    if !same_program && (is_drawing || is_words || OF_PROGRAM.contains(&path)) {
-        return;
-    }
-    match (printed, expected) {
-        (Value::Object(ours), Value::Object(theirs)) => {
-            let only_theirs = theirs.keys().filter(|key| !ours.contains_key(*key));
-            let is_common = |key: &&String| ours.contains_key(*key) && theirs.contains_key(*key);
-            let keys = ours.keys().chain(only_theirs);
-            for key in keys.filter(|key| same_program || is_common(key)) {
-                let [a, b] = [ours, theirs].map(|map| map.get(key).unwrap_or(&Value::Null));
-                compare_values(&format!("{path}/{key}"), a, b, same_program, differences);
-            }
-        }
-        (Value::Array(ours), Value::Array(theirs)) => {
-            for place in 0..ours.len().max(theirs.len()) {
-                let [a, b] = [ours, theirs].map(|all| all.get(place).unwrap_or(&Value::Null));
-                compare_values(&format!("{path}/{place}"), a, b, same_program, differences);
-            }
-        }
-        _ if printed == expected => {}
-        _ => differences.push(PageDifference {
-            place: path.to_owned(),
-            printed: shortened(printed),
-            expected: shortened(expected),
-        }),
-    }
-}
-
-fn shortened(value: &Value) -> String {
-    value.to_string().chars().take(60).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    #[test]
-    fn pages_of_another_program_are_compared_by_the_values_that_both_give() {
-        let printed = json!({
-            "program": { "version": "1" },
-            "fit": { "text": ["old words"], "numbers": { "K": 1.0 } },
-            "figures": [{ "title": "a", "svg": "<svg/>" }],
-        });
-        let mut expected = json!({
-            "program": { "version": "2" },
-            "fit": { "text": ["new words", "more"], "numbers": { "K": 1.0, "rank": 4 } },
-            "figures": [{ "title": "a", "svg": "<svg></svg>" }],
-        });
-        let places = |expected: &Value, same| {
-            let mut differences = Vec::new();
-            compare_values("", &printed, expected, same, &mut differences);
-            let places = differences.into_iter().map(|one| one.place);
-            places.collect::<Vec<String>>()
-        };
-        assert_eq!(places(&expected, false), [] as [&str; 0]);
-        assert_eq!(places(&expected, true).len(), 5);
-        expected["fit"]["numbers"]["K"] = json!(1.1);
-        assert_eq!(places(&expected, false), ["/fit/numbers/K"]);
-    }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::table::{LoadCaseTable, VectorQuantity};
-use crate::readings::write_decimal;
+use crate::readings::{escape_formula, write_decimal};
 use stiffbench_units_and_text::test_point::Direction;
 
 /// The table as text: `pose`, the joints, `repeat`, `axes`, the load, what was read, and `origin` if there is one.
@@ -82,9 +82,10 @@ fn component(case: &super::table::LoadCase, quantity: VectorQuantity, axis: usiz
 
 /// A text as a field.
 fn csv_field(text: &str) -> String {
+    let text = escape_formula(text);
     if text.contains([',', '"', '\n', ';']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
-        text.to_owned()
+        text.into_owned()
     }
 }

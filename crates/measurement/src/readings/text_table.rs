@@ -10,6 +10,7 @@ use super::assumption::Assumption;
 use super::csv::ReadOptions;
 use super::encoding::Encoding;
 use super::error::ReadingsError;
+use super::formula::unescape_formula;
 use super::number::{Conversion, NumberFault, NumberReader};
 use super::rows::{Delimiter, Rows, text_of};
 
@@ -100,7 +101,10 @@ impl<'a> RecordTable<'a> {
         if other_encoding && self.other_encoding.get().is_none() {
             self.other_encoding.set(Some(self.line));
         }
-        text
+        match text {
+            Cow::Borrowed(text) => Cow::Borrowed(unescape_formula(text)),
+            Cow::Owned(text) => Cow::Owned(unescape_formula(&text).to_owned()),
+        }
     }
 
     /// A field as a number in SI.

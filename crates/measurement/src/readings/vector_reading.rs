@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::error::ReadingsError;
+use super::formula::keep_quote;
 use super::joint_values::JointColumn;
 use super::number::decimal;
 use super::reading::ReadingStatus;
@@ -208,6 +209,7 @@ impl<W: Write> VectorReadingsWriter<W> {
         row.push(reading.status.to_string());
         row.extend([reading.flag.clone(), reading.note.clone()]);
         row.extend(self.origin.clone());
+        let row = row.iter().map(|text| keep_quote(text).into_owned());
         self.output.write_record(row).map_err(failed)
     }
 

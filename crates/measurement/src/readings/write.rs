@@ -4,6 +4,7 @@ use std::io::Write;
 
 use super::column::Column;
 use super::error::ReadingsError;
+use super::formula::keep_quote;
 use super::number::write_decimal;
 use super::reading::{Reading, ReadingText};
 use super::table::{ReadingTable, RunKey};
@@ -103,7 +104,8 @@ impl<W: Write> ReadingsWriter<W> {
     }
 
     fn text(&mut self, text: &str) -> Result<(), ReadingsError> {
-        self.output.write_field(text).map_err(failed)
+        let text = keep_quote(text);
+        self.output.write_field(text.as_bytes()).map_err(failed)
     }
 
     fn count(&mut self, count: u32) -> Result<(), ReadingsError> {

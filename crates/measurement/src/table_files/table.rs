@@ -6,7 +6,7 @@ use super::cell::{CellFault, NumberForm, NumberMarks, is_absent};
 use super::error::TableFileError;
 use super::layout::FileLayout;
 use super::times::{StampFault, StampKind, TimeStamp, seconds_since_first};
-use crate::readings::{Conversion, DecimalSign, NumberFault, NumberReader};
+use crate::readings::{Conversion, DecimalSign, NumberFault, NumberReader, unescape_formula};
 
 /// A row of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +38,7 @@ impl MachineTable {
     /// The cell of a row, without blanks around it; empty beyond the last.
     #[must_use]
     pub fn text<'t>(&self, row: &'t FileRow, column: usize) -> &'t str {
-        row.cells.get(column).unwrap_or("")
+        unescape_formula(row.cells.get(column).unwrap_or(""))
     }
 
     /// The cell, `None` if it states that there is no value.
