@@ -37,6 +37,7 @@ mod pipes;
 mod positions;
 mod predict;
 mod report;
+mod report_forgeries;
 mod results;
 mod robots;
 mod session;

@@ -121,7 +121,7 @@ impl MakeArgs {
 /// Arguments of `report verify`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 verified; 30 something differs; 11 the file is no report, or its printed text could not be compared because it has another template.\n\nExamples:\n  stiffbench report verify report.html\n  stiffbench report verify report.html my-session\n  stiffbench report verify report.html my-session --robot my-robot.toml"
+    after_help = "Exit codes: 0 verified, or consistent where no data are named; 30 something differs; 11 the file is no report, or it was not compared as a whole because another version, commit or template rendered it.\n\nExamples:\n  stiffbench report verify report.html\n  stiffbench report verify report.html my-session\n  stiffbench report verify report.html my-session --robot my-robot.toml"
 )]
 pub(super) struct VerifyArgs {
     /// HTML file that stiffbench report wrote

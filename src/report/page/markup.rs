@@ -124,7 +124,7 @@ mod tests {
         ] {
             assert!(foreign_in_drawing(bad).is_some(), "{bad}");
         }
-        let page = super::super::PageFormat::Html.template().text;
+        let page = crate::report::page::PageFormat::Html.template().text;
         let (page, _) = page.split_once("<script").unwrap();
         assert_eq!(foreign_in_page(page), None);
         for bad in [

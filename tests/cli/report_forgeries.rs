@@ -1,0 +1,314 @@
+//! Forged reports: what `report verify` answers where page and data were changed together, and digest and number made to fit.
+
+use serde_json::Value;
+use stiffbench::analysis::sha256;
+use stiffbench::report::page::{PageFormat, read_page};
+
+use super::desk;
+
+/// Where the data of a page begin and end.
+const DATA: [&str; 2] = ["id=\"stiffbench-data\">", "</script>"];
+
+/// A page in three: before, in and behind its data.
+fn parts(page: &str) -> [&str; 3] {
+    let (before, rest) = page.split_once(DATA[0]).unwrap();
+    let (json, after) = rest.split_once(DATA[1]).unwrap();
+    [before, json, after]
+}
+
+/// A page with other data.
+fn with_json(page: &str, change: impl Fn(&str) -> String) -> String {
+    let [before, json, after] = parts(page);
+    format!("{before}{}{}{}{after}", DATA[0], change(json), DATA[1])
+}
+
+/// The same with another value of its data.
+fn with_data(page: &str, change: impl Fn(&mut Value)) -> String {
+    with_json(page, |json| {
+        let mut data: Value = serde_json::from_str(json).unwrap();
+        change(&mut data);
+        data.to_string().replace('<', "\\u003c")
+    })
+}
+
+/// A page whose digest and number fit its data.
+fn sealed(mut page: String, original: &str) -> String {
+    let mut digest = sha256(parts(original)[1]);
+    for _ in 0..3 {
+        let now = sha256(parts(&page)[1]);
+        page = page.replace(&digest, &now);
+        digest = now;
+        let read = read_page("page", page.clone()).unwrap();
+        let Ok(check) = read.check(&PageFormat::Html.template()) else {
+            break;
+        };
+        let mut found = check.differences.into_iter();
+        if let Some(number) = found.find(|one| one.place == "number of the report") {
+            page = page.replace(&number.printed, &number.expected);
+        }
+    }
+    page
+}
+
+/// Another drawing in the place of a figure, in page and data.
+fn with_drawing(page: &str, change: impl Fn(&str) -> String) -> String {
+    use base64::{Engine, engine::general_purpose::STANDARD};
+    let data: Value = serde_json::from_str(parts(page)[1]).unwrap();
+    let packed = data["figures"]["readings"][0]["svg"].as_str().unwrap();
+    let bytes = STANDARD.decode(packed).unwrap();
+    let bytes = miniz_oxide::inflate::decompress_to_vec_zlib(&bytes).unwrap();
+    let svg = String::from_utf8(bytes).unwrap();
+    let other = change(&svg);
+    let again = miniz_oxide::deflate::compress_to_vec_zlib(other.as_bytes(), 9);
+    page.replace(&svg, &other)
+        .replace(packed, &STANDARD.encode(again))
+}
+
+/// A page changed in one way.
+type Forgery = fn(&str) -> String;
+
+/// Exit codes of each for the page alone, with its session, and with its session where it names another commit too.
+const FORGERIES: &[(&str, Forgery, [i32; 3])] = &[
+    ("nothing", |p| p.to_owned(), [0, 0, 11]),
+    (
+        "traces of simulation",
+        |p| {
+            let p = with_data(p, |data| {
+                data.as_object_mut().unwrap().shift_remove("marks");
+                data.as_object_mut().unwrap().shift_remove("mark_sentences");
+                let session = data["sessions"][0].as_object_mut().unwrap();
+                session.shift_remove("origin");
+            });
+            let lines = p.split_inclusive('\n').filter(|line| {
+                !["class=\"mark\"", "Not measured", "<p><strong>SIMULATED"]
+                    .iter()
+                    .any(|trace| line.contains(trace))
+            });
+            lines
+                .collect::<String>()
+                .replace("<div class=\"warning\">\n</div>\n", "")
+        },
+        [0, 30, 30],
+    ),
+    (
+        "script in a figure",
+        |p| with_drawing(p, |svg| svg.replace("</svg>", "<script>a()</script></svg>")),
+        [30; 3],
+    ),
+    (
+        "handler in a figure",
+        |p| with_drawing(p, |svg| svg.replacen("<svg", "<svg onload=\"a()\"", 1)),
+        [30; 3],
+    ),
+    (
+        "style sheet in a figure",
+        |p| {
+            with_drawing(p, |svg| {
+                svg.replace("</svg>", "<style>p{color:#fff}</style></svg>")
+            })
+        },
+        [30; 3],
+    ),
+    (
+        "figure over the page",
+        |p| with_drawing(p, |svg| svg.replacen("<svg", "<svg class=\"mark\"", 1)),
+        [30; 3],
+    ),
+    (
+        "text behind a figure",
+        |p| {
+            with_drawing(p, |svg| {
+                format!("{svg}</figure><p class=\"k\">K = 9 N/µm</p><figure>")
+            })
+        },
+        [30; 3],
+    ),
+    (
+        "number in a figure",
+        |p| with_drawing(p, |svg| svg.replacen("</text>", "9</text>", 1)),
+        [0, 30, 11],
+    ),
+    (
+        "two figures swapped",
+        |p| {
+            let figures = p.split("<figure").skip(1);
+            let drawings: Vec<&str> = figures
+                .map(|figure| &figure[figure.find("<svg").unwrap()..figure.find("</svg>").unwrap()])
+                .collect();
+            let swapped = with_data(p, |data| {
+                let first = data["figures"]["fit"][0]["svg"].take();
+                let second = data["figures"]["map"][0]["svg"].take();
+                data["figures"]["fit"][0]["svg"] = second;
+                data["figures"]["map"][0]["svg"] = first;
+            });
+            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
+            let of_fit = data["figures"]["fit"].as_array().unwrap().len();
+            let (fit, map) = (drawings[1], drawings[1 + of_fit]);
+            let swapped = swapped.replace(fit, "\u{1}").replace(map, fit);
+            swapped.replace('\u{1}', map)
+        },
+        [0, 30, 11],
+    ),
+    (
+        "words of the fit",
+        |p| p.replace("least squares on ln K", "total least squares on K"),
+        [0, 30, 11],
+    ),
+    (
+        "key cut",
+        |p| with_json(p, |json| json.replacen("\"replaces\":null,", "", 1)),
+        [0, 30, 30],
+    ),
+    (
+        "key too many",
+        |p| with_data(p, |data| data["approved"] = Value::Bool(true)),
+        [0, 30, 30],
+    ),
+    (
+        "key of the program too many",
+        |p| with_data(p, |data| data["program"]["approved"] = Value::Bool(true)),
+        [0, 30, 30],
+    ),
+    (
+        "key twice",
+        |p| with_json(p, |json| json.replacen('{', "{\"title\":\"Good\",", 1)),
+        [30; 3],
+    ),
+    (
+        "another order of keys",
+        |p| {
+            with_data(p, |data| {
+                let data = data.as_object_mut().unwrap();
+                let title = data.shift_remove("title").unwrap();
+                data.insert("title".to_owned(), title);
+            })
+        },
+        [0, 30, 11],
+    ),
+    (
+        "blank in the data",
+        |p| with_json(p, |json| json.replacen("\":", "\": ", 1)),
+        [30; 3],
+    ),
+    (
+        "markup in the data",
+        |p| {
+            with_json(p, |json| {
+                json.replacen('{', "{\"a\":\"</SCRIPT><img onerror=a()>\",", 1)
+            })
+        },
+        [30; 3],
+    ),
+    (
+        "unknown schema",
+        |p| p.replace("stiffbench/report/1", "stiffbench/report/9"),
+        [30; 3],
+    ),
+    (
+        "name of the number's item",
+        |p| p.replace("report number", "certificate number"),
+        [0, 30, 30],
+    ),
+    (
+        "another template",
+        |p| {
+            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
+            let hash = data["program"]["template_sha256"].as_str().unwrap();
+            p.replace(hash, &"0".repeat(64))
+        },
+        [11; 3],
+    ),
+    (
+        "another template with a script",
+        |p| {
+            let data: Value = serde_json::from_str(parts(p)[1]).unwrap();
+            let hash = data["program"]["template_sha256"].as_str().unwrap();
+            p.replace(hash, &"0".repeat(64))
+                .replace("</main>", "<script>a()</script></main>")
+        },
+        [30; 3],
+    ),
+    (
+        "warning removed from sight",
+        |p| p.replacen("<p><strong>SIMULATED", "<p hidden><strong>SIMULATED", 1),
+        [30; 3],
+    ),
+    (
+        "section twice",
+        |p| p.replacen("<h2>Results</h2>", "<h2>Results</h2>\n<h2>Results</h2>", 1),
+        [30; 3],
+    ),
+    (
+        "style that hides",
+        |p| p.replacen("</style>", ".warning { display: none; }</style>", 1),
+        [30; 3],
+    ),
+    (
+        "end",
+        |p| p.replace("End of report", "End of certificate"),
+        [30; 3],
+    ),
+    (
+        "head of a table",
+        |p| p.replacen("K, N/µm", "K, N/mm", 1),
+        [30; 3],
+    ),
+    ("ends of lines", |p| p.replace('\n', "\r\n"), [30; 3]),
+    ("byte order mark", |p| format!("\u{feff}{p}"), [30; 3]),
+];
+
+/// The same page as if a program of another commit had rendered it.
+fn of_another_commit(page: &str) -> String {
+    let data: Value = serde_json::from_str(parts(page)[1]).unwrap();
+    let commit = data["program"]["commit"].as_str().unwrap();
+    let printed = if commit.is_empty() {
+        "not recorded"
+    } else {
+        commit
+    };
+    let other = "0".repeat(40);
+    page.replacen(
+        &format!("\"commit\":\"{commit}\""),
+        &format!("\"commit\":\"{other}\""),
+        1,
+    )
+    .replace(&format!("commit {printed}<"), &format!("commit {other}<"))
+}
+
+#[test]
+fn forged_pages_are_never_called_verified() {
+    let desk = desk();
+    desk.run("simulate session --poses P1,P3 --seed 4")
+        .succeeds();
+    desk.run("report session --no-diagnosis").succeeds();
+    let page = desk.read("session/report.html");
+    for (name, forge, expected) in FORGERIES {
+        let forged = forge(&page);
+        let sealed_page = sealed(forged.clone(), &page);
+        let other = sealed(of_another_commit(&forged), &page);
+        desk.write("forged.html", &sealed_page);
+        desk.write("other.html", &other);
+        let lines = ["forged.html", "forged.html session", "other.html session"];
+        let ran = lines.map(|line| desk.run(&format!("report verify {line}")));
+        let codes = [0, 1, 2].map(|place: usize| ran[place].code);
+        assert_eq!(codes, *expected, "{name}: {}", ran[2].stdout);
+        assert!(forged != page || *name == "nothing", "{name}");
+        for ran in ran {
+            let verified = ran.stdout.contains("\nVerified");
+            assert!(
+                !verified || *name == "nothing" && ran.code == 0,
+                "{name}: {}",
+                ran.stdout
+            );
+        }
+    }
+    // What is not a whole page is none.
+    for end in [page.len() - 20, page.len() / 2] {
+        let mut end = end;
+        while !page.is_char_boundary(end) {
+            end -= 1;
+        }
+        desk.write("forged.html", &page[..end]);
+        assert_eq!(desk.run("report verify forged.html session").code, 11);
+    }
+}
