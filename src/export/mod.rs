@@ -5,7 +5,6 @@
 //!
 //! [`tidy`] holds measurements and results as tables for statistics programs and spreadsheets.
 
-mod csv_text;
 mod inertia;
 mod kinematics;
 mod lumped;
@@ -17,7 +16,6 @@ pub mod tidy;
 mod urdf;
 mod xml;
 
-pub(crate) use csv_text::csv_text;
 pub use inertia::Inertia;
 pub use kinematics::{KinematicJoint, KinematicLink, KinematicTree};
 pub use lumped::{BeamHalf, LumpedBody, LumpedJoint, LumpedModel, LumpedParts, Weld};

@@ -4,9 +4,9 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::readings::escape_formula;
 use crate::structure::Compliance6;
 
-use super::csv_text;
 use super::xml::{number, rounded};
 
 /// What an export is made of.
@@ -137,7 +137,7 @@ impl ExportTable {
         for pose in &self.poses {
             for (i, row) in pose.compliance.iter().enumerate() {
                 rows.extend(row.iter().enumerate().map(|(j, entry)| CsvRow {
-                    pose: pose.pose.clone(),
+                    pose: escape_formula(&pose.pose).into_owned(),
                     name: format!(
                         "compliance.{}.{}",
                         Compliance6::DISPLACEMENTS[i],
@@ -149,21 +149,21 @@ impl ExportTable {
                 }));
             }
         }
-        let heads = [
-            "pose",
-            "name",
-            "value",
-            "unit",
-            "ci95_low",
-            "ci95_high",
-            "status",
-        ];
-        csv_text(std::iter::once(heads).chain(rows.iter().map(CsvRow::cells)))
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for row in rows {
+            writer
+                .serialize(row)
+                .expect("memory takes whatever is written");
+        }
+        let bytes = writer
+            .into_inner()
+            .expect("memory takes whatever is written");
+        String::from_utf8_lossy(&bytes).into_owned()
     }
 }
 
 /// A row of the table, with numbers as texts: what is not known is empty.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 struct CsvRow {
     pose: String,
     name: String,
@@ -174,27 +174,13 @@ struct CsvRow {
     status: String,
 }
 
-impl CsvRow {
-    fn cells(&self) -> [&str; 7] {
-        [
-            &self.pose,
-            &self.name,
-            &self.value,
-            &self.unit,
-            &self.ci95_low,
-            &self.ci95_high,
-            &self.status,
-        ]
-    }
-}
-
 impl ParameterRow {
     /// The parameter and, of a spring, its stiffness.
     fn csv_rows(&self) -> Vec<CsvRow> {
         let text = |value: Option<f64>| value.map_or_else(String::new, number);
         let infinite = || "inf".to_owned();
         let own = CsvRow {
-            name: self.name.clone(),
+            name: escape_formula(&self.name).into_owned(),
             value: number(self.value),
             unit: self.unit.clone(),
             ci95_low: text(self.ci95.map(|[low, _]| low)),
@@ -203,7 +189,7 @@ impl ParameterRow {
             ..CsvRow::default()
         };
         let stiffness = self.stiffness.as_ref().map(|spring| CsvRow {
-            name: format!("{}.stiffness", self.name),
+            name: format!("{}.stiffness", own.name),
             value: spring.value.map_or_else(infinite, number),
             unit: spring.unit.to_owned(),
             ci95_low: text(spring.low95),

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::export::csv_text;
 use crate::mismatch::PartModel;
+use crate::readings::escape_formula;
 use crate::specimen::SpecimenTable;
 
 use super::text::{AlignedTable, significant};
@@ -175,6 +175,7 @@ impl PredictionReport {
             unit => format!("{name} ({unit})"),
         };
         let answer = |name: &str| header(name, &self.answer_unit);
+        let mut writer = csv::Writer::from_writer(Vec::new());
         let names = [
             "line".to_owned(),
             "run".to_owned(),
@@ -188,11 +189,16 @@ impl PredictionReport {
             let numbers = [row.driver, row.predicted, row.low, row.high].map(|n| n.to_string());
             let [driver, predicted, low, high] = numbers;
             let measured = row.measured.map_or_else(String::new, |m| m.to_string());
-            let (line, run) = (row.line.to_string(), row.run.clone());
+            let (line, run) = (row.line.to_string(), escape_formula(&row.run).into_owned());
             [line, run, driver, predicted, low, high, measured]
         });
-        let records: Vec<[String; 7]> = std::iter::once(names).chain(rows).collect();
-        csv_text(records.iter().map(|row| row.iter().map(String::as_str)))
+        for row in std::iter::once(names).chain(rows) {
+            writer
+                .write_record(&row)
+                .expect("memory takes whatever is written");
+        }
+        let bytes = writer.into_inner().expect("memory can be flushed");
+        String::from_utf8(bytes).expect("the fields are UTF-8")
     }
 }
 

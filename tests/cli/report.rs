@@ -107,7 +107,7 @@ fn each_of_200_changed_digits_is_found() {
         changed.replace_range(at..=at, &new.to_string());
         let read = stiffbench::report::page::read_page("page", changed).unwrap();
         let template = stiffbench::report::page::PageFormat::Html.template();
-        let check = read.check(&template).unwrap();
+        let check = read.check(&template, None).unwrap();
         assert!(!check.good, "byte {at}: {old} to {new} was not found");
         assert!(!check.differences[0].place.is_empty());
     }

@@ -27,12 +27,9 @@ pub(super) fn run(args: &VerifyArgs, global: &Global) -> Result<Outcome, Failure
     let page = read_page(&name, read_text(&args.page)?)?;
     let template = template(args.template.as_deref(), PageFormat::Html)?;
     let settings = page.settings.clone().unwrap_or_default();
-    let check = if args.sessions.is_empty() {
-        page.check(&template)?
-    } else {
-        let again = again(&page, args, &settings, &template, global)?;
-        page.check_against(&again, &template)?
-    };
+    let is_named = !args.sessions.is_empty();
+    let again = is_named.then(|| again(&page, args, &settings, &template, global));
+    let check = page.check(&template, again.transpose()?.as_ref())?;
     let exit = match (check.good, check.differing) {
         (true, _) => 0,
         (false, 0) => NOT_COMPARED,

@@ -2,7 +2,7 @@
 
 use jiff::Timestamp;
 
-use crate::export::csv_text;
+use crate::readings::escape_formula;
 
 /// A table in which each row is one observation.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -114,16 +114,15 @@ impl TidyTable {
 /// The table as CSV: UTF-8, `,`, `.`, line feeds; a text that would be a formula stands behind `'`.
 #[must_use]
 pub fn csv(table: &TidyTable) -> Vec<u8> {
-    let heads: Vec<&str> = table
-        .columns
-        .iter()
-        .map(|column| column.name.as_str())
-        .collect();
-    let rows = table
-        .rows
-        .iter()
-        .map(|row| row.iter().map(String::as_str).collect());
-    csv_text(std::iter::once(heads).chain(rows)).into_bytes()
+    let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
+    let heads = table.columns.iter().map(|column| column.name.as_str());
+    // Writing into memory cannot fail, and every row is as long as the heads.
+    let _ = writer.write_record(heads);
+    for row in &table.rows {
+        let cells = row.iter().map(|text| escape_formula(text).into_owned());
+        let _ = writer.write_record(cells);
+    }
+    writer.into_inner().unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -12,14 +12,12 @@ mod figures;
 mod headline;
 mod load_cases;
 mod map;
-mod markup;
 mod model;
 mod packed;
 mod results;
 mod session;
 mod source;
 mod template;
-mod values;
 mod verify;
 
 use schemars::JsonSchema;

@@ -14,7 +14,7 @@ const LARGEST: usize = 8 << 20;
 /// Fonts of the drawings.
 const FONTS: &str = " font-family=\"DejaVu Sans, Verdana, sans-serif\"";
 /// The same as a property of the whole drawing.
-pub(super) const FONTS_OF_ALL: &str = " style=\"font-family:DejaVu Sans,Verdana,sans-serif\"";
+const FONTS_OF_ALL: &str = " style=\"font-family:DejaVu Sans,Verdana,sans-serif\"";
 /// What is said by leaving it out; the last is of the namespace, which inline SVG does not need: a page names no address.
 const USUAL: [&str; 5] = [
     " opacity=\"1\"",
@@ -22,6 +22,15 @@ const USUAL: [&str; 5] = [
     " stroke=\"none\"",
     " text-anchor=\"start\"",
     " xmlns=\"http://www.w3.org/2000/svg\"",
+];
+
+/// Words of the tags of a drawing: elements, their ends, attributes. Another one makes the drawing none.
+#[rustfmt::skip]
+const WORDS: [&str; 42] = [
+    "", "/", "circle", "/circle", "desc", "/desc", "line", "/line", "polygon", "/polygon", "polyline", "/polyline", "rect", "/rect",
+    "svg", "/svg", "text", "/text", "title", "/title", "cx=", "cy=", "dy=", "fill=", "font-size=", "height=", "opacity=", "points=",
+    "r=", "role=", "stroke=", "stroke-width=", "text-anchor=", "transform=", "viewBox=", "width=", "x=", "x1=", "x2=", "y=", "y1=",
+    "y2=",
 ];
 
 /// A drawing for a page, without what goes without saying.
@@ -57,7 +66,22 @@ pub(super) fn unpack_all(data: &mut Value) {
 fn unpack(packed: &str) -> Option<String> {
     let bytes = STANDARD.decode(packed).ok()?;
     let text = decompress_to_vec_zlib_with_limit(&bytes, LARGEST).ok()?;
-    String::from_utf8(text).ok()
+    String::from_utf8(text).ok().filter(|svg| is_drawing(svg))
+}
+
+/// Whether every tag is one of a drawing in its plainest form: it shows shapes and text, and neither acts, hides nor fetches.
+fn is_drawing(svg: &str) -> bool {
+    let is_plain = |tag: &str| {
+        let parts: Vec<&str> = tag.split('"').collect();
+        let mut words = parts.iter().step_by(2).flat_map(|part| part.split(' '));
+        let mut values = parts.iter().skip(1).step_by(2);
+        parts.len() % 2 == 1
+            && words.all(|word| WORDS.contains(&word))
+            && values.all(|value| value.starts_with("rotate(") || !value.contains(['(', '\\']))
+    };
+    let svg = svg.replacen(FONTS_OF_ALL, "", 1);
+    let mut tags = svg.split('<').skip(1);
+    tags.all(|tag| tag.split_once('>').is_some_and(|(tag, _)| is_plain(tag)))
 }
 
 #[cfg(test)]
@@ -67,7 +91,7 @@ mod tests {
 
     #[test]
     fn a_drawing_is_the_same_afterwards_and_rubbish_is_none() {
-        let svg = "<svg><text>1.5 µm</text></svg>";
+        let svg = "<svg><text x=\"1\">1.5 µm</text></svg>";
         let packed = pack(svg, serde_json::value::Serializer).unwrap();
         let figures = json!({"readings": [{"svg": packed}, {"svg": "no base64!"}]});
         let mut data = json!({"figures": figures});
@@ -75,6 +99,25 @@ mod tests {
         assert_eq!(data["figures"]["readings"][0]["svg"], svg);
         assert_eq!(data["figures"]["readings"][1]["svg"], "");
         assert!(unpack("AAAA").is_none());
+    }
+
+    #[test]
+    fn a_drawing_shows_shapes_and_text_and_does_nothing() {
+        let good = format!(
+            "<svg{FONTS_OF_ALL} width=\"1\" role=\"img\"><desc>a</desc><text x=\"1\" transform=\"rotate(270, 1, 2)\">K = 9 &lt;script></text><rect x=\"1\"/></svg>"
+        );
+        assert!(is_drawing(&good));
+        #[rustfmt::skip]
+        let others = [
+            "<script>a()</script>", "<SCRIPT>", "<svg onload=\"x\">", "<svg/onload=x>", "<svg\nonload=\"x\">", "<rect x=\"1\" onclick=\"a\"/>",
+            "<rect x=\"1\"onclick=\"a\"/>", "<rect x='1'/>", "<rect x=1/>", "<rect x=\"1\"", "<svg class=\"mark\">", "<svg style=\"position:fixed\">",
+            "<style>", "<foreignObject>", "<a href=\"x\">", "<use href=\"#a\"/>", "<image href=\"x\"/>", "<animate/>", "<p>", "</figure>", "<",
+            "<!--><script>-->", "<![CDATA[x]]>", "<?x ?>", "<rect fill=\"url(x)\"/>", "<rect fill=\"u\\72l(x)\"/>",
+            "<rect x=\"1><text y=\" onload=\" fill=\">",
+        ];
+        for other in others {
+            assert!(!is_drawing(other), "{other}");
+        }
     }
 
     #[test]

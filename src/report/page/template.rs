@@ -222,17 +222,16 @@ fn write_markdown(
     let Some(text) = value.as_str().filter(|_| !value.is_safe()) else {
         return Ok(write!(output, "{value}")?);
     };
-    // Addresses that are links without any markup.
-    let text = text.replace("://", "\u{0}//").replace("www.", "www\u{1}");
+    let mut line = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
-            '\u{0}' => output.write_str("&#58;")?,
-            '\u{1}' => output.write_str("&#46;")?,
-            '\n' => output.write_char(' ')?,
-            '<' | '>' | '&' | '[' | ']' => write!(output, "&#{};", u32::from(c))?,
-            '\\' | '`' | '*' | '_' | '|' | '~' | '#' | '$' => write!(output, "\\{c}")?,
-            c => output.write_char(c)?,
+            '\n' => line.push(' '),
+            '<' | '>' | '&' | '[' | ']' => line += &format!("&#{};", u32::from(c)),
+            _ if "\\`*_|~#$".contains(c) => line.extend(['\\', c]),
+            _ => line.push(c),
         }
     }
-    Ok(())
+    // Addresses are links without any markup.
+    let line = line.replace("://", "&#58;//").replace("www.", "www&#46;");
+    Ok(output.write_str(&line)?)
 }

@@ -1,5 +1,7 @@
 //! Reports verified: from the page alone, and against the sessions it was made of.
 
+use std::fmt::Write;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -9,31 +11,19 @@ use crate::report::AlignedTable;
 
 use super::build::SCHEMA;
 use super::error::ReportError;
-use super::markup::{foreign_in_drawing, foreign_in_page};
-use super::packed::unpack_all;
 use super::template::{DATA_BEGINS, DATA_ENDS, PageTemplate, embedded};
-use super::values::ValueComparison;
 use super::{PageSettings, ReportPage};
 use crate::count::counted;
 
 /// So many differences are listed; the others are counted.
 const LISTED: usize = 20;
-/// What is found out with sessions.
-const VERIFIED: &str =
-    "Verified: the report worked out again from its readings has the same bytes.";
-/// What is found out without them.
-const CONSISTENT: &str = "Consistent: every printed text, number and figure is that of the embedded data, and these agree with their SHA-256 and \
-                          the number of the report.";
-/// What is found out of a page that this program did not render.
-const OTHER_PROGRAM: &str = "NOT VERIFIED as a page: every value that could be worked out again from the readings agrees, but another program or \
-                             template rendered the page.";
-/// What to do for a template that is not known.
-const OTHER_TEMPLATE: &str = "Its printed text and figures were not compared with its data: name the template with --template FILE.";
-/// What a page states of the program that rendered it.
-const OF_PROGRAM: [&str; 3] = [
+/// Paths at which another program states its own: its name, and the number, which follows from its words.
+const OF_PROGRAM: [&str; 5] = [
     "/program/version",
     "/program/commit",
     "/program/template_sha256",
+    "/number",
+    "/items/3/value",
 ];
 
 /// A page with its data taken out.
@@ -148,186 +138,97 @@ impl ReadPage {
         comparison.is_some_and(|comparison| !comparison.is_null())
     }
 
-    /// Holds every printed text, number and figure against the data, and the data against their SHA-256 and the number of the report.
+    /// Holds every printed text, number and figure against the data, and the data against their SHA-256, the number of the report and, if
+    /// it was worked out again from its sessions, that.
     ///
     /// # Errors
-    /// [`ReportError::OtherTemplate`] for a page of another template in which nothing else is wrong, and errors of the template.
-    pub fn check(&self, template: &PageTemplate) -> Result<PageCheck, ReportError> {
-        let (differences, printed_compared) = self.compare_printed(template)?;
-        if !printed_compared && differences.is_empty() {
+    /// [`ReportError::OtherTemplate`] without sessions for a page of another template, and errors of the template.
+    pub fn check(
+        &self,
+        template: &PageTemplate,
+        again: Option<&ReportPage>,
+    ) -> Result<PageCheck, ReportError> {
+        let mut differences = self.check_data();
+        let sha256 = self.stated("/program/template_sha256");
+        let printed_compared = sha256 == template.sha256();
+        if printed_compared {
+            // A page whose data were changed may not fit its template any more.
+            match template.render_json(&self.json) {
+                Ok(expected) => differences.extend(compare_lines(&self.text, &expected.text)),
+                Err(error) if differences.is_empty() => return Err(error),
+                Err(_) => {}
+            }
+        } else if again.is_none() && differences.is_empty() {
             return Err(ReportError::OtherTemplate {
                 page: self.name.clone(),
-                sha256: self.stated("/program/template_sha256"),
+                sha256,
                 version: self.stated("/program/version"),
             });
         }
-        let values = vec![format!(
-            "the data themselves; stiffbench report verify {} SESSION works them out again",
-            self.name
-        )];
-        Ok(self.found(differences, values, [false, true, printed_compared]))
-    }
-
-    /// Where the page itself is wrong, and whether its printed text was compared with its data: a template that is not known cannot be filled.
-    fn compare_printed(
-        &self,
-        template: &PageTemplate,
-    ) -> Result<(Vec<PageDifference>, bool), ReportError> {
-        let mut differences = self.check_data();
-        if self.stated("/program/template_sha256") != template.sha256() {
-            let data = format!(
-                "<script type=\"application/json\" {DATA_BEGINS}{}{DATA_ENDS}",
-                self.json
-            );
-            let markup = foreign_in_page(&self.text.replacen(&data, "", 1));
-            differences.extend(markup.map(|tag| foreign("markup of the page".to_owned(), tag)));
-            return Ok((differences, false));
-        }
-        // A page whose data were changed may not fit its template any more.
-        match template.render_json(&self.json) {
-            Ok(expected) => {
-                differences.extend(compare_lines(&self.text, &expected.text));
-            }
-            Err(error) if differences.is_empty() => return Err(error),
-            Err(_) => {}
-        }
-        Ok((differences, true))
-    }
-
-    /// The data against the SHA-256 that is printed, and against the number of the report.
-    fn check_data(&self) -> Vec<PageDifference> {
-        let line = line_of(&self.text, DATA_BEGINS);
-        let Some(data) = &self.data else {
-            let problem = serde_json::from_str::<Value>(&self.json).err();
-            return vec![PageDifference {
-                place: format!("line {line}, embedded data"),
-                printed: problem.map_or_else(String::new, |problem| problem.to_string()),
-                expected: "JSON".to_owned(),
-            }];
-        };
-        let mut differences = Vec::new();
-        let digest = sha256(&self.json);
-        let visible = self.text.replacen(&self.json, "", 1);
-        if !visible.contains(&digest) {
-            differences.push(PageDifference {
-                place: format!("line {line}, SHA-256 of the embedded data"),
-                printed: "another one".to_owned(),
-                expected: digest,
-            });
-        }
-        let schema = self.stated("/schema");
-        if schema != SCHEMA {
-            differences.push(PageDifference {
-                place: "/schema".to_owned(),
-                printed: schema,
-                expected: SCHEMA.to_owned(),
-            });
-        }
-        if embedded(data) != self.json {
-            differences.push(PageDifference {
-                place: format!("line {line}, embedded data"),
-                printed: "another form".to_owned(),
-                expected: "each key once, in the form that the program writes".to_owned(),
-            });
-        }
-        let mut drawn = data.clone();
-        unpack_all(&mut drawn);
-        for (section, figures) in drawn["figures"].as_object().into_iter().flatten() {
-            for (place, figure) in figures.as_array().into_iter().flatten().enumerate() {
-                let markup = foreign_in_drawing(figure["svg"].as_str().unwrap_or_default());
-                let place = format!("/figures/{section}/{place}/svg");
-                differences.extend(markup.map(|tag| foreign(place, tag)));
-            }
-        }
-        let number = self.stated("/number");
-        let expected = number_of(data);
-        if number != expected {
-            differences.push(PageDifference {
-                place: "number of the report".to_owned(),
-                printed: number,
-                expected,
-            });
-        }
-        differences
-    }
-
-    /// Holds the page against a report that was worked out again from its sessions.
-    ///
-    /// # Errors
-    /// Those of the template. A page of another template or program is compared value by value.
-    pub fn check_against(
-        &self,
-        again: &ReportPage,
-        template: &PageTemplate,
-    ) -> Result<PageCheck, ReportError> {
-        let (mut differences, printed_compared) = self.compare_printed(template)?;
-        if self.settings.is_none() {
-            differences.push(PageDifference {
-                place: "/settings".to_owned(),
-                printed: "cannot be read".to_owned(),
-                expected: "the options of the report, by which it is worked out again".to_owned(),
-            });
-        }
-        let printed = self.data.clone().unwrap_or_default();
-        let mut expected = serde_json::to_value(again).unwrap_or_default();
-        let mut not_verified = Vec::new();
-        let same_program = printed.get("program") == expected.get("program");
-        if !same_program {
-            // Of another program everything is worked out but its own name; the number follows from that.
-            for path in OF_PROGRAM.iter().copied().chain(["/number"]) {
-                let (own, other) = (printed.pointer(path), expected.pointer_mut(path));
-                if let (Some(own), Some(other)) = (own, other)
-                    && own != other
-                {
-                    not_verified.push(path.to_owned());
-                    *other = own.clone();
-                }
-            }
-            set_number(&mut expected, &self.stated("/number"));
-        }
         let mut compared = ValueComparison {
-            same_program,
+            same_program: true,
             differences,
-            not_verified,
+            not_verified: Vec::new(),
         };
-        compared.compare("", Some(&printed), Some(&expected));
-        if same_program
-            && compared.differences.is_empty()
-            && template.render(again)?.text != self.text
-        {
-            compared.differences.push(PageDifference {
-                place: "bytes of the page".to_owned(),
-                printed: "another order of the data".to_owned(),
-                expected: "that of the program".to_owned(),
-            });
+        if let Some(again) = again {
+            let expected = serde_json::to_value(again).unwrap_or_default();
+            let printed = self.data.as_ref().unwrap_or(&Value::Null);
+            compared.same_program = printed["program"] == expected["program"];
+            compared.compare("", Some(printed), Some(&expected));
+            let is_whole = compared.same_program && compared.differences.is_empty();
+            if is_whole && template.render(again)?.text != self.text {
+                let place = "bytes of the page".to_owned();
+                compared.add(place, "others", "those of the report worked out again");
+            }
+            for key in ["details", "issued", "amends", "calibration"] {
+                stated_keys(key, &printed["settings"][key], &mut compared.not_verified);
+            }
+        } else {
+            let data = "the data themselves; name the session to work them out again";
+            compared.not_verified.push(data.to_owned());
         }
-        let settings = self.settings.clone().unwrap_or_default();
-        let settings = serde_json::to_value(settings).unwrap_or_default();
-        for key in ["details", "issued", "amends", "calibration"] {
-            stated_keys(key, &settings[key], &mut compared.not_verified);
-        }
-        let how = [true, same_program, printed_compared];
-        Ok(self.found(compared.differences, compared.not_verified, how))
-    }
-
-    fn found(
-        &self,
-        differences: Vec<PageDifference>,
-        not_verified: Vec<String>,
-        [from_session, byte_by_byte, printed_compared]: [bool; 3],
-    ) -> PageCheck {
-        PageCheck {
+        let (differences, same_program) = (compared.differences, compared.same_program);
+        Ok(PageCheck {
             page: self.name.clone(),
             number: self.stated("/number"),
             rendered_by: self.stated("/program/version"),
-            from_session,
-            byte_by_byte,
+            from_session: again.is_some(),
+            byte_by_byte: same_program,
             printed_compared,
-            good: differences.is_empty() && byte_by_byte && printed_compared,
-            not_verified,
+            good: differences.is_empty() && same_program && printed_compared,
+            not_verified: compared.not_verified,
             differing: differences.len(),
             differences: differences.into_iter().take(LISTED).collect(),
+        })
+    }
+
+    /// The data against the SHA-256 that is printed, the number of the report, and the form in which the program writes them.
+    fn check_data(&self) -> Vec<PageDifference> {
+        let place = format!("line {}, embedded data", line_of(&self.text, DATA_BEGINS));
+        let data = match serde_json::from_str::<Value>(&self.json) {
+            Ok(data) => data,
+            Err(problem) => return vec![difference(place, problem.to_string(), "JSON")],
+        };
+        let (digest, number) = (sha256(&self.json), number_of(&data));
+        let visible = self.text.replacen(&self.json, "", 1);
+        let mut differences = Vec::new();
+        if !visible.contains(&digest) {
+            let place = format!("{place}, SHA-256");
+            differences.push(difference(place, "another one", digest));
         }
+        if embedded(&data) != self.json {
+            let form = "each key once, in the form that the program writes";
+            differences.push(difference(place, "another form", form));
+        }
+        for (place, path, expected) in [
+            ("number of the report", "/number", number.as_str()),
+            ("schema", "/schema", SCHEMA),
+        ] {
+            if self.stated(path) != expected {
+                differences.push(difference(place.to_owned(), self.stated(path), expected));
+            }
+        }
+        differences
     }
 }
 
@@ -341,33 +242,64 @@ impl PageCheck {
             rendered_by,
             ..
         } = self;
-        let head = format!("{page}: report {number}, rendered by version {rendered_by}");
-        let answer = match (self.differing, self.good) {
-            (0, true) if self.from_session => VERIFIED.to_owned(),
-            (0, true) => CONSISTENT.to_owned(),
-            (0, false) if self.printed_compared => OTHER_PROGRAM.to_owned(),
-            (0, false) => format!("{OTHER_PROGRAM} {OTHER_TEMPLATE}"),
-            (count, _) => {
-                let mut rows = AlignedTable::new(&["place", "on the page", "expected"]);
-                for one in &self.differences {
-                    rows.row([&one.place, &one.printed, &one.expected].map(String::clone));
-                }
-                let (count_in_words, rows) = (counted(count, "difference"), rows.text());
-                let more = match count - self.differences.len() {
-                    0 => String::new(),
-                    more => format!("\nand {more} more"),
-                };
-                format!(
-                    "NOT VERIFIED: {count_in_words}.\n\n{}{more}",
-                    rows.trim_end()
-                )
+        let mut text = format!("{page}: report {number}, rendered by version {rendered_by}\n");
+        text.push_str(match (self.differing, self.good) {
+            (0, true) if self.from_session => {
+                "Verified: the report worked out again from its readings has the same bytes.\n"
             }
-        };
-        let rest = match self.not_verified.as_slice() {
-            [] => String::new(),
-            all => format!("Not verified: {}\n", all.join(", ")),
-        };
-        format!("{head}\n{answer}\n{rest}")
+            (0, true) => {
+                "Consistent: every printed text, number and figure is that of the embedded data, and these agree with their SHA-256.\n"
+            }
+            (0, false) => {
+                "NOT VERIFIED as a page: every value worked out again from the readings agrees, but another program or template rendered the page.\n"
+            }
+            _ => "",
+        });
+        if !self.printed_compared {
+            text.push_str("Its printed text and figures were not compared with its data: name its template with --template FILE.\n");
+        }
+        if self.differing > 0 {
+            let mut rows = AlignedTable::new(&["place", "on the page", "expected"]);
+            for one in &self.differences {
+                rows.row([&one.place, &one.printed, &one.expected].map(String::clone));
+            }
+            let (count, rows) = (counted(self.differing, "difference"), rows.text());
+            let _ = write!(text, "NOT VERIFIED: {count}.\n\n{rows}");
+            let more = self.differing - self.differences.len();
+            if more > 0 {
+                let _ = writeln!(text, "and {more} more");
+            }
+        }
+        if !self.not_verified.is_empty() {
+            let _ = writeln!(text, "Not verified: {}", self.not_verified.join(", "));
+        }
+        text
+    }
+}
+
+fn difference(
+    place: String,
+    printed: impl Into<String>,
+    expected: impl Into<String>,
+) -> PageDifference {
+    PageDifference {
+        place,
+        printed: printed.into(),
+        expected: expected.into(),
+    }
+}
+
+/// The paths of what a value states.
+fn stated_keys(path: &str, value: &Value, paths: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => {
+            for (key, value) in map {
+                stated_keys(&format!("{path}.{key}"), value, paths);
+            }
+        }
+        Value::Null => {}
+        Value::Array(all) if all.is_empty() => {}
+        _ => paths.push(path.to_owned()),
     }
 }
 
@@ -382,41 +314,13 @@ fn number_of(data: &Value) -> String {
             *own = Value::String(String::new());
         }
     }
-    set_number(&mut bare, "");
-    super::page_number(&day, &bare.to_string())
-}
-
-/// States a number among the items of data.
-fn set_number(data: &mut Value, number: &str) {
-    let items = data.get_mut("items").and_then(Value::as_array_mut);
+    let items = bare.get_mut("items").and_then(Value::as_array_mut);
     for item in items.into_iter().flatten() {
         if item.get("key").and_then(Value::as_str) == Some("") {
-            item["value"] = Value::String(number.to_owned());
+            item["value"] = Value::String(String::new());
         }
     }
-}
-
-/// The keys of a value that state something.
-fn stated_keys(path: &str, value: &Value, keys: &mut Vec<String>) {
-    match value {
-        Value::Null => {}
-        Value::Array(all) if all.is_empty() => {}
-        Value::Object(map) => {
-            for (key, value) in map {
-                stated_keys(&format!("{path}.{key}"), value, keys);
-            }
-        }
-        _ => keys.push(path.to_owned()),
-    }
-}
-
-/// A difference for a tag that has no place where it stands.
-fn foreign(place: String, printed: String) -> PageDifference {
-    PageDifference {
-        place,
-        printed,
-        expected: "text and drawings, no script".to_owned(),
-    }
+    super::page_number(&day, &bare.to_string())
 }
 
 /// The line, from 1, on which a text stands.
@@ -437,12 +341,8 @@ fn compare_lines(printed: &str, expected: &str) -> Vec<PageDifference> {
             return differences;
         }
         if ours != theirs {
-            let [printed, expected] = words_around(ours.unwrap_or(""), theirs.unwrap_or(""));
-            differences.push(PageDifference {
-                place: format!("line {line}"),
-                printed,
-                expected,
-            });
+            let [ours, theirs] = words_around(ours.unwrap_or(""), theirs.unwrap_or(""));
+            differences.push(difference(format!("line {line}"), ours, theirs));
         }
     }
 }
@@ -468,4 +368,87 @@ fn words_around(ours: &str, theirs: &str) -> [String; 2] {
             .map_or(from.len(), |(at, _)| at);
         from.get(..end).unwrap_or(from).chars().take(80).collect()
     })
+}
+
+/// Values of a page beside those worked out again.
+struct ValueComparison {
+    /// Whether this program rendered the page.
+    same_program: bool,
+    differences: Vec<PageDifference>,
+    /// What another program may have set otherwise, by its paths.
+    not_verified: Vec<String>,
+}
+
+impl ValueComparison {
+    fn add(&mut self, place: String, printed: &str, expected: &str) {
+        self.differences.push(difference(place, printed, expected));
+    }
+
+    /// Compares every key of both, by its path.
+    fn compare(&mut self, path: &str, printed: Option<&Value>, expected: Option<&Value>) {
+        let is_drawing = path.starts_with("/figures/") && path.ends_with("/svg");
+        let is_own = is_drawing || path.ends_with("/text") || OF_PROGRAM.contains(&path);
+        match (printed, expected) {
+            _ if printed == expected => {}
+            (Some(_), Some(_)) if is_own && !self.same_program => {
+                self.not_verified.push(path.to_owned());
+            }
+            (Some(Value::Object(ours)), Some(Value::Object(theirs))) => {
+                let missing = theirs.keys().filter(|key| !ours.contains_key(*key));
+                for key in ours.keys().chain(missing) {
+                    self.compare(&format!("{path}/{key}"), ours.get(key), theirs.get(key));
+                }
+            }
+            (Some(Value::Array(ours)), Some(Value::Array(theirs))) => {
+                for place in 0..ours.len().max(theirs.len()) {
+                    self.compare(
+                        &format!("{path}/{place}"),
+                        ours.get(place),
+                        theirs.get(place),
+                    );
+                }
+            }
+            _ => self.add(path.to_owned(), &shortened(printed), &shortened(expected)),
+        }
+    }
+}
+
+/// The beginning of a value; `nothing` where there is none.
+fn shortened(value: Option<&Value>) -> String {
+    let text = value.map_or_else(|| "nothing".to_owned(), Value::to_string);
+    text.chars().take(60).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn of_another_program_every_key_is_compared_and_what_it_may_set_otherwise_is_named() {
+        let printed = json!({
+            "fit": { "text": ["old words"], "numbers": { "K": 1.0, "only": null } },
+            "figures": { "fit": [{ "title": "a", "svg": "<svg/>" }] },
+        });
+        let mut expected = json!({
+            "fit": { "text": ["new words", "more"], "numbers": { "K": 1.0, "rank": 4 } },
+            "figures": { "fit": [{ "title": "a", "svg": "<svg></svg>" }] },
+        });
+        let compared = |expected: &Value, same_program| {
+            let mut compared = ValueComparison {
+                same_program,
+                differences: Vec::new(),
+                not_verified: Vec::new(),
+            };
+            compared.compare("", Some(&printed), Some(expected));
+            let places = compared.differences.into_iter().map(|one| one.place);
+            (places.collect::<Vec<String>>(), compared.not_verified)
+        };
+        let (places, not_verified) = compared(&expected, false);
+        assert_eq!(places, ["/fit/numbers/only", "/fit/numbers/rank"]);
+        assert_eq!(not_verified, ["/fit/text", "/figures/fit/0/svg"]);
+        assert_eq!(compared(&expected, true).0.len(), 5);
+        expected["fit"]["numbers"]["K"] = json!(1.1);
+        assert_eq!(compared(&expected, false).0.len(), 3);
+    }
 }
