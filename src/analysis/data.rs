@@ -17,7 +17,9 @@ use crate::stiffness::{
 
 use super::calibration::GivenCalibration;
 use super::error::{AnalysisError, ArgumentError};
-use super::files::{first_line, folder_of, is_file, is_there, read_bytes, read_text, shown};
+use super::files::{
+    first_line, folder_of, is_file, is_there, read_bytes, read_text, session_file, shown,
+};
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
 use super::load_cases::LoadedLoadCases;
@@ -170,8 +172,7 @@ pub(super) fn is_shipped_list(name: &str) -> bool {
 /// The file with the readings of a session folder, or the file itself.
 pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
     if path.is_dir() {
-        let file = path.join("readings.csv");
-        if file.is_file() {
+        if let Some(file) = session_file(path, "readings.csv")? {
             return Ok(file);
         }
         let path = path.to_owned();
@@ -209,10 +210,9 @@ pub fn session_header(
     folder: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Option<SessionHeader>, AnalysisError> {
-    let path = folder.join("session.toml");
-    if !path.is_file() {
+    let Some(path) = session_file(folder, "session.toml")? else {
         return Ok(None);
-    }
+    };
     let text = read_text(&path)?;
     let name = path.display().to_string();
     let read = SessionHeader::from_toml(&name, &text)?;

@@ -1,11 +1,19 @@
 //! Files that are read whole.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::nearest::nearest;
+use crate::session::inside;
+
+/// Bytes of the largest file that is read: a device has no end, and memory has one.
+const LARGEST: u64 = 1 << 28;
+
+/// The files that a user named and that were read, by their true paths.
+static INPUTS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// A file that cannot be read.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -30,6 +38,8 @@ impl ReadError {
                 ErrorKind::NotFound => instead_of(&path),
                 ErrorKind::PermissionDenied => "check the permissions of the file".to_owned(),
                 ErrorKind::IsADirectory => "name a file; this is a folder".to_owned(),
+                ErrorKind::InvalidInput => "put the file itself in its place".to_owned(),
+                ErrorKind::FileTooLarge => "name a smaller file, and no device".to_owned(),
                 _ => "check that it is a text file in UTF-8".to_owned(),
             },
             path,
@@ -82,9 +92,34 @@ fn standard_input() -> std::io::Result<Vec<u8>> {
     if let Some(bytes) = BYTES.get() {
         return Ok(bytes.clone());
     }
-    let mut bytes = Vec::new();
-    std::io::stdin().lock().read_to_end(&mut bytes)?;
+    let bytes = read_whole(std::io::stdin().lock())?;
     Ok(BYTES.get_or_init(|| bytes).clone())
+}
+
+fn read_whole(source: impl Read) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    source.take(LARGEST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST {
+        let text = format!("it has more than {} MiB", LARGEST >> 20);
+        return Err(std::io::Error::new(ErrorKind::FileTooLarge, text));
+    }
+    Ok(bytes)
+}
+
+/// Whether a file was read since the program began, under any name.
+#[must_use]
+pub fn is_input(path: &Path) -> bool {
+    let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    path.canonicalize().is_ok_and(|path| inputs.contains(&path))
+}
+
+/// The path of a file of a session folder; `None` if there is none.
+///
+/// # Errors
+/// As [`inside`].
+pub fn session_file(folder: &Path, name: &str) -> Result<Option<PathBuf>, ReadError> {
+    let path = inside(folder, name).map_err(ReadError::of(&folder.join(name)))?;
+    Ok(path.is_file().then_some(path))
 }
 
 /// A text file in UTF-8; `-` is standard input.
@@ -106,7 +141,9 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     let read = if is_dash(path) {
         standard_input()
     } else {
-        fs::read(path)
+        let mut inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+        inputs.extend(path.canonicalize());
+        fs::File::open(path).and_then(read_whole)
     };
     read.map_err(ReadError::of(path))
 }

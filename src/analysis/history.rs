@@ -11,7 +11,7 @@ use crate::stiffness::{ZeroChange, ZeroDrifts};
 use crate::test_point::{Cell, PoseId};
 
 use super::data::LoadedSession;
-use super::files::{ReadError, read_bytes};
+use super::files::{ReadError, read_bytes, session_file};
 use super::hash::sha256;
 use super::vectors::SessionTable;
 use crate::count::counted;
@@ -93,10 +93,10 @@ fn history_in(
     folder: &Path,
     header: Option<&SessionHeader>,
 ) -> Result<Option<SessionHistory>, ReadError> {
-    let path = folder.join("journal.jsonl");
-    if header.is_none() || !path.is_file() {
+    let path = session_file(folder, "journal.jsonl")?;
+    let Some(path) = path.filter(|_| header.is_some()) else {
         return Ok(None);
-    }
+    };
     let journal = read_journal(&read_bytes(&path)?);
     let records = &journal.records;
     Ok(Some(SessionHistory {
@@ -140,15 +140,12 @@ fn hashes_in(
     header: Option<&SessionHeader>,
 ) -> Option<Result<Vec<(String, String)>, ReadError>> {
     header?;
-    let present = FILES.iter().map(|name| (name, folder.join(name)));
-    let hashes = present
-        .filter(|(_, path)| path.is_file())
-        .map(|(name, path)| Ok(((*name).to_owned(), file_hash(&path)?)));
+    let hashes = FILES.iter().filter_map(|name| {
+        let path = session_file(folder, name).transpose()?;
+        let bytes = path.and_then(|path| read_bytes(&path));
+        Some(bytes.map(|bytes| ((*name).to_owned(), sha256(bytes))))
+    });
     Some(hashes.collect())
-}
-
-fn file_hash(path: &Path) -> Result<String, ReadError> {
-    Ok(sha256(read_bytes(path)?))
 }
 
 /// An event that was not planned, in words.

@@ -7,9 +7,9 @@ use serde::Serialize;
 use crate::plot::Figure;
 use crate::readings::{OverdueGauge, SessionHeader};
 use crate::robot::{FittingFactors, Robot};
+use crate::session::read_inside;
 
 use super::data::{LoadedSession, gauges_text};
-use super::files::read_bytes;
 use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
 use super::model::ResolvedModel;
@@ -103,7 +103,7 @@ impl Inputs {
     /// A session folder: its table, if there is one yet, and what its header says of the model.
     #[must_use]
     pub fn with_folder(mut self, folder: &Path, header: &SessionHeader) -> Self {
-        if let Ok(table) = read_bytes(&folder.join("readings.csv")) {
+        if let Ok(table) = read_inside(folder, "readings.csv") {
             self.data.push(DataInput {
                 name: folder.display().to_string(),
                 sha256: sha256(table),

@@ -11,7 +11,8 @@ use crate::session::{
 };
 
 use super::error::AnalysisError;
-use super::files::read_bytes;
+use super::files::{read_bytes, read_text, session_file};
+use super::hash::sha256;
 use crate::count::counted;
 
 /// Differences that an error lists; the others are counted.
@@ -28,6 +29,8 @@ pub enum JournalCheck {
         table: Integrity,
         /// Changed keys of the header.
         header: Vec<Difference>,
+        /// What is wrong with the journal itself.
+        damage: Option<String>,
         /// Planned readings that were left out.
         left_out: Vec<OmittedReadings>,
     },
@@ -62,22 +65,31 @@ fn compared(
     header: Option<&SessionHeader>,
     compare: impl FnOnce(&ReadJournal) -> Result<Integrity, ReadingsError>,
 ) -> Result<JournalCheck, AnalysisError> {
-    let path = folder.join("journal.jsonl");
-    if !path.is_file() {
+    let Some(path) = session_file(folder, "journal.jsonl")? else {
         return Ok(JournalCheck::None);
-    }
+    };
     let bytes = read_bytes(&path)?;
     let journal = read_journal(&bytes);
     let state = SessionState::fold(&journal.records);
+    let text = read_text(&folder.join("session.toml")).unwrap_or_default();
     Ok(JournalCheck::Compared {
         table: compare(&journal)?,
-        header: header.map_or_else(Vec::new, |header| header_changes(&state, header)),
+        header: header.map_or_else(Vec::new, |header| header_changes(&state, header, &text)),
+        damage: journal.end.warning(),
         left_out: OmittedReadings::of(state.skipped.values()),
     })
 }
 
-/// Keys of a header that are not what the session began with.
-fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Difference> {
+/// SHA-256 of a `session.toml` without the records of the instruments, which may come later.
+#[must_use]
+pub fn header_sha256(text: &str) -> Option<String> {
+    let mut table: toml::Table = text.parse().ok()?;
+    table.retain(|key, _| key != "instruments");
+    Some(sha256(table.to_string()))
+}
+
+/// What a header and its text have that the session did not begin with.
+fn header_changes(state: &SessionState, header: &SessionHeader, text: &str) -> Vec<Difference> {
     let Some(started) = &state.started else {
         return Vec::new();
     };
@@ -91,6 +103,11 @@ fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Differenc
         ),
         ("mechanism", started.mechanism.clone(), &header.mechanism),
         ("origin", started.origin.clone(), &header.origin),
+        (
+            "SHA-256 of all but the instruments",
+            started.header_sha256.clone(),
+            &header_sha256(text),
+        ),
     ];
     let changed = keys.into_iter().filter_map(|(key, journal, header)| {
         let journal = journal?;
@@ -120,11 +137,13 @@ impl JournalCheck {
         let Self::Compared {
             table,
             header,
+            damage,
             left_out,
         } = self
         else {
             return Ok(false);
         };
+        warnings.extend(damage.clone());
         warnings.extend(left_out.iter().map(ToString::to_string));
         let changes = self.changes(file);
         if !changes.is_empty() {

@@ -55,7 +55,7 @@ pub use diagnose::{
 };
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
-pub use files::{ReadError, is_dash, read_bytes, read_text, shown};
+pub use files::{ReadError, is_dash, is_input, read_bytes, read_text, session_file, shown};
 pub use fit::{
     BootstrapOver, FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics,
 };
@@ -64,7 +64,7 @@ pub use history::SessionHistory;
 pub use inputs::Inputs;
 pub use integrity::{
     Differences, JournalCheck, TableCheck, compare_vectors_with_journal, compare_with_journal,
-    shortened,
+    header_sha256, shortened,
 };
 pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
 pub use marked::ReadingMark;

@@ -107,7 +107,8 @@ impl ResolvedModel {
 /// For a name that is neither a file nor a shipped robot, or a file that cannot be read.
 pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, AnalysisError> {
     let path = named_by.map_or_else(|| PathBuf::from(name), |file| file.with_file_name(name));
-    if path.is_file() {
+    // A link beside another file may lead anywhere.
+    if path.is_file() && !(named_by.is_some() && path.is_symlink()) {
         let text = read_text(&path)?;
         return Ok(SourceText::new(path.display().to_string(), text));
     }

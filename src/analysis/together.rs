@@ -7,12 +7,12 @@ use crate::mismatch::{
     BadReading, BadRun, KnownNoise, Observations, ReadingNoise, noise_alone, screen_data,
 };
 use crate::parameters::ParameterChoice;
+use crate::session::read_inside;
 use crate::test_point::{Direction, PoseId};
 
 use super::data::{LoadedSession, OpenSettings};
 use super::design::baseline;
 use super::error::{AnalysisError, ArgumentError};
-use super::files::read_text;
 use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
 use super::model::{ModelChoice, ResolvedModel, resolve};
@@ -197,8 +197,8 @@ pub(super) fn lay_out(
 
 /// What a diagnosis that is stored beside a session left open, if it was of fewer sessions than now.
 fn open_before(session: &LoadedSession, now: &[LoadedSession]) -> Option<OpenBefore> {
-    let text = read_text(&session.folder.join("diagnosis/diagnosis.json")).ok()?;
-    let stored: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let bytes = read_inside(&session.folder, "diagnosis/diagnosis.json").ok()?;
+    let stored: serde_json::Value = serde_json::from_slice(&bytes).ok()?;
     let inputs = stored["inputs"]["data"].as_array()?;
     let is_there = |input: &serde_json::Value| {
         let mut sessions = now.iter();

@@ -14,6 +14,7 @@ use crate::physics::{Law, ModelFile};
 use crate::report::{
     DiagnosisResult, DiagnosisSummary, diagnosis_appendix, diagnosis_figures, diagnosis_page,
 };
+use crate::session::inside;
 
 use super::args::Global;
 use super::design;
@@ -21,7 +22,7 @@ use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
 use super::diagnose_load_cases;
 use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
-use super::figure_files::{write, write_figure};
+use super::figure_files::{write_again, write_figure};
 use super::outcome::{Outcome, envelope};
 use super::progress::progress;
 
@@ -84,7 +85,7 @@ fn of_sessions(
     let whole = format!("{text}\n{}", diagnosis_appendix(&report));
     let with_inputs = format!("{}{whole}", inputs.text());
     let mut data = Box::new(DiagnosisSummary::from(&report));
-    if let Some(folder) = folder(args) {
+    if let Some(folder) = folder(args)? {
         let result = model_file(&report, &model, &folder).map_err(Failure::from);
         let written = result.and_then(|model| {
             let page = Page {
@@ -211,12 +212,17 @@ fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseS
 }
 
 /// Where the results go: where the user says, else into the session folder, the last of several.
-fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
-    args.out.clone().or_else(|| {
-        let last = args.further.last().or(args.data.as_ref());
-        let data = last.filter(|data| data.is_dir())?;
-        Some(data.join("diagnosis"))
-    })
+pub(super) fn folder(args: &DiagnoseArgs) -> Result<Option<PathBuf>, CliError> {
+    let last = args.further.last().or(args.data.as_ref());
+    let data = last.filter(|data| args.out.is_none() && data.is_dir());
+    let Some(data) = data else {
+        return Ok(args.out.clone());
+    };
+    let folder = inside(data, "diagnosis").map_err(|source| CliError::Write {
+        path: data.join("diagnosis"),
+        source,
+    })?;
+    Ok(Some(folder))
 }
 
 /// What is written besides figures.
@@ -251,7 +257,7 @@ fn write_all(
     let mut written = Vec::new();
     for (name, text) in files {
         let path = folder.join(name);
-        write(&path, text.as_bytes())?;
+        write_again(&path, text.as_bytes())?;
         written.push(path);
     }
     if !args.no_figures {

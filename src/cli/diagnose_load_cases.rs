@@ -13,9 +13,10 @@ use crate::report::{
 };
 
 use super::args::Global;
+use super::diagnose::folder;
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
 use super::failure::Failure;
-use super::figure_files::{write, write_figure};
+use super::figure_files::{write_again, write_figure};
 use super::outcome::{Outcome, envelope};
 
 /// Finds what the free parameters leave out.
@@ -52,7 +53,7 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
     if global.json {
         warnings.extend(diagnosis.baseline.warnings.iter().cloned());
     }
-    if let Some(folder) = folder(args) {
+    if let Some(folder) = folder(args)? {
         let mut object = envelope("diagnosis", true);
         object["inputs"] = json!(data.inputs);
         object["data"] = json!(report);
@@ -63,7 +64,7 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
             ("verdict.txt", page),
             ("diagnosis.json", format!("{object:#}\n")),
         ] {
-            write(&folder.join(name), content.as_bytes())?;
+            write_again(&folder.join(name), content.as_bytes())?;
             written.push(folder.join(name));
         }
         if !args.no_figures {
@@ -86,14 +87,6 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
         .with_inputs(data.inputs.clone())
         .with_warnings(warnings)
         .with_strict_exit(strict))
-}
-
-/// Where the results go: where the user says, else into the session folder.
-fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
-    args.out.clone().or_else(|| {
-        let data = args.data.as_ref().filter(|data| data.is_dir())?;
-        Some(data.join("diagnosis"))
-    })
 }
 
 /// Options without effect are a misunderstanding, and worth an error.

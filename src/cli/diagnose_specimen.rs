@@ -13,7 +13,7 @@ use crate::specimen::{SpecimenOptions, read_specimen};
 use super::diagnose::data;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::Failure;
-use super::figure_files::write;
+use super::figure_files::write_again;
 use super::outcome::{Outcome, envelope};
 
 /// Reads the table and states what a straight line leaves out.
@@ -42,8 +42,8 @@ pub(super) fn run(
         object["inputs"] = json!(inputs);
         object["data"] = json!(data);
         let text = format!("{}{text}", inputs.text());
-        write(&folder.join("verdict.txt"), text.as_bytes())?;
-        write(
+        write_again(&folder.join("verdict.txt"), text.as_bytes())?;
+        write_again(
             &folder.join("diagnosis.json"),
             format!("{object:#}\n").as_bytes(),
         )?;
@@ -51,7 +51,7 @@ pub(super) fn run(
         if let Some(model) = model {
             let verdict = diagnosis.verdict.to_string();
             let file = PartModelFile::new(&model, options, (&name, &sha256(&bytes)), verdict);
-            write(&folder.join("model.toml"), file.to_toml().as_bytes())?;
+            write_again(&folder.join("model.toml"), file.to_toml().as_bytes())?;
         }
     }
     let mut notes: Vec<String> = table.assumptions.iter().map(ToString::to_string).collect();

@@ -79,6 +79,13 @@ impl Emulation<'_> {
         let own = match &self.links {
             Some(folder) => {
                 std::fs::create_dir_all(folder).map_err(|source| not_made(folder, source))?;
+                for (channel, _) in &self.gauges {
+                    let path = folder.join(channel.to_string());
+                    let there = path.symlink_metadata();
+                    if there.is_ok_and(|there| !there.is_symlink()) {
+                        return Err(CliError::FileExists { path }.into());
+                    }
+                }
                 None
             }
             None => Some(link_folder()?),

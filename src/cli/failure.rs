@@ -57,25 +57,15 @@ pub enum CliError {
         )
     )]
     NoParquet,
-    /// A report that exists already.
+    /// A file that exists already and would be replaced by a result.
     #[error("{path} exists already")]
     #[diagnostic(
         code(stiffbench::output::exists),
         help(
-            "name another file with --out FILE (compare: --report FILE); a report is never written over"
+            "name another file, or remove this one. Figures and results in a folder replace their earlier ones, but no other file, no link and no input"
         )
     )]
-    ReportExists {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A robot file that exists already.
-    #[error("{path} exists already")]
-    #[diagnostic(
-        code(stiffbench::output::exists),
-        help("choose another name; a robot file is never written over")
-    )]
-    RobotExists {
+    FileExists {
         /// The file.
         path: PathBuf,
     },

@@ -1,15 +1,20 @@
 //! Figures to files.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::plot::{Figure, to_png};
 use crate::session::write_whole;
 
 use super::failure::{CliError, Failure};
-use crate::analysis::{ArgumentError, Inputs, is_dash};
+use crate::analysis::{ArgumentError, Inputs, is_dash, is_input};
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
 const PNG_SCALE: f64 = 2.0;
+
+/// Bytes by which results of one kind are alike.
+const KIND_BYTES: usize = 5;
 
 /// Endings that ask for a format there is not; any other ending is part of the name.
 const OTHER_FORMATS: [&str; 9] = [
@@ -61,19 +66,36 @@ pub fn write_figure(
         } else {
             to_png(&svg, PNG_SCALE)?
         };
-        write(&file, &bytes)?;
+        write_again(&file, &bytes)?;
         written.push(file);
     }
     Ok(written)
 }
 
-/// Writes a whole file, and makes its folder if there is none.
+/// Writes a new file whole, and makes its folder if there is none.
 ///
 /// # Errors
-/// For a folder or file that cannot be written, and for `-`.
+/// For a file that exists and is not empty, a folder or file that cannot be written, and for `-`.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    put(path, bytes, false)
+}
+
+/// Writes a result of which an earlier one of the same kind may be there: that one is replaced.
+///
+/// # Errors
+/// As [`write`], but for an earlier one.
+pub fn write_again(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    put(path, bytes, true)
+}
+
+fn put(path: &Path, bytes: &[u8], replaces_earlier: bool) -> Result<(), CliError> {
     if is_dash(path) {
         return Err(CliError::Dash);
+    }
+    let is_earlier = || replaces_earlier && !path.is_symlink() && !is_input(path);
+    if is_filled_file(path) && !(is_earlier() && begins_as(path, bytes)) {
+        let path = path.to_owned();
+        return Err(CliError::FileExists { path });
     }
     if let Some(folder) = path
         .parent()
@@ -88,6 +110,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
         path: path.to_owned(),
         source,
     })
+}
+
+/// Whether there is a file that holds something; a pipe or a device is none.
+fn is_filled_file(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() > 0)
+}
+
+/// Whether a file begins as these bytes: the mark of its format, or the first words of a result.
+fn begins_as(path: &Path, bytes: &[u8]) -> bool {
+    let mut begin = [0; KIND_BYTES];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut begin));
+    read.is_ok() && bytes.starts_with(&begin)
 }
 
 /// A name, for example of a mechanism, as a part of a file's name.

@@ -12,7 +12,7 @@ use crate::report::ManualPage;
 
 use super::args::Cli;
 use super::failure::{CliError, EXIT_CODE_MEANINGS, Failure};
-use super::figure_files::write;
+use super::figure_files::write_again;
 use super::outcome::Outcome;
 
 /// Help with the examples before the options.
@@ -162,7 +162,7 @@ fn find(words: &[String]) -> Result<Command, ArgumentError> {
 fn write_pages(command: &Command, folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CliError> {
     let name = command.get_display_name().unwrap_or(command.get_name());
     let file = folder.join(format!("{name}.1"));
-    write(&file, page(command).as_bytes())?;
+    write_again(&file, page(command).as_bytes())?;
     files.push(file);
     let below = command.get_subcommands();
     for below in below.filter(|below| !below.is_hide_set()) {

@@ -23,7 +23,7 @@ pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {
         return Err(CliError::Dash.into());
     }
     if args.out.exists() {
-        return Err(CliError::RobotExists {
+        return Err(CliError::FileExists {
             path: args.out.clone(),
         }
         .into());
@@ -98,7 +98,7 @@ fn dh_settings(args: &NewArgs) -> DhSettings {
 /// Writes a file that must not exist, whoever else writes at the same time.
 fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
     let failed = |source: std::io::Error| match source.kind() {
-        ErrorKind::AlreadyExists => CliError::RobotExists {
+        ErrorKind::AlreadyExists => CliError::FileExists {
             path: path.to_owned(),
         },
         _ => CliError::Write {

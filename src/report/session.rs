@@ -327,6 +327,11 @@ pub struct VerifyReport {
     pub journal: VerifiedJournal,
     /// The table of readings.
     pub table: crate::analysis::TableCheck,
+    /// Whether `robot.toml` is not the robot that the journal has the SHA-256 of.
+    pub robot_changed: bool,
+    /// Files that cannot be verified, for the journal has no SHA-256 of them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_verified: Vec<&'static str>,
     /// The bytes of the readings in the traces of the gauges; absent where the journal does not state where they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub raw: Option<RawCheck>,

@@ -435,7 +435,7 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
     }
     let running = desk.read("s/journal.jsonl");
     let begun = running.lines().next().unwrap();
-    desk.write("s/journal.jsonl", &format!("{begun}x\n"));
+    desk.write("s/journal.jsonl", &format!("x{}\n", &begun[1..]));
     desk.run("session verify s --strict").exits_with(31);
 }
 

@@ -26,7 +26,7 @@ fn running_crashed_and_ended_sessions_are_told_apart() {
     let repeats = status["repeats"].to_string();
     assert!(repeats.contains("the check of zero 1"), "{repeats}");
     assert!(repeats.contains("the loads 0 N, not recorded"), "{repeats}");
-    let lock = std::fs::File::open(desk.path("s/session.lock")).unwrap();
+    let lock = std::fs::File::open(desk.path("s/journal.jsonl")).unwrap();
     lock.lock().unwrap();
     assert_eq!(desk.data("session status s")["outcome"], "running");
     let text = desk.run("session status s").succeeds().stdout;

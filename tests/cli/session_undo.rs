@@ -23,7 +23,7 @@ fn the_last_reading_of_a_session_that_stopped_is_taken_back_and_taken_again() {
     let stopped = &journal[..end];
     desk.write("s/journal.jsonl", stopped);
     // Another process has it.
-    let lock = std::fs::File::open(desk.path("s/session.lock")).unwrap();
+    let lock = std::fs::File::open(desk.path("s/journal.jsonl")).unwrap();
     lock.lock().unwrap();
     assert_eq!(desk.run("session undo s").code, 21);
     assert_eq!(desk.read("s/journal.jsonl"), stopped);

@@ -10,26 +10,25 @@ use thiserror::Error;
 
 use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter, VectorReadingsWriter};
 
+use super::inside::{inside, read_inside};
 use super::journal::{
     Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_lines,
 };
-use super::lock::lock;
+use super::lock::open_alone;
 use super::state::SessionState;
-use super::whole_file::{sync_folder, write_whole};
-use stiffbench_units_and_text::count::counted;
+use super::whole_file::{replace, sync_folder};
 
 /// Names of the files of a session.
 const HEADER: &str = "session.toml";
 const ROBOT: &str = "robot.toml";
-const JOURNAL: &str = "journal.jsonl";
+pub(super) const JOURNAL: &str = "journal.jsonl";
 const READINGS: &str = "readings.csv";
+const RAW: &str = "raw";
 
-/// A session folder that this process holds.
+/// A session folder that this process holds as long as its journal is open.
 #[derive(Debug)]
 pub struct SessionFolder {
     path: PathBuf,
-    /// Holds the lock as long as it is open.
-    _lock: File,
 }
 
 /// Why a session folder cannot be used.
@@ -76,7 +75,7 @@ pub enum FolderError {
         holder: String,
     },
     /// The journal is damaged before its end.
-    #[error("{path}: line {line} is damaged: {problem}; lost: {}", counted(.lines, "event"))]
+    #[error("{path}: {finding}")]
     #[diagnostic(
         code(stiffbench::session::damaged),
         help(
@@ -86,12 +85,22 @@ pub enum FolderError {
     Damaged {
         /// The journal.
         path: PathBuf,
-        /// Its line, from 1.
-        line: usize,
         /// What is wrong with it.
-        problem: String,
-        /// How many events are lost.
-        lines: usize,
+        finding: String,
+    },
+    /// Something else in place of a file.
+    #[error("{path} is not opened")]
+    #[diagnostic(
+        code(stiffbench::session::not_a_file),
+        help(
+            "put the file itself in its place. A folder that you did not make may lead to files elsewhere, which would be written over"
+        )
+    )]
+    NotAFile {
+        /// What it stands for.
+        path: PathBuf,
+        /// What it is.
+        source: io::Error,
     },
     /// The system refuses.
     #[error("{path} cannot be used")]
@@ -109,10 +118,11 @@ pub enum FolderError {
     },
 }
 
-pub(super) fn system(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
-    move |source| FolderError::System {
-        path: path.to_owned(),
-        source,
+pub(super) fn system(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
+    let path = path.to_owned();
+    |source| match source.kind() {
+        io::ErrorKind::InvalidInput => FolderError::NotAFile { path, source },
+        _ => FolderError::System { path, source },
     }
 }
 
@@ -173,20 +183,15 @@ impl SessionFolder {
             },
             _ => system(path)(source),
         })?;
-        let lock = lock(path, now)?;
-        let journal_path = path.join(JOURNAL);
-        let file = File::create_new(&journal_path).map_err(system(&journal_path))?;
+        let file = open_alone(path, OpenOptions::new().write(true).create_new(true), now)?;
         if let Some(robot) = robot {
             put(&path.join(ROBOT), robot.as_bytes())?;
         }
         put(&path.join(HEADER), header.as_bytes())?;
         // The names of the new files are on the disk only once the folder is.
         sync_folder(path).map_err(system(path))?;
-        let folder = Self {
-            path: path.to_owned(),
-            _lock: lock,
-        };
-        Ok((folder, Journal::behind(JournalFile(file), 0)))
+        let path = path.to_owned();
+        Ok((Self { path }, Journal::behind(JournalFile(file), 0)))
     }
 
     /// Opens a folder to go on with its session. A record that was being written when the session stopped is taken off; how many bytes, is
@@ -200,36 +205,28 @@ impl SessionFolder {
     ) -> Result<(Self, Journal<JournalFile>, ReadJournal, u64), FolderError> {
         // A folder that is no session gets no lock file; what was read before the lock was ours may have grown since.
         read_folder(path)?;
-        let lock = lock(path, now)?;
+        let mut file = open_alone(path, OpenOptions::new().append(true), now)?;
         let read = read_folder(path)?;
         let journal_path = path.join(JOURNAL);
-        let cut_bytes = match &read.journal.end {
+        let cut_bytes = match read.journal.end {
             JournalEnd::Clean => 0,
-            JournalEnd::Cut { bytes } => *bytes as u64,
-            JournalEnd::Damaged {
-                line,
-                problem,
-                lines,
-            } => {
+            JournalEnd::Cut { bytes } => {
+                let line_break = if bytes == 0 { "\n" } else { "" };
+                file.set_len(read.journal.good_bytes as u64)
+                    .and_then(|()| file.write_all(line_break.as_bytes()))
+                    .and_then(|()| file.sync_all())
+                    .map_err(system(&journal_path))?;
+                bytes as u64
+            }
+            JournalEnd::Damaged { .. } => {
                 return Err(FolderError::Damaged {
                     path: journal_path,
-                    line: *line,
-                    problem: problem.to_string(),
-                    lines: *lines,
+                    finding: read.journal.end.finding(),
                 });
             }
         };
-        let file = OpenOptions::new().append(true).open(&journal_path);
-        let file = file.map_err(system(&journal_path))?;
-        if cut_bytes > 0 {
-            let cut = file
-                .set_len(read.journal.good_bytes as u64)
-                .and_then(|()| file.sync_all());
-            cut.map_err(system(&journal_path))?;
-        }
         let folder = Self {
             path: path.to_owned(),
-            _lock: lock,
         };
         let journal = Journal::behind(JournalFile(file), read.journal.records.len() as u64);
         Ok((folder, journal, read.journal, cut_bytes))
@@ -246,8 +243,10 @@ impl SessionFolder {
     /// # Errors
     /// [`FolderError::System`].
     pub fn raw(&self) -> Result<PathBuf, FolderError> {
-        let raw = self.path.join("raw");
-        fs::create_dir_all(&raw).map_err(system(&raw))?;
+        let raw = self.path.join(RAW);
+        inside(&self.path, RAW)
+            .and_then(fs::create_dir_all)
+            .map_err(system(&raw))?;
         Ok(raw)
     }
 
@@ -277,13 +276,12 @@ pub struct ReadFolder {
 /// [`FolderError::NoSession`] if it is none, [`FolderError::System`].
 pub fn read_folder(path: &Path) -> Result<ReadFolder, FolderError> {
     let read = |file: &'static str| {
-        let full = path.join(file);
-        fs::read(&full).map_err(|source| match source.kind() {
+        read_inside(path, file).map_err(|source| match source.kind() {
             io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => FolderError::NoSession {
                 path: path.to_owned(),
                 file,
             },
-            _ => system(&full)(source),
+            _ => system(&path.join(file))(source),
         })
     };
     let header_name = path.join(HEADER).display().to_string();
@@ -305,7 +303,8 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
     let target = to.join(JOURNAL);
     let unwritable = |error: JournalError| system(&target)(io::Error::other(error));
     let lines = write_lines(&read.journal.records).map_err(unwritable)?;
-    let robot = fs::read_to_string(from.join(ROBOT)).ok();
+    let robot = read_inside(from, ROBOT).ok();
+    let robot = robot.and_then(|robot| String::from_utf8(robot).ok());
     let (folder, journal) = SessionFolder::create(to, &read.header, robot.as_deref(), now)?;
     let mut store = journal.into_store();
     let written = store.write_all(&lines).and_then(|()| store.sync());
@@ -314,10 +313,13 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
     let table = folder.table();
     table.rewrite(&state)?;
     // Files of our own making beside the journal go along as they are.
-    let raw = from.join("raw");
-    for entry in fs::read_dir(&raw).into_iter().flatten().flatten() {
-        let name = folder.raw()?.join(entry.file_name());
-        fs::copy(entry.path(), &name).map_err(system(&name))?;
+    let raw = inside(from, RAW).and_then(fs::read_dir);
+    for entry in raw.into_iter().flatten().flatten() {
+        // Links, pipes and folders are none of them.
+        if entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            let name = folder.raw()?.join(entry.file_name());
+            fs::copy(entry.path(), &name).map_err(system(&name))?;
+        }
     }
     let again = read_folder(to)?.journal;
     let kept = |record: &&Record| read.journal.records.contains(record);
@@ -326,9 +328,7 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
     {
         return Err(FolderError::Damaged {
             path: target,
-            line: again.records.len() + 1,
-            problem: "what was written does not come back".to_owned(),
-            lines: 1,
+            finding: "what was written does not come back".to_owned(),
         });
     }
     Ok(read.journal)
@@ -423,6 +423,6 @@ fn origin(state: &SessionState) -> Option<&str> {
 }
 
 /// Writes a file whole or not at all.
-fn put(path: &Path, bytes: &[u8]) -> Result<(), FolderError> {
-    write_whole(path, bytes).map_err(system(path))
+pub(super) fn put(path: &Path, bytes: &[u8]) -> Result<(), FolderError> {
+    replace(path, bytes).map_err(system(path))
 }

@@ -1,8 +1,10 @@
 //! The journal: `journal.jsonl`, one event a line, each with a sequence number, its time and a checksum.
 //!
 //! A line is a JSON object that ends in `,"crc":"xxxxxxxx"}`: the CRC-32C, in hexadecimal, of all bytes of the line before that. A record
-//! counts once its line break is on the disk; what stands behind the last one was never acknowledged.
+//! is confirmed once its line break is on the disk; a part of one behind the last record was never acknowledged.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use jiff::Timestamp;
@@ -11,10 +13,21 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use stiffbench_units_and_text::count::counted;
+
 use super::event::{Event, Noted};
+
+/// How a record begins. No text in a record can hold it, for quotes are escaped there.
+const START: &[u8] = b"{\"seq\":";
+
+/// How the checksum at its end begins.
+const SEAL: &[u8] = b",\"crc\":\"";
 
 /// Bytes of `,"crc":"xxxxxxxx"}`.
 const SEAL_BYTES: usize = 18;
+
+/// More events than a session has; a number beyond was forged.
+const MOST_EVENTS: u64 = 1 << 22;
 
 /// One event with its place in the session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,9 +70,9 @@ pub struct ReadJournal {
 pub enum JournalEnd {
     /// Nothing.
     Clean,
-    /// A line without a line break behind the last: the program or the machine stopped while writing it. It was never acknowledged.
+    /// A part of a record behind the last: the program or the machine stopped while writing it. It was never acknowledged.
     Cut {
-        /// Its bytes.
+        /// Its bytes; 0 where only the line break behind the last record is missing.
         bytes: usize,
     },
     /// Damaged records.
@@ -93,7 +106,7 @@ pub enum Damage {
         /// The error of the reader.
         what: String,
     },
-    /// A record is missing, or stands here twice.
+    /// A record is missing, stands elsewhere, or stands here twice.
     #[error("its sequence number is {found}, expected {expected}")]
     Sequence {
         /// As written.
@@ -101,59 +114,155 @@ pub enum Damage {
         /// What was due.
         expected: u64,
     },
+    /// More than a record and its line break.
+    #[error("it holds {what}, which this program never writes")]
+    Foreign {
+        /// The first of it, with escapes.
+        what: String,
+    },
 }
 
-/// Reads a journal. Takes any bytes. A record counts if its checksum holds and it follows those before it, so that one damaged line costs one
-/// record and no more.
+impl JournalEnd {
+    /// What was found behind the whole records, in words.
+    #[must_use]
+    pub fn finding(&self) -> String {
+        match self {
+            Self::Clean => "the journal is whole".to_owned(),
+            Self::Cut { bytes: 0 } => "the last line has no line break; nothing is lost".to_owned(),
+            Self::Cut { bytes } => {
+                format!("behind them {bytes} bytes of a record that was never confirmed")
+            }
+            Self::Damaged {
+                line,
+                problem,
+                lines,
+            } => format!(
+                "line {line} is damaged: {problem}; lost: {}",
+                counted(lines, "event")
+            ),
+        }
+    }
+
+    /// What a user of the readings should know of it.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let remedy = match self {
+            Self::Clean => return None,
+            Self::Cut { .. } => "",
+            Self::Damaged { .. } => "; stiffbench session recover writes a whole one",
+        };
+        Some(format!("journal.jsonl: {}{remedy}", self.finding()))
+    }
+}
+
+/// Reads a journal. Takes any bytes. A record counts if its checksum holds, wherever it stands and whatever stands beside it, so that one
+/// damaged line costs one record and no more.
 #[must_use]
 pub fn read_journal(bytes: &[u8]) -> ReadJournal {
-    let mut records: Vec<Record> = Vec::new();
-    let mut damage: Option<(usize, usize, Damage)> = None;
-    // Records that are lost, and damaged lines since the last good one, which stand for some of them.
-    let (mut lost, mut damaged_lines) = (0, 0);
-    let (mut at, mut line) = (0, 0);
-    while let Some(length) = bytes[at..].iter().position(|&byte| byte == b'\n') {
-        line += 1;
-        let last = records.last().map_or(0, |record| record.seq);
-        let read = read_line(&bytes[at..at + length]);
-        let problem = match &read {
-            Err(problem) => Some(problem.clone()),
-            Ok(record) => (record.seq != last + 1).then_some(Damage::Sequence {
-                found: record.seq,
-                expected: last + 1,
-            }),
+    let text = as_utf8(bytes);
+    let mut records: BTreeMap<u64, Record> = BTreeMap::new();
+    // Records that are lost for sure, and what stands behind the last record and may have been one.
+    let (mut lost, mut lost_behind) = (0, 0);
+    let (mut damage, mut cut, mut at) = (None, None, 0);
+    while at < text.len() {
+        let next = find(&text[at + 1..], START).map_or(text.len(), |more| at + 1 + more);
+        let (read, rest) = split_record(&text[at..next]);
+        let tail = match read {
+            Ok(_) if !rest.is_empty() => rest.strip_prefix(b"\n"),
+            _ => Some(rest),
         };
-        match read {
-            Ok(record) if record.seq > last => {
-                lost += damaged_lines.max((record.seq - last - 1) as usize);
-                damaged_lines = 0;
-                records.push(record);
+        let torn = tail.filter(|tail| next == text.len() && is_torn(tail));
+        let problem = match read {
+            Ok(record) => {
+                let found = record.seq;
+                let expected = records.keys().next_back().map_or(1, |last| last + 1);
+                if (1..=MOST_EVENTS).contains(&found) {
+                    lost_behind = if found < expected { lost_behind } else { 0 };
+                    let kept = records.entry(found).or_insert_with(|| record.clone());
+                    lost += usize::from(*kept != record);
+                }
+                (found != expected).then_some(Damage::Sequence { found, expected })
             }
-            _ => damaged_lines += 1,
+            Err(problem) => Some(problem).filter(|_| torn.is_none()),
+        };
+        let behind = next - tail.unwrap_or(rest).len();
+        let place = if problem.is_some() { at } else { behind };
+        let foreign = (torn.is_none() && rest != b"\n").then(|| foreign(rest));
+        if let Some(problem) = problem.or(foreign) {
+            damage.get_or_insert((place, problem));
+            lost_behind += usize::from(rest.trim_ascii().len() >= SEAL_BYTES);
         }
-        if let Some(problem) = problem {
-            damage.get_or_insert((line, at, problem));
-        }
-        at += length + 1;
+        cut = torn.filter(|_| rest != b"\n").map(|_| behind);
+        at = next;
     }
-    let (good_bytes, end) = match (damage, bytes.len() - at) {
-        (Some((line, good_bytes, problem)), _) => {
-            let lines = lost + damaged_lines;
+    let events = records.keys().next_back().map_or(0, |last| *last as usize);
+    let lines = lost + events - records.len() + lost_behind;
+    let (good_bytes, end) = match (damage, cut) {
+        (Some((place, problem)), _) => {
+            let line = 1 + text[..place].iter().filter(|byte| **byte == b'\n').count();
             let end = JournalEnd::Damaged {
                 line,
                 problem,
                 lines,
             };
-            (good_bytes, end)
+            (place, end)
         }
-        (None, 0) => (at, JournalEnd::Clean),
-        (None, bytes) => (at, JournalEnd::Cut { bytes }),
+        (None, Some(place)) => {
+            let bytes = text.len() - place;
+            (place, JournalEnd::Cut { bytes })
+        }
+        (None, None) => (text.len(), JournalEnd::Clean),
     };
     ReadJournal {
-        records,
+        records: records.into_values().collect(),
         good_bytes,
         end,
     }
+}
+
+fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {
+    bytes.windows(part.len()).position(|there| there == part)
+}
+
+/// A file that was saved as UTF-16 with its mark, as it was.
+fn as_utf8(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let unit = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => return bytes.into(),
+    };
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    let units: Vec<u16> = units.collect();
+    String::from_utf16_lossy(&units).into_bytes().into()
+}
+
+/// The record that a text begins with, and what stands behind it; all of it if there is none.
+fn split_record(text: &[u8]) -> (Result<Record, Damage>, &[u8]) {
+    if !text.starts_with(START) {
+        return (Err(foreign(text)), text);
+    }
+    let end = find(text, SEAL).map(|seal| seal + SEAL_BYTES);
+    let parts = end.and_then(|end| text.split_at_checked(end));
+    let (record, rest) = parts.unwrap_or((text, b""));
+    match read_line(record) {
+        Ok(record) => (Ok(record), rest),
+        Err(problem) => (Err(problem), text),
+    }
+}
+
+/// Whether the last bytes of a journal are what a record begins with, or what a power cut leaves in the place of one.
+fn is_torn(tail: &[u8]) -> bool {
+    let begins = tail.starts_with(START) && !tail.contains(&b'\n');
+    begins || START.starts_with(tail) || tail.iter().all(|byte| *byte == 0)
+}
+
+fn foreign(text: &[u8]) -> Damage {
+    let shown = text[..text.len().min(16)].escape_ascii();
+    let what = match text {
+        [] => "two records".to_owned(),
+        _ => format!("\"{shown}\""),
+    };
+    Damage::Foreign { what }
 }
 
 /// The lines of a journal that holds these records, with a note in place of each that is lost.

@@ -8,6 +8,7 @@ mod digits;
 mod event;
 mod folder;
 mod gauge_stream;
+mod inside;
 mod integrity;
 mod journal;
 mod link_text;
@@ -40,6 +41,7 @@ pub use event::{
 pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, read_folder, recover, table,
 };
+pub use inside::{append_inside, inside, read_inside};
 pub use integrity::{Difference, Integrity, integrity, vector_integrity};
 pub use journal::{
     Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal,

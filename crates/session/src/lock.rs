@@ -1,15 +1,16 @@
-//! The lock of a session folder: which process has it.
+//! The lock of a session: which process has it. It is on the journal, the file that is written; `session.lock` only states whose it is.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 use jiff::Timestamp;
 
-use super::folder::{FolderError, system};
+use super::folder::{FolderError, JOURNAL, put, system};
+use super::inside::{alone, inside, read_inside};
 
-/// Name of the lock file; it may stay when nobody holds the lock.
-const LOCK: &str = "session.lock";
+/// Name of the file that states who has the session; it stays when nobody has.
+const HOLDER: &str = "session.lock";
 
 /// Who has a session folder now.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,59 +26,79 @@ pub enum FolderHolder {
 /// Who has a session folder; nothing in it is changed.
 #[must_use]
 pub fn folder_holder(folder: &Path) -> FolderHolder {
-    let path = folder.join(LOCK);
-    let file = match File::open(&path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return FolderHolder::Nobody,
-        Err(_) => return FolderHolder::Unknown,
-    };
-    match file.try_lock_shared() {
-        Ok(()) => FolderHolder::Nobody,
-        Err(TryLockError::WouldBlock) => FolderHolder::Process(holder_text(&path)),
+    match opened(folder, OpenOptions::new().read(true), File::try_lock_shared) {
+        Ok(_) => FolderHolder::Nobody,
+        Err(TryLockError::WouldBlock) => FolderHolder::Process(holder_text(folder)),
+        Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::NotFound => {
+            FolderHolder::Nobody
+        }
         Err(TryLockError::Error(_)) => FolderHolder::Unknown,
     }
 }
 
-/// What the lock file states of the process that has it.
-fn holder_text(lock: &Path) -> String {
-    let holder = fs::read_to_string(lock).unwrap_or_default();
-    match holder.trim() {
+/// Opens the journal and locks it until it is closed. Windows would keep others from reading what is locked; there a file that is open in
+/// this way cannot be opened by a second process in the same way.
+fn opened(
+    folder: &Path,
+    options: &mut OpenOptions,
+    lock: fn(&File) -> Result<(), TryLockError>,
+) -> Result<File, TryLockError> {
+    #[cfg(windows)]
+    std::os::windows::fs::OpenOptionsExt::share_mode(options, OTHERS_MAY_READ);
+    let path = inside(folder, JOURNAL).map_err(TryLockError::Error)?;
+    let file = options.open(path).map_err(|error| {
+        if cfg!(windows) && error.raw_os_error() == Some(SHARING_VIOLATION) {
+            TryLockError::WouldBlock
+        } else {
+            TryLockError::Error(error)
+        }
+    })?;
+    if cfg!(not(windows)) {
+        lock(&file)?;
+    }
+    Ok(file)
+}
+
+/// `FILE_SHARE_READ` of Windows.
+#[cfg(windows)]
+const OTHERS_MAY_READ: u32 = 1;
+
+/// `ERROR_SHARING_VIOLATION` of Windows.
+const SHARING_VIOLATION: i32 = 32;
+
+/// What is stated of the process that has a folder.
+fn holder_text(folder: &Path) -> String {
+    let holder = read_inside(folder, HOLDER).unwrap_or_default();
+    match String::from_utf8_lossy(&holder).trim() {
         "" => "another process".to_owned(),
         holder => holder.to_owned(),
     }
 }
 
-/// Takes the lock of a folder and writes into it who has it.
-pub(super) fn lock(folder: &Path, now: Timestamp) -> Result<File, FolderError> {
-    let path = folder.join(LOCK);
-    let open = OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(&path);
-    let mut file = open.map_err(system(&path))?;
-    match file.try_lock() {
-        Ok(()) => {}
+/// Opens the journal of a folder for this process alone, and states whose it is.
+pub(super) fn open_alone(
+    folder: &Path,
+    options: &mut OpenOptions,
+    now: Timestamp,
+) -> Result<File, FolderError> {
+    let journal = folder.join(JOURNAL);
+    let file = match opened(folder, options, File::try_lock) {
+        Ok(file) => alone(file).map_err(system(&journal))?,
         Err(TryLockError::WouldBlock) => {
             return Err(FolderError::InUse {
                 path: folder.to_owned(),
-                holder: holder_text(&path),
+                holder: holder_text(folder),
             });
         }
-        Err(TryLockError::Error(source)) => return Err(system(&path)(source)),
-    }
+        Err(TryLockError::Error(source)) => return Err(system(&journal)(source)),
+    };
     let holder = format!(
         "process {} on {} since {}\n",
         std::process::id(),
         host(),
         now.strftime("%Y-%m-%d %H:%M:%S UTC")
     );
-    let written = file
-        .set_len(0)
-        .and_then(|()| file.write_all(holder.as_bytes()))
-        .and_then(|()| file.flush());
-    written.map_err(system(&path))?;
+    put(&folder.join(HOLDER), holder.as_bytes())?;
     Ok(file)
 }
 

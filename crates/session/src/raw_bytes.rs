@@ -1,7 +1,6 @@
 //! The bytes of a reading: where they lie in the trace of the gauge, and whether they are still there.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -11,6 +10,7 @@ use stiffbench_gauges::trace::{GaugeTrace, What};
 use stiffbench_gauges::{Channel, raw_text};
 
 use super::event::TakenReading;
+use super::inside::read_inside;
 use super::state::SessionState;
 
 /// Where the packet of a value lies among the bytes that a gauge sent.
@@ -56,8 +56,9 @@ struct Received {
 }
 
 impl Received {
-    fn read(path: &Path) -> Option<Self> {
-        let trace = GaugeTrace::parse(&fs::read(path).ok()?, &path.display().to_string()).ok()?;
+    fn read(folder: &Path, name: &str) -> Option<Self> {
+        let bytes = read_inside(folder, Path::new("raw").join(name)).ok()?;
+        let trace = GaugeTrace::parse(&bytes, name).ok()?;
         let received = trace.entries.iter().filter_map(|entry| match &entry.what {
             What::Received(bytes) => Some(bytes.as_slice()),
             _ => None,
@@ -82,8 +83,9 @@ pub fn check_raw_bytes(folder: &Path, state: &SessionState) -> RawCheck {
         for place in &taken.raw_bytes {
             let is_name = !place.file.contains(['/', '\\']);
             let trace = traces.entry(&place.file).or_insert_with(|| {
-                let path = folder.join("raw").join(&place.file);
-                is_name.then(|| Received::read(&path)).flatten()
+                is_name
+                    .then(|| Received::read(folder, &place.file))
+                    .flatten()
             });
             match problem(taken, place, trace.as_ref()) {
                 Ok(true) => check.found += 1,

@@ -15,12 +15,19 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if target.exists() && !target.is_file() {
         return fs::write(&target, bytes);
     }
-    let beside = beside(&target);
-    let written = File::create(&beside).and_then(|mut file| {
+    replace(&target, bytes)
+}
+
+/// The same in a folder that somebody else may have made: a link of this name is replaced, and what it names stays as it is.
+pub(super) fn replace(target: &Path, bytes: &[u8]) -> io::Result<()> {
+    let beside = beside(target);
+    // What a process of this number left behind, or somebody put there.
+    let _ = fs::remove_file(&beside);
+    let written = File::create_new(&beside).and_then(|mut file| {
         file.write_all(bytes)?;
         file.sync_all()
     });
-    if let Err(error) = written.and_then(|()| fs::rename(&beside, &target)) {
+    if let Err(error) = written.and_then(|()| fs::rename(&beside, target)) {
         // What is left of it is of no use; the first error counts.
         let _ = fs::remove_file(&beside);
         return Err(error);

@@ -47,25 +47,19 @@ fn every_changed_byte_is_found_and_named_by_its_line() {
         changed[place] ^= 0x10;
         let read = read_journal(&changed);
         let line = lines.iter().filter(|end| **end < place).count();
-        // A damaged line break joins two lines, or leaves the last without its end.
-        let found = match read.end {
-            JournalEnd::Damaged { line, .. } => line,
-            JournalEnd::Cut { .. } => read.records.len() + 1,
-            JournalEnd::Clean => panic!("byte {place} is not missed"),
+        let JournalEnd::Damaged {
+            line: found,
+            lines: lost,
+            ..
+        } = read.end
+        else {
+            panic!("byte {place} is not missed");
         };
         assert_eq!(found, line + 1, "byte {place}");
-        // The others stay: all but the damaged one, and the one after it where a line break joined them.
-        let joined = bytes[place] == b'\n' && line + 1 < lines.len();
-        assert_eq!(
-            read.records.len(),
-            if joined { 1 } else { 2 },
-            "byte {place}"
-        );
-        if let JournalEnd::Damaged { lines, .. } = read.end {
-            // Nobody can know that the line that came last held two.
-            let known = if joined && line + 2 < 3 { 2 } else { 1 };
-            assert_eq!(lines, known, "byte {place}");
-        }
+        // The others stay, and where a line break was damaged all do.
+        let expected = if bytes[place] == b'\n' { 0 } else { 1 };
+        let kept = read.records.len();
+        assert_eq!((lost, kept), (expected, 3 - expected), "byte {place}");
     }
 }
 
@@ -74,8 +68,13 @@ fn a_line_that_is_missing_or_twice_is_found() {
     let bytes = journal(&["one", "two", "three"]);
     let text = String::from_utf8(bytes).unwrap();
     let lines: Vec<&str> = text.split_inclusive('\n').collect();
-    // The second is missing and the third stands twice; the first stands twice.
-    for (order, found, lost, kept) in [([0, 2, 2], 3, 2, [1, 3]), ([0, 0, 1], 1, 1, [1, 2])] {
+    // The second is missing and the third stands twice; the first stands twice; lines are exchanged.
+    let orders = [
+        (vec![0, 2, 2], 3, 1, vec![1, 3]),
+        (vec![0, 0, 1], 1, 0, vec![1, 2]),
+        (vec![0, 2, 1], 3, 0, vec![1, 2, 3]),
+    ];
+    for (order, found, lost, kept) in orders {
         let mixed: String = order.iter().map(|i| lines[*i]).collect();
         let read = read_journal(mixed.as_bytes());
         let expected = Damage::Sequence { found, expected: 2 };
@@ -159,10 +158,118 @@ proptest! {
         let part = read_journal(&bytes[..cut]);
         prop_assert_eq!(&part.records[..], &read.records[..part.records.len()]);
         let whole_lines = bytes[..cut].split(|b| *b == b'\n').count() - 1;
-        prop_assert_eq!(part.records.len(), whole_lines);
+        // A line of which only the line break is missing is whole.
+        let needs_break = part.end == JournalEnd::Cut { bytes: 0 };
+        prop_assert_eq!(part.records.len(), whole_lines + usize::from(needs_break));
         let is_damaged = matches!(part.end, JournalEnd::Damaged { .. });
         prop_assert!(!is_damaged);
     }
+}
+
+/// Whatever an editor, a transfer or a power cut adds, no record whose bytes are all there is lost.
+#[test]
+fn what_another_program_adds_costs_no_record() {
+    let bytes = journal(&["one", "two", "three"]);
+    let text = String::from_utf8(bytes).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let utf16 = |order: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        let units = "\u{feff}".encode_utf16().chain(text.encode_utf16());
+        units.flat_map(order).collect()
+    };
+    let added: [(&str, usize, Vec<u8>); 17] = [
+        ("CR LF", 1, text.replace('\n', "\r\n").into()),
+        ("CR", 1, text.replace('\n', "\r").into()),
+        ("mark", 1, format!("\u{feff}{text}").into()),
+        (
+            "CR LF and mark",
+            1,
+            format!("\u{feff}{}", text.replace('\n', "\r\n")).into(),
+        ),
+        ("blanks behind", 1, text.replace('\n', "  \n").into()),
+        ("tab before", 1, format!("\t{text}").into()),
+        (
+            "blank lines",
+            2,
+            format!("{}\n\n\n{}\n{}\n", lines[0], lines[1], lines[2]).into(),
+        ),
+        ("blank line first", 1, format!("\n{text}").into()),
+        ("blank line last", 4, format!("{text}\n").into()),
+        ("one line", 1, lines.concat().into()),
+        ("a list", 1, format!("[{}]\n", lines.join(",\n")).into()),
+        ("quoted", 1, format!("> {}\n", lines.join("\n> ")).into()),
+        (
+            "NUL between",
+            2,
+            format!("{}\n\0\0\0{}\n{}\n", lines[0], lines[1], lines[2]).into(),
+        ),
+        (
+            "words behind",
+            3,
+            text.trim_end()
+                .to_owned()
+                .into_bytes()
+                .into_iter()
+                .chain(*b" # end\n")
+                .collect(),
+        ),
+        ("UTF-16 LE", 1, utf16(u16::to_le_bytes)),
+        ("UTF-16 BE", 1, utf16(u16::to_be_bytes)),
+        (
+            "another journal behind",
+            4,
+            [text.as_str(), &text].concat().into(),
+        ),
+    ];
+    for (name, at, bytes) in added {
+        let read = read_journal(&bytes);
+        let seqs: Vec<u64> = read.records.iter().map(|record| record.seq).collect();
+        assert_eq!(seqs, [1, 2, 3], "{name}");
+        assert!(
+            matches!(read.end, JournalEnd::Damaged { line, lines: 0, .. } if line == at),
+            "{name}: {:?}",
+            read.end
+        );
+        let again = read_journal(&write_lines(&read.records).unwrap());
+        assert_eq!(
+            (again.records, again.end),
+            (read.records, JournalEnd::Clean),
+            "{name}"
+        );
+    }
+    // What a power cut leaves is no damage.
+    for (tail, bytes) in [("\0\0\0", 3), ("{\"se", 4), ("{\"seq\":4,\"utc", 13)] {
+        let read = read_journal(format!("{text}{tail}").as_bytes());
+        assert_eq!(
+            (read.records.len(), read.end),
+            (3, JournalEnd::Cut { bytes })
+        );
+        assert_eq!(read.good_bytes, text.len());
+    }
+    let read = read_journal(text.trim_end().as_bytes());
+    assert_eq!(
+        (read.records.len(), read.end),
+        (3, JournalEnd::Cut { bytes: 0 })
+    );
+}
+
+#[test]
+fn a_number_that_was_forged_or_is_there_with_other_words_counts_once() {
+    let (mut bytes, other) = (journal(&["one", "two"]), journal(&["another"]));
+    let mut far = read_journal(&other).records.remove(0);
+    bytes.extend(other);
+    let read = read_journal(&bytes);
+    assert!(matches!(
+        read.end,
+        JournalEnd::Damaged {
+            line: 3,
+            lines: 1,
+            ..
+        }
+    ));
+    assert!(matches!(&read.records[0].event, Event::Note(noted) if noted.text == "one"));
+    far.seq = u64::MAX;
+    bytes.extend(stiffbench_session::write_line(&far).unwrap());
+    assert_eq!(read_journal(&bytes).records.len(), 2);
 }
 
 #[test]

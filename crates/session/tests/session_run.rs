@@ -12,9 +12,9 @@ use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_session::{
-    Answers, Bell, Event, FolderError, JOURNAL_SCHEMA, JournalEnd, Machine, Operator,
+    Answers, Bell, Event, FolderError, FolderHolder, JOURNAL_SCHEMA, JournalEnd, Machine, Operator,
     OperatorEvent, Prompt, Resumed, RunError, SessionEnd, SessionFolder, SessionInputs,
-    SessionState, SessionView, Settings, Started, read_folder, recover, run,
+    SessionState, SessionView, Settings, Started, folder_holder, read_folder, recover, run,
 };
 use stiffbench_units_and_text::clock::Clock;
 
@@ -144,6 +144,7 @@ fn session_of(
             procedure: procedure.name.clone(),
             procedure_sha256: String::new(),
             robot_sha256: None,
+            header_sha256: None,
             mechanism: None,
             origin: None,
             software,
@@ -270,7 +271,7 @@ fn a_second_process_gets_the_holder_of_the_session() {
     let desk = tempfile::tempdir().unwrap();
     let path = desk.path().join("s");
     let now = Timestamp::UNIX_EPOCH;
-    let (held, _journal) =
+    let (_, held) =
         SessionFolder::create(&path, "schema = \"stiffbench/session/1\"\n", None, now).unwrap();
     let error = SessionFolder::open(&path, now).unwrap_err();
     let FolderError::InUse { holder, .. } = error else {
@@ -281,6 +282,12 @@ fn a_second_process_gets_the_holder_of_the_session() {
         "{holder}"
     );
     assert!(holder.contains("1970-01-01 00:00:00 UTC"), "{holder}");
+    // The lock is on the journal: without the file that names the holder it still holds.
+    std::fs::remove_file(path.join("session.lock")).unwrap();
+    let error = SessionFolder::open(&path, now).unwrap_err();
+    assert!(matches!(&error, FolderError::InUse { holder, .. } if holder == "another process"));
+    let holder = folder_holder(&path);
+    assert!(matches!(holder, FolderHolder::Process(_)), "{holder:?}");
     drop(held);
     assert!(SessionFolder::open(&path, now).is_ok());
     let error = SessionFolder::create(&path, "", None, now).unwrap_err();

@@ -379,6 +379,7 @@ impl Rig {
             procedure: procedure.name.clone(),
             procedure_sha256: String::new(),
             robot_sha256: None,
+            header_sha256: None,
             mechanism: None,
             origin: None,
             software: "test".to_owned(),

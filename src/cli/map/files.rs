@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::analysis::{ArgumentError, Inputs};
 use crate::cli::failure::Failure;
-use crate::cli::figure_files::{file_part, write, write_figure};
+use crate::cli::figure_files::{file_part, write_again, write_figure};
 use crate::cli::outcome::envelope;
 use crate::plot::{BinValue, Figure};
 use crate::report::{MapReport, MapSummary, mesh_of, points_csv};
@@ -35,7 +35,7 @@ pub(super) fn write_all(
     // One after the other: the points of all mechanisms at once would need as much memory again as the maps.
     let mut put = |name: String, content: &[u8]| -> Result<(), Failure> {
         let path = folder.join(name);
-        write(&path, content)?;
+        write_again(&path, content)?;
         written.push(path);
         Ok(())
     };
@@ -118,7 +118,7 @@ pub(super) fn write_files(
 ) -> Result<Vec<PathBuf>, Failure> {
     let write_one = |(name, content): &(String, String)| {
         let path = folder.join(name);
-        write(&path, content.as_bytes())?;
+        write_again(&path, content.as_bytes())?;
         Ok(path)
     };
     files.iter().map(write_one).collect()

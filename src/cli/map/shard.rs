@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::failure::{CliError, Failure};
+use crate::cli::figure_files::write_again;
 use crate::distribution::{PoseSample, StiffnessMap, row_width};
-use crate::session::write_whole;
 
 use super::job::{MapJob, SCHEMA};
 
@@ -104,18 +104,7 @@ pub(super) fn write(
     maps: &[StiffnessMap],
 ) -> Result<(), Failure> {
     let bytes = bytes(job, poses, maps)?;
-    let failed = |source| CliError::Write {
-        path: path.to_owned(),
-        source,
-    };
-    if let Some(folder) = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-    {
-        fs::create_dir_all(folder).map_err(failed)?;
-    }
-    write_whole(path, &bytes).map_err(failed)?;
-    Ok(())
+    Ok(write_again(path, &bytes)?)
 }
 
 fn bytes(job: &MapJob, poses: &PoseSample, maps: &[StiffnessMap]) -> Result<Vec<u8>, Failure> {

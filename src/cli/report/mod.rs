@@ -129,7 +129,7 @@ fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
         Ok(file) => file,
         Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
             let path = path.to_owned();
-            return Err(CliError::ReportExists { path });
+            return Err(CliError::FileExists { path });
         }
         Err(error) => return Err(failed(path)(error)),
     };
@@ -144,7 +144,7 @@ fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
 fn check_new(path: &Path) -> Result<(), CliError> {
     if path.exists() {
         let path = path.to_owned();
-        return Err(CliError::ReportExists { path });
+        return Err(CliError::FileExists { path });
     }
     Ok(())
 }

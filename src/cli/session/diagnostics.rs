@@ -1,6 +1,6 @@
 //! The log of a session: what a helper needs to know when something went wrong. The journal stays the primary record.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -13,6 +13,7 @@ use crate::cli::outcome::print_error;
 use crate::report::VERSION;
 use crate::session::{
     Answer, Bell, Event, Operator, OperatorEvent, Prompt, Record, SessionView, SkipScope,
+    append_inside,
 };
 
 use super::inspect::event_text;
@@ -54,12 +55,10 @@ pub(super) struct DiagnosticLog {
 impl DiagnosticLog {
     /// Opens the log of a session folder. One that cannot be written stops no session: a note states it.
     pub(super) fn open(folder: &Path, global: &Global) -> Self {
-        let path = folder.join(FILE);
-        let opened = OpenOptions::new().create(true).append(true).open(&path);
-        let file = opened.map_err(|error| {
+        let file = append_inside(folder, FILE).map_err(|error| {
             print_error(&format!(
                 "note: {} cannot be written: {error}",
-                path.display()
+                folder.join(FILE).display()
             ));
         });
         let mut log = Self {

@@ -6,7 +6,8 @@ use std::path::Path;
 use jiff::Timestamp;
 
 use crate::analysis::{
-    ArgumentError, ResolvedModel, add_poses, check_specimen, sha256, state_joint_values,
+    ArgumentError, ResolvedModel, add_poses, check_specimen, header_sha256, sha256,
+    state_joint_values,
 };
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -467,6 +468,7 @@ fn started(header: &SessionHeader, procedure: &Procedure, procedure_sha256: Stri
         pid: std::process::id(),
         host: host(),
         robot_sha256: header.robot_sha256.clone(),
+        header_sha256: header_sha256(&header.to_toml()),
         mechanism: header.mechanism.clone(),
         origin: header.origin.clone(),
         displacement_axes: procedure.displacement_axes.clone(),

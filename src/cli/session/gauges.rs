@@ -384,7 +384,7 @@ fn trace(
 ) -> Result<(String, Box<dyn Sink>), CliError> {
     let mut file = format!("{channel}.trace");
     let mut number = 1;
-    while raw.join(&file).exists() {
+    while raw.join(&file).symlink_metadata().is_ok() {
         number += 1;
         file = format!("{channel}-{number}.trace");
     }

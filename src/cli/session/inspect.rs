@@ -11,8 +11,8 @@ use crate::instrument::Channel;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
 use crate::session::{
-    Event, FolderHolder, JournalEnd, OmittedReadings, SessionState, Undone, UndoneAction,
-    ZeroOccasion, Zeroed, folder_holder, read_folder,
+    Event, FolderHolder, OmittedReadings, SessionState, Undone, UndoneAction, ZeroOccasion, Zeroed,
+    folder_holder, read_folder,
 };
 
 use super::prepare::{day_of_last_event, overdue, plan_of};
@@ -81,7 +81,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         let _ = writeln!(text, "Next: stiffbench {next} {}", folder.display());
     }
     let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
-    warnings.extend(end_warning(&read.journal.end));
+    warnings.extend(read.journal.end.warning());
     let report = StatusReport {
         folder: folder.to_owned(),
         session: header.id.clone(),
@@ -107,19 +107,6 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         .with_warnings(warnings))
 }
 
-/// What a user should know of the end of a journal.
-fn end_warning(end: &JournalEnd) -> Option<String> {
-    match end {
-        JournalEnd::Clean => None,
-        JournalEnd::Cut { bytes } => Some(format!(
-            "the last {bytes} bytes of the journal are a record that was being written; it was never confirmed"
-        )),
-        JournalEnd::Damaged { line, problem, .. } => Some(format!(
-            "line {line} of the journal is damaged ({problem}): stiffbench session recover"
-        )),
-    }
-}
-
 /// What happened, line by line.
 pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
@@ -137,7 +124,7 @@ pub(super) fn log(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
         );
     }
     let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
-    warnings.extend(end_warning(&read.journal.end));
+    warnings.extend(read.journal.end.warning());
     let report = SessionLog {
         events: read.journal.records,
     };

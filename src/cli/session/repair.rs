@@ -7,7 +7,7 @@ use jiff::Timestamp;
 
 use crate::analysis::{
     Inputs, JournalCheck, ReadError, TableCheck, compare_vectors_with_journal,
-    compare_with_journal, shortened,
+    compare_with_journal, session_file, sha256, shortened,
 };
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -18,7 +18,7 @@ use crate::readings::{
 use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
 use crate::session::{
     JournalEnd, RawCheck, ReadFolder, ReadJournal, SessionState, check_raw_bytes, read_folder,
-    recover,
+    read_inside, recover,
 };
 
 use super::prepare::{day_of_last_event, overdue, plan_of, run_out};
@@ -32,7 +32,9 @@ const NOTHING: u8 = 31;
 
 /// Whether the journal of a session is whole.
 pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
-    if !folder.join("journal.jsonl").is_file() && folder.join("readings.csv").is_file() {
+    let has_journal = session_file(folder, "journal.jsonl")?.is_some();
+    let file = session_file(folder, "readings.csv")?;
+    if !has_journal && file.is_some() {
         let text = format!(
             "{}: not protected: there is no journal that the readings could be compared with\n",
             folder.display()
@@ -40,6 +42,8 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         let report = VerifyReport {
             journal: VerifiedJournal::None { whole: true },
             table: TableCheck::NotProtected,
+            robot_changed: false,
+            not_verified: Vec::new(),
             raw: None,
         };
         return Ok(Outcome::new("session-verify", text, report));
@@ -47,10 +51,22 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     let read = read_folder(folder)?;
     let state = SessionState::fold(&read.journal.records);
     let (found, exit) = finding(&read.journal);
-    let file = folder.join("readings.csv");
-    let (table, table_found, table_exit) = verify_table(folder, &file, &read)?;
+    let (table, table_found, table_exit) = verify_table(folder, file.as_deref(), &read)?;
+    let (robot_changed, not_verified) = verify_files(folder, &read, &state);
     let (raw, raw_found, raw_exit) = verify_raw(folder, &state);
-    let exit = exit.max(table_exit).max(raw_exit);
+    let mut exit = exit.max(table_exit).max(raw_exit);
+    let mut files_found = String::new();
+    if robot_changed {
+        exit = exit.max(PART);
+        files_found += "changed after the session: robot.toml\n";
+    }
+    if !not_verified.is_empty() {
+        let names = not_verified.join("; ");
+        files_found += &format!("not verified, for the journal has no hash of it: {names}\n");
+    }
+    if exit == PART && read.journal.records.is_empty() {
+        exit = NOTHING;
+    }
     let next = if exit == 0 {
         String::new()
     } else {
@@ -60,15 +76,17 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         )
     };
     let text = format!(
-        "{}: {}, {}; {found}\n{}: {table_found}\n{raw_found}{next}",
+        "{}: {}, {}; {found}\n{}: {table_found}\n{files_found}{raw_found}{next}",
         folder.display(),
         counted(read.journal.records.len(), "event"),
         counted(state.readings.len(), "reading"),
-        file.display()
+        folder.join("readings.csv").display()
     );
     let data = VerifyReport {
         journal: VerifiedJournal::Read(report(&read.journal, &state, exit)),
         table,
+        robot_changed,
+        not_verified,
         raw,
     };
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
@@ -122,21 +140,21 @@ fn verify_raw(folder: &Path, state: &SessionState) -> (Option<RawCheck>, String,
 /// The table beside its journal: for JSON, in words, and the exit code for it.
 fn verify_table(
     folder: &Path,
-    file: &Path,
+    file: Option<&Path>,
     read: &ReadFolder,
 ) -> Result<(TableCheck, String, u8), Failure> {
-    if !file.is_file() {
+    let Some(file) = file else {
         let found = "it does not exist; it can be rebuilt from the journal".to_owned();
         return Ok((TableCheck::Missing, found, PART));
-    }
+    };
     let is_damaged = matches!(read.journal.end, JournalEnd::Damaged { .. });
     if is_damaged && read.journal.records.is_empty() {
         let found = "nothing is left of the journal that it could be compared with".to_owned();
         return Ok((TableCheck::NotProtected, found, 0));
     }
-    let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
+    let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
     if header.is_of_vectors() {
         return verify_vectors(folder, file, open, &header, &read.journal.end);
     }
@@ -179,6 +197,31 @@ fn verify_vectors(
             Ok(judged(&check, file, end))
         }
     }
+}
+
+/// Whether `robot.toml` is another than the journal has, and what the journal has no hash of.
+fn verify_files(
+    folder: &Path,
+    read: &ReadFolder,
+    state: &SessionState,
+) -> (bool, Vec<&'static str>) {
+    let started = state.started.as_ref();
+    let robot = started.and_then(|started| started.robot_sha256.as_ref());
+    let is_that =
+        |hash: &String| read_inside(folder, "robot.toml").is_ok_and(|it| sha256(it) == *hash);
+    let mut unknown = Vec::new();
+    if robot.is_none() {
+        unknown.push("robot.toml");
+    }
+    if started.is_none_or(|started| started.header_sha256.is_none()) {
+        unknown.push("session.toml (operator, specimen, place, factors)");
+        // Another program may have written the same procedure in other words.
+        let procedure = plan_of(read).map(|(_, _, hash)| hash).unwrap_or_default();
+        if started.is_none_or(|started| started.procedure_sha256 != procedure) {
+            unknown.push("session.toml (procedure)");
+        }
+    }
+    (robot.is_some_and(|hash| !is_that(hash)), unknown)
 }
 
 fn judged(check: &JournalCheck, file: &Path, end: &JournalEnd) -> (TableCheck, String, u8) {
@@ -227,31 +270,12 @@ pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result
 
 /// What is wrong with a journal, and the exit code for it.
 fn finding(journal: &ReadJournal) -> (String, u8) {
-    match &journal.end {
-        JournalEnd::Clean => ("the journal is whole".to_owned(), 0),
-        JournalEnd::Cut { bytes } => (
-            format!(
-                "behind them {bytes} bytes of a record that was never confirmed; nothing is lost"
-            ),
-            0,
-        ),
-        JournalEnd::Damaged {
-            line,
-            problem,
-            lines,
-        } => {
-            let exit = if journal.records.is_empty() {
-                NOTHING
-            } else {
-                PART
-            };
-            let found = format!(
-                "line {line} is damaged: {problem}; lost: {}",
-                counted(lines, "event")
-            );
-            (found, exit)
-        }
-    }
+    let exit = match journal.end {
+        JournalEnd::Damaged { .. } if journal.records.is_empty() => NOTHING,
+        JournalEnd::Damaged { .. } => PART,
+        JournalEnd::Clean | JournalEnd::Cut { .. } => 0,
+    };
+    (journal.end.finding(), exit)
 }
 
 fn report(journal: &ReadJournal, state: &SessionState, exit: u8) -> JournalReport {

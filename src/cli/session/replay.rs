@@ -5,7 +5,7 @@ use std::thread;
 
 use jiff::Timestamp;
 
-use crate::analysis::{ArgumentError, Inputs, ReadError, read_text};
+use crate::analysis::{ArgumentError, Inputs, ReadError, header_sha256, read_text, session_file};
 use crate::cli::args::Global;
 use crate::cli::descriptions::find_description;
 use crate::cli::failure::Failure;
@@ -17,8 +17,8 @@ use crate::instrument::trace::{GaugeTrace, events_of};
 use crate::instrument::{Channel, GaugeEvent};
 use crate::report::SessionReplayReport;
 use crate::session::{
-    Event, Machine, RecordedSession, ReplayWatch, SessionFolder, SessionState, Settings, lag_s,
-    read_folder, replay_session,
+    Event, Machine, RecordedSession, ReplayWatch, SessionFolder, SessionState, Settings, inside,
+    lag_s, read_folder, read_inside, replay_session,
 };
 
 use super::args::SessionReplayArgs;
@@ -60,10 +60,11 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
         if let Event::Started(started) = &mut record.event {
             started.session = header.id.clone().unwrap_or_default();
             started.origin.clone_from(&header.origin);
+            started.header_sha256 = header_sha256(&header.to_toml());
         }
     }
-    let robot = args.folder.join("robot.toml");
-    let robot = robot.is_file().then(|| read_text(&robot)).transpose()?;
+    let robot = session_file(&args.folder, "robot.toml")?;
+    let robot = robot.map(|robot| read_text(&robot)).transpose()?;
     let (folder, mut journal) =
         SessionFolder::create(&args.out, &header.to_toml(), robot.as_deref(), now)?;
     let settings = Settings {
@@ -115,7 +116,8 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
 /// The traces of a folder, decoded as the live lines were.
 fn session_traces(args: &SessionReplayArgs) -> Result<SessionTraces, Failure> {
     let raw = args.folder.join("raw");
-    let entries = fs::read_dir(&raw).map_err(ReadError::of(&raw))?;
+    let entries = inside(&args.folder, "raw").and_then(fs::read_dir);
+    let entries = entries.map_err(ReadError::of(&raw))?;
     let files = entries.flatten().map(|entry| entry.path());
     let mut files: Vec<_> = files
         .filter(|path| path.extension().is_some_and(|ext| ext == "trace"))
@@ -127,7 +129,11 @@ fn session_traces(args: &SessionReplayArgs) -> Result<SessionTraces, Failure> {
     };
     for file in &files {
         let name = file.display().to_string();
-        let trace = GaugeTrace::parse(&fs::read(file).map_err(ReadError::of(file))?, &name)?;
+        let named = file.file_name().unwrap_or_default();
+        let trace = GaugeTrace::parse(
+            &read_inside(&raw, named).map_err(ReadError::of(file))?,
+            &name,
+        )?;
         let refused = |problem: &str| {
             ArgumentError::new(
                 name.clone(),

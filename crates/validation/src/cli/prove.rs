@@ -27,7 +27,7 @@ use super::error::ValidationError;
 use super::prove_args::{ProveArgs, ProvePart, SetChoice};
 use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::Failure;
-use stiffbench::cli::figure_files::{write, write_figure};
+use stiffbench::cli::figure_files::{write_again, write_figure};
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 
@@ -138,8 +138,8 @@ impl Done {
         let mut stored = stiffbench::cli::outcome::envelope("prove", true);
         stored["data"] = json!(data);
         let stored = format!("{stored:#}\n");
-        write(&args.out.join("prove.json"), stored.as_bytes())?;
-        write(&args.out.join("tables.txt"), text.as_bytes())?;
+        write_again(&args.out.join("prove.json"), stored.as_bytes())?;
+        write_again(&args.out.join("tables.txt"), text.as_bytes())?;
         Ok((text, data))
     }
 }
@@ -160,7 +160,7 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     let verdicts = diagnose_all(&sessions, &options, &|| bar.inc(1));
     bar.finish_and_clear();
     let written = format!("{:#}\n", json!(BlindVerdicts::new(&verdicts, args.seed)));
-    write(&args.out.join("verdicts.json"), written.as_bytes())?;
+    write_again(&args.out.join("verdicts.json"), written.as_bytes())?;
 
     let mut answers = unsealed(&folder.join(ANSWERS))?;
     if chosen.iter().any(|(_, set)| *set == Set::Second) {

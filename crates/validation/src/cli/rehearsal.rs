@@ -190,6 +190,7 @@ fn beginning(state: &SessionState, procedure: &Procedure) -> Event {
         procedure: procedure.name.clone(),
         procedure_sha256: String::new(),
         robot_sha256: None,
+        header_sha256: None,
         mechanism: None,
         origin: None,
         software,

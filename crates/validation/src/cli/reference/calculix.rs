@@ -16,7 +16,7 @@ use crate::reference::{
 use crate::report::ReferenceRun;
 use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::{CliError, Failure};
-use stiffbench::cli::figure_files::write;
+use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 use stiffbench::report::{AlignedTable, significant};
@@ -58,8 +58,8 @@ pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<O
         record.cells.push(cell);
         // After every case, so that a later failure loses nothing.
         let text = format!("{:#}\n", json!(record));
-        write(&args.folder.join(RECORD_FILE), text.as_bytes())?;
-        write(&args.folder.join(LIST_FILE), record.csv().as_bytes())?;
+        write_again(&args.folder.join(RECORD_FILE), text.as_bytes())?;
+        write_again(&args.folder.join(LIST_FILE), record.csv().as_bytes())?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -149,7 +149,7 @@ fn run_case(
         .output()
         .map_err(no_calculix(&args.ccx))?;
     let seconds = started.elapsed().as_secs_f64();
-    write(&of_job("log"), &[stdout, stderr].concat())?;
+    write_again(&of_job("log"), &[stdout, stderr].concat())?;
     let text = fs::read_to_string(&dat).unwrap_or_default();
     let displacement_m = end_displacement_m(&dat.display().to_string(), &text)?;
     Ok(ReferenceCell {

@@ -13,7 +13,7 @@ use stiffbench::analysis::{
     ArgumentError, Inputs, ModelChoice, ReadError, ResolvedModel, resolve, sha256,
 };
 use stiffbench::cli::failure::Failure;
-use stiffbench::cli::figure_files::write;
+use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::report::{AlignedTable, significant};
 use stiffbench::robot::{JointModel, MechanismModel, Theory};
@@ -55,7 +55,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
         }
     }
     let text = export_text(&model, &args.out);
-    write(
+    write_again(
         &args.out.join(MODEL_FILE),
         format!("{:#}\n", json!(model)).as_bytes(),
     )?;
@@ -172,13 +172,13 @@ fn write_pose(
             resolved.robot.name, resolved.mechanism, resolved.factors_name
         ),
     ];
-    write(&args.out.join(&file), solids.deck(&about).as_bytes())?;
+    write_again(&args.out.join(&file), solids.deck(&about).as_bytes())?;
     let mut cases = Vec::new();
     for direction in Direction::ALL {
         for &force_n in &args.loads {
             let job = format!("{stem}_{direction}{force_n:+}N");
             let text = solids.case(&file, direction.index(), force_n, args.large_displacements);
-            write(&args.out.join(format!("{job}.inp")), text.as_bytes())?;
+            write_again(&args.out.join(format!("{job}.inp")), text.as_bytes())?;
             cases.push(ReferenceLoad {
                 direction: direction.to_string(),
                 force_n,
