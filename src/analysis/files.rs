@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use crate::nearest::nearest;
 use crate::session::inside;
@@ -106,11 +106,20 @@ fn read_whole(source: impl Read) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a file was read since the program began, under any name.
+fn inputs() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    INPUTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Whether this command has read a file, under any name.
 #[must_use]
 pub fn is_input(path: &Path) -> bool {
-    let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
-    path.canonicalize().is_ok_and(|path| inputs.contains(&path))
+    let path = path.canonicalize();
+    path.is_ok_and(|path| inputs().contains(&path))
+}
+
+/// Begins another command in the same process.
+pub fn forget_inputs() {
+    inputs().clear();
 }
 
 /// The path of a file of a session folder; `None` if there is none.
@@ -141,8 +150,7 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     let read = if is_dash(path) {
         standard_input()
     } else {
-        let mut inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
-        inputs.extend(path.canonicalize());
+        inputs().extend(path.canonicalize());
         fs::File::open(path).and_then(read_whole)
     };
     read.map_err(ReadError::of(path))

@@ -55,7 +55,9 @@ pub use diagnose::{
 };
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
-pub use files::{ReadError, is_dash, is_input, read_bytes, read_text, session_file, shown};
+pub use files::{
+    ReadError, forget_inputs, is_dash, is_input, read_bytes, read_text, session_file, shown,
+};
 pub use fit::{
     BootstrapOver, FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics,
 };

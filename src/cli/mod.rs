@@ -72,7 +72,7 @@ use std::process::ExitCode;
 use clap::{ColorChoice, FromArgMatches};
 use serde_json::Value;
 
-use crate::analysis::ArgumentError;
+use crate::analysis::{ArgumentError, forget_inputs};
 use crate::export::tidy::TidyTable;
 use args::{Cli, Command, Global, ProgressMode};
 use failure::{CliError, Failure};
@@ -119,6 +119,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// # Errors
 /// The object of the failure; its `error` holds `code`, `message`, `help` and `exit_code`.
 pub fn json_of(words: impl IntoIterator<Item = OsString>) -> Result<Value, Value> {
+    forget_inputs();
     let cli = parse_for_json(words)?;
     let mut outcome = run(cli).map_err(|failure| failure.to_json())?;
     Ok(outcome.json())
