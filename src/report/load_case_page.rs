@@ -157,7 +157,16 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
     let rotation = agreement
         .rotation_sd_rad
         .map(|sd| format!("{} urad of a rotation", micro(sd)));
-    let both: Vec<String> = displacement.into_iter().chain(rotation).collect();
+    let load = (agreement.load_sd > 0.0).then(|| {
+        format!(
+            "{} % of what a load moves",
+            significant(100.0 * agreement.load_sd, 2)
+        )
+    });
+    let parts: Vec<String> = [displacement, rotation, load]
+        .into_iter()
+        .flatten()
+        .collect();
     let source = match agreement.source {
         ScatterSource::Repeats => "from the repeats",
         ScatterSource::Residuals => "from what the fit leaves over the poses",
@@ -175,7 +184,7 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
     });
     format!(
         "Scatter {source}: {}, {}{lack}.\n",
-        both.join(", "),
+        parts.join(", "),
         degrees_of_freedom(agreement.scatter_dof)
     )
 }

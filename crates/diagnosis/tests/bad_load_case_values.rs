@@ -246,9 +246,11 @@ fn both_commands_give_one_error_in_poses_left_out() {
         let after = fitted(&robot, &table, &names).rms_m()[2].unwrap();
         let said = diagnosis.after_unseen_m.unwrap();
         assert!(after < 0.9 * before, "{names:?}: {before} to {after}");
-        // The scatter without repeats is estimated with each model; it does not change the weights of displacements among themselves.
+        // The scatter without repeats is estimated with each model; it does not change the weights of displacements among themselves. With
+        // repeats the weights go with what each fit predicts, and differ a little.
+        let within = if repeats == 1 { 1e-4 } else { 1e-3 };
         assert!(
-            (said / after - 1.0).abs() < 1e-4,
+            (said / after - 1.0).abs() < within,
             "{repeats}: {said} and {after}"
         );
     }

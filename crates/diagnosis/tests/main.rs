@@ -22,4 +22,5 @@ mod mismatch_verdicts;
 mod position_coverage;
 mod six_springs;
 mod stiffness_map;
+mod vector_coverage;
 mod wrong_cells;

@@ -19,7 +19,7 @@ use super::intervals::add_intervals;
 use super::outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
 use super::positions::{RigidRobot, fitted_frames, why_open};
 use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
-use super::scatter::{LEAST_SCATTER, ScatterSums, sizes};
+use super::scatter::{LoadScatter, RowScatter, sizes};
 
 /// Starts beside the given one where factors are free: sections that carry the same load have two minima.
 const STARTS: usize = 12;
@@ -41,7 +41,8 @@ pub struct LoadCaseFitOptions {
 struct WeighedRows {
     /// Whether each row belongs to the poses of the fit.
     takes_part: Vec<bool>,
-    scatter: ScatterSums,
+    scatter: LoadScatter,
+    of_rows: RowScatter,
     source: ScatterSource,
 }
 
@@ -49,8 +50,8 @@ struct WeighedRows {
 ///
 /// Absolute positions are taken under own weight and the load of each case; base frame and tool point are fitted beside the parameters.
 ///
-/// Displacements and rotations are weighed by their scatter: from the differences between repeats of a load where there are any, else from
-/// what the fit leaves over the poses, parameters counted off. Springs are fitted by their compliance, from zero up.
+/// Displacements and rotations are weighed by their scatter: from the differences between repeats of a load where there are any, which soft
+/// cells have more of than stiff ones, else from what the fit leaves over the poses, parameters counted off. Springs are fitted by their compliance, from zero up.
 ///
 /// # Errors
 /// [`LoadCaseFitError`]; a search that did not converge is a result, not an error.
@@ -105,12 +106,13 @@ pub fn fit_load_cases(
         }),
         components: fitted_components(model, &of_rigid, &predicted, &rows.takes_part),
         poses: Vec::new(),
+        scatter: rows.of_rows.clone(),
         termination: fit.termination.to_string(),
         warnings: Vec::new(),
     };
     if let Some(covariance) = &covariance {
-        let weights = || problem.weights().to_vec();
-        let again = || LoadCaseProblem::new(*model, &parameters, weights(), frames).ok();
+        let scatter = problem.scatter().clone();
+        let again = || LoadCaseProblem::new(*model, &parameters, scatter.clone(), frames).ok();
         add_intervals(&again, &set, &fit, covariance, &mut outcome)?;
     } else {
         outcome.warnings.push(format!(
@@ -186,49 +188,45 @@ fn weighed_fit<'a>(
     options: &LoadCaseFitOptions,
 ) -> Result<(LeastSquaresFit, LoadCaseProblem<'a>, WeighedRows), LoadCaseFitError> {
     let posed = model.posed;
-    let sizes = sizes(posed);
-    let least = sizes.map(|size| LEAST_SCATTER * size);
-    let mask = |mut weights: Vec<f64>| {
-        for (weight, takes_part) in weights.iter_mut().zip(&takes_part) {
-            if !takes_part {
-                *weight = 0.0;
-            }
-        }
-        weights
+    let only = |scatter: &RowScatter| scatter.without(|row| !takes_part[row]);
+    // Displacements and rotations in units of their usual size.
+    let sd = sizes(posed).map(Some);
+    let mut scatter = LoadScatter {
+        sd,
+        ..LoadScatter::default()
     };
-    let start = mask(ScatterSums::default().weights(posed, sizes));
-    let mut problem = LoadCaseProblem::new(*model, parameters, start, frames)?;
+    let mut of_rows = scatter.of_rows(posed, &model.measured());
+    let mut problem = LoadCaseProblem::new(*model, parameters, only(&of_rows), frames)?;
     let mut set = set.clone();
-    let mut scatter = ScatterSums::default();
     let mut source = ScatterSource::Residuals;
     let mut fit = lowest(&mut problem, &set)?;
     for _ in 0..ALTERNATIONS {
-        let residuals: Vec<f64> = problem
-            .predictions(&fit.values)?
-            .iter()
-            .zip(model.measured())
+        let predicted = problem.predictions(&fit.values)?;
+        let rows = predicted.iter().zip(model.measured());
+        let residuals: Vec<f64> = rows
             .map(|(predicted, measured)| predicted - measured)
             .collect();
-        let repeats = ScatterSums::of_repeats(posed, &residuals);
-        let serves = repeats.serves(posed);
-        if options.sigma == Some(SigmaMode::Known) && !serves {
+        let repeats = LoadScatter::of_repeats(posed, &residuals);
+        if options.sigma == Some(SigmaMode::Known) && repeats.is_none() {
             return Err(LoadCaseFitError::NoRepeats);
         }
-        let from_repeats = serves && options.sigma != Some(SigmaMode::Estimated);
-        (scatter, source) = if from_repeats {
+        let repeats = repeats.filter(|_| options.sigma != Some(SigmaMode::Estimated));
+        (scatter, source) = if let Some(repeats) = repeats {
             (repeats, ScatterSource::Repeats)
         } else {
             let free = set.free_indices().len();
-            let of = ScatterSums::of_residuals(posed, &residuals, &takes_part, free);
+            let of = LoadScatter::of_residuals(posed, &residuals, &takes_part, free);
             (of, ScatterSource::Residuals)
         };
-        problem.set_weights(mask(scatter.weights(posed, least)));
+        of_rows = scatter.of_rows(posed, &predicted);
+        *problem.scatter() = only(&of_rows);
         set = set.with_start(&fit.free_values)?;
         fit = lowest(&mut problem, &set)?;
     }
     let rows = WeighedRows {
         takes_part,
         scatter,
+        of_rows,
         source,
     };
     Ok((fit, problem, rows))
@@ -257,7 +255,7 @@ fn covariance_of(
         return Ok(None);
     }
     let settings = CovarianceSettings {
-        known_dof: rows.scatter.dof(),
+        known_dof: rows.scatter.dof,
         ..CovarianceSettings::default()
     };
     match covariance(set, fit, SigmaMode::Known, &settings) {
@@ -327,9 +325,9 @@ fn agreement(
     components: usize,
 ) -> LoadCaseAgreement {
     let dof = components.saturating_sub(covariance.rank);
-    let [displacement_sd_m, rotation_sd_rad] = rows.scatter.standard_deviations();
+    let [displacement_sd_m, rotation_sd_rad] = rows.scatter.sd;
     let reduced = (dof > 0).then(|| fit.sum_of_squares() / dof as f64);
-    let scatter_dof = rows.scatter.dof();
+    let scatter_dof = rows.scatter.dof;
     // Pure error is part of the residuals: what is compared with it is the rest, the lack of fit (Draper & Smith, section 2.1).
     let more = dof as f64 - scatter_dof;
     let p = reduced
@@ -340,6 +338,7 @@ fn agreement(
         });
     LoadCaseAgreement {
         source: rows.source,
+        load_sd: rows.scatter.slope_sd,
         displacement_sd_m,
         rotation_sd_rad,
         scatter_dof,

@@ -5,19 +5,14 @@ use stiffbench_numeric::least_squares::{
     ParameterSet, ResidualFunction, minimise,
 };
 
-use crate::search::constants::ROUNDING;
-use crate::search::dot;
-
 use super::error::LoadCaseFitError;
 use super::posed::PosedLoadCases;
+use super::scatter::RowScatter;
 
-/// A problem whose rows can be given other weights.
+/// A problem whose rows can be given another scatter.
 pub(super) trait WeighedProblem: ResidualFunction {
-    /// The weight of every row.
-    fn weights(&self) -> &[f64];
-
-    /// Gives every row another weight; zero of a row that takes no part.
-    fn set_weights(&mut self, weights: Vec<f64>);
+    /// How its rows scatter.
+    fn scatter(&mut self) -> &mut RowScatter;
 
     /// When a fit has converged.
     fn settings(&self) -> LeastSquaresSettings;
@@ -50,16 +45,14 @@ pub(super) fn leave_poses_out(
     if posed.labels.len() < 2 {
         return Ok(unseen);
     }
-    let weights = problem.weights().to_vec();
+    let scatter = problem.scatter().clone();
     let settings = problem.settings();
     for label in 0..posed.labels.len() {
         let left_out = |row: usize| labels[row] == label;
         if labels.iter().filter(|of| **of != label).count() < free {
             continue;
         }
-        let without = weights.iter().enumerate();
-        let without = without.map(|(row, weight)| if left_out(row) { 0.0 } else { *weight });
-        problem.set_weights(without.collect());
+        *problem.scatter() = scatter.without(left_out);
         let refitted = minimise(problem, set, &settings)?;
         let predicted = problem.predict(&refitted.values)?;
         for (row, predicted) in predicted.into_iter().enumerate() {
@@ -68,7 +61,7 @@ pub(super) fn leave_poses_out(
             }
         }
     }
-    problem.set_weights(weights);
+    *problem.scatter() = scatter;
     Ok(unseen)
 }
 
@@ -77,7 +70,7 @@ pub(super) fn leave_poses_out(
 pub(super) struct LinearRows<'a> {
     rows: &'a [f64],
     columns: Vec<Vec<f64>>,
-    weights: Vec<f64>,
+    scatter: RowScatter,
 }
 
 impl<'a> LinearRows<'a> {
@@ -91,25 +84,22 @@ impl<'a> LinearRows<'a> {
     pub(super) fn new(
         rows: &'a [f64],
         columns: &[(&[f64], [f64; 2])],
-        weights: Vec<f64>,
+        scatter: RowScatter,
     ) -> Result<(Self, ParameterSet), LeastSquaresError> {
         let (mut scaled, mut parameters) = (Vec::new(), Vec::new());
-        let heaviest = weights.iter().copied().fold(0.0, f64::max);
         for (place, (column, [lowest, highest])) in columns.iter().enumerate() {
-            let weighed: Vec<f64> = column.iter().zip(&weights).map(|(c, w)| c * w).collect();
-            let (length, whole) = (dot(&weighed, &weighed).sqrt(), dot(column, column).sqrt());
             // What the rows with weight do not show stays where it is.
-            let is_shown = length > ROUNDING * whole * heaviest;
-            let length = if is_shown { length } else { 1.0 };
-            let unit = |value: &f64| if is_shown { value / length } else { 0.0 };
-            scaled.push(column.iter().map(unit).collect());
+            let length = scatter.length(column);
+            let unit = length.map_or(0.0, f64::recip);
+            let length = length.unwrap_or(1.0);
+            scaled.push(column.iter().map(|value| value * unit).collect());
             let [lowest, highest] = [lowest.min(0.0), highest.max(0.0)].map(|end| end * length);
             parameters.push(Parameter::free(place.to_string(), 0.0, lowest, highest));
         }
         let problem = Self {
             rows,
             columns: scaled,
-            weights,
+            scatter,
         };
         Ok((problem, ParameterSet::new(parameters)?))
     }
@@ -137,18 +127,18 @@ impl ResidualFunction for LinearRows<'_> {
         jacobian: Option<&mut JacobianView<'_>>,
     ) -> Result<(), EvaluationFailure> {
         let predicted = self.at(parameters);
-        let rows = predicted.iter().zip(self.rows).zip(&self.weights);
-        for (residual, ((predicted, row), weight)) in residuals.iter_mut().zip(rows) {
-            *residual = (predicted - row) * weight;
+        let rows = predicted.iter().zip(self.rows);
+        for (residual, (predicted, row)) in residuals.iter_mut().zip(rows) {
+            *residual = predicted - row;
         }
+        self.scatter.whiten(residuals);
         let Some(jacobian) = jacobian else {
             return Ok(());
         };
         for (place, own) in self.columns.iter().enumerate() {
             if let Some(column) = jacobian.column_mut(place) {
-                for ((entry, value), weight) in column.iter_mut().zip(own).zip(&self.weights) {
-                    *entry = value * weight;
-                }
+                column.copy_from_slice(own);
+                self.scatter.whiten(column);
             }
         }
         Ok(())
@@ -156,12 +146,8 @@ impl ResidualFunction for LinearRows<'_> {
 }
 
 impl WeighedProblem for LinearRows<'_> {
-    fn weights(&self) -> &[f64] {
-        &self.weights
-    }
-
-    fn set_weights(&mut self, weights: Vec<f64>) {
-        self.weights = weights;
+    fn scatter(&mut self) -> &mut RowScatter {
+        &mut self.scatter
     }
 
     fn settings(&self) -> LeastSquaresSettings {

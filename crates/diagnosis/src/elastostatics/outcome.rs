@@ -9,6 +9,8 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorCorrelations, FactorEstimate};
 
+use super::scatter::RowScatter;
+
 /// Where the scatter of the components comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -42,10 +44,12 @@ pub struct LoadCaseAgreement {
     /// Where the scatter comes from.
     #[serde(rename = "scatter_from")]
     pub source: ScatterSource,
-    /// Standard deviation of a displacement, m, in JSON um; none if none was read.
+    /// Standard deviation of what a load moves from application to application, as a share of it; zero if the scatter is that of the residuals.
+    pub load_sd: f64,
+    /// Standard deviation of a displacement beside that, m, in JSON um; none if none was read.
     #[serde(rename = "displacement_sd_um", serialize_with = "in_micro_if_any")]
     pub displacement_sd_m: Option<f64>,
-    /// Standard deviation of a rotation, rad, in JSON urad; none if none was read.
+    /// Standard deviation of a rotation beside that, rad, in JSON urad; none if none was read.
     #[serde(rename = "rotation_sd_urad", serialize_with = "in_micro_if_any")]
     pub rotation_sd_rad: Option<f64>,
     /// Degrees of freedom of that scatter, which intervals have too.
@@ -158,6 +162,8 @@ pub struct LoadCaseFit {
     pub components: Vec<FittedComponent>,
     /// Errors by pose, in the order of the table.
     pub poses: Vec<PoseError>,
+    /// How the components scatter.
+    pub(crate) scatter: RowScatter,
     /// Why the search ended.
     pub termination: String,
     /// What a user should know before using the numbers.

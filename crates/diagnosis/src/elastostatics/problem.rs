@@ -18,6 +18,7 @@ use super::posed::{PosedLoadCases, ReadComponent};
 use super::prediction::{
     PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_of,
 };
+use super::scatter::RowScatter;
 
 /// Difference to a linear model, as a share of the largest displacement, below which a model is linear: rounding of stiff links is far below.
 const NOT_LINEAR: f64 = 1e-6;
@@ -35,15 +36,14 @@ pub struct LoadCaseModel<'a> {
     pub posed: &'a PosedLoadCases,
 }
 
-/// Residuals of all components: predicted less measured, each times its weight.
+/// Residuals of all components: predicted less measured, white by the scatter of the load cases.
 #[derive(Debug)]
 pub(super) struct LoadCaseProblem<'a> {
     model: LoadCaseModel<'a>,
     solver: ComplianceSolver<'a>,
     parameters: FitParameters,
     measured: Vec<f64>,
-    /// One a row; zero of a row that takes no part.
-    weights: Vec<f64>,
+    scatter: RowScatter,
     /// Where motions are linear in the coordinates of the parameters: motions and columns at all coordinates zero.
     linear: Option<PredictedMotions>,
     /// Of absolute positions: the frames, whose coordinates follow those of the parameters.
@@ -99,10 +99,6 @@ impl LoadCaseModel<'_> {
                 (left, lengths_beside(&by_frames, &columns))
             }
         };
-        let column = |parameter: &ModelParameter| {
-            let place = springs.iter().position(|spring| spring == parameter);
-            place.map_or(0.0, |place| lengths[place])
-        };
         let scale = |parameter: &ModelParameter| {
             let place = springs.iter().position(|spring| spring == parameter);
             let own = place.map_or(0.0, |place| {
@@ -141,7 +137,7 @@ impl<'a> LoadCaseProblem<'a> {
     pub(super) fn new(
         model: LoadCaseModel<'a>,
         parameters: &FitParameters,
-        weights: Vec<f64>,
+        scatter: RowScatter,
         frames: Option<&PositionFrames>,
     ) -> Result<Self, LoadCaseFitError> {
         let list = parameters.parameters();
@@ -161,7 +157,7 @@ impl<'a> LoadCaseProblem<'a> {
             parameters: parameters.clone(),
             model,
             solver,
-            weights,
+            scatter,
             linear,
             frames: frames.cloned(),
         })
@@ -313,20 +309,19 @@ impl ResidualFunction for LoadCaseProblem<'_> {
         let motions = self.motions(parameters, jacobian.is_some());
         let motions = motions.map_err(EvaluationFailure::of_model)?;
         let rows = self.rows(parameters, &motions.values);
-        let weighed = rows.iter().zip(&self.measured).zip(&self.weights);
-        for (residual, ((row, measured), weight)) in residuals.iter_mut().zip(weighed) {
-            *residual = (row - measured) * weight;
+        for (residual, (row, measured)) in residuals.iter_mut().zip(rows.iter().zip(&self.measured))
+        {
+            *residual = row - measured;
         }
+        self.scatter.whiten(residuals);
         let Some(jacobian) = jacobian else {
             return Ok(());
         };
         let columns = self.columns(parameters, &motions);
         for (place, derivatives) in columns.iter().enumerate() {
             if let Some(column) = jacobian.column_mut(place) {
-                let entries = column.iter_mut().zip(derivatives).zip(&self.weights);
-                for ((entry, derivative), weight) in entries {
-                    *entry = derivative * weight;
-                }
+                column.copy_from_slice(derivatives);
+                self.scatter.whiten(column);
             }
         }
         Ok(())
@@ -349,12 +344,8 @@ impl ResidualFunction for LoadCaseProblem<'_> {
 }
 
 impl WeighedProblem for LoadCaseProblem<'_> {
-    fn weights(&self) -> &[f64] {
-        &self.weights
-    }
-
-    fn set_weights(&mut self, weights: Vec<f64>) {
-        self.weights = weights;
+    fn scatter(&mut self) -> &mut RowScatter {
+        &mut self.scatter
     }
 
     /// Of a model that is linear the end is where double precision ends; else a compliance keeps about nine digits, so that a share of

@@ -1,21 +1,16 @@
 //! How displacements and rotations scatter: from repeats where there are any, else from what a fit leaves.
 
+use std::ops::Range;
+
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
-use crate::search::{Covariance, LowRankBlock};
+use crate::search::constants::ROUNDING;
+use crate::search::{Covariance, LowRankBlock, dot};
 
 /// Loads that differ by less than this share of the larger are one load applied again.
 const SAME_LOAD: f64 = 0.05;
 
 /// Scatter, as a share of the usual size of a component, below which weights do not grow: a simulation without noise has none.
 pub(super) const LEAST_SCATTER: f64 = 1e-9;
-
-/// Sums of squares of displacements and of rotations, with their degrees of freedom.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct ScatterSums {
-    /// Of displacements, m², and of rotations, rad².
-    squares: [f64; 2],
-    dof: [f64; 2],
-}
 
 /// Rows that hold one component under one load in one pose, each as often as it was read.
 pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
@@ -34,82 +29,6 @@ pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
     groups.into_iter().map(|(.., rows)| rows).collect()
 }
 
-impl ScatterSums {
-    /// From the differences between repeats of one load in one pose; what a model predicts for the loads' differences is taken off.
-    pub(super) fn of_repeats(posed: &PosedLoadCases, residuals: &[f64]) -> Self {
-        let kinds: Vec<usize> = posed
-            .rows()
-            .map(|(_, read)| usize::from(read.is_rotation()))
-            .collect();
-        let mut sums = Self::default();
-        for rows in repeated_rows(posed) {
-            let kind = kinds[rows[0]];
-            let mean = rows.iter().map(|row| residuals[*row]).sum::<f64>() / rows.len() as f64;
-            let squares = rows.iter().map(|row| (residuals[*row] - mean).powi(2));
-            sums.squares[kind] += squares.sum::<f64>();
-            sums.dof[kind] += rows.len() as f64 - 1.0;
-        }
-        sums
-    }
-
-    /// From what a fit leaves of the rows that took part; its parameters are counted against both kinds in proportion to their rows.
-    pub(super) fn of_residuals(
-        posed: &PosedLoadCases,
-        residuals: &[f64],
-        takes_part: &[bool],
-        parameters: usize,
-    ) -> Self {
-        let mut sums = Self::default();
-        let rows = posed.rows().zip(residuals).zip(takes_part);
-        for (((_, read), residual), _) in rows.filter(|(_, takes_part)| **takes_part) {
-            let kind = usize::from(read.is_rotation());
-            sums.squares[kind] += residual * residual;
-            sums.dof[kind] += 1.0;
-        }
-        let all: f64 = sums.dof.iter().sum();
-        if all > 0.0 {
-            for dof in &mut sums.dof {
-                *dof *= (1.0 - parameters as f64 / all).max(0.0);
-            }
-        }
-        sums
-    }
-
-    /// Whether every kind that was read has at least one degree of freedom.
-    pub(super) fn serves(&self, posed: &PosedLoadCases) -> bool {
-        [false, true].into_iter().all(|rotation| {
-            let is_read = posed.rows().any(|(_, read)| read.is_rotation() == rotation);
-            !is_read || self.dof[usize::from(rotation)] >= 1.0
-        })
-    }
-
-    /// Degrees of freedom of both kinds.
-    pub(super) fn dof(&self) -> f64 {
-        self.dof.iter().sum()
-    }
-
-    /// Standard deviation of displacements, m, and of rotations, rad; `None` of what was not read.
-    pub(super) fn standard_deviations(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|kind| {
-            let dof = self.dof[kind];
-            (dof > 0.0).then(|| (self.squares[kind] / dof).sqrt())
-        })
-    }
-
-    /// One over the standard deviation of each row; of rows that do not scatter, one over `least`.
-    pub(super) fn weights(&self, posed: &PosedLoadCases, least: [f64; 2]) -> Vec<f64> {
-        let of_kind: Vec<f64> = self
-            .standard_deviations()
-            .into_iter()
-            .zip(least)
-            .map(|(sd, least)| 1.0 / sd.unwrap_or(least).max(least))
-            .collect();
-        let rows = posed.rows();
-        rows.map(|(_, read)| of_kind[usize::from(read.is_rotation())])
-            .collect()
-    }
-}
-
 /// Root mean square of displacements, m, and of rotations, rad; one of what was not read.
 pub(super) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
     [false, true].map(|rotation| {
@@ -124,110 +43,290 @@ pub(super) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
     })
 }
 
-/// Scatter of repeats whose displacement as a whole varies from application to application, as that of a load whose size varies does.
+/// How load cases scatter: each component by itself, and all that was read under a load together, because the size of a load and the
+/// slope of a run vary from application to application. Soft cells scatter more than stiff ones by that.
 ///
 /// ```text
-///   residual of a case = mean + (error of each component) + slope v,    v = displacement and rotation that were read
+///   residual of a case = mean + (error of each component) + slope v,    v = displacement and rotation under the load
 /// ```
 ///
 /// Restricted maximum likelihood over the repeats by expectation and maximisation (McLachlan & Krishnan, The EM Algorithm, 2008, section
-/// 5.9).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SlopeScatter {
-    /// Standard deviations of the errors of displacements, m, and of rotations, rad; one of what was not read.
-    pub(super) sd: [f64; 2],
+/// 5.9). Residuals of a fit do not tell both apart from what the model lacks: they give the first part alone.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct LoadScatter {
+    /// Standard deviations of the errors of displacements, m, and of rotations, rad; `None` of what was not read.
+    pub(super) sd: [Option<f64>; 2],
     /// Standard deviation of the slope (1).
     pub(super) slope_sd: f64,
+    /// Degrees of freedom.
+    pub(super) dof: f64,
 }
 
-/// Differences between repeats of one load in one pose.
-struct RepeatedCase {
-    /// Kind of each component.
-    kinds: Vec<usize>,
-    /// Mean of each component over the repeats.
-    mean: Vec<f64>,
-    /// Independent contrasts of the residuals of the repeats, each as long as `kinds`.
-    contrasts: Vec<Vec<f64>>,
+/// What was read together, and how far it is off.
+#[derive(Debug, Clone)]
+pub(super) struct ScatterCase {
+    /// Kind of each component: 0 of displacements, 1 of rotations.
+    pub(super) kinds: Vec<usize>,
+    /// Each component without error.
+    pub(super) values: Vec<f64>,
+    /// Independent errors of the case, each as long as `kinds`.
+    pub(super) errors: Vec<Vec<f64>>,
+    /// Degrees of freedom of each of them.
+    pub(super) dof: f64,
 }
 
-impl SlopeScatter {
-    /// # Arguments
-    /// - `sd`: where the search starts.
-    /// - `least`: standard deviations below which nothing is asked.
-    pub(super) fn of_repeats(
+impl LoadScatter {
+    /// From the differences between repeats of one load in one pose; `None` if a kind that was read has no degree of freedom.
+    pub(super) fn of_repeats(posed: &PosedLoadCases, residuals: &[f64]) -> Option<Self> {
+        let kinds = kinds(posed);
+        let groups = repeated_rows(posed).into_iter();
+        let scatter = Self::pooled(groups.map(|rows| {
+            let mean = rows.iter().map(|row| residuals[*row]).sum::<f64>() / rows.len() as f64;
+            let squares = rows.iter().map(|row| (residuals[*row] - mean).powi(2));
+            (kinds[rows[0]], squares.sum(), rows.len() as f64 - 1.0)
+        }));
+        if kinds.iter().any(|kind| scatter.sd[*kind].is_none()) {
+            return None;
+        }
+        let cases = repeated_cases(posed, residuals);
+        // The size of an absolute position says nothing of its load.
+        if posed.has_positions() || cases.is_empty() {
+            return Some(scatter);
+        }
+        let with_slope = Self::of_cases(&cases, least_scatter(posed));
+        Some(Self {
+            sd: [0, 1].map(|kind| with_slope.sd[kind].or(scatter.sd[kind])),
+            dof: scatter.dof,
+            ..with_slope
+        })
+    }
+
+    /// From what a fit leaves of the rows that took part; its parameters are counted against both kinds in proportion to their rows.
+    pub(super) fn of_residuals(
         posed: &PosedLoadCases,
         residuals: &[f64],
-        sd: [f64; 2],
-        least: [f64; 2],
+        takes_part: &[bool],
+        parameters: usize,
     ) -> Self {
+        let all = takes_part.iter().filter(|takes_part| **takes_part).count();
+        let dof = (1.0 - parameters as f64 / all.max(1) as f64).max(0.0);
+        let kinds = kinds(posed);
+        let rows = (0..residuals.len()).filter(|row| takes_part[*row]);
+        Self::pooled(rows.map(|row| (kinds[row], residuals[row].powi(2), dof)))
+    }
+
+    /// Without a slope, from kinds, sums of squares, and their degrees of freedom.
+    fn pooled(parts: impl Iterator<Item = (usize, f64, f64)>) -> Self {
+        let (mut squares, mut dof) = ([0.0; 2], [0.0; 2]);
+        for (kind, own, own_dof) in parts {
+            squares[kind] += own;
+            dof[kind] += own_dof;
+        }
+        Self {
+            sd: [0, 1].map(|kind| (dof[kind] > 0.0).then(|| f64::sqrt(squares[kind] / dof[kind]))),
+            slope_sd: 0.0,
+            dof: dof.iter().sum(),
+        }
+    }
+
+    /// Divides the scatter of cases into both parts.
+    ///
+    /// # Arguments
+    /// - `least`: standard deviations below which nothing is asked of displacements and rotations.
+    pub(super) fn of_cases(cases: &[ScatterCase], least: [f64; 2]) -> Self {
         /// Rounds: the slope is known to some percent at best.
         const ROUNDS: usize = 100;
         /// Where the slope starts: a load is seldom applied better.
         const FIRST: f64 = 0.001;
-        let cases = repeated_cases(posed, residuals);
-        let mut scatter = Self {
-            sd,
-            slope_sd: FIRST,
-        };
-        for _ in 0..ROUNDS {
+        let (mut sd, mut slope_sd) = ([f64::INFINITY; 2], 0.0);
+        let mut dof = [0.0; 2];
+        for round in 0..=ROUNDS {
             let (mut slopes, mut count) = (0.0, 0.0);
-            let (mut squares, mut of_kind) = ([0.0; 2], [0.0; 2]);
-            for case in &cases {
+            let mut squares = [0.0; 2];
+            dof = [0.0; 2];
+            for case in cases {
                 let product = |other: &[f64]| -> f64 {
-                    let terms = case.kinds.iter().zip(&case.mean).zip(other);
+                    let terms = case.kinds.iter().zip(&case.values).zip(other);
                     terms
-                        .map(|((kind, mean), other)| mean * other / scatter.sd[*kind].powi(2))
+                        .map(|((kind, value), other)| value * other / sd[*kind].powi(2))
                         .sum()
                 };
-                let variance = (scatter.slope_sd.powi(-2) + product(&case.mean)).recip();
-                for contrast in &case.contrasts {
-                    let slope = variance * product(contrast);
-                    slopes += slope * slope + variance;
-                    count += 1.0;
-                    for ((kind, mean), value) in case.kinds.iter().zip(&case.mean).zip(contrast) {
-                        squares[*kind] += (value - slope * mean).powi(2) + variance * mean * mean;
-                        of_kind[*kind] += 1.0;
+                // Without a slope in the first round.
+                let variance = f64::recip(f64::powi(slope_sd, -2) + product(&case.values));
+                for errors in &case.errors {
+                    let slope = variance * product(errors);
+                    slopes += case.dof * (slope * slope + variance);
+                    count += case.dof;
+                    for ((kind, value), error) in case.kinds.iter().zip(&case.values).zip(errors) {
+                        let own = (error - slope * value).powi(2) + variance * value * value;
+                        squares[*kind] += case.dof * own;
+                        dof[*kind] += case.dof;
                     }
                 }
             }
-            if count == 0.0 {
-                return Self { sd, slope_sd: 0.0 };
+            for kind in 0..2 {
+                sd[kind] = f64::sqrt(squares[kind] / f64::max(dof[kind], f64::MIN_POSITIVE));
+                sd[kind] = sd[kind].max(least[kind]);
             }
             // A slope of exactly zero would stay there.
-            scatter.slope_sd = f64::max(slopes / count, f64::MIN_POSITIVE).sqrt();
-            for kind in 0..2 {
-                if of_kind[kind] > 0.0 {
-                    scatter.sd[kind] = f64::max(squares[kind] / of_kind[kind], 0.0).sqrt();
-                }
-                scatter.sd[kind] = scatter.sd[kind].max(least[kind]);
-            }
+            slope_sd = match round {
+                0 => FIRST,
+                _ => f64::max(slopes / count, f64::MIN_POSITIVE).sqrt(),
+            };
         }
-        scatter
+        Self {
+            sd: [0, 1].map(|kind| (dof[kind] > 0.0).then_some(sd[kind])),
+            slope_sd,
+            dof: dof.iter().sum(),
+        }
     }
 
-    /// The covariance of all rows.
-    pub(super) fn covariance(&self, posed: &PosedLoadCases) -> Covariance {
-        let rows: Vec<&ReadComponent> = posed.rows().map(|(_, read)| read).collect();
-        let variances: Vec<f64> = rows
-            .iter()
-            .map(|read| self.sd[usize::from(read.is_rotation())].powi(2))
-            .collect();
-        let mut first = 0;
-        let blocks = posed.cases.iter().map(|case| {
-            let rows = first..first + case.components.len();
-            first = rows.end;
-            let columns = case.components.iter();
-            LowRankBlock {
-                rows,
-                columns: columns.map(|read| self.slope_sd * read.value).collect(),
-            }
-        });
-        Covariance::new(&variances, blocks)
+    /// The variance of a value of this kind, and the square of its size.
+    pub(super) fn variance(&self, kind: usize, size: f64) -> f64 {
+        self.sd[kind].unwrap_or_default().powi(2) + self.slope_sd.powi(2) * size
+    }
+
+    /// The standard deviations, none below the least; the least of what was not read.
+    fn at_least(&self, least: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|kind| self.sd[kind].unwrap_or_default().max(least[kind]))
+    }
+
+    /// The scatter of all rows.
+    ///
+    /// # Arguments
+    /// - `values`: every row as it is without error.
+    pub(super) fn of_rows(&self, posed: &PosedLoadCases, values: &[f64]) -> RowScatter {
+        let sd = self.at_least(least_scatter(posed));
+        RowScatter {
+            weights: kinds(posed).iter().map(|kind| sd[*kind].recip()).collect(),
+            shared: values.iter().map(|value| self.slope_sd * value).collect(),
+            cases: posed
+                .cases
+                .iter()
+                .map(|case| case.components.len())
+                .collect(),
+        }
     }
 }
 
+/// Kind of each row: 0 of displacements, 1 of rotations.
+fn kinds(posed: &PosedLoadCases) -> Vec<usize> {
+    let rows = posed.rows();
+    rows.map(|(_, read)| usize::from(read.is_rotation()))
+        .collect()
+}
+
+/// How rows scatter, each by itself and together with the others of its load case.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct RowScatter {
+    /// One over the standard deviation of each row by itself; zero of a row that takes no part.
+    pub(super) weights: Vec<f64>,
+    /// The standard deviation of each row that it shares with its load case, signed.
+    shared: Vec<f64>,
+    /// Number of rows of each load case.
+    cases: Vec<usize>,
+}
+
+impl RowScatter {
+    /// The same without some rows.
+    pub(super) fn without(&self, is_left_out: impl Fn(usize) -> bool) -> Self {
+        let mut without = self.clone();
+        for (row, weight) in without.weights.iter_mut().enumerate() {
+            if is_left_out(row) {
+                *weight = 0.0;
+            }
+        }
+        without
+    }
+
+    /// Makes rows white in place.
+    pub(super) fn whiten(&self, rows: &mut [f64]) {
+        for (row, weight) in rows.iter_mut().zip(&self.weights) {
+            *row *= weight;
+        }
+        for case in self.rows_of_cases() {
+            let unit = self.shared[case.clone()]
+                .iter()
+                .zip(&self.weights[case.clone()]);
+            let unit: Vec<f64> = unit.map(|(shared, weight)| shared * weight).collect();
+            let squares = dot(&unit, &unit);
+            if squares > 0.0 {
+                // I - root u uᵀ is the symmetric root of (I + u uᵀ)⁻¹.
+                let root = (1.0 - (1.0 + squares).sqrt().recip()) / squares;
+                let taken = root * dot(&unit, &rows[case.clone()]);
+                for (row, unit) in rows[case].iter_mut().zip(&unit) {
+                    *row -= taken * unit;
+                }
+            }
+        }
+    }
+
+    /// The sum of the squares of white rows.
+    pub(super) fn squares(&self, rows: &[f64]) -> f64 {
+        let mut white = rows.to_vec();
+        self.whiten(&mut white);
+        dot(&white, &white)
+    }
+
+    /// The length of a column of white rows; `None` if the rows with weight do not show it.
+    pub(super) fn length(&self, column: &[f64]) -> Option<f64> {
+        let (length, whole) = (self.squares(column).sqrt(), dot(column, column).sqrt());
+        let heaviest = self.weights.iter().copied().fold(0.0, f64::max);
+        (length > ROUNDING * whole * heaviest).then_some(length)
+    }
+
+    /// The covariance of all rows.
+    pub(super) fn covariance(&self) -> Covariance {
+        let variances: Vec<f64> = self.weights.iter().map(|one| one.powi(-2)).collect();
+        let cases = self.rows_of_cases().map(|rows| LowRankBlock {
+            columns: self.shared[rows.clone()].to_vec(),
+            rows,
+        });
+        let shares = self.shared.iter().any(|shared| *shared != 0.0);
+        Covariance::new(&variances, cases.filter(|_| shares))
+    }
+
+    fn rows_of_cases(&self) -> impl Iterator<Item = Range<usize>> {
+        self.cases.iter().scan(0, |first, case| {
+            let rows = *first..*first + case;
+            *first = rows.end;
+            Some(rows)
+        })
+    }
+}
+
+/// Standard deviations below which nothing is asked of displacements, m, and of rotations, rad: a share of their size, and the rounding to the
+/// smallest difference between repeats, which no step of a gauge is larger than.
+fn least_scatter(posed: &PosedLoadCases) -> [f64; 2] {
+    let mut least = sizes(posed).map(|size| LEAST_SCATTER * size);
+    let (kinds, values): (Vec<usize>, Vec<f64>) = kinds(posed)
+        .into_iter()
+        .zip(posed.rows().map(|(_, read)| read.value))
+        .unzip();
+    for kind in 0..2 {
+        let groups = repeated_rows(posed).into_iter();
+        let own = groups.filter(|rows| kinds[rows[0]] == kind);
+        let steps = own.map(|rows| smallest_step(rows.iter().map(|row| values[*row])));
+        let step = steps.fold(f64::INFINITY, f64::min);
+        if step.is_finite() {
+            least[kind] = least[kind].max(step / 12_f64.sqrt());
+        }
+    }
+    least
+}
+
+/// The smallest difference between values that differ; infinite if none do.
+pub(super) fn smallest_step(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let steps = values.windows(2).map(|pair| pair[1] - pair[0]);
+    steps
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min)
+}
+
 /// Loads that were applied several times with the same components read.
-fn repeated_cases(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<RepeatedCase> {
+fn repeated_cases(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<ScatterCase> {
     let mut groups: Vec<Vec<(&PosedLoad, &[f64])>> = Vec::new();
     let mut rest = residuals;
     for case in &posed.cases {
@@ -252,7 +351,7 @@ fn repeated_cases(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<RepeatedCase
 }
 
 /// Helmert contrasts of the repeats.
-fn contrasts(group: &[(&PosedLoad, &[f64])]) -> RepeatedCase {
+fn contrasts(group: &[(&PosedLoad, &[f64])]) -> ScatterCase {
     let components = &group[0].0.components;
     let count = group.len() as f64;
     let mean_of = |component: usize| {
@@ -270,13 +369,14 @@ fn contrasts(group: &[(&PosedLoad, &[f64])]) -> RepeatedCase {
         };
         (0..components.len()).map(value).collect()
     };
-    RepeatedCase {
+    ScatterCase {
         kinds: components
             .iter()
             .map(|read| usize::from(read.is_rotation()))
             .collect(),
-        mean: (0..components.len()).map(mean_of).collect(),
-        contrasts: (1..group.len()).map(contrast).collect(),
+        values: (0..components.len()).map(mean_of).collect(),
+        errors: (1..group.len()).map(contrast).collect(),
+        dof: 1.0,
     }
 }
 
@@ -291,4 +391,54 @@ fn is_same_load(one: &[f64; 6], other: &[f64; 6]) -> bool {
         let larger = length(&|place| one[place]).max(length(&|place| other[place]));
         length(&|place| one[place] - other[place]) <= SAME_LOAD * larger
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares of normal values by their quantiles would hide errors of the search; exact squares show the solution.
+    #[test]
+    fn exact_squares_give_back_their_variances() {
+        let case = |kind: usize, value: f64, variance: f64| ScatterCase {
+            kinds: vec![kind],
+            values: vec![value],
+            errors: vec![vec![variance.sqrt()]],
+            dof: 3.0,
+        };
+        let cases: Vec<ScatterCase> = (0..20)
+            .map(|i| {
+                let (kind, value) = (i % 2, i as f64);
+                case(kind, value, [4.0, 9.0][kind] + 0.5 * value * value)
+            })
+            .collect();
+        let found = LoadScatter::of_cases(&cases, [0.0; 2]);
+        assert!((found.variance(0, 0.0) - 4.0).abs() < 0.01, "{found:?}");
+        assert!((found.variance(1, 0.0) - 9.0).abs() < 0.01, "{found:?}");
+        assert!((found.slope_sd.powi(2) - 0.5).abs() < 0.001, "{found:?}");
+        assert!((found.dof - 60.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rows_that_share_a_slope_are_white() {
+        let scatter = RowScatter {
+            weights: vec![0.5, 0.25, 1.0],
+            shared: vec![3.0, -1.0, 2.0],
+            cases: vec![2, 1],
+        };
+        let covariance = scatter.covariance();
+        for row in [[1.0, 0.0, 0.0], [0.3, -2.0, 5.0]] {
+            let (mut own, mut other) = (row, row);
+            scatter.whiten(&mut own);
+            covariance.whiten(&mut other);
+            for (own, other) in own.iter().zip(other) {
+                assert!((own - other).abs() < 1e-12, "{own} {other}");
+            }
+        }
+        // A row that takes no part takes its share of the slope with it.
+        let mut without = [7.0, 4.0, 0.0];
+        scatter.without(|row| row == 0).whiten(&mut without);
+        assert_eq!(without[0], 0.0);
+        assert!((without[1] - 4.0 / 17_f64.sqrt()).abs() < 1e-12);
+    }
 }

@@ -10,14 +10,16 @@ use crate::fit::FactorStatus;
 use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_READINGS};
 use crate::search::push_orthonormal;
 
+use super::far_value::{FarValue, scatter_of, single_values};
 use super::find::{baseline_columns, solve};
-use super::growing_scatter::{FarValue, GrowingScatter, SquaresOfValues};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::posed::PosedLoadCases;
 use crate::elastostatics::problem::LoadCaseModel;
-use crate::elastostatics::scatter::{LEAST_SCATTER, repeated_rows, sizes};
+use crate::elastostatics::scatter::{
+    LEAST_SCATTER, ScatterCase, repeated_rows, sizes, smallest_step,
+};
 
 /// Most bad values of a table: one with more has another fault, which more names would not make plainer.
 const MOST: usize = 10;
@@ -205,31 +207,22 @@ fn contradicted(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<TestedValue> {
 
 impl RepeatedValue {
     fn new(rows: &[usize], read: &[(u32, usize, f64)]) -> Self {
-        let mut values: Vec<f64> = rows.iter().map(|row| read[*row].2).collect();
-        let size = values.iter().map(|value| value * value);
-        let size = size.fold(f64::INFINITY, f64::min);
-        values.sort_by(f64::total_cmp);
-        let steps = values.windows(2).map(|pair| pair[1] - pair[0]);
+        let values = || rows.iter().map(|row| read[*row].2);
+        let size = values().map(|value| value * value);
         Self {
             kind: read[rows[0]].1,
-            size,
-            step: steps
-                .filter(|step| *step > 0.0)
-                .fold(f64::INFINITY, f64::min),
+            size: size.fold(f64::INFINITY, f64::min),
+            step: smallest_step(values()),
             rows: rows.to_vec(),
         }
     }
 
-    fn squares(&self, residuals: &[f64]) -> SquaresOfValues {
+    fn scatter(&self, residuals: &[f64]) -> ScatterCase {
         let count = self.rows.len() as f64;
         let own = || self.rows.iter().map(|row| residuals[*row]);
         let mean = own().sum::<f64>() / count;
-        SquaresOfValues {
-            kind: self.kind,
-            squares: own().map(|value| (value - mean).powi(2)).sum(),
-            dof: count - 1.0,
-            size: self.size,
-        }
+        let squares = own().map(|value| (value - mean).powi(2)).sum();
+        single_values(self.kind, self.size, squares, count - 1.0)
     }
 
     /// The value that is farthest from the mean of the others, with its distance; of two the one that is farther from the model.
@@ -269,7 +262,7 @@ fn farthest(
     posed: &PosedLoadCases,
 ) -> Option<TestedValue> {
     let (sizes, together) = (sizes(posed), values_of_a_load(posed));
-    let squares: Vec<SquaresOfValues> = repeats.iter().map(|one| one.squares(residuals)).collect();
+    let cases: Vec<ScatterCase> = repeats.iter().map(|one| one.scatter(residuals)).collect();
     // Two readings of one value differ by a step that neither is meant to show: the variance of rounding is the least.
     let least = |without: Option<usize>| {
         [0, 1].map(|kind| {
@@ -277,10 +270,10 @@ fn farthest(
             let own = own.filter(|(place, one)| one.kind == kind && Some(*place) != without);
             let step = own.map(|(_, one)| one.step).fold(f64::INFINITY, f64::min);
             let step = if step.is_finite() { step } else { 0.0 };
-            (step * step / 12.0).max((LEAST_SCATTER * sizes[kind]).powi(2))
+            (step / 12_f64.sqrt()).max(LEAST_SCATTER * sizes[kind])
         })
     };
-    let all = GrowingScatter::of(&squares, least(None))?;
+    let all = scatter_of(&cases, least(None))?;
     let mut places: Vec<usize> = Vec::new();
     for by_scatter in [true, false] {
         let far = |place: usize| {
@@ -304,12 +297,10 @@ fn farthest(
     let tests: usize = repeats.iter().map(count).sum();
     let tested = places.into_iter().filter_map(|place| {
         let one = &repeats[place];
-        let others = squares
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != place);
-        let others: Vec<SquaresOfValues> = others.map(|(_, squares)| *squares).collect();
-        let scatter = GrowingScatter::of(&others, least(Some(place)))?;
+        let others = cases.iter().enumerate();
+        let others = others.filter(|(other, _)| *other != place);
+        let others: Vec<ScatterCase> = others.map(|(_, case)| case.clone()).collect();
+        let scatter = scatter_of(&others, least(Some(place)))?;
         let (row, off) = one.farthest(residuals);
         let standard_error = (scatter.variance(one.kind, one.size) * one.share()).sqrt();
         let others = one.rows.iter().filter(|other| **other != row);
@@ -324,7 +315,7 @@ fn farthest(
             off,
             standard_error,
             witness: ValueWitness::Repeats(others.map(|other| read[*other].0).collect()),
-            p: scatter.p_family(far, tests, together),
+            p: far.p_family(&scatter, tests, together),
         };
         Some(((off / standard_error).abs(), tested))
     });
@@ -444,20 +435,23 @@ impl FittedRows {
         let (residual, size) = self.rows[row];
         let free = 1.0 - self.leverage[row];
         // Residuals and leverages of the others in that fit (Cook & Weisberg, Residuals and Influence in Regression, 1982, section 2.2).
-        let others: Vec<SquaresOfValues> = (0..self.rows.len())
-            .filter(|other| *other != row)
+        let others = (0..self.rows.len()).filter(|other| *other != row);
+        let others: Vec<FarValue> = others
             .map(|other| {
                 let common = hat(&self.basis, row, other);
                 let (own, size) = self.rows[other];
-                SquaresOfValues {
+                FarValue {
                     kind: self.kinds[other],
-                    squares: (own + common * residual / free).powi(2),
-                    dof: 1.0 - self.leverage[other] - common * common / free,
                     size,
+                    off: own + common * residual / free,
+                    of_itself: 1.0 - self.leverage[other] - common * common / free,
                 }
             })
             .collect();
-        let scatter = GrowingScatter::of(&others, [LEAST_SCATTER.powi(2); 2])?;
+        let case =
+            |one: &FarValue| single_values(one.kind, one.size, one.off.powi(2), one.of_itself);
+        let cases: Vec<ScatterCase> = others.iter().map(case).collect();
+        let scatter = scatter_of(&cases, [LEAST_SCATTER; 2])?;
         let standard_error = (scatter.variance(self.kinds[row], size) / free).sqrt();
         let off = residual / free;
         let far = FarValue {
@@ -466,21 +460,12 @@ impl FittedRows {
             off,
             of_itself: 1.0 / free,
         };
-        let p = scatter.p_family(far, tests, self.together);
-        let rest = others.iter().map(|other| FarValue {
-            kind: other.kind,
-            size: other.size,
-            off: other.squares.sqrt(),
-            of_itself: other.dof.max(f64::EPSILON),
-        });
-        let chances = rest
-            .clone()
-            .map(|one| scatter.p_family(one, others.len(), self.together));
-        let next = rest
-            .map(|one| scatter.standard_errors(one))
-            .fold(0.0, f64::max);
+        let p = far.p_family(&scatter, tests, self.together);
+        let chances = others.iter();
+        let chances = chances.map(|one| one.p_family(&scatter, others.len(), self.together));
+        let next = others.iter().map(|one| one.standard_errors(&scatter));
         let stands_out = chances.fold(1.0, f64::min) > REST_IS_NOISE
-            || scatter.standard_errors(far) >= STANDS_ALONE * next;
+            || far.standard_errors(&scatter) >= STANDS_ALONE * next.fold(0.0, f64::max);
         (stands_out && p <= LONE_VALUE_LEVEL).then_some(TestedValue {
             row,
             off,

@@ -163,7 +163,7 @@ fn judge(
             multiples: one.bounds,
         })
         .collect();
-    let scatter = LoadCaseScatter::new(model.posed, residuals);
+    let scatter = LoadCaseScatter::new(model.posed, &basis.baseline);
     let from_repeats = scatter.is_from_repeats();
     let independent = |NotIndependent| LoadCaseFitError::Dependent;
     let problem = {
@@ -176,7 +176,7 @@ fn judge(
         let (families, maxima) = null_maxima(&space, &linear, &noise);
         let critical = CriticalValues::calibrate(&families, &maxima.families, LAW_LEVEL);
         problem_of(
-            LoadCaseScatter::new(model.posed, residuals),
+            LoadCaseScatter::new(model.posed, &basis.baseline),
             critical,
             &linear,
         )
@@ -352,7 +352,8 @@ pub(super) fn solve<'a>(
     Ok(solved)
 }
 
-/// Places of the free parameters among the estimates, and their columns; those that the ones before contain are left out.
+/// Places of the free parameters among the estimates, and their columns; those that the ones before contain are left out, and springs that no
+/// load acts on.
 pub(super) fn baseline_columns(
     solved: &SolvedPoses<'_>,
     baseline: &LoadCaseFit,

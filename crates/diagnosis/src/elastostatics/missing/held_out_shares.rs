@@ -8,7 +8,6 @@ use super::findings::LoadCaseSearch;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::held_out::{LinearRows, leave_poses_out};
 use crate::elastostatics::posed::PosedLoadCases;
-use crate::elastostatics::scatter::{LEAST_SCATTER, sizes};
 
 /// What is left of every row by a fit without its pose, in the units of the rows; `None` where the other poses have too few rows.
 ///
@@ -32,8 +31,8 @@ fn unseen_residuals(
         (candidate.column.as_slice(), candidate.bounds)
     });
     let columns: Vec<(&[f64], [f64; 2])> = basis.changes().into_iter().chain(terms).collect();
-    let weights = basis.weights(search.model.posed);
-    let (mut problem, set) = LinearRows::new(&basis.residuals, &columns, weights)?;
+    let scatter = basis.baseline.scatter.clone();
+    let (mut problem, set) = LinearRows::new(&basis.residuals, &columns, scatter)?;
     let unseen = leave_poses_out(search.model.posed, &mut problem, &set)?;
     let rows = basis.residuals.iter().zip(unseen);
     Ok(rows
@@ -59,21 +58,6 @@ impl Basis {
         })
         .collect()
     }
-
-    /// The weights of the baseline: one over the scatter of displacements and of rotations.
-    pub(super) fn weights(&self, posed: &PosedLoadCases) -> Vec<f64> {
-        let agreement = self.baseline.agreement.as_ref();
-        let sd = [
-            agreement.and_then(|one| one.displacement_sd_m),
-            agreement.and_then(|one| one.rotation_sd_rad),
-        ];
-        let sizes = sizes(posed);
-        let least = |kind: usize| LEAST_SCATTER * sizes[kind];
-        let of_kind = [0, 1].map(|kind| 1.0 / sd[kind].unwrap_or(1.0).max(least(kind)));
-        let rows = posed.rows();
-        rows.map(|(_, read)| of_kind[usize::from(read.is_rotation())])
-            .collect()
-    }
 }
 
 /// Those of the selected candidates that lower the error in poses left out, at most three: the one that lowers it most, then the next.
@@ -84,13 +68,9 @@ pub(super) fn helpful_terms(
     search: &LoadCaseSearch<'_, '_>,
     selected: &[usize],
 ) -> Result<Vec<usize>, LoadCaseFitError> {
-    let weights = search.basis.weights(search.model.posed);
     let error = |terms: &[usize]| -> Result<Option<f64>, LoadCaseFitError> {
         let rows = unseen_residuals(search, terms)?;
-        Ok(rows.map(|rows| {
-            let rows = rows.iter().zip(&weights);
-            rows.map(|(row, weight)| (row * weight).powi(2)).sum()
-        }))
+        Ok(rows.map(|rows| search.basis.baseline.scatter.squares(&rows)))
     };
     let mut kept = Vec::new();
     let Some(mut least) = error(&kept)? else {

@@ -5,9 +5,9 @@
 
 mod bad_values;
 mod candidates;
+mod far_value;
 mod find;
 mod findings;
-mod growing_scatter;
 mod held_out_shares;
 mod outcome;
 mod possible;

@@ -74,11 +74,7 @@ pub fn wrong_factor(
         free,
         columns,
     };
-    let weights = basis.weights(model.posed);
-    let squares = |rows: &[f64]| -> f64 {
-        let rows = rows.iter().zip(&weights);
-        rows.map(|(row, weight)| (row * weight).powi(2)).sum()
-    };
+    let squares = |rows: &[f64]| basis.baseline.scatter.squares(rows);
     let before = squares(&basis.residuals);
     let mut best: Option<(f64, WrongFactor)> = None;
     for mut set in sets(fit) {
@@ -88,7 +84,7 @@ pub fn wrong_factor(
         if count < FEWEST || is_in.len() - count < basis.free.len().max(FEWEST) {
             continue;
         }
-        let left = residuals_without(&basis, &is_in, &weights, &basis.residuals)?;
+        let left = residuals_without(&basis, &is_in, &basis.residuals)?;
         let rows = fit.components.iter().zip(&left).zip(&is_in);
         let rows = rows.filter(|(_, is_in)| **is_in);
         // Left is measured less predicted, and so is a residual of the baseline.
@@ -106,7 +102,7 @@ pub fn wrong_factor(
             })
             .collect();
         let none = vec![false; is_in.len()];
-        let after = squares(&residuals_without(&basis, &none, &weights, &multiplied)?);
+        let after = squares(&residuals_without(&basis, &none, &multiplied)?);
         let explains = after < (1.0 - MOST_OF_THE_MISFIT) * before;
         if explains && best.as_ref().is_none_or(|(least, _)| after < *least) {
             set.factor = factor;
@@ -138,12 +134,10 @@ fn sets(fit: &LoadCaseFit) -> Vec<WrongFactor> {
 fn residuals_without(
     basis: &Basis,
     without: &[bool],
-    weights: &[f64],
     rows: &[f64],
 ) -> Result<Vec<f64>, LoadCaseFitError> {
-    let weights = weights.iter().zip(without);
-    let weights = weights.map(|(weight, without)| if *without { 0.0 } else { *weight });
-    let (mut problem, set) = LinearRows::new(rows, &basis.changes(), weights.collect())?;
+    let scatter = basis.baseline.scatter.without(|row| without[row]);
+    let (mut problem, set) = LinearRows::new(rows, &basis.changes(), scatter)?;
     let settings = problem.settings();
     let fit = minimise(&mut problem, &set, &settings)?;
     let predicted = problem.predict(&fit.values)?;

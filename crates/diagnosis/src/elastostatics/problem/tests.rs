@@ -41,8 +41,8 @@ fn worst(robot: &Robot, table: &LoadCaseTable, choice: &ParameterChoice) -> (f64
     };
     let frames = PositionFrames::of(robot, mechanism, &posed).unwrap();
     let (parameters, _) = model.parameters(choice, frames.as_ref()).unwrap();
-    let weights = vec![1.0; posed.rows().count()];
-    let mut problem = LoadCaseProblem::new(model, &parameters, weights, frames.as_ref()).unwrap();
+    let scatter = RowScatter::default();
+    let mut problem = LoadCaseProblem::new(model, &parameters, scatter, frames.as_ref()).unwrap();
     let list = parameters.parameters().iter().enumerate();
     let mut point: Vec<f64> = list
         .map(
@@ -146,7 +146,11 @@ fn a_component_without_a_value_is_named_by_pose_force_and_repeat() {
     for (row, expected) in [(1, "F = -40 N along z"), (5, "F = (3, 0, 4) N")] {
         let mut weights = vec![1.0; posed.rows().count()];
         weights[row] = f64::NAN;
-        let mut problem = LoadCaseProblem::new(model, &parameters, weights, None).unwrap();
+        let scatter = RowScatter {
+            weights,
+            ..RowScatter::default()
+        };
+        let mut problem = LoadCaseProblem::new(model, &parameters, scatter, None).unwrap();
         let set = parameters.set().unwrap();
         let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
         let LeastSquaresError::StartHasNoValue { source } = error else {
