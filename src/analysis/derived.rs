@@ -286,10 +286,11 @@ impl<'a> ExpressionParser<'a> {
             return Err((format!("`{word}` is no parameter of the fit"), Some(help)));
         };
         gradient[place] = 1.0;
-        Ok(Differentiated {
-            value: self.estimates[place].value,
-            gradient,
-        })
+        let estimate = &self.estimates[place];
+        let unloaded = || estimate.parameter.unloaded_words();
+        let value = estimate.known_value();
+        let value = value.ok_or_else(|| (format!("{word} has no value: {}", unloaded()), None))?;
+        Ok(Differentiated { value, gradient })
     }
 }
 

@@ -308,7 +308,7 @@ fn leave_out(observations: &mut Observations, bad: &BadReading) -> Vec<MarkedRea
 
 /// A spring that no reading tells of, in words.
 fn kept(spring: &ModelParameter) -> String {
-    format!("{spring} is kept: no load of these readings acts on it, and they say nothing of it")
+    format!("{spring} is kept: {}", spring.unloaded_words())
 }
 
 /// A reading that the search leaves out, though it is not bad, in words.

@@ -74,6 +74,18 @@ pub enum AnalysisError {
         /// The table.
         path: PathBuf,
     },
+    /// A result that depends on springs without a value.
+    #[error("{robot}: {problem}")]
+    #[diagnostic(code(stiffbench::robot::no_stiffness))]
+    NoStiffness {
+        /// The robot.
+        robot: String,
+        /// Which springs.
+        problem: String,
+        /// What gives them a value.
+        #[help]
+        help: &'static str,
+    },
     /// A folder that is no session.
     #[error("{path} holds no readings.csv")]
     #[diagnostic(

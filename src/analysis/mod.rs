@@ -43,6 +43,7 @@ mod procedure;
 mod residuals;
 mod robot_check;
 mod together;
+mod unknown_springs;
 mod vectors;
 
 pub use calibration::{GaugeCalibration, GivenCalibration, StatedError};
@@ -82,4 +83,5 @@ pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};
+pub use unknown_springs::UnknownSprings;
 pub use vectors::{SessionTable, VectorSession};

@@ -95,7 +95,9 @@ impl ResolvedModel {
         let moved = choice.members.iter();
         let moved = moved.filter(|one| one.role != FitRole::Fixed && !one.parameter.is_factor());
         for member in moved {
-            start.set(&member.parameter, own.get(&member.parameter));
+            if let Some(compliance) = own.spring(&member.parameter) {
+                start.set(&member.parameter, compliance);
+            }
         }
         start
     }

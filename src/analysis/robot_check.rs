@@ -4,11 +4,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::load_cases::VectorQuantity;
-use crate::robot::{Mechanism, Pose, Predictor, Robot, RobotError, RoleInFit};
+use crate::robot::{Pose, Predictor, Robot, RobotError, RoleInFit};
 use crate::source_text::SourceText;
 use crate::test_point::Direction;
 use crate::toml_text::DocumentStep::Key;
 use crate::vector::norm;
+
+use super::unknown_springs::UnknownSprings;
 
 /// Stiffness of the end, N/µm, below and above which a robot is hardly meant: a millimetre of sag by 0.1 N, a machine tool.
 const PLAUSIBLE_N_PER_UM: [f64; 2] = [1e-4, 1e3];
@@ -34,6 +36,8 @@ pub struct RobotCheck {
     pub findings: Vec<String>,
     /// What a fit is to find.
     pub free_springs: Vec<String>,
+    /// Which springs of a mechanism have no value yet, in words; empty if all have.
+    pub unknown_springs: Vec<String>,
     /// Columns of a table of load cases for this robot: pose, the joints that move the tool, force and displacement.
     pub load_case_columns: Vec<String>,
 }
@@ -47,10 +51,10 @@ pub struct CheckedPose {
     pub pose: String,
     /// Where the tool centre is, m.
     pub tool_m: [f64; 3],
-    /// Stiffness of the end along x, y and z, N/µm; `null` where nothing gives way.
+    /// Stiffness of the end along x, y and z, N/µm; `null` where nothing gives way, and where it depends on a spring that has no value yet.
     #[serde(rename = "stiffness_N_per_um")]
     pub stiffness_n_per_um: [Option<f64>; 3],
-    /// Whether these are stiffnesses that robots have; `null` where nothing gives way.
+    /// Whether these are stiffnesses that robots have; `null` where none is known.
     pub plausible: Option<bool>,
 }
 
@@ -66,6 +70,7 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
         checked: Vec::new(),
         findings: robot.warnings.clone(),
         free_springs: Vec::new(),
+        unknown_springs: Vec::new(),
         load_case_columns: load_case_columns(robot),
     };
     let poses = poses_of(robot);
@@ -78,9 +83,11 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
     let (_, factors) = robot.default_factors();
     for mechanism in robot.mechanisms.values() {
         let mut predictor = Predictor::new(robot, mechanism, &factors)?;
+        let unknown = UnknownSprings::new(robot, mechanism, &factors, &[]);
+        check.unknown_springs.extend(unknown.words());
         for (name, pose) in &poses {
             match predictor.place(pose) {
-                Ok(()) => check.try_pose(robot, mechanism, name, pose, &mut predictor)?,
+                Ok(()) => check.try_pose(robot, &unknown, (name, pose), &mut predictor)?,
                 Err(error @ RobotError::Unreachable { .. }) => {
                     let line = line_of(source, name);
                     check
@@ -159,9 +166,8 @@ impl RobotCheck {
     fn try_pose(
         &mut self,
         robot: &Robot,
-        mechanism: &Mechanism,
-        name: &str,
-        pose: &Pose,
+        unknown: &UnknownSprings<'_>,
+        (name, pose): (&str, &Pose),
         predictor: &mut Predictor<'_>,
     ) -> Result<(), RobotError> {
         let tool_m = robot.tool_pose(pose)?.position_m;
@@ -171,14 +177,14 @@ impl RobotCheck {
         if mass_kg > 0.0 {
             self.mass_kg = Some(self.mass_kg.map_or(mass_kg, |largest| largest.max(mass_kg)));
         }
-        let compliance = predictor.translation_compliance();
+        let compliance = unknown.known(predictor.compliance().0, pose)?;
         let stiffness = [0, 1, 2].map(|axis| {
-            let own: f64 = compliance[axis][axis];
-            (own > RIGID_M_PER_N).then(|| 1e-6 / own)
+            let own = compliance[axis][axis].filter(|own| *own > RIGID_M_PER_N);
+            own.map(|own| 1e-6 / own)
         });
         let [low, high] = PLAUSIBLE_N_PER_UM;
         self.checked.push(CheckedPose {
-            mechanism: mechanism.name.clone(),
+            mechanism: predictor.model().mechanism().name.clone(),
             pose: name.to_owned(),
             tool_m,
             stiffness_n_per_um: stiffness,

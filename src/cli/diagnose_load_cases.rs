@@ -46,6 +46,11 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
     let text = report.text();
     let mut warnings = data.warnings.clone();
     warnings.extend(doubts_about_load_case_fit(&data.posed, &diagnosis.baseline));
+    let unknown = diagnosis.baseline.estimates.iter();
+    let unknown = unknown.filter(|one| one.known_value().is_none());
+    warnings.extend(
+        unknown.filter_map(|one| Some(format!("{}: {}", one.name, one.status.why_open()?))),
+    );
     if settings.keep_bad_values {
         let kept = data.bad_values(&settings, &diagnosis.baseline)?;
         warnings.extend(kept.iter().map(bad_load_case_value_words));

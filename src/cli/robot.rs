@@ -23,7 +23,7 @@ use super::robot_args::{
 };
 use super::robot_new::new_robot;
 use super::robot_pose;
-use crate::analysis::{ArgumentError, Inputs, check_robot, robot_source};
+use crate::analysis::{ArgumentError, Inputs, UnknownSprings, check_robot, robot_source};
 
 /// Looks at a robot.
 pub(super) fn run(args: RobotArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -303,7 +303,10 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     let resolved = model.resolve()?;
     let robot = &resolved.robot;
     let pose = args.pose.pose(robot)?;
+    let unknown = UnknownSprings::of(&resolved);
+    unknown.refuse(&pose)?;
     let mut warnings = resolved.warnings.clone();
+    warnings.extend(unknown.words());
     warnings.extend(limits_passed(robot, &pose));
     let physics = &resolved.physics;
     let joints = if args.pinned {
@@ -334,7 +337,8 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         None => predictor.compliance(),
     };
     let compliance = physics.with_base(&fixed, predictor.model());
-    let report = ComplianceReport::new(&compliance, predictor.model(), physics);
+    let known = unknown.known(compliance.0, &pose)?;
+    let report = ComplianceReport::new(known, predictor.model(), physics);
     let text = format!("{}{}", physics_text(physics), report.text());
     Ok(Outcome::new("robot-compliance", text, report)
         .with_inputs(Inputs::default().with_model(&resolved))

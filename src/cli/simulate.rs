@@ -18,7 +18,7 @@ use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::resolve_procedure;
 use super::simulate_load_cases::{self, CaseKind};
-use crate::analysis::{ArgumentError, Inputs, ResolvedModel, add_poses, sha256};
+use crate::analysis::{ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, sha256};
 use crate::count::counted;
 
 /// A session folder from a virtual bench.
@@ -35,6 +35,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         named.map(|named| named.id.clone()).collect()
     });
     let n_poses = poses.len();
+    let rigid_springs = rigid_springs(&resolved, &truth);
     let noise = noise(args);
     let jack = Jack::default();
     let id = format!("simulated-{}", args.seed);
@@ -92,6 +93,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         noise,
         tracker: None,
     };
+    warnings.extend(rigid_springs);
     warnings.extend(resolved.warnings.iter().cloned());
     Ok(Outcome::new("simulate", text, report)
         .with_inputs(Inputs::default().with_model(&resolved))
@@ -150,6 +152,20 @@ fn true_factors(args: &SimulateArgs, resolved: &ResolvedModel) -> Result<Fitting
         truth.set(&ModelParameter::find(robot, mechanism, name)?, value);
     }
     Ok(truth)
+}
+
+/// That springs without a value are simulated as rigid.
+pub(super) fn rigid_springs(resolved: &ResolvedModel, truth: &FittingFactors) -> Vec<String> {
+    let physics = &resolved.physics;
+    let (mechanism, effects) = (&physics.mechanism, &physics.effects);
+    let unknown = UnknownSprings::new(&resolved.robot, mechanism, truth, effects);
+    let words = unknown.words().map(|words| {
+        let first = &unknown.springs[0];
+        format!(
+            "{words}; simulated as rigid, unless --true-factor {first}=5e-6 states its compliance"
+        )
+    });
+    words.into_iter().collect()
 }
 
 pub(super) fn noise(args: &SimulateArgs) -> NoiseModel {

@@ -9,14 +9,14 @@ use crate::bench::{
 use crate::load_cases::{LoadCaseTable, write_load_cases};
 use crate::readings::SessionHeader;
 use crate::report::{SimulationReport, TrackerReport};
-use crate::robot::{FittingFactors, RoleInFit};
+use crate::robot::FittingFactors;
 
 use super::args::SimulateArgs;
 use super::failure::Failure;
 use super::figure_files::write;
 use super::outcome::Outcome;
 use super::procedure::{SingleLoads, single_loads};
-use super::simulate::{create_new, noise, origin};
+use super::simulate::{create_new, noise, origin, rigid_springs};
 use crate::analysis::{ArgumentError, Inputs, ResolvedModel, sha256, start_of};
 
 /// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
@@ -63,7 +63,7 @@ pub(super) fn run(
     }
     resolved.factors = truth;
     let truth = start_of(&resolved)?;
-    let rigid_springs = springs_without_stiffness(&resolved, &truth);
+    let rigid_springs = rigid_springs(&resolved, &truth);
     let noise = noise(args);
     let (mut table, tracker, words) = made(args, kind, &resolved, &truth, &noise)?;
     table.origin = Some(origin(args, &resolved));
@@ -117,22 +117,6 @@ pub(super) fn run(
     Ok(Outcome::new("simulate", text, report)
         .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings([resolved.warnings.clone(), rigid_springs].concat()))
-}
-
-/// A warning of springs that are to be fitted and have no stiffness.
-fn springs_without_stiffness(resolved: &ResolvedModel, truth: &FittingFactors) -> Vec<String> {
-    let springs = resolved.robot.own_springs();
-    let unknown = springs
-        .filter(|(spring, own)| own.in_fit == RoleInFit::Free && truth.get(spring) == 0.0)
-        .map(|(spring, _)| spring.to_string());
-    let unknown: Vec<String> = unknown.collect();
-    let warning = unknown.first().map(|first| {
-        format!(
-            "{} have no stiffness yet and are simulated as rigid: give them one, --true-factor {first}=5e-6 (compliance), or stiffness_Nm_per_rad in the robot file",
-            unknown.join(", ")
-        )
-    });
-    warning.into_iter().collect()
 }
 
 /// The table, the tracker that saw it, and what it holds in words.

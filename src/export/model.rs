@@ -1,6 +1,6 @@
 //! What an export is written from.
 
-use crate::analysis::{AnalysisError, ResolvedModel};
+use crate::analysis::{AnalysisError, ResolvedModel, UnknownSprings};
 use crate::physics::{Effect, Place, SimulatedRotation};
 use crate::robot::{
     GRAVITY_M_PER_S2, JointModel, MechanismModel, ModelParameter, Pose, Predictor, Robot,
@@ -47,7 +47,7 @@ impl<'a> ExportModel<'a> {
                 );
                 ParameterRow::new(
                     name,
-                    *value,
+                    Some(*value),
                     parameter.unit(),
                     known.and_then(|known| known.ci95),
                 )
@@ -112,7 +112,8 @@ impl<'a> ExportModel<'a> {
                 .map(|(variable, value)| (variable.name.clone(), *value))
                 .collect(),
             end_m: structure.nodes[structure.end.node].position_m.map(rounded),
-            compliance: compliance.0.map(|row| row.map(rounded)),
+            compliance: UnknownSprings::of(self.resolved)
+                .known(compliance.0.map(|row| row.map(rounded)), &pose)?,
         })
     }
 }
@@ -141,7 +142,7 @@ impl<'a> ExportModel<'a> {
                 let value = factors.get(factor);
                 rows.push(ParameterRow::new(
                     factor.to_string(),
-                    value,
+                    Some(value),
                     factor.unit(),
                     None,
                 ));
@@ -157,12 +158,16 @@ impl<'a> ExportModel<'a> {
                 if compliance > STIFFEST && compliance.is_finite() {
                     rows.push(ParameterRow::new(
                         spring.to_string(),
-                        compliance,
+                        Some(compliance),
                         spring.unit(),
                         None,
                     ));
                 }
             }
+            let unknown = UnknownSprings::of(self.resolved).springs;
+            let row =
+                |one: ModelParameter| ParameterRow::new(one.to_string(), None, one.unit(), None);
+            rows.extend(unknown.into_iter().map(row));
         }
         rows.extend(self.effects.iter().cloned());
         Ok(rows)
@@ -182,6 +187,8 @@ impl<'a> ExportModel<'a> {
         notes.extend(approximate);
         let balancers = self.robot().balancers.iter();
         notes.extend(balancers.map(|balancer| format!("balancer {}: left out", balancer.name)));
+        let unknown = UnknownSprings::of(self.resolved).words();
+        notes.extend(unknown.map(|words| format!("{words}; rigid here")));
         notes
     }
 

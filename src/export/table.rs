@@ -31,8 +31,8 @@ pub struct ExportTable {
 pub struct ParameterRow {
     /// Its name, for example `beam.Iy`, `joint.J2` or `joint-friction@J2:friction_moment`.
     pub name: String,
-    /// Its value in `unit`.
-    pub value: f64,
+    /// Its value in `unit`; `null` of a spring that has none yet.
+    pub value: Option<f64>,
     /// ASCII unit.
     pub unit: String,
     /// 95 % interval in `unit`; `null` where it is not known.
@@ -68,14 +68,14 @@ pub struct PoseRow {
     /// Position of the end, m.
     pub end_m: [f64; 3],
     /// Displacements and rotations of the end (rows ux, uy, uz, rx, ry, rz) per force and moment, SI; without joints that stick or have
-    /// play, as under the smallest load.
-    pub compliance: [[f64; 6]; 6],
+    /// play, as under the smallest load. `null` where they depend on a spring that has no value yet.
+    pub compliance: [[Option<f64>; 6]; 6],
 }
 
 impl ParameterRow {
-    /// A parameter without an interval; the compliance of a spring has a stiffness too.
+    /// A parameter; the compliance of a spring has a stiffness too, but for one without a value.
     #[must_use]
-    pub fn new(name: String, value: f64, unit: &str, ci95: Option<[f64; 2]>) -> Self {
+    pub fn new(name: String, value: Option<f64>, unit: &str, ci95: Option<[f64; 2]>) -> Self {
         let unit_of_stiffness = match unit {
             "rad/(N*m)" => Some("N*m/rad"),
             "m/N" => Some("N/m"),
@@ -84,16 +84,18 @@ impl ParameterRow {
         let inverse = |c: f64| (c > 0.0).then(|| rounded(1.0 / c));
         Self {
             name,
-            value: rounded(value),
+            value: value.map(rounded),
             unit: unit.to_owned(),
             ci95: ci95.map(|ends| ends.map(rounded)),
             status: None,
-            stiffness: unit_of_stiffness.map(|unit| SpringStiffness {
-                value: inverse(value),
-                unit,
-                low95: ci95.and_then(|[_, high]| inverse(high)),
-                high95: ci95.and_then(|[low, _]| inverse(low)),
-            }),
+            stiffness: unit_of_stiffness
+                .zip(value)
+                .map(|(unit, value)| SpringStiffness {
+                    value: inverse(value),
+                    unit,
+                    low95: ci95.and_then(|[_, high]| inverse(high)),
+                    high95: ci95.and_then(|[low, _]| inverse(low)),
+                }),
         }
     }
 
@@ -108,7 +110,10 @@ impl ParameterRow {
             let high = high.map_or_else(|| "infinity".to_owned(), number);
             format!(", 95 % {} to {high}", number(low))
         };
-        let mut parts = vec![format!("{} = {}{unit}", self.name, number(self.value))];
+        let Some(value) = self.value else {
+            return format!("{}: no value yet", self.name);
+        };
+        let mut parts = vec![format!("{} = {}{unit}", self.name, number(value))];
         parts.push(match self.ci95 {
             Some([low, high]) => interval(low, Some(high)) + &unit,
             None => ", no interval".to_owned(),
@@ -143,7 +148,7 @@ impl ExportTable {
                         Compliance6::DISPLACEMENTS[i],
                         Compliance6::LOADS[j]
                     ),
-                    value: number(*entry),
+                    value: entry.map_or_else(String::new, number),
                     unit: unit(i, j).to_owned(),
                     ..CsvRow::default()
                 }));
@@ -181,7 +186,7 @@ impl ParameterRow {
         let infinite = || "inf".to_owned();
         let own = CsvRow {
             name: escape_formula(&self.name).into_owned(),
-            value: number(self.value),
+            value: text(self.value),
             unit: self.unit.clone(),
             ci95_low: text(self.ci95.map(|[low, _]| low)),
             ci95_high: text(self.ci95.map(|[_, high]| high)),

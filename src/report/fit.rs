@@ -93,7 +93,7 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
                 unit => format!("{}, {unit}", parameter.name),
             },
             significant(parameter.start, 4),
-            significant(parameter.value, 4),
+            number(parameter.value, &|value| significant(value, 4)),
             number(parameter.se, &|se| significant(se, 2)),
             islands(parameter),
             status_words(parameter.status, parameter.moved),

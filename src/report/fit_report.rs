@@ -120,8 +120,8 @@ pub struct FactorReport {
 pub struct ParameterReport {
     /// Its name, for example `beam.Iy`, `section.rod.A`, `joint.J2` or `base.rx`.
     pub name: String,
-    /// Its value in `unit`.
-    pub value: f64,
+    /// Its value in `unit`; `null` of a spring that had none before the fit and of which the data say nothing.
+    pub value: Option<f64>,
     /// `1` of a factor, `rad/(N*m)` of a spring.
     pub unit: &'static str,
     /// Standard uncertainty.
@@ -367,7 +367,7 @@ impl From<&FactorEstimate> for ParameterReport {
     fn from(estimate: &FactorEstimate) -> Self {
         Self {
             name: estimate.name.clone(),
-            value: estimate.value,
+            value: estimate.known_value(),
             unit: estimate.parameter.unit(),
             se: estimate.standard_uncertainty,
             ci95: estimate.interval_95,

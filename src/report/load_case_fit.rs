@@ -232,7 +232,10 @@ impl From<&FactorEstimate> for LoadCaseParameterReport {
         let interval = estimate.interval_95.filter(|_| is_spring);
         Self {
             parameter: estimate.into(),
-            stiffness: is_spring.then(|| inverse(estimate.value)).flatten(),
+            stiffness: estimate
+                .known_value()
+                .filter(|_| is_spring)
+                .and_then(inverse),
             stiffness_ci95: interval.map(|[low, high]| [inverse(high), inverse(low)]),
             stiffness_unit: is_spring.then(|| stiffness_unit(estimate.parameter.unit())),
         }

@@ -121,10 +121,10 @@ fn spring(estimate: &FactorEstimate) -> [String; 8] {
     );
     [
         estimate.name.clone(),
-        significant(micro(estimate.value), 4),
+        optional(estimate.known_value().map(micro), 4),
         optional(estimate.standard_uncertainty.map(micro), 2),
         interval(estimate.interval_95.map(|ends| ends.map(micro)), 4),
-        inverse(estimate.value),
+        (estimate.known_value()).map_or_else(|| "-".to_owned(), inverse),
         stiffness,
         stiffness_unit(unit),
         status_words(estimate.status.word(), estimate.moved()),
@@ -350,7 +350,7 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
                 .find(|own| own.parameter.name == one.name);
             // Of a factor the error of its logarithm is planned; the table has that of its value.
             let (scale, unit) = match own.map(|own| &own.parameter) {
-                Some(own) if own.unit == "1" => (own.value, String::new()),
+                Some(own) if own.unit == "1" => (own.value.unwrap_or(1.0), String::new()),
                 Some(own) => (1.0, format!(" {}", own.unit)),
                 None => (1.0, String::new()),
             };

@@ -285,8 +285,8 @@ impl MobilityReport {
 /// The end compliance of a robot in a pose.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ComplianceReport {
-    /// Displacements and rotations of the end per force and moment, SI.
-    pub compliance: [[f64; 6]; 6],
+    /// Displacements and rotations of the end per force and moment, SI; `null` where they depend on a spring that has no value yet.
+    pub compliance: [[Option<f64>; 6]; 6],
     /// What the rows are.
     pub rows: [&'static str; 6],
     /// What the columns are.
@@ -303,13 +303,13 @@ impl ComplianceReport {
     /// A compliance with the nodes of the model behind it.
     #[must_use]
     pub fn new(
-        compliance: &Compliance6,
+        compliance: [[Option<f64>; 6]; 6],
         model: &MechanismModel<'_>,
         physics: &ActingPhysics,
     ) -> Self {
         let nodes = model.structure().nodes.iter();
         Self {
-            compliance: compliance.0,
+            compliance,
             rows: Compliance6::DISPLACEMENTS,
             columns: Compliance6::LOADS,
             unit: "SI: m/N, rad/N, m/(N*m), rad/(N*m)",
@@ -325,13 +325,17 @@ impl ComplianceReport {
     pub fn text(&self) -> String {
         let heads: Vec<&str> = std::iter::once("").chain(self.columns).collect();
         let mut rows = AlignedTable::new(&heads);
+        let text = |value: Option<f64>, known: &dyn Fn(f64) -> String| {
+            value.map_or_else(|| "unknown".to_owned(), known)
+        };
         for (name, row) in self.rows.iter().zip(&self.compliance) {
             rows.row(
                 std::iter::once((*name).to_owned())
-                    .chain(row.iter().map(|entry| format!("{entry:.6e}"))),
+                    .chain(row.map(|entry| text(entry, &|entry| format!("{entry:.6e}")))),
             );
         }
-        let stiffness = [0, 1, 2].map(|i| significant(1e-6 / self.compliance[i][i], 5));
+        let stiffness = |i: usize| text(self.compliance[i][i], &|c| significant(1e-6 / c, 5));
+        let stiffness = [0, 1, 2].map(stiffness);
         format!(
             "{}\n{}. Stiffness along x, y, z: {} N/um.\n",
             rows.text(),
@@ -353,9 +357,14 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
         "Kz, N/um",
         "plausible",
     ]);
+    let none = if check.unknown_springs.is_empty() {
+        "rigid"
+    } else {
+        "unknown"
+    };
     for checked in &check.checked {
         let stiffness = checked.stiffness_n_per_um;
-        let stiffness = stiffness.map(|k| k.map_or("rigid".to_owned(), |k| format!("{k:.5}")));
+        let stiffness = stiffness.map(|k| k.map_or(none.to_owned(), |k| format!("{k:.5}")));
         let tool = checked.tool_m.map(|m| format!("{m:.3}")).join(", ");
         let mark = match checked.plausible {
             Some(true) => "yes",
@@ -389,12 +398,8 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
             check.load_case_columns.join(",")
         );
     }
-    let rigid = check
-        .checked
-        .iter()
-        .any(|checked| checked.stiffness_n_per_um.contains(&None));
-    if rigid {
-        text.push_str("Rigid: nothing that gives way along this axis has a stiffness yet.\n");
+    for words in &check.unknown_springs {
+        let _ = writeln!(text, "{words}.");
     }
     text.push_str(if check.findings.is_empty() {
         "Nothing to complain about.\n"

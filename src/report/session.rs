@@ -49,8 +49,11 @@ pub struct ExpectedParameter {
     pub name: String,
     /// Unit of the standard error; of a factor it is that of its logarithm.
     pub unit: &'static str,
-    /// Standard error to be expected with the noise of `simulate`: the Cramér-Rao limit.
-    pub se: f64,
+    /// Standard error to be expected with the noise of `simulate`: the Cramér-Rao limit; `null` of a spring that no load acts on.
+    pub se: Option<f64>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub words: Option<&'static str>,
 }
 
 /// A pose and direction with its readings.
@@ -117,6 +120,7 @@ impl PlanReport {
             name: parameter.to_string(),
             unit: parameter.unit(),
             se: *se,
+            words: se.is_none().then(|| parameter.unloaded_words()),
         });
         self.determines = determines.collect();
         self
@@ -130,7 +134,10 @@ pub fn best_poses_text(best: &BestPoses) -> String {
     for (parameter, error) in &best.errors {
         rows.row([
             parameter.to_string(),
-            significant(*error, 2),
+            error.map_or_else(
+                || parameter.unloaded_words().to_owned(),
+                |error| significant(error, 2),
+            ),
             parameter.unit().to_owned(),
         ]);
     }

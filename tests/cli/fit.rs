@@ -59,7 +59,7 @@ fn a_parameter_that_no_cell_depends_on_did_not_move() {
     let page = desk.run(line).succeeds().stdout;
     for part in [
         "not identified, did not move",
-        "no measured cell depends on it, so it keeps its start",
+        "no reading depends on it, so it keeps its start",
         "The cells determine 1 of 2 parameters (rank of the Jacobian); condition number infinite.",
         "beam.Iy: a further measurement along y at",
     ] {

@@ -76,7 +76,7 @@ impl Bench {
         };
         let mechanism = robot.mechanism(None).unwrap();
         let best = best_poses(&robot, mechanism, &truth, &springs(), &readings, POSES).unwrap();
-        let limit = |place: usize| best.errors[place].1 / TRUE[place];
+        let limit = |place: usize| best.errors[place].1.unwrap() / TRUE[place];
         let limits = std::array::from_fn(limit);
         procedure.poses = Some(best.poses.iter().map(|named| named.id.clone()).collect());
         robot.poses = best.poses;

@@ -69,10 +69,11 @@ fn from_data(data: &Value) -> Result<FitFile, String> {
             ModelParameter::try_from(name.clone()).map_err(|error| error.to_string())?;
         let value = entry["value"].as_f64();
         let value = value.filter(|value| *value > 0.0 || (!parameter.is_factor() && *value == 0.0));
-        values.set(
-            &parameter,
-            value.ok_or_else(|| format!("it has no value of {name}"))?,
-        );
+        // Of a spring that no load turned there is none.
+        if parameter.is_factor() || !entry["value"].is_null() {
+            let value = value.ok_or_else(|| format!("it has no value of {name}"))?;
+            values.set(&parameter, value);
+        }
         let own = entry["tied_to"].as_str().unwrap_or(&name);
         let source = names.and_then(|names| names.iter().position(|known| known == own));
         let status = entry["status"].as_str().unwrap_or_default();
@@ -112,7 +113,7 @@ fn from_data(data: &Value) -> Result<FitFile, String> {
 fn parameter_row(parameter: &ModelParameter, entry: &Value) -> ParameterRow {
     let end = |place: usize| entry["ci95"][place].as_f64();
     let ci95 = end(0).zip(end(1)).map(|(low, high)| [low, high]);
-    let value = entry["value"].as_f64().unwrap_or(f64::NAN);
+    let value = entry["value"].as_f64();
     ParameterRow {
         status: entry["status"].as_str().map(str::to_owned),
         ..ParameterRow::new(parameter.to_string(), value, parameter.unit(), ci95)

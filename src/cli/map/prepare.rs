@@ -1,11 +1,11 @@
 //! From the arguments to a study.
 
-use crate::analysis::{ArgumentError, ResolvedModel};
+use crate::analysis::{ArgumentError, ResolvedModel, UnknownSprings};
 use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::distribution::{MapColumn, MapPlane, PlaneAxis, variables_beside_the_plane};
 use crate::physics::{ActingPhysics, Effect, EffectError, PlaceKind};
-use crate::robot::{Mechanism, Robot};
+use crate::robot::{Mechanism, Pose, Robot};
 
 use super::args::StudyArgs;
 use super::fit_file::{FitFile, read_fit};
@@ -49,6 +49,14 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     robot.check_parameters(&factors)?;
     // A sweep takes springs as it takes every other physics beside the beams.
     effects.extend(Effect::of_springs(&factors));
+    for name in &names {
+        let mechanism = robot.mechanism(Some(name))?;
+        let unknown = UnknownSprings::new(robot, mechanism, &factors, &effects);
+        for pose in poses_of(robot) {
+            unknown.refuse(&pose)?;
+        }
+        warnings.extend(unknown.words());
+    }
     let factors = factors.without_springs();
     let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
     let linear = !effects.iter().any(|effect| effect.law.is_nonlinear_joint());
@@ -75,6 +83,12 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     };
     warnings.extend(notes_on_laws(args, &job, linear));
     Ok((job, warnings))
+}
+
+/// The named poses and the nominal one.
+fn poses_of(robot: &Robot) -> impl Iterator<Item = Pose> + '_ {
+    let named = robot.poses.iter().map(|named| named.pose.clone());
+    named.chain([robot.nominal_pose()])
 }
 
 /// What the laws in the joints make of the options.

@@ -252,7 +252,22 @@ impl Robot {
             .filter(|(_, spring)| **spring != SpringDefault::default())
     }
 
-    /// The values with the springs of the file that they do not list; pins are no springs.
+    /// The springs of a mechanism that have no value yet: the file leaves them to a fit, and these values do not list them.
+    #[must_use]
+    pub fn unknown_springs(
+        &self,
+        mechanism: &Mechanism,
+        values: &FittingFactors,
+    ) -> Vec<ModelParameter> {
+        let all = ModelParameter::all(self, mechanism);
+        self.own_springs()
+            .filter(|(spring, own)| own.is_unknown() && values.spring(spring).is_none())
+            .map(|(spring, _)| spring)
+            .filter(|spring| all.contains(spring))
+            .collect()
+    }
+
+    /// The values with the springs of the file that they do not list; pins are no springs, and those without a value stay unlisted.
     #[must_use]
     pub fn with_own_springs(&self, values: &FittingFactors) -> FittingFactors {
         let mut all = values.clone();
@@ -263,7 +278,9 @@ impl Robot {
     /// The same in place.
     pub(crate) fn add_own_springs(&self, values: &mut FittingFactors) {
         for (spring, default) in self.own_springs() {
-            if let Yielding::Compliance(compliance) = default.yielding {
+            if let Yielding::Compliance(compliance) = default.yielding
+                && !default.is_unknown()
+            {
                 values.springs.entry(spring).or_insert(compliance);
             }
         }

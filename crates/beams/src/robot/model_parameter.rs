@@ -180,6 +180,16 @@ impl ModelParameter {
         }
     }
 
+    /// Why readings say nothing of it, if no load acts on it.
+    #[must_use]
+    pub fn unloaded_words(&self) -> &'static str {
+        match self.unit() {
+            "1" => "no reading depends on it, so it keeps its start",
+            "m/N" => "no load moves it",
+            _ => "no load turns it",
+        }
+    }
+
     /// The joint whose spring it is.
     #[must_use]
     pub fn joint(&self) -> Option<&str> {

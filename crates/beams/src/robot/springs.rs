@@ -73,6 +73,14 @@ pub struct SpringDefault {
     pub in_fit: RoleInFit,
 }
 
+impl SpringDefault {
+    /// Whether the file leaves its value to a fit and states none to begin at. It is then neither rigid nor a spring of a known stiffness.
+    #[must_use]
+    pub fn is_unknown(&self) -> bool {
+        self.in_fit != RoleInFit::Fixed && self.yielding.compliance() == 0.0
+    }
+}
+
 /// The springs of a joint.
 ///
 /// The joint's frame: x is its own axis, the normal n of its plane. With the axes of the plane's body taken in the order x, y, z, x, y is

@@ -11,6 +11,7 @@ use stiffbench_units_and_text::test_point::Direction;
 use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
 use super::error::LoadCaseFitError;
 use super::plan::further_poses;
+use super::problem::unloaded_springs;
 
 /// Poses that are tried beside the named ones, spread evenly over the limits.
 const TRIED_POSES: usize = 600;
@@ -48,8 +49,9 @@ pub struct BestPoses {
     pub poses: Vec<NamedPose>,
     /// Poses within the limits among which they were chosen.
     pub tried: usize,
-    /// For each parameter the standard error to be expected, in its unit (of a factor that of its logarithm): the Cramér-Rao limit.
-    pub errors: Vec<(ModelParameter, f64)>,
+    /// For each parameter the standard error to be expected, in its unit (of a factor that of its logarithm): the Cramér-Rao limit; `None` of
+    /// a spring that no load acts on in any pose.
+    pub errors: Vec<(ModelParameter, Option<f64>)>,
 }
 
 /// A pose within the limits.
@@ -65,7 +67,7 @@ struct PoseInformation {
 ///
 /// # Arguments
 /// - `start`: values of the parameters; errors that grow with the displacement follow from them.
-/// - `parameters`: those to be determined, at least one.
+/// - `parameters`: those to be determined, at least one; springs that no load acts on have no part in the choice.
 /// - `count`: number of poses, at least one.
 ///
 /// # Errors
@@ -95,12 +97,27 @@ pub fn best_poses(
             stated_zy_m: None,
         });
     }
-    // Each parameter in units of what one pose says of it on average: the determinant is then a fair number.
-    let scales: Vec<f64> = (0..parameters.len())
+    let lengths: Vec<f64> = (0..parameters.len())
         .map(|place| {
             let rows = slopes.iter().flatten().map(|row| row[place] * row[place]);
-            let mean = rows.sum::<f64>() / slopes.len().max(1) as f64;
-            if mean > 0.0 { 1.0 / mean.sqrt() } else { 1.0 }
+            rows.sum::<f64>().sqrt()
+        })
+        .collect();
+    let unloaded = unloaded_springs(parameters, &lengths);
+    let loaded: Vec<usize> = (0..parameters.len()).filter(|i| !unloaded[*i]).collect();
+    for row in slopes.iter_mut().flatten() {
+        *row = loaded.iter().map(|place| row[*place]).collect();
+    }
+    // Each parameter in units of what one pose says of it on average: the determinant is then a fair number.
+    let unit = (slopes.len().max(1) as f64).sqrt();
+    let scales: Vec<f64> = loaded
+        .iter()
+        .map(|place| {
+            if lengths[*place] > 0.0 {
+                unit / lengths[*place]
+            } else {
+                1.0
+            }
         })
         .collect();
     let tried: Vec<PoseInformation> = tried
@@ -112,18 +129,22 @@ pub fn best_poses(
         })
         .collect();
     let chosen = chosen(&tried, count.min(tried.len()));
-    let mut sum = DMatrix::zeros(parameters.len(), parameters.len());
+    let mut sum = DMatrix::zeros(loaded.len(), loaded.len());
     for &place in &chosen {
         sum += &tried[place].information;
     }
     let inverse = sum.cholesky().map(|factor| factor.inverse());
     let inverse = inverse
-        .filter(|inverse| (0..parameters.len()).all(|i| inverse[(i, i)] < 1.0 / RIDGE))
+        .filter(|inverse| !loaded.is_empty() && inverse.diagonal().max() < 1.0 / RIDGE)
         .ok_or(LoadCaseFitError::Dependent)?;
-    let errors = parameters.iter().zip(&scales).enumerate();
+    let error = |place: usize| {
+        let i = loaded.iter().position(|known| *known == place)?;
+        Some(scales[i] * inverse[(i, i)].sqrt())
+    };
+    let errors = parameters.iter().cloned().enumerate();
     Ok(BestPoses {
         errors: errors
-            .map(|(i, (parameter, scale))| (parameter.clone(), scale * inverse[(i, i)].sqrt()))
+            .map(|(place, parameter)| (parameter, error(place)))
             .collect(),
         tried: tried.len(),
         poses: chosen

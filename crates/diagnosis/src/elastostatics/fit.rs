@@ -154,7 +154,7 @@ fn name_what_is_open(
             if positions {
                 why_open(model, &estimate.parameter, false)?
             } else {
-                "no load of these poses acts on it".to_owned()
+                estimate.parameter.unloaded_words().to_owned()
             }
         } else if let Some(ParameterStatus::NotIdentified { .. }) = status
             && positions

@@ -115,13 +115,10 @@ impl LoadCaseModel<'_> {
         };
         let mut choice = choice.clone();
         let mut unloaded = Vec::new();
-        for spring in &springs {
-            let alike = springs.iter().zip(&lengths);
-            let alike = alike.filter(|(other, _)| other.unit() == spring.unit());
-            let longest = alike.map(|(_, length)| *length).fold(0.0, f64::max);
+        for (spring, is_unloaded) in springs.iter().zip(unloaded_springs(&springs, &lengths)) {
             let mut members = choice.members.iter();
             let is_free = members.any(|m| m.parameter == *spring && m.role == FitRole::Free);
-            if is_free && column(spring) <= UNLOADED * longest {
+            if is_free && is_unloaded {
                 choice.set(spring, FitRole::Fixed);
                 unloaded.push(spring.clone());
             }
@@ -129,6 +126,21 @@ impl LoadCaseModel<'_> {
         let parameters = FitParameters::with_scales(self.start, &choice, &scale)?;
         Ok((parameters, unloaded))
     }
+}
+
+/// Which parameters are springs that no load acts on: their columns are rounding beside the longest of their unit.
+///
+/// # Arguments
+/// - `lengths`: of the columns of the parameters.
+pub(super) fn unloaded_springs(parameters: &[ModelParameter], lengths: &[f64]) -> Vec<bool> {
+    let longest = |unit: &str| {
+        let alike = parameters.iter().zip(lengths);
+        let alike = alike.filter(|(other, _)| other.unit() == unit);
+        alike.map(|(_, length)| *length).fold(0.0, f64::max)
+    };
+    let own = parameters.iter().zip(lengths);
+    own.map(|(one, length)| !one.is_factor() && *length <= UNLOADED * longest(one.unit()))
+        .collect()
 }
 
 impl<'a> LoadCaseProblem<'a> {

@@ -50,6 +50,13 @@ pub enum FactorStatus {
 }
 
 impl FactorStatus {
+    /// Of a parameter that no reading depends on.
+    pub(crate) fn unloaded(parameter: &ModelParameter) -> Self {
+        Self::NotIdentified {
+            words: parameter.unloaded_words().to_owned(),
+        }
+    }
+
     /// The word of the JSON contract.
     #[must_use]
     pub fn word(&self) -> &'static str {
@@ -100,6 +107,14 @@ pub struct FactorEstimate {
 }
 
 impl FactorEstimate {
+    /// The value; `None` of a spring that had none before the fit and of which the data say nothing.
+    #[must_use]
+    pub fn known_value(&self) -> Option<f64> {
+        let is_open = matches!(self.status, FactorStatus::NotIdentified { .. });
+        let is_unknown = is_open && !self.parameter.is_factor() && self.value == 0.0;
+        (!is_unknown).then_some(self.value)
+    }
+
     /// Whether the fit moved it from its start; `None` of one that it may not move, or that ended on a bound.
     #[must_use]
     pub fn moved(&self) -> Option<bool> {

@@ -261,11 +261,14 @@ impl FitParameters {
         members.map(parameter).collect()
     }
 
-    /// Values at a point of the coordinates.
+    /// Values at a point of the coordinates. A spring that the fit does not move and that had no value before has none.
     pub(crate) fn values(&self, point: &[f64]) -> FittingFactors {
         let mut values = self.start.clone();
         for (place, parameter) in self.parameters.iter().enumerate() {
-            values.set(parameter, self.value(place, point[place]));
+            let is_known = parameter.is_factor() || self.start.spring(parameter).is_some();
+            if is_known || self.moves(place) {
+                values.set(parameter, self.value(place, point[place]));
+            }
         }
         values
     }
@@ -280,9 +283,7 @@ impl FitParameters {
         match self.members[place].role {
             Role::Free => FactorStatus::Free,
             Role::Fixed => FactorStatus::Fixed,
-            Role::NoEffect => FactorStatus::NotIdentified {
-                words: "no measured cell depends on it, so it keeps its start".to_owned(),
-            },
+            Role::NoEffect => FactorStatus::unloaded(&self.parameters[place]),
             Role::Tied { to } => FactorStatus::Tied {
                 to: self.members[to].name.clone(),
             },

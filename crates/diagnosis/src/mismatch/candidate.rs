@@ -5,6 +5,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::changes::LinearisedModel;
 use super::observations::{Observations, ObservedRun, ReadingClock};
+use crate::parameters::bears_no_load;
 use crate::search::constants::{AFTER_A_JUMP, OPEN_LOOP};
 
 /// A law at a place.
@@ -99,7 +100,11 @@ impl PlaceScales {
                     let scale = joint_scale(&session, observations, linearised, joint);
                     with(Place::Joint(name.clone()), scale)
                 };
-                joints.filter_map(of_joint).collect()
+                let mut found: Vec<(Place, PlaceScale)> = joints.filter_map(of_joint).collect();
+                let compliances = found.iter().map(|(_, scale)| scale.compliance);
+                let least = compliances.fold(f64::INFINITY, f64::min);
+                found.retain(|(_, scale)| !bears_no_load(scale.compliance, least));
+                found
             }
             PlaceKind::Axis => {
                 let of_axis = |axis| {

@@ -4,4 +4,4 @@ mod choice;
 mod spring_scales;
 
 pub use choice::{ChosenParameter, FitRole, ParameterChoice};
-pub(crate) use spring_scales::{FIRST_SPRING, ScaleCell, SpringScales, UNLOADED};
+pub(crate) use spring_scales::{FIRST_SPRING, ScaleCell, SpringScales, UNLOADED, bears_no_load};

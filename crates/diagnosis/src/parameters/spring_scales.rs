@@ -21,6 +21,12 @@ const RIGID_BELOW_M_PER_N: f64 = 1e-12;
 /// A spring that moves the end by less than this share of what one of its kind does bears no load: the rest is rounding of angles.
 pub(crate) const UNLOADED: f64 = 1e-7;
 
+/// Whether a spring bears no load, by the compliance at which it adds as much as the robot has, and the least of those of its kind: these go
+/// with the square of the lever.
+pub(crate) fn bears_no_load(compliance: f64, least: f64) -> bool {
+    compliance * UNLOADED * UNLOADED > least
+}
+
 /// Scale of each spring of a mechanism in cells.
 #[derive(Debug, Clone)]
 pub(crate) struct SpringScales {
@@ -119,8 +125,7 @@ impl SpringScales {
             .map(|spring| least_of(spring.unit()))
             .collect();
         for ((_, scale), least) in scales.iter_mut().zip(least) {
-            // The compliance goes with the square of the lever.
-            if scale.compliance * UNLOADED * UNLOADED > least {
+            if bears_no_load(scale.compliance, least) {
                 *scale = PlaceScale::default();
             }
         }

@@ -7,8 +7,10 @@ use stiffbench_units_and_text::test_point::Direction;
 use crate::elastostatics::compliances::{EndCompliance, motion_along};
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use crate::elastostatics::problem::unloaded_springs;
 use crate::fit::FactorStatus;
 use crate::search::constants::MOST_WRONG;
+use crate::search::dot;
 
 /// Candidates of one kind share a critical value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -106,13 +108,23 @@ impl SolvedPoses<'_> {
         })
     }
 
+    /// Which parameters are springs that no load acts on: nothing can be missing there that a reading shows.
+    pub(super) fn unloaded(&self) -> Vec<bool> {
+        let places = 0..self.parameters.len();
+        let columns = places.map(|place| self.of_parameter(place));
+        let lengths: Vec<f64> = columns.map(|column| dot(&column, &column).sqrt()).collect();
+        unloaded_springs(&self.parameters, &lengths)
+    }
+
     /// All candidates beside the parameters that are free.
     pub(super) fn candidates(
         &self,
         is_free: &dyn Fn(&ModelParameter) -> bool,
     ) -> Vec<MissingCandidate> {
         let mut found = Vec::new();
-        for (place, parameter) in self.parameters.iter().enumerate() {
+        let loaded = self.unloaded().into_iter().map(|unloaded| !unloaded);
+        let places = self.parameters.iter().enumerate().zip(loaded);
+        for ((place, parameter), _) in places.filter(|(_, loaded)| *loaded) {
             if let ModelParameter::Joint(joint) = parameter {
                 found.extend(self.joint_laws(place, joint));
             }

@@ -360,12 +360,13 @@ pub(super) fn baseline_columns(
 ) -> (Vec<usize>, Vec<Vec<f64>>) {
     let (mut free, mut columns) = (Vec::new(), Vec::new());
     let mut basis: Vec<Vec<f64>> = Vec::new();
+    let unloaded = solved.unloaded();
     for (place, one) in baseline.estimates.iter().enumerate() {
         let mut known = solved.parameters.iter();
         let Some(parameter) = known.position(|known| *known == one.parameter) else {
             continue;
         };
-        if !moves(&one.status) {
+        if !moves(&one.status) || unloaded[parameter] {
             continue;
         }
         let column = solved.of_parameter(parameter);
