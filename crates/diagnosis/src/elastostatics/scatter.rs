@@ -303,13 +303,13 @@ fn least_scatter(posed: &PosedLoadCases) -> [f64; 2] {
         .into_iter()
         .zip(posed.rows().map(|(_, read)| read.value))
         .unzip();
-    for kind in 0..2 {
+    for (kind, least) in least.iter_mut().enumerate() {
         let groups = repeated_rows(posed).into_iter();
         let own = groups.filter(|rows| kinds[rows[0]] == kind);
         let steps = own.map(|rows| smallest_step(rows.iter().map(|row| values[*row])));
         let step = steps.fold(f64::INFINITY, f64::min);
         if step.is_finite() {
-            least[kind] = least[kind].max(step / 12_f64.sqrt());
+            *least = least.max(step / 12_f64.sqrt());
         }
     }
     least
