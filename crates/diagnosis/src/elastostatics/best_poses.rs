@@ -90,36 +90,30 @@ pub fn best_poses(
             Err(RobotError::Unreachable { .. }) => continue,
             Err(error) => return Err(error.into()),
         };
-        slopes.push(readings.rows(&solved.compliance, &solved.derivatives));
+        // Beside the parameters a spring that every load moves along itself.
+        let along = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+        let derivatives = [solved.derivatives, vec![along]].concat();
+        slopes.push(readings.rows(&solved.compliance, &derivatives));
         tried.push(NamedPose {
             id,
             pose,
             stated_zy_m: None,
         });
     }
-    let lengths: Vec<f64> = (0..parameters.len())
+    let lengths: Vec<f64> = (0..=parameters.len())
         .map(|place| {
             let rows = slopes.iter().flatten().map(|row| row[place] * row[place]);
             rows.sum::<f64>().sqrt()
         })
         .collect();
-    let unloaded = unloaded_springs(parameters, &lengths);
+    let unloaded = unloaded_springs(parameters, &lengths, lengths[parameters.len()]);
     let loaded: Vec<usize> = (0..parameters.len()).filter(|i| !unloaded[*i]).collect();
     for row in slopes.iter_mut().flatten() {
         *row = loaded.iter().map(|place| row[*place]).collect();
     }
     // Each parameter in units of what one pose says of it on average: the determinant is then a fair number.
     let unit = (slopes.len().max(1) as f64).sqrt();
-    let scales: Vec<f64> = loaded
-        .iter()
-        .map(|place| {
-            if lengths[*place] > 0.0 {
-                unit / lengths[*place]
-            } else {
-                1.0
-            }
-        })
-        .collect();
+    let scales: Vec<f64> = loaded.iter().map(|place| unit / lengths[*place]).collect();
     let tried: Vec<PoseInformation> = tried
         .into_iter()
         .zip(&slopes)

@@ -115,7 +115,8 @@ impl LoadCaseModel<'_> {
         };
         let mut choice = choice.clone();
         let mut unloaded = Vec::new();
-        for (spring, is_unloaded) in springs.iter().zip(unloaded_springs(&springs, &lengths)) {
+        let is_unloaded = unloaded_springs(&springs, &lengths, unit_length(posed));
+        for (spring, is_unloaded) in springs.iter().zip(is_unloaded) {
             let mut members = choice.members.iter();
             let is_free = members.any(|m| m.parameter == *spring && m.role == FitRole::Free);
             if is_free && is_unloaded {
@@ -128,19 +129,32 @@ impl LoadCaseModel<'_> {
     }
 }
 
-/// Which parameters are springs that no load acts on: their columns are rounding beside the longest of their unit.
+/// Which parameters are springs that no load acts on: their columns are rounding beside the longest of their unit, or that of a lever of 1 m.
 ///
 /// # Arguments
 /// - `lengths`: of the columns of the parameters.
-pub(super) fn unloaded_springs(parameters: &[ModelParameter], lengths: &[f64]) -> Vec<bool> {
-    let longest = |unit: &str| {
+/// - `unit`: length of the column of a spring along every load, which is that of a lever of 1 m too.
+pub(super) fn unloaded_springs(
+    parameters: &[ModelParameter],
+    lengths: &[f64],
+    unit: f64,
+) -> Vec<bool> {
+    let longest = |of: &str| {
         let alike = parameters.iter().zip(lengths);
-        let alike = alike.filter(|(other, _)| other.unit() == unit);
-        alike.map(|(_, length)| *length).fold(0.0, f64::max)
+        let alike = alike.filter(|(other, _)| other.unit() == of);
+        alike.map(|(_, length)| *length).fold(unit, f64::max)
     };
     let own = parameters.iter().zip(lengths);
     own.map(|(one, length)| !one.is_factor() && *length <= UNLOADED * longest(one.unit()))
         .collect()
+}
+
+/// Length of the column of a spring that every load moves along itself.
+pub(super) fn unit_length(posed: &PosedLoadCases) -> f64 {
+    let rows = posed
+        .rows()
+        .map(|(case, read)| along(&read.unit, &case.load));
+    rows.map(|row| row * row).sum::<f64>().sqrt()
 }
 
 impl<'a> LoadCaseProblem<'a> {

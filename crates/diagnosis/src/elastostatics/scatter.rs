@@ -80,11 +80,12 @@ impl LoadScatter {
     pub(super) fn of_repeats(posed: &PosedLoadCases, residuals: &[f64]) -> Option<Self> {
         let kinds = kinds(posed);
         let groups = repeated_rows(posed).into_iter();
-        let scatter = Self::pooled(groups.map(|rows| {
+        let parts = groups.map(|rows| {
             let mean = rows.iter().map(|row| residuals[*row]).sum::<f64>() / rows.len() as f64;
             let squares = rows.iter().map(|row| (residuals[*row] - mean).powi(2));
             (kinds[rows[0]], squares.sum(), rows.len() as f64 - 1.0)
-        }));
+        });
+        let scatter = Self::pooled(parts, 1.0);
         if kinds.iter().any(|kind| scatter.sd[*kind].is_none()) {
             return None;
         }
@@ -109,19 +110,21 @@ impl LoadScatter {
         parameters: usize,
     ) -> Self {
         let all = takes_part.iter().filter(|takes_part| **takes_part).count();
-        let dof = (1.0 - parameters as f64 / all.max(1) as f64).max(0.0);
+        let share = (1.0 - parameters as f64 / all.max(1) as f64).max(0.0);
         let kinds = kinds(posed);
         let rows = (0..residuals.len()).filter(|row| takes_part[*row]);
-        Self::pooled(rows.map(|row| (kinds[row], residuals[row].powi(2), dof)))
+        let parts = rows.map(|row| (kinds[row], residuals[row].powi(2), 1.0));
+        Self::pooled(parts, share)
     }
 
-    /// Without a slope, from kinds, sums of squares, and their degrees of freedom.
-    fn pooled(parts: impl Iterator<Item = (usize, f64, f64)>) -> Self {
+    /// Without a slope, from kinds, sums of squares and their degrees of freedom, of which only a share counts.
+    fn pooled(parts: impl Iterator<Item = (usize, f64, f64)>, share: f64) -> Self {
         let (mut squares, mut dof) = ([0.0; 2], [0.0; 2]);
         for (kind, own, own_dof) in parts {
             squares[kind] += own;
             dof[kind] += own_dof;
         }
+        dof = dof.map(|dof: f64| dof * share);
         Self {
             sd: [0, 1].map(|kind| (dof[kind] > 0.0).then(|| f64::sqrt(squares[kind] / dof[kind]))),
             slope_sd: 0.0,

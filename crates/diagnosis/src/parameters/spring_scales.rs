@@ -21,10 +21,10 @@ const RIGID_BELOW_M_PER_N: f64 = 1e-12;
 /// A spring that moves the end by less than this share of what one of its kind does bears no load: the rest is rounding of angles.
 pub(crate) const UNLOADED: f64 = 1e-7;
 
-/// Whether a spring bears no load, by the compliance at which it adds as much as the robot has, and the least of those of its kind: these go
-/// with the square of the lever.
+/// Whether a spring bears no load, by the compliance at which it adds as much as the robot has, and the least of those of its kind or that of
+/// a lever of 1 m: these go with the square of the lever.
 pub(crate) fn bears_no_load(compliance: f64, least: f64) -> bool {
-    compliance * UNLOADED * UNLOADED > least
+    compliance * UNLOADED * UNLOADED > least.min(RIGID_ARM_M_PER_N)
 }
 
 /// Scale of each spring of a mechanism in cells.

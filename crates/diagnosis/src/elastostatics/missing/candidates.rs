@@ -7,7 +7,7 @@ use stiffbench_units_and_text::test_point::Direction;
 use crate::elastostatics::compliances::{EndCompliance, motion_along};
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::posed::{PosedLoad, PosedLoadCases, ReadComponent};
-use crate::elastostatics::problem::unloaded_springs;
+use crate::elastostatics::problem::{unit_length, unloaded_springs};
 use crate::fit::FactorStatus;
 use crate::search::constants::MOST_WRONG;
 use crate::search::dot;
@@ -113,7 +113,7 @@ impl SolvedPoses<'_> {
         let places = 0..self.parameters.len();
         let columns = places.map(|place| self.of_parameter(place));
         let lengths: Vec<f64> = columns.map(|column| dot(&column, &column).sqrt()).collect();
-        unloaded_springs(&self.parameters, &lengths)
+        unloaded_springs(&self.parameters, &lengths, unit_length(self.posed))
     }
 
     /// All candidates beside the parameters that are free.
