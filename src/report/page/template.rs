@@ -226,7 +226,7 @@ fn write_markdown(
     for c in text.chars() {
         match c {
             '\n' => line.push(' '),
-            '<' | '>' | '&' | '[' | ']' => line += &format!("&#{};", u32::from(c)),
+            '<' | '>' | '&' | '[' | ']' => write!(line, "&#{};", u32::from(c))?,
             _ if "\\`*_|~#$".contains(c) => line.extend(['\\', c]),
             _ => line.push(c),
         }
