@@ -62,7 +62,7 @@ pub enum CliError {
     #[diagnostic(
         code(stiffbench::output::exists),
         help(
-            "name another file, or remove this one. Figures and results in a folder replace their earlier ones, but no other file, no link and no input"
+            "name another file, for example with --out FILE, or remove this one. Figures and results replace their earlier ones, but no other file, no link and no input"
         )
     )]
     FileExists {

@@ -11,7 +11,7 @@ use crate::report::PredictionReport;
 use crate::specimen::read_specimen;
 
 use super::failure::Failure;
-use super::figure_files::write;
+use super::figure_files::write_again;
 use super::outcome::Outcome;
 
 /// Arguments of `predict`.
@@ -47,7 +47,7 @@ pub(super) fn run(args: &PredictArgs) -> Result<Outcome, Failure> {
     let csv = match &args.out {
         Some(out) if is_dash(out) => Some(report.csv()),
         Some(out) => {
-            write(out, report.csv().as_bytes())?;
+            write_again(out, report.csv().as_bytes())?;
             None
         }
         None => None,
