@@ -199,7 +199,7 @@ pub fn read_journal(bytes: &[u8]) -> ReadJournal {
     let lines = lost + events - records.len() + lost_behind;
     let (good_bytes, end) = match (damage, cut) {
         (Some((place, problem)), _) => {
-            let line = 1 + text[..place].iter().filter(|byte| **byte == b'\n').count();
+            let line = text[..place].split(|byte| *byte == b'\n').count();
             let end = JournalEnd::Damaged {
                 line,
                 problem,
