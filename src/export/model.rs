@@ -385,13 +385,15 @@ impl<'a> ExportModel<'a> {
     pub fn urdf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
         let (name, pose) = self.pose(pose);
         let (robot, tree) = (self.robot(), self.tree(&pose)?);
+        let links = tree.links.iter().map(|link| &link.inertia);
         self.file(
             (&name, &pose),
             [
                 "Joints are at zero in this pose. URDF has friction and damping of joints only: springs, beams and the base stand in these comments.",
                 "Effort and velocity of limits are not known: 0 stands for them. A limit of 1 m either way stands where that of a sliding joint is not known.",
             ],
-            tree.links.iter().map(|link| &link.inertia),
+            // The link of the end has no mass.
+            links.chain([&Inertia::default()]),
             |comments| urdf(&robot.name, robot.vertical, &tree, comments),
         )
     }
