@@ -83,7 +83,11 @@ impl LoadScatter {
         let parts = groups.map(|rows| {
             let mean = rows.iter().map(|row| residuals[*row]).sum::<f64>() / rows.len() as f64;
             let squares = rows.iter().map(|row| (residuals[*row] - mean).powi(2));
-            (kinds[rows[0]], squares.sum(), rows.len() as f64 - 1.0)
+            (
+                kinds[rows[0]],
+                squares.sum::<f64>(),
+                rows.len() as f64 - 1.0,
+            )
         });
         let scatter = Self::pooled(parts, 1.0);
         if kinds.iter().any(|kind| scatter.sd[*kind].is_none()) {
@@ -139,13 +143,11 @@ impl LoadScatter {
     pub(super) fn of_cases(cases: &[ScatterCase], least: [f64; 2]) -> Self {
         /// Rounds: the slope is known to some percent at best.
         const ROUNDS: usize = 100;
-        /// Where the slope starts: a load is seldom applied better.
-        const FIRST: f64 = 0.001;
         let (mut sd, mut slope_sd) = ([f64::INFINITY; 2], 0.0);
         let mut dof = [0.0; 2];
         for round in 0..=ROUNDS {
             let (mut slopes, mut count) = (0.0, 0.0);
-            let mut squares = [0.0; 2];
+            let (mut squares, mut sizes) = ([0.0; 2], 0.0);
             dof = [0.0; 2];
             for case in cases {
                 let product = |other: &[f64]| -> f64 {
@@ -163,6 +165,7 @@ impl LoadScatter {
                     for ((kind, value), error) in case.kinds.iter().zip(&case.values).zip(errors) {
                         let own = (error - slope * value).powi(2) + variance * value * value;
                         squares[*kind] += case.dof * own;
+                        sizes += case.dof * value * value;
                         dof[*kind] += case.dof;
                     }
                 }
@@ -171,9 +174,9 @@ impl LoadScatter {
                 sd[kind] = f64::sqrt(squares[kind] / f64::max(dof[kind], f64::MIN_POSITIVE));
                 sd[kind] = sd[kind].max(least[kind]);
             }
-            // A slope of exactly zero would stay there.
+            // The slope starts where all would be its; one of exactly zero would stay there.
             slope_sd = match round {
-                0 => FIRST,
+                0 => f64::min(f64::sqrt((squares[0] + squares[1]) / sizes), 1.0),
                 _ => f64::max(slopes / count, f64::MIN_POSITIVE).sqrt(),
             };
         }
