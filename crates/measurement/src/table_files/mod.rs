@@ -16,6 +16,7 @@ mod names;
 mod read;
 mod records;
 mod sheet;
+mod sheet_size;
 mod table;
 mod times;
 mod unit_cells;

@@ -1,13 +1,14 @@
 //! Spreadsheets: XLSX, XLS, XLSB and ODS.
 
-use std::io::Cursor;
+use std::io::{Cursor, Read, Seek};
 
-use calamine::{Data, Range, Reader, Sheets, open_workbook_auto_from_rs};
+use calamine::{Data, Range, Reader, Sheets, XlsxError, open_workbook_auto_from_rs};
 use csv::StringRecord;
 
 use super::cell::{CellKind, kind};
 use super::error::TableFileError;
 use super::records::TextRecord;
+use super::sheet_size;
 use stiffbench_units_and_text::nearest::listed_names;
 
 /// The records of one sheet, and its name.
@@ -23,6 +24,7 @@ pub(super) fn read_sheet(
         file: file.to_owned(),
         problem,
     };
+    let bytes = sheet_size::of_bounded_size(bytes).map_err(wrong)?;
     let mut book: Sheets<_> =
         open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(|error| wrong(error.to_string()))?;
     let names = book.sheet_names();
@@ -35,16 +37,12 @@ pub(super) fn read_sheet(
                 found: listed(&names),
             });
         };
-        let range = book
-            .worksheet_range(name)
-            .map_err(|error| wrong(error.to_string()))?;
+        let range = range(&mut book, name).map_err(wrong)?;
         return Ok((records(&range), name.clone()));
     }
     let mut with_numbers = Vec::new();
     for name in names {
-        let range = book
-            .worksheet_range(&name)
-            .map_err(|error| wrong(error.to_string()))?;
+        let range = range(&mut book, &name).map_err(wrong)?;
         let records = records(&range);
         if has_a_table(&records) {
             with_numbers.push((records, name));
@@ -62,6 +60,25 @@ pub(super) fn read_sheet(
                 found: listed(&names),
             })
         }
+    }
+}
+
+/// The cells of a sheet; none of one that is no table, such as a chart.
+fn range<R: Read + Seek>(book: &mut Sheets<R>, name: &str) -> Result<Range<Data>, String> {
+    fn words(error: impl std::error::Error) -> String {
+        error.to_string()
+    }
+    match book {
+        Sheets::Xlsx(book) => match book.worksheet_cells_reader(name) {
+            Ok(mut cells) => sheet_size::range(|| cells.next_cell().map_err(words)),
+            Err(XlsxError::NotAWorksheet(_)) => Ok(Range::default()),
+            Err(error) => Err(words(error)),
+        },
+        Sheets::Xlsb(book) => {
+            let mut cells = book.worksheet_cells_reader(name).map_err(words)?;
+            sheet_size::range(|| cells.next_cell().map_err(words))
+        }
+        book => book.worksheet_range(name).map_err(words),
     }
 }
 
