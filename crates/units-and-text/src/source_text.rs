@@ -8,6 +8,9 @@ use std::sync::Arc;
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 
+/// Lines that are longer are not quoted whole: who prints the error shows the part about its place.
+const LONGEST_QUOTED: usize = 1000;
+
 /// A named text: a file's content under the name the user knows it by.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceText {
@@ -60,7 +63,8 @@ pub struct PlacedError<P> {
     pub problem: Box<P>,
     /// What to do about it.
     pub help: Option<String>,
-    source_text: Arc<NamedSource<String>>,
+    /// The text, where the lines about the place are short enough to be quoted.
+    source_text: Option<Arc<NamedSource<String>>>,
     span: SourceSpan,
 }
 
@@ -69,13 +73,18 @@ impl<P: Diagnostic> PlacedError<P> {
     #[must_use]
     pub fn new(source: &SourceText, span: Range<usize>, problem: P) -> Self {
         let (line, column) = source.line_and_column(span.start);
+        let (last, _) = source.line_and_column(span.end);
+        let quoted = source.text.lines().take(last + 1);
+        let is_long = quoted
+            .skip(line.saturating_sub(2))
+            .any(|text| text.len() > LONGEST_QUOTED);
         Self {
             file: source.name.clone(),
             line,
             column,
             help: problem.help().map(|help| help.to_string()),
             problem: Box::new(problem),
-            source_text: Arc::new(source.named_source()),
+            source_text: (!is_long).then(|| Arc::new(source.named_source())),
             span: span.into(),
         }
     }
@@ -133,7 +142,7 @@ impl<P: Diagnostic> Diagnostic for PlacedError<P> {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        Some(&*self.source_text)
+        Some(self.source_text.as_deref()?)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
