@@ -9,10 +9,11 @@ use crate::analysis::{
     ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
     NoiseSource, ResolvedModel, diagnose_together, laws, noise_of, open_together, sha256,
 };
-use crate::mismatch::{Diagnosis, Verdict};
+use crate::mismatch::Verdict;
 use crate::physics::{Law, ModelFile};
 use crate::report::{
-    DiagnosisResult, DiagnosisSummary, diagnosis_appendix, diagnosis_figures, diagnosis_page,
+    Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport, diagnosis_appendix,
+    diagnosis_figures, diagnosis_page,
 };
 use crate::session::inside;
 
@@ -120,12 +121,9 @@ fn of_sessions(
         text = whole;
     }
     bar.finish_and_clear();
-    Ok(
-        Outcome::new("diagnosis", text, DiagnosisResult::Session(data))
-            .with_inputs(inputs)
-            .with_warnings(warnings)
-            .with_strict_exit(strict_exit(&report.diagnosis)),
-    )
+    Ok(outcome(text, DiagnosisResult::Session(data))
+        .with_inputs(inputs)
+        .with_warnings(warnings))
 }
 
 /// The model with what was found in it, for a file in `folder`; where the readings cannot decide there is none to give back.
@@ -268,15 +266,21 @@ fn write_all(
     Ok(written)
 }
 
-/// 1 for something that is missing, or a question that these readings cannot answer; 41 for a factor that they do not determine.
-fn strict_exit(diagnosis: &Diagnosis) -> u8 {
-    if diagnosis.verdict != Verdict::NothingMissing {
-        1
-    } else if diagnosis.factors.iter().any(|factor| !factor.identified) {
-        41
-    } else {
-        0
-    }
+/// The outcome of a diagnosis. Under `--strict` 1 for something that is missing, or a question that the readings cannot answer; 41 for a factor
+/// that they do not determine.
+pub(super) fn outcome(text: String, result: DiagnosisResult) -> Outcome {
+    let is_open = |factor: &FactorChangeReport| factor.status != Determination::Free;
+    let (verdict, open) = match &result {
+        DiagnosisResult::Session(one) => (one.verdict, one.factors.iter().any(is_open)),
+        DiagnosisResult::Specimen(one) => (one.verdict, false),
+        DiagnosisResult::LoadCases(one) => (one.verdict, false),
+    };
+    let exit = match verdict {
+        Verdict::NothingMissing if open => 41,
+        Verdict::NothingMissing => 0,
+        _ => 1,
+    };
+    Outcome::new("diagnosis", text, result).with_strict_exit(exit)
 }
 
 /// The data of a diagnosis; clap asks for it unless a procedure is assessed.

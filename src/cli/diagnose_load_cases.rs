@@ -7,13 +7,12 @@ use serde_json::json;
 use crate::analysis::{
     ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, doubts_about_load_case_fit,
 };
-use crate::mismatch::Verdict;
 use crate::report::{
     DiagnosisResult, LoadCaseDiagnosisReport, bad_load_case_value_words, load_case_figures,
 };
 
 use super::args::Global;
-use super::diagnose::folder;
+use super::diagnose::{folder, outcome};
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
 use super::failure::Failure;
 use super::figure_files::{write_again, write_figure};
@@ -86,12 +85,10 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
                 .map(|path| format!("wrote {}", path.display())),
         );
     }
-    let strict = u8::from(diagnosis.verdict != Verdict::NothingMissing);
     let result = DiagnosisResult::LoadCases(Box::new(report));
-    Ok(Outcome::new("diagnosis", text, result)
+    Ok(outcome(text, result)
         .with_inputs(data.inputs.clone())
-        .with_warnings(warnings)
-        .with_strict_exit(strict))
+        .with_warnings(warnings))
 }
 
 /// Options without effect are a misunderstanding, and worth an error.

@@ -10,7 +10,7 @@ use crate::physics::Law;
 use crate::report::{DiagnosisResult, SpecimenSummary};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
-use super::diagnose::data;
+use super::diagnose::{data, outcome};
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::Failure;
 use super::figure_files::write_again;
@@ -59,7 +59,5 @@ pub(super) fn run(
     if !excluded.is_empty() {
         notes.push(excluded);
     }
-    Ok(Outcome::new("diagnosis", text, data)
-        .with_inputs(inputs)
-        .with_warnings(notes))
+    Ok(outcome(text, data).with_inputs(inputs).with_warnings(notes))
 }
