@@ -170,6 +170,24 @@ impl Effect {
         values.springs().filter_map(effect).collect()
     }
 
+    /// The same as the simplest law that does it: of nested laws that without the last values, where these are zero.
+    #[must_use]
+    pub fn simplest(&self) -> Self {
+        let nested = Law::ALL.iter().find(|law| {
+            let mut names = law.parameters.iter().zip(self.law.parameters);
+            let rest = self.values.get(law.parameters.len()..);
+            self.law.contains(**law)
+                && names.all(|(one, own)| one.name == own.name)
+                && rest.is_some_and(|rest| !rest.is_empty() && rest.iter().all(|v| *v == 0.0))
+        });
+        let law = *nested.unwrap_or(&self.law);
+        Self {
+            law,
+            place: self.place.clone(),
+            values: self.values[..law.parameters.len()].to_vec(),
+        }
+    }
+
     /// An effect, checked for what needs no robot: kind of place, count and sign of values.
     ///
     /// # Errors

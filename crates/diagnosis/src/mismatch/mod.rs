@@ -57,6 +57,7 @@ mod robot_baseline;
 mod robot_solver;
 mod rounded;
 mod search;
+mod set_displacement;
 mod shares;
 mod sharpness;
 mod specimen;

@@ -217,6 +217,13 @@ impl DiagnosisProblem<'_> {
             // Its own ranking may have found a simpler or better member.
             state = search.with(&best.ranked[0])?.unwrap_or(state);
         }
+        for (term, one) in resolved.iter().enumerate().filter(|_| resolved.len() > 1) {
+            if !search.is_term(&state, term, &one.ranked[0]) {
+                let mut model = one.ranked[0].fitted.model.clone();
+                model.effects[self.known_effects.len() + term..].rotate_right(1);
+                state = self.alternate(model, options.noise)?.unwrap_or(state);
+            }
+        }
         let first_patterns = self.largest_patterns(&before, &first.space, &first.residuals)?;
         let left = if resolved.is_empty() {
             self.largest_left(&first_patterns, &first.residuals, &critical)

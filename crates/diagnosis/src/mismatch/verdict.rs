@@ -80,7 +80,13 @@ impl DiagnosisProblem<'_> {
                 VerdictGrade::Is | VerdictGrade::Mostly if !certain => VerdictGrade::Weak,
                 all => all,
             };
+            // Of nested laws the simplest that does the same.
+            if finding.alternative_group.is_none() {
+                finding.effect = finding.effect.simplest();
+                finding.values.truncate(finding.effect.values.len());
+            }
         }
+        let effects = &found.after.fitted.model.effects;
         let before = self.quality(&found.before)?;
         let after = if found.changed() {
             self.quality(&found.after)?
@@ -110,7 +116,7 @@ impl DiagnosisProblem<'_> {
             detection_limits: self.detection_limits(found, critical)?,
             impossible: impossible(&found.first, critical),
             parameters: found.after.fitted.model.parameters.clone(),
-            effects: found.after.fitted.model.effects.clone(),
+            effects: effects.iter().map(Effect::simplest).collect(),
         })
     }
 
@@ -161,6 +167,9 @@ impl DiagnosisProblem<'_> {
                 "no load sequence was repeated: the scatter and missing physics cannot be distinguished; at least three repeats are needed{or}"
             ));
         }
+        if self.observations.displacement_was_set() {
+            lacking.push("a force that was set: the displacement is a straight line of time in every branch, so it was set and the force answers: diagnose with --response force".to_owned());
+        }
         let parameters = self.baseline.parameters().len();
         if self.observations.len() < 3 * parameters + 6 {
             lacking.push(format!(
@@ -197,7 +206,7 @@ impl DiagnosisProblem<'_> {
         members: &[usize],
         alternative_group: Option<u32>,
     ) -> Result<Finding, MismatchError> {
-        let ranked = &resolved.ranked[member];
+        let ranked = &self.as_it_acts(found, place, &resolved.ranked[member])?;
         let model = &ranked.fitted.model;
         let last = model.effects.len() - 1;
         let values = self.values(&found.after, ranked)?;
@@ -245,6 +254,32 @@ impl DiagnosisProblem<'_> {
             p_family: resolved.family_p,
             rivals,
         })
+    }
+
+    /// A candidate with its values in the final model, if it acts there beside others: in a fit of its own it may have changed places with one of
+    /// them.
+    fn as_it_acts(
+        &self,
+        found: &SearchResult,
+        place: usize,
+        ranked: &Ranked,
+    ) -> Result<Ranked, MismatchError> {
+        let mut own = ranked.clone();
+        let place = self.known_effects.len() + place;
+        let effect = &found.after.fitted.model.effects[place];
+        if found.resolved.len() > 1 && same(effect, &ranked.effect) {
+            own.effect = effect.clone();
+            own.fitted = found.after.fitted.clone();
+            let model = &mut own.fitted.model;
+            model.effects[place..].rotate_left(1);
+            let last = model.effects.len() - 1;
+            let mut rest = found.after.clone();
+            rest.fitted.model.effects.remove(place);
+            let (space, _) = self.space(&rest)?;
+            (own.white, own.whole) =
+                self.effect_vector(&mut self.predictor(), model, last, &space)?;
+        }
+        Ok(own)
     }
 
     /// Whether the size of an effect stands at a plausible bound that is not zero.
