@@ -63,6 +63,18 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
         ));
     }
     odd.extend(ratios_that_differ(table));
+    let spoiled = table.cells.iter().filter_map(|row| {
+        let mut flags = row.flags.iter();
+        Some((&row.cell, flags.find(|flag| flag.spoils_stiffness())?))
+    });
+    if let Some((cell, flag)) = spoiled.clone().next() {
+        odd.push(format!(
+            "K is in doubt in {} of {} cells (first {cell}: {}): their flags give the reasons",
+            spoiled.count(),
+            table.cells.len(),
+            flag.rule()
+        ));
+    }
     if let Some(run_slope) = &table.run_slope
         && let Some(p) = run_slope.evenness_p.filter(|p| *p < UNEVEN_P)
     {
@@ -127,7 +139,7 @@ fn ratios_that_differ(table: &StiffnessTable) -> Option<String> {
         .collect();
     let (cell, slope, ratio) = differ.first()?;
     Some(format!(
-        "in {} of {} cells the mean of F/d and the slope differ by more than 5 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/um): the displacement did not count from the unloaded gauge, or loads are near zero; trust the slope",
+        "in {} of {} cells the mean of F/d and the slope differ by more than 5 % and more than their uncertainties (first {cell}: {:.4} and {:.4} N/um): the displacement did not count from the unloaded gauge, loads are near zero, or the loads do not lie on a straight line",
         differ.len(),
         table.cells.len(),
         ratio * METRES_PER_MICROMETRE,

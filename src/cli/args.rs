@@ -212,6 +212,17 @@ pub(super) struct StiffnessArgs {
     /// Branches that count
     #[arg(long, value_enum, default_value_t = BranchChoice::Loading)]
     pub(super) branches: BranchChoice,
+    /// Smallest load that counts, N, without its sign
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0.0,
+        hide_default_value = true
+    )]
+    pub(super) from_load: f64,
+    /// Largest load that counts, N, without its sign
+    #[arg(long, value_name = "N", default_value_t = f64::INFINITY, hide_default_value = true)]
+    pub(super) to_load: f64,
     /// Print the uncertainty budget of every cell
     #[arg(long)]
     pub(super) budget: bool,

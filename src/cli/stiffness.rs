@@ -1,6 +1,7 @@
 //! `stiffbench stiffness`.
 
 use crate::analysis::{Inputs, LoadedSession, OpenSettings, VectorSession, doubts_about_stiffness};
+use crate::readings::Reading;
 use crate::report::{VectorStiffnessReport, stiffness_text};
 use crate::stiffness::Branches;
 
@@ -19,7 +20,17 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     if let Some(session) = VectorSession::open(&args.data, &options)? {
         return Ok(of_vectors(session, branches));
     }
-    let session = LoadedSession::open(&args.data, &options)?;
+    let mut session = LoadedSession::open(&args.data, &options)?;
+    let all = session.table.readings.len();
+    let range_n = args.from_load..=args.to_load;
+    let counts = |reading: &Reading| range_n.contains(&reading.target_n.abs());
+    session.table.readings.retain(counts);
+    let beyond = all - session.table.readings.len();
+    if beyond > 0 {
+        let beyond = counted(beyond, "reading");
+        let note = format!("not counted: {beyond} at loads outside --from-load, --to-load");
+        session.warnings.push(note);
+    }
     let table = session.stiffness(branches)?;
     let flagged = table.cells.iter().any(|cell| !cell.flags.is_empty());
     let inputs = Inputs::default().with_session(&session);

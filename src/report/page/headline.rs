@@ -125,9 +125,14 @@ fn stiffness(cells: &[PageCell]) -> String {
     if known.is_empty() {
         return "No stiffness can be given.".to_owned();
     }
+    let doubt = known.iter().find_map(|cell| {
+        let reason = cell.reason.as_ref().filter(|_| cell.percent != "–")?;
+        Some(format!(" {} {} is {reason}.", cell.pose, cell.direction))
+    });
+    let doubt = doubt.unwrap_or_default();
     if known.len() <= FEW_CELLS {
         let each: Vec<String> = known.iter().map(|cell| words(cell)).collect();
-        return format!("K = {}.", each.join("; K = "));
+        return format!("K = {}.{doubt}", each.join("; K = "));
     }
     let by_value = |a: &&&PageCell, b: &&&PageCell| {
         let [a, b] = [a, b].map(|cell| value(cell).unwrap_or(f64::NAN));
@@ -136,7 +141,7 @@ fn stiffness(cells: &[PageCell]) -> String {
     let ends = [known.iter().min_by(by_value), known.iter().max_by(by_value)];
     let [low, high] = ends.map(|cell| cell.map_or_else(String::new, |cell| words(cell)));
     format!(
-        "{} poses and directions. Smallest: K = {low}. Largest: K = {high}.",
+        "{} poses and directions. Smallest: K = {low}. Largest: K = {high}.{doubt}",
         known.len()
     )
 }
@@ -257,7 +262,7 @@ fn words(cell: &PageCell) -> String {
         k,
         ..
     } = cell;
-    if cell.reason.is_some() {
+    if cell.percent == "–" {
         return format!("{stiffness} N/µm without an uncertainty ({pose} {direction})");
     }
     // No line ends between a number and its unit.

@@ -31,7 +31,7 @@ pub struct PageCell {
     pub dof: String,
     /// Expanded uncertainty in percent of the stiffness.
     pub percent: String,
-    /// Why there is no stiffness or no uncertainty.
+    /// Why there is no stiffness or no uncertainty, or why it is in doubt.
     pub reason: Option<String>,
 }
 
@@ -112,7 +112,11 @@ pub(super) fn page_cell(cell: &CellStiffness) -> PageCell {
         reason: match found {
             Err(reason) => Some(reason.to_string()),
             Ok(found) if known.is_none() => Some(format!("no uncertainty: {}", found.basis)),
-            Ok(_) => None,
+            Ok(_) => {
+                let mut flags = cell.flags.iter();
+                let spoils = flags.find(|flag| flag.spoils_stiffness());
+                spoils.map(|flag| format!("in doubt: {flag}"))
+            }
         },
     }
 }

@@ -279,3 +279,80 @@ fn two_tables_of_one_robot_differ_in_one_of_twenty_and_a_change_is_found() {
             .any(|differs| *differs)
     );
 }
+
+#[test]
+fn a_displacement_that_falls_back_is_flagged() {
+    let mut readings = SimulatedBench::paper(2, 4).readings();
+    for reading in readings
+        .iter_mut()
+        .filter(|r| r.direction == stiffbench_units_and_text::test_point::Direction::Y)
+    {
+        if reading.target_n == -50.0 {
+            reading.displacement_m += 300e-6;
+        }
+    }
+    let table = stiffness_table(
+        &readings,
+        &GaugePair::default(),
+        StiffnessOptions::default(),
+    );
+    assert!(table.cells[0].flags.is_empty());
+    let flag = table.cells[1]
+        .flags
+        .iter()
+        .find(|f| f.rule() == "not-monotonic");
+    let Some(Flag::NotMonotonic {
+        to_target_n,
+        drop_m,
+        ..
+    }) = flag
+    else {
+        panic!("no flag");
+    };
+    assert_eq!(*to_target_n, -50.0);
+    assert!((drop_m - 100e-6).abs() < 20e-6);
+}
+
+#[test]
+fn straight_benches_are_rarely_called_bent_and_a_toe_is_found() {
+    let mut bent = 0;
+    for seed in 0..100 {
+        for shared_zero in [false, true] {
+            let bench = SimulatedBench {
+                shared_zero,
+                ..mixed_bench(seed)
+            };
+            let found = rules(&table(&bench, &GaugePair::default()));
+            bent += found.iter().filter(|rule| **rule == "not-straight").count();
+        }
+    }
+    assert!(bent <= 40, "{bent} of 2400 straight cells");
+    let bench = SimulatedBench::paper(2, 5);
+    let found = spoiled(&bench, |r| {
+        r.displacement_m -= 60e-6 * (1.0 - (r.force_n / 10.0).exp());
+    });
+    let bent = rules(&found)
+        .iter()
+        .filter(|rule| **rule == "not-straight")
+        .count();
+    assert_eq!(bent, 2);
+}
+
+#[test]
+fn a_force_far_from_all_others_is_the_one_that_is_flagged() {
+    for force_n in [1e6, -1e6, -7e4, 1e9] {
+        let bench = mixed_bench(3);
+        let victim = bench.readings()[5].seq;
+        let found = spoiled(&bench, |r| {
+            if r.seq == victim {
+                r.force_n = force_n;
+            }
+        });
+        let flags = found.cells.iter().flat_map(|row| &row.flags);
+        let outliers = flags.filter_map(|flag| match flag {
+            Flag::Outlier { place, .. } => Some(place.seq),
+            _ => None,
+        });
+        assert_eq!(outliers.collect::<Vec<_>>(), [victim], "{force_n} N");
+    }
+}

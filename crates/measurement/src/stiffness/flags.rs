@@ -119,6 +119,15 @@ pub enum Flag {
         /// Slope over its standard uncertainty.
         ratio: f64,
     },
+    /// The repeats refute the straight line whose slope the stiffness is.
+    NotStraight {
+        /// Lack of fit: F of the step means about the line against step times run.
+        f: f64,
+        /// Degrees of freedom of both.
+        dof: [f64; 2],
+        /// Two halves of the loads: their ends, N, and the stiffness there, N/m.
+        halves: [([f64; 2], f64); 2],
+    },
     /// Fewer than three loads: curvature, dead zone and offset cannot be distinguished from the slope.
     TooFewLoads {
         /// Distinct loads under force.
@@ -142,8 +151,21 @@ impl Flag {
             Self::DisplacementNotResolved { .. } => "displacement-not-resolved",
             Self::NegativeStiffness { .. } => "negative-stiffness",
             Self::SlopeNotResolved { .. } => "slope-not-resolved",
+            Self::NotStraight { .. } => "not-straight",
             Self::TooFewLoads { .. } => "too-few-loads",
         }
+    }
+
+    /// Whether the stiffness itself is in doubt.
+    #[must_use]
+    pub fn spoils_stiffness(&self) -> bool {
+        matches!(
+            self,
+            Self::Outlier { .. }
+                | Self::NegativeStiffness { .. }
+                | Self::SlopeNotResolved { .. }
+                | Self::NotStraight { .. }
+        )
     }
 
     /// The test behind the flag, if it is a question of scatter.
@@ -222,6 +244,21 @@ impl fmt::Display for Flag {
                 f,
                 "the slope is only {ratio:.1} times its standard uncertainty (limit 5): the interval of its inverse is not to be trusted"
             ),
+            Self::NotStraight {
+                f: statistic,
+                dof: [dof, of_repeats],
+                halves: [lower, upper],
+            } => {
+                let half = |([from, to], stiffness): &([f64; 2], f64)| {
+                    format!("{:.4} N/um from {from} to {to} N", stiffness / 1e6)
+                };
+                write!(
+                    f,
+                    "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({dof}, {of_repeats}) = {statistic:.3e}, p < 0.01). U is that of the line and does not hold the curve: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
+                    half(lower),
+                    half(upper)
+                )
+            }
             Self::TooFewLoads { n } => write!(
                 f,
                 "{} under force (limit 3): an offset or curvature cannot be distinguished from the slope",
@@ -377,6 +414,11 @@ mod tests {
                 stiffness_n_per_m: -5e4,
             },
             Flag::SlopeNotResolved { ratio: 2.0 },
+            Flag::NotStraight {
+                f: 1e4,
+                dof: [11.0, 44.0],
+                halves: [([10.0, 40.0], 4e4), ([40.0, 70.0], 5e4)],
+            },
             Flag::TooFewLoads { n: 1 },
         ];
         for flag in flags {

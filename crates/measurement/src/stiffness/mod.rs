@@ -34,6 +34,7 @@ mod scatter;
 mod significance;
 #[cfg(test)]
 mod simulation_tests;
+mod straightness;
 mod table;
 mod vector;
 mod zeros;

@@ -16,7 +16,7 @@ const MOST_PER_CELL: usize = 10;
 const SMALLEST_SHARE: f64 = 1e-6;
 
 /// Scatter below this share of the largest displacement is that of arithmetic: readings computed without noise have no outliers.
-const ROUNDING: f64 = 1e-9;
+pub(super) const ROUNDING: f64 = 1e-9;
 
 /// Flags outliers one by one and returns the scatter without them.
 ///
@@ -125,11 +125,16 @@ impl VarianceSplit {
     }
 }
 
-/// Standard deviation of a reading, m, and not less than the display steps alone would give.
-pub(super) fn reading_sd_m(pooled: &PooledScatter, gauges: &GaugePair, compliance: f64) -> f64 {
+/// Variance that the display steps of both gauges give a reading, m².
+pub(super) fn step_variance_m2(gauges: &GaugePair, compliance: f64) -> f64 {
     let step = gauges.displacement.resolution().unwrap_or(0.0);
     let force_step = gauges.force.resolution().unwrap_or(0.0) * compliance;
-    let steps = ((step * step + force_step * force_step) / 12.0).sqrt();
+    (step * step + force_step * force_step) / 12.0
+}
+
+/// Standard deviation of a reading, m, and not less than the display steps alone would give.
+pub(super) fn reading_sd_m(pooled: &PooledScatter, gauges: &GaugePair, compliance: f64) -> f64 {
+    let steps = step_variance_m2(gauges, compliance).sqrt();
     pooled.sd_m(compliance).max(steps)
 }
 

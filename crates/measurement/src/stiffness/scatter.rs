@@ -10,6 +10,10 @@ use super::line::{LineFit, StraightLine};
 /// Fewest readings of a run through which a line of its own leaves something to see.
 const FEWEST_READINGS_OF_A_LINE: usize = 3;
 
+/// A reading with a force so far from all others of its run draws the line through its own displacement, where its error hides: the line is that
+/// of the others.
+const HIDES: f64 = 0.9;
+
 /// Cells whose squared compliances spread by no more than the root of this share are cells of one compliance: a and b of s² = a + b c² cannot
 /// be distinguished.
 pub(super) const ONE_COMPLIANCE: f64 = 1e-6;
@@ -61,6 +65,7 @@ impl PooledScatter {
                 deviations: Vec::new(),
                 sum_of_squares_m2: dof * line.residual_sd_m?.powi(2),
                 dof,
+                lack_of_fit: (0.0, 0.0),
             })
         };
         let cells: Vec<CellScatter> = lines.filter_map(of_line).collect();
@@ -160,6 +165,8 @@ pub(super) struct CellScatter {
     pub(super) deviations: Vec<Deviation>,
     pub(super) sum_of_squares_m2: f64,
     pub(super) dof: f64,
+    /// Squares of the step means about the lines of the runs, m², and their degrees of freedom.
+    pub(super) lack_of_fit: (f64, f64),
 }
 
 impl CellScatter {
@@ -174,12 +181,21 @@ impl CellScatter {
             points.filter(move |(i, _)| !excluded.contains(&(run, *i)))
         };
         let lines: Vec<Option<StraightLine>> = (0..curve.runs.len())
-            .map(|run| StraightLine::through(kept(run).map(|(_, p)| p)))
-            .map(|line| line.filter(|l| l.n >= FEWEST_READINGS_OF_A_LINE))
+            .map(|run| {
+                let points = || kept(run).map(|(_, point)| point);
+                let all = StraightLine::through(points())?;
+                let others = StraightLine::through(points().filter(|p| all.leverage(p) < HIDES));
+                let enough = |line: &StraightLine| line.n >= FEWEST_READINGS_OF_A_LINE;
+                others.filter(enough).or(Some(all)).filter(enough)
+            })
             .collect();
         let by_run = lines.iter().flatten().count() >= 2;
         let residual = |run: usize, p: &CurvePoint| match lines[run] {
-            Some(line) if by_run => Some((line.residual_m(p), 1.0 - line.leverage(p))),
+            Some(line) if by_run => Some(match (line.residual_m(p), line.leverage(p)) {
+                // No point of its own line: in units of the uncertainty of where the line would be.
+                (off_m, leverage) if leverage > 1.0 => (off_m / (1.0 + leverage).sqrt(), 1.0),
+                (off_m, leverage) => (off_m, 1.0 - leverage),
+            }),
             _ if by_run => None,
             _ => Some((p.displacement_m - fit.slope_m_per_n * p.force_n, 1.0)),
         };
@@ -195,7 +211,7 @@ impl CellScatter {
                 })
             }));
         }
-        let (deviations, n_loads) = from_load_means(&residuals, curve.loads.len());
+        let (deviations, n_loads, squares_m2) = from_load_means(&residuals, curve.loads.len());
         let unknowns = if by_run {
             (2 * lines.iter().flatten().count() + n_loads).saturating_sub(2)
         } else {
@@ -205,6 +221,10 @@ impl CellScatter {
             compliance_m_per_n: fit.slope_m_per_n.abs(),
             sum_of_squares_m2: deviations.iter().map(|d| d.distance_m.powi(2)).sum(),
             dof: residuals.len().saturating_sub(unknowns) as f64,
+            lack_of_fit: match n_loads.checked_sub(2) {
+                Some(dof) if by_run => (squares_m2, dof as f64),
+                _ => (0.0, 0.0),
+            },
             deviations,
         }
     }
@@ -218,8 +238,9 @@ struct Residual {
     share: f64,
 }
 
-/// Takes the mean of its load off each residual; loads with a single one carry no information. Second: number of loads met.
-fn from_load_means(residuals: &[Residual], n_loads: usize) -> (Vec<Deviation>, usize) {
+/// Takes the mean of its load off each residual; loads with a single one carry no information. Besides: number of loads met, and
+/// the squares of what was taken off, m².
+fn from_load_means(residuals: &[Residual], n_loads: usize) -> (Vec<Deviation>, usize, f64) {
     let mut sums = vec![(0.0, 0_usize); n_loads];
     for residual in residuals {
         let sum = &mut sums[residual.load];
@@ -237,7 +258,9 @@ fn from_load_means(residuals: &[Residual], n_loads: usize) -> (Vec<Deviation>, u
             }
         })
         .collect();
-    (deviations, sums.iter().filter(|(_, n)| *n > 0).count())
+    let met = sums.iter().filter(|(_, n)| *n > 0);
+    let squares_m2 = met.clone().map(|(sum, n)| sum * sum / *n as f64).sum();
+    (deviations, met.count(), squares_m2)
 }
 
 #[cfg(test)]
