@@ -1,5 +1,6 @@
 //! `session verify` and `session recover`.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -62,7 +63,10 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     }
     if !not_verified.is_empty() {
         let names = not_verified.join("; ");
-        files_found += &format!("not verified, for the journal has no hash of it: {names}\n");
+        let _ = writeln!(
+            files_found,
+            "not verified, for the journal has no hash of it: {names}"
+        );
     }
     if exit == PART && read.journal.records.is_empty() {
         exit = NOTHING;
