@@ -57,7 +57,7 @@ fn every_changed_byte_is_found_and_named_by_its_line() {
         };
         assert_eq!(found, line + 1, "byte {place}");
         // The others stay, and where a line break was damaged all do.
-        let expected = if bytes[place] == b'\n' { 0 } else { 1 };
+        let expected = usize::from(bytes[place] != b'\n');
         let kept = read.records.len();
         assert_eq!((lost, kept), (expected, 3 - expected), "byte {place}");
     }

@@ -146,10 +146,8 @@ fn a_component_without_a_value_is_named_by_pose_force_and_repeat() {
     for (row, expected) in [(1, "F = -40 N along z"), (5, "F = (3, 0, 4) N")] {
         let mut weights = vec![1.0; posed.rows().count()];
         weights[row] = f64::NAN;
-        let scatter = RowScatter {
-            weights,
-            ..RowScatter::default()
-        };
+        let mut scatter = RowScatter::default();
+        scatter.weights = weights;
         let mut problem = LoadCaseProblem::new(model, &parameters, scatter, None).unwrap();
         let set = parameters.set().unwrap();
         let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
