@@ -96,9 +96,6 @@ const TOP_LEVEL: [&str; 20] = [
     "protocols/procedures", "protocols/instruments", "fixtures/instruments",
 ];
 
-/// Lines above which a file of `src` is to be split.
-const LONGEST_FILE: usize = 500;
-
 /// A source file with its crate, its module and its lines.
 struct Source {
     path: PathBuf,
@@ -347,15 +344,6 @@ fn only_cli_prints_reads_the_clock_and_opens_files() {
         }
     }
     assert_none(&complaints);
-}
-
-#[test]
-fn no_source_file_has_grown_too_long() {
-    let long = sources().into_iter().filter_map(|source| {
-        let lines = source.text.lines().count();
-        (lines > LONGEST_FILE).then(|| format!("{}: {lines} lines", source.path.display()))
-    });
-    assert_none(&long.collect::<Vec<_>>());
 }
 
 #[test]

@@ -103,12 +103,16 @@ pub fn chi_squared_quantile(p: f64, dof: f64) -> Option<f64> {
     ChiSquared::new(dof).ok().map(|d| d.inverse_cdf(p))
 }
 
-/// Probability that an F variable with the given degrees of freedom exceeds `value`.
+/// Probability that an F variable with the given degrees of freedom exceeds `value`; `None` for NaN and degrees of freedom that are none.
 #[must_use]
 pub fn f_upper_tail(value: f64, dof_numerator: f64, dof_denominator: f64) -> Option<f64> {
-    FisherSnedecor::new(dof_numerator, dof_denominator)
-        .ok()
-        .map(|d| d.sf(value))
+    let distribution = FisherSnedecor::new(dof_numerator, dof_denominator).ok()?;
+    let product = value * dof_numerator;
+    match product.is_finite() {
+        true => Some(distribution.sf(value)),
+        // The library has no answer where this product overflows.
+        false => (product > 0.0).then_some(0.0),
+    }
 }
 
 /// 95 % interval of a share from hits among trials (Clopper and Pearson, Biometrika 26 (1934)): never too narrow.

@@ -93,7 +93,7 @@ pub use error::MismatchError;
 pub use estimated_noise::EstimatedNoise;
 pub use given_noise::{GivenNoise, given_noise};
 pub use grade::VerdictGrade;
-pub(crate) use grade::{GradeBasis, Reach};
+pub(crate) use grade::{GradeBasis, VerdictReach};
 pub use joined_sessions::{ObservedSession, noise_alone};
 pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;

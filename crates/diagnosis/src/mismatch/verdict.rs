@@ -180,19 +180,15 @@ impl DiagnosisProblem<'_> {
         lacking
     }
 
-    /// Why cells cannot show that nothing is missing: as many free factors fit any slopes.
+    /// Why a single cell cannot show that nothing is missing: the free factors fit any stiffness of it.
     fn lacking_cells(&self) -> Option<String> {
-        let (cells, factors) = (
-            self.observations.cells.len(),
-            self.baseline.parameters().len(),
-        );
-        let absorbed = !self.observations.free_zeros && cells <= factors;
+        let factors = self.baseline.parameters().len();
+        let observations = self.observations;
+        let absorbed = !observations.free_zeros && observations.cells.len() == 1 && factors > 0;
         absorbed.then(|| {
             format!(
-                "{} for {}: they fit any stiffness, so no compliance can show; measure at least {} cells, in several poses, or fix factors with --fix",
-                counted(cells, "cell"),
-                counted(factors, "free factor"),
-                factors + 1
+                "1 cell for {}: they fit any stiffness, so no compliance can show; measure other directions and poses, or fix the factors with --fix",
+                counted(factors, "free factor")
             )
         })
     }

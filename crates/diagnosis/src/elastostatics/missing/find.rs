@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use stiffbench_beams::robot::ModelParameter;
 
 use crate::fit::FactorStatus;
-use crate::mismatch::{GradeBasis, Reach, Verdict};
+use crate::mismatch::{GradeBasis, Verdict, VerdictReach};
 use crate::search::constants::{
     LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, OMNIBUS_LEVEL, ROUNDING, SWAP_GAIN,
 };
@@ -256,9 +256,9 @@ impl LoadCaseSearch<'_, '_> {
                 .is_some_and(|one| one.p <= OMNIBUS_LEVEL);
         let evidence = findings.iter().map(|one| one.log_bayes);
         let reach = match (posed.of_runs, self.from_repeats) {
-            (true, _) => Reach::HistoryUntested,
-            (false, true) => Reach::All,
-            (false, false) => Reach::ScatterFromFit,
+            (true, _) => VerdictReach::HistoryUntested,
+            (false, true) => VerdictReach::All,
+            (false, false) => VerdictReach::ScatterFromFit,
         };
         let (verdict, grade) = GradeBasis {
             reach,
@@ -297,12 +297,12 @@ impl LoadCaseSearch<'_, '_> {
 }
 
 /// What would have to be measured where data cannot show that nothing is missing.
-fn lacking(verdict: Verdict, reach: Reach) -> Vec<String> {
+fn lacking(verdict: Verdict, reach: VerdictReach) -> Vec<String> {
     let words = match (verdict, reach) {
-        (Verdict::InsufficientData, Reach::HistoryUntested) => {
+        (Verdict::InsufficientData, VerdictReach::HistoryUntested) => {
             "readings along one axis at a time: a session with one displacement gauge shows laws with a history"
         }
-        (Verdict::InsufficientData, Reach::ScatterFromFit) => {
+        (Verdict::InsufficientData, VerdictReach::ScatterFromFit) => {
             "repeats: read each load at least twice, so that the scatter is known apart from the fit"
         }
         _ => return Vec::new(),
