@@ -10,7 +10,10 @@ use crate::stiffness::{
 };
 
 use super::text::{AlignedTable, significant};
-use crate::count::degrees_of_freedom;
+use crate::count::{counted, degrees_of_freedom};
+
+/// What stands behind a stiffness whose flags put it in doubt.
+const IN_DOUBT: &str = " ?";
 
 /// The table, its flags and what was left out.
 #[must_use]
@@ -28,6 +31,7 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
         "k",
         "zero offset, um",
     ]);
+    let mut in_doubt = 0;
     for cell in &table.cells {
         let [regression, paper] =
             [Method::Regression, Method::PaperMean].map(|method| columns(cell.by(method)));
@@ -35,7 +39,11 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
             || "-".to_owned(),
             |offset| format!("{:.1}", (offset.value * 1e7).round() / 10.0 + 0.0),
         );
-        let [value, u, k, dof] = regression;
+        let [mut value, u, k, dof] = regression;
+        if cell.flags.iter().any(Flag::spoils_stiffness) {
+            value += IN_DOUBT;
+            in_doubt += 1;
+        }
         let [paper_value, paper_u, paper_k, _] = paper;
         rows.row([
             cell.cell.pose.to_string(),
@@ -51,7 +59,15 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
             offset,
         ]);
     }
-    let mut text = rows.text();
+    let mut text = String::new();
+    if in_doubt > 0 {
+        let cells = counted(in_doubt, "cell");
+        let _ = writeln!(
+            text,
+            "K of {cells} is in doubt (?): the flags below give the reasons.\n"
+        );
+    }
+    text += &rows.text();
     text.push_str(
         "\nU is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof). It holds scatter from run to\n\
          run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of\n\
