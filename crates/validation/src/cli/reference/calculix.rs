@@ -20,6 +20,7 @@ use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 use stiffbench::report::{AlignedTable, significant};
+use stiffbench::session::write_whole;
 
 use super::{LIST_FILE, MODEL_FILE, RECORD_FILE, read};
 
@@ -58,7 +59,9 @@ pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<O
         record.cells.push(cell);
         // After every case, so that a later failure loses nothing.
         let text = format!("{:#}\n", json!(record));
-        write_again(&args.folder.join(RECORD_FILE), text.as_bytes())?;
+        let path = args.folder.join(RECORD_FILE);
+        // The record is read, gains a case and is written back.
+        write_whole(&path, text.as_bytes()).map_err(|source| CliError::Write { path, source })?;
         write_again(&args.folder.join(LIST_FILE), record.csv().as_bytes())?;
         bar.inc(1);
     }
