@@ -126,23 +126,9 @@ pub(super) fn system(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
     }
 }
 
-/// The journal's file.
-#[derive(Debug)]
-pub struct JournalFile(File);
-
-impl Write for JournalFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
-    }
-}
-
-impl Store for JournalFile {
+impl Store for File {
     fn sync(&mut self) -> io::Result<()> {
-        self.0.sync_data()
+        self.sync_data()
     }
 }
 
@@ -170,7 +156,7 @@ impl SessionFolder {
         header: &str,
         robot: Option<&str>,
         now: Timestamp,
-    ) -> Result<(Self, Journal<JournalFile>), FolderError> {
+    ) -> Result<(Self, Journal<File>), FolderError> {
         let parent = path
             .parent()
             .filter(|parent| !parent.as_os_str().is_empty());
@@ -191,7 +177,7 @@ impl SessionFolder {
         // The names of the new files are on the disk only once the folder is.
         sync_folder(path).map_err(system(path))?;
         let path = path.to_owned();
-        Ok((Self { path }, Journal::behind(JournalFile(file), 0)))
+        Ok((Self { path }, Journal::behind(file, 0)))
     }
 
     /// Opens a folder to go on with its session. A record that was being written when the session stopped is taken off; how many bytes, is
@@ -202,7 +188,7 @@ impl SessionFolder {
     pub fn open(
         path: &Path,
         now: Timestamp,
-    ) -> Result<(Self, Journal<JournalFile>, ReadJournal, u64), FolderError> {
+    ) -> Result<(Self, Journal<File>, ReadJournal, u64), FolderError> {
         // A folder that is no session gets no lock file; what was read before the lock was ours may have grown since.
         read_folder(path)?;
         let mut file = open_alone(path, OpenOptions::new().append(true), now)?;
@@ -228,7 +214,7 @@ impl SessionFolder {
         let folder = Self {
             path: path.to_owned(),
         };
-        let journal = Journal::behind(JournalFile(file), read.journal.records.len() as u64);
+        let journal = Journal::behind(file, read.journal.records.len() as u64);
         Ok((folder, journal, read.journal, cut_bytes))
     }
 

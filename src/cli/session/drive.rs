@@ -1,5 +1,6 @@
 //! `session run` and `session resume`.
 
+use std::fs::File;
 use std::io::IsTerminal;
 use std::path::Path;
 
@@ -21,9 +22,9 @@ use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
-    Answers, Ended, Event, JOURNAL_SCHEMA, Journal, JournalFile, KeptAwake, Machine, Operator,
-    RepeatCheck, Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState,
-    Settings, Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
+    Answers, Ended, Event, JOURNAL_SCHEMA, Journal, KeptAwake, Machine, Operator, RepeatCheck,
+    Resumed, SessionEnd, SessionFolder, SessionInputs, SessionPlan, SessionState, Settings,
+    Started, Warning, check_question, host, lag_s, read_folder, run as run_session,
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
@@ -51,7 +52,7 @@ const INTERRUPTED: u8 = 130;
 /// A session that is about to run.
 struct Ready {
     folder: SessionFolder,
-    journal: Journal<JournalFile>,
+    journal: Journal<File>,
     state: SessionState,
     plan: SessionPlan,
     instruments: Instruments,
