@@ -4,10 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::readings::{ReadingTable, ReadingsError, SessionHeader, VectorTable};
+use crate::readings::SessionHeader;
 use crate::session::{
-    Difference, Integrity, OmittedReadings, ReadJournal, SessionState, integrity, read_journal,
-    vector_integrity,
+    Difference, Integrity, KeptTable, OmittedReadings, SessionState, integrity, read_journal,
 };
 
 use super::error::AnalysisError;
@@ -40,30 +39,10 @@ pub enum JournalCheck {
 ///
 /// # Errors
 /// For a journal that cannot be read.
-pub fn compare_with_journal(
+pub fn compare_with_journal<T: KeptTable>(
     folder: &Path,
-    table: &ReadingTable,
+    table: &T,
     header: Option<&SessionHeader>,
-) -> Result<JournalCheck, AnalysisError> {
-    compared(folder, header, |journal| integrity(journal, table))
-}
-
-/// The same of a table of vectors.
-///
-/// # Errors
-/// For a journal that cannot be read.
-pub fn compare_vectors_with_journal(
-    folder: &Path,
-    table: &VectorTable,
-    header: Option<&SessionHeader>,
-) -> Result<JournalCheck, AnalysisError> {
-    compared(folder, header, |journal| vector_integrity(journal, table))
-}
-
-fn compared(
-    folder: &Path,
-    header: Option<&SessionHeader>,
-    compare: impl FnOnce(&ReadJournal) -> Result<Integrity, ReadingsError>,
 ) -> Result<JournalCheck, AnalysisError> {
     let Some(path) = session_file(folder, "journal.jsonl")? else {
         return Ok(JournalCheck::None);
@@ -73,7 +52,7 @@ fn compared(
     let state = SessionState::fold(&journal.records);
     let text = read_text(&folder.join("session.toml")).unwrap_or_default();
     Ok(JournalCheck::Compared {
-        table: compare(&journal)?,
+        table: integrity(&journal, table)?,
         header: header.map_or_else(Vec::new, |header| header_changes(&state, header, &text)),
         damage: journal.end.warning(),
         left_out: OmittedReadings::of(state.skipped.values()),

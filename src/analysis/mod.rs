@@ -66,8 +66,7 @@ pub use hash::sha256;
 pub use history::SessionHistory;
 pub use inputs::Inputs;
 pub use integrity::{
-    Differences, JournalCheck, TableCheck, compare_vectors_with_journal, compare_with_journal,
-    header_sha256, shortened,
+    Differences, JournalCheck, TableCheck, compare_with_journal, header_sha256, shortened,
 };
 pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, start_of};
 pub use marked::ReadingMark;

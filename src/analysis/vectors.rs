@@ -13,7 +13,7 @@ use super::data::{
 use super::error::AnalysisError;
 use super::files::{folder_of, is_there, read_bytes, shown};
 use super::hash::sha256;
-use super::integrity::compare_vectors_with_journal;
+use super::integrity::compare_with_journal;
 
 /// A table of readings or load cases with the session it belongs to.
 #[derive(Debug, Clone)]
@@ -70,7 +70,7 @@ impl VectorSession {
         let header = session_header(&folder, &mut warnings)?;
         let mut differs_from_journal = false;
         if file.file_name().is_some_and(|name| name == "readings.csv") {
-            let check = compare_vectors_with_journal(&folder, &table, header.as_ref())?;
+            let check = compare_with_journal(&folder, &table, header.as_ref())?;
             differs_from_journal = check.judge(&file, options.trust_csv, &mut warnings)?;
         }
         let measured = last_day(table.readings.iter().map(|reading| reading.utc.as_str()));

@@ -42,96 +42,102 @@ pub struct Integrity {
     pub behind: Vec<u32>,
 }
 
+/// A table of readings that can be held against the journal of its session.
+pub trait KeptTable: Sized {
+    /// Reads what the journal's own readings are written as.
+    ///
+    /// # Errors
+    /// [`ReadingsError`] if they make no table.
+    fn read_back(bytes: &[u8]) -> Result<Self, ReadingsError>;
+
+    /// Number in the session and line of each reading, in the order of the table.
+    fn numbers_and_lines(&self) -> Vec<(u32, u32)>;
+
+    /// Changed values and changed marks of the reading at a place in this table, of the journal, and at its place in the other.
+    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<Change>; 2];
+}
+
+/// A column with what the journal and what the table has there.
+type Change = (String, String, String);
+
+impl KeptTable for ReadingTable {
+    fn read_back(bytes: &[u8]) -> Result<Self, ReadingsError> {
+        read_readings("journal.jsonl", bytes, &ReadOptions::default())
+    }
+
+    fn numbers_and_lines(&self) -> Vec<(u32, u32)> {
+        let readings = self.readings.iter();
+        readings.map(|of| (of.seq, of.line)).collect()
+    }
+
+    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<Change>; 2] {
+        let (kept, read) = (&self.readings[kept], &table.readings[read]);
+        let both = [
+            (values(self, kept), values(table, read)),
+            (marks(kept), marks(read)),
+        ];
+        both.map(|(kept, read)| {
+            let pairs = kept.into_iter().zip(read);
+            let changed = pairs.filter(|((_, journal), (_, table))| journal != table);
+            changed
+                .map(|((column, journal), (_, table))| (column.to_owned(), journal, table))
+                .collect()
+        })
+    }
+}
+
+impl KeptTable for VectorTable {
+    fn read_back(bytes: &[u8]) -> Result<Self, ReadingsError> {
+        read_vector_readings("journal.jsonl", bytes)
+    }
+
+    fn numbers_and_lines(&self) -> Vec<(u32, u32)> {
+        let readings = self.readings.iter();
+        readings.map(|of| (of.seq, of.line)).collect()
+    }
+
+    /// By the names of the journal's columns.
+    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<Change>; 2] {
+        let field = |table: &Self, at: usize, column: &str| {
+            let index = table.names.iter().position(|name| name == column);
+            index.map_or_else(String::new, |index| table.rows[at][index].clone())
+        };
+        let both = self.names.iter().map(|column| {
+            let (was, is) = (field(self, kept, column), field(table, read, column));
+            (column.clone(), was, is)
+        });
+        let changed = both.filter(|(_, was, is)| {
+            let numbers = (is.parse::<f64>(), was.parse::<f64>());
+            is != was && !matches!(numbers, (Ok(is), Ok(was)) if is == was)
+        });
+        let (marks, values) =
+            changed.partition(|(column, ..)| MARK_COLUMNS.contains(&column.as_str()));
+        [values, marks]
+    }
+}
+
 /// Compares a table with the journal of its session, value by value.
 ///
 /// # Errors
 /// [`ReadingsError`] if the journal's own readings make no table.
-pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrity, ReadingsError> {
+pub fn integrity<T: KeptTable>(
+    journal: &ReadJournal,
+    table: &T,
+) -> Result<Integrity, ReadingsError> {
     let state = SessionState::fold(&journal.records);
-    if state.readings.is_empty() && table.readings.is_empty() {
-        return Ok(Integrity::default());
-    }
     // Through the same file form, so that both have been rounded alike.
     let mut bytes = Vec::new();
     write_table(&state, &mut bytes)?;
-    let kept = match read_readings("journal.jsonl", &bytes[..], &ReadOptions::default()) {
-        Ok(kept) => kept,
+    let kept = match T::read_back(&bytes) {
+        Ok(kept) => Some(kept),
         // Of a journal that was cut before the first reading.
-        Err(_) if state.readings.is_empty() => ReadingTable {
-            readings: Vec::new(),
-            ..table.clone()
-        },
+        Err(_) if state.readings.is_empty() => None,
         Err(error) => return Err(error),
     };
     let damaged = matches!(journal.end, JournalEnd::Damaged { lines: 1.., .. });
-    let mut of_table: BTreeMap<u32, &Reading> = BTreeMap::new();
-    let last_written = table.readings.iter().map(|reading| reading.seq).max();
+    let rows = table.numbers_and_lines();
+    let last_written = rows.iter().map(|(seq, _)| *seq).max();
     let mut found = Integrity::default();
-    for reading in &table.readings {
-        if of_table.insert(reading.seq, reading).is_some() {
-            found.changed.push(Difference {
-                line: Some(reading.line),
-                seq: reading.seq,
-                column: "seq".to_owned(),
-                journal: "once".to_owned(),
-                table: "twice".to_owned(),
-            });
-        }
-    }
-    for reading in &kept.readings {
-        match of_table.remove(&reading.seq) {
-            Some(other) => compare((&kept, reading), (table, other), &mut found),
-            None if state.ended.is_none() && Some(reading.seq) > last_written => {
-                found.behind.push(reading.seq);
-            }
-            None => found.changed.push(Difference {
-                line: None,
-                seq: reading.seq,
-                column: "seq".to_owned(),
-                journal: reading.seq.to_string(),
-                table: "missing".to_owned(),
-            }),
-        }
-    }
-    for (seq, reading) in of_table {
-        if damaged {
-            found.unknown.push(seq);
-        } else {
-            found.changed.push(Difference {
-                line: Some(reading.line),
-                seq,
-                column: "seq".to_owned(),
-                journal: "missing".to_owned(),
-                table: seq.to_string(),
-            });
-        }
-    }
-    Ok(found)
-}
-
-/// Compares a table of vectors with the journal of its session, field by field.
-///
-/// # Errors
-/// [`ReadingsError`] if the journal's own readings make no table.
-pub fn vector_integrity(
-    journal: &ReadJournal,
-    table: &VectorTable,
-) -> Result<Integrity, ReadingsError> {
-    let state = SessionState::fold(&journal.records);
-    let mut bytes = Vec::new();
-    write_table(&state, &mut bytes)?;
-    let kept = match read_vector_readings("journal.jsonl", &bytes[..]) {
-        Ok(kept) => kept,
-        Err(_) if state.readings.is_empty() => VectorTable {
-            names: table.names.clone(),
-            ..VectorTable::default()
-        },
-        Err(error) => return Err(error),
-    };
-    let damaged = matches!(journal.end, JournalEnd::Damaged { lines: 1.., .. });
-    let last_written = table.readings.iter().map(|reading| reading.seq).max();
-    let mut found = Integrity::default();
-    let mut of_table: BTreeMap<u32, usize> = BTreeMap::new();
     let whole = |line: Option<u32>, seq: u32, journal: String, table: String| Difference {
         line,
         seq,
@@ -139,23 +145,34 @@ pub fn vector_integrity(
         journal,
         table,
     };
-    for (at, reading) in table.readings.iter().enumerate() {
-        if of_table.insert(reading.seq, at).is_some() {
+    let mut of_table: BTreeMap<u32, usize> = BTreeMap::new();
+    for (at, &(seq, line)) in rows.iter().enumerate() {
+        if of_table.insert(seq, at).is_some() {
             let (once, twice) = ("once".to_owned(), "twice".to_owned());
-            let line = Some(reading.line);
-            found.changed.push(whole(line, reading.seq, once, twice));
+            found.changed.push(whole(Some(line), seq, once, twice));
         }
     }
-    for (at, reading) in kept.readings.iter().enumerate() {
-        let seq = reading.seq;
-        match of_table.remove(&seq) {
-            Some(other) => compare_fields((&kept, at), (table, other), &mut found),
-            None if state.ended.is_none() && Some(seq) > last_written => found.behind.push(seq),
-            None => {
+    for kept in &kept {
+        for (at, (seq, _)) in kept.numbers_and_lines().into_iter().enumerate() {
+            if let Some(other) = of_table.remove(&seq) {
+                let [values, marks] = kept.differences(at, table, other).map(|changes| {
+                    let changes = changes.into_iter();
+                    changes.map(|(column, journal, table)| Difference {
+                        line: Some(rows[other].1),
+                        seq,
+                        column,
+                        journal,
+                        table,
+                    })
+                });
+                found.changed.extend(values);
+                found.marks.extend(marks);
+            } else if state.ended.is_none() && Some(seq) > last_written {
+                found.behind.push(seq);
+            } else {
                 let missing = "missing".to_owned();
-                found
-                    .changed
-                    .push(whole(None, seq, seq.to_string(), missing));
+                let lost = whole(None, seq, seq.to_string(), missing);
+                found.changed.push(lost);
             }
         }
     }
@@ -163,71 +180,12 @@ pub fn vector_integrity(
         if damaged {
             found.unknown.push(seq);
         } else {
-            let line = Some(table.readings[at].line);
-            let missing = "missing".to_owned();
-            found
-                .changed
-                .push(whole(line, seq, missing, seq.to_string()));
+            let (line, missing) = (Some(rows[at].1), "missing".to_owned());
+            let added = whole(line, seq, missing, seq.to_string());
+            found.changed.push(added);
         }
     }
     Ok(found)
-}
-
-/// The fields of one reading in both, by the names of the journal's columns.
-fn compare_fields(
-    (journal, kept): (&VectorTable, usize),
-    (table, read): (&VectorTable, usize),
-    found: &mut Integrity,
-) {
-    let field = |table: &VectorTable, at: usize, column: &str| {
-        let index = table.names.iter().position(|name| name == column);
-        index.map_or_else(String::new, |index| table.rows[at][index].clone())
-    };
-    for column in &journal.names {
-        let (is, was) = (field(table, read, column), field(journal, kept, column));
-        let alike = is == was
-            || matches!((is.parse::<f64>(), was.parse::<f64>()), (Ok(is), Ok(was)) if is == was);
-        if alike {
-            continue;
-        }
-        let difference = Difference {
-            line: Some(table.readings[read].line),
-            seq: table.readings[read].seq,
-            column: column.clone(),
-            journal: was,
-            table: is,
-        };
-        if MARK_COLUMNS.contains(&column.as_str()) {
-            found.marks.push(difference);
-        } else {
-            found.changed.push(difference);
-        }
-    }
-}
-
-/// One reading in both.
-fn compare(
-    (journal, kept): (&ReadingTable, &Reading),
-    (table, read): (&ReadingTable, &Reading),
-    found: &mut Integrity,
-) {
-    let numbers = [values(journal, kept), values(table, read)];
-    let marks = [marks(kept), marks(read)];
-    let differences = |[kept, read_values]: [Vec<(&'static str, String)>; 2]| {
-        let pairs = kept.into_iter().zip(read_values);
-        pairs
-            .filter(|((_, journal), (_, table))| journal != table)
-            .map(|((column, journal), (_, table))| Difference {
-                line: Some(read.line),
-                seq: read.seq,
-                column: column.to_owned(),
-                journal,
-                table,
-            })
-            .collect::<Vec<_>>()
-    };
-    found.changed.extend(differences(numbers));
-    found.marks.extend(differences(marks));
 }
 
 /// What makes the result, by column.

@@ -6,7 +6,7 @@ use stiffbench_gauges::{Channel, GaugeEvent, LinkState};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::read_vector_readings;
 use stiffbench_session::{
-    Answer, Event, Input, SessionEnd, SessionState, Task, read_journal, table, vector_integrity,
+    Answer, Event, Input, SessionEnd, SessionState, Task, integrity, read_journal, table,
 };
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
@@ -107,12 +107,12 @@ fn the_table_has_components_along_the_base_axes_and_is_held_against_the_journal(
     }
     assert!(last.displacement_m[0].is_some() && last.displacement_m[1].is_none());
     let journal = read_journal(&rig.journal_bytes());
-    let same = vector_integrity(&journal, &read).expect("it is a table");
+    let same = integrity(&journal, &read).expect("it is a table");
     assert!(same.changed.is_empty() && same.marks.is_empty(), "{same:?}");
     let raw = &state.readings[2].taken.gauges[1].raw;
     let changed = text.replacen(raw.as_str(), "0.999 mm", 1);
     let read = read_vector_readings("readings.csv", changed.as_bytes()).expect("it is a table");
-    let found = vector_integrity(&journal, &read).expect("it is a table");
+    let found = integrity(&journal, &read).expect("it is a table");
     assert_eq!(found.changed.len(), 1, "{found:?}");
     assert_eq!(found.changed[0].column, "displacement_z_raw");
 }

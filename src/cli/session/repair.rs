@@ -7,8 +7,8 @@ use std::path::Path;
 use jiff::Timestamp;
 
 use crate::analysis::{
-    Inputs, JournalCheck, ReadError, TableCheck, compare_vectors_with_journal,
-    compare_with_journal, session_file, sha256, shortened,
+    Inputs, JournalCheck, ReadError, TableCheck, compare_with_journal, session_file, sha256,
+    shortened,
 };
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -159,47 +159,28 @@ fn verify_table(
     let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
-    if header.is_of_vectors() {
-        return verify_vectors(folder, file, open, &header, &read.journal.end);
-    }
-    let table = match read_readings(&name, open, &ReadOptions::default()) {
-        // A session that has just begun.
-        Err(ReadingsError::Empty { .. }) => {
-            return Ok((TableCheck::Empty, "no reading yet".to_owned(), 0));
-        }
-        Err(error) => {
-            let found = format!("it cannot be read: {error}");
-            let reason = error.to_string();
-            let data = TableCheck::Unreadable { reason };
-            return Ok((data, found, PART));
-        }
-        Ok(table) => table,
+    let of_vectors = header.is_of_vectors();
+    let check = if of_vectors {
+        read_vector_readings(&name, open)
+            .map(|table| compare_with_journal(folder, &table, Some(&header)))
+    } else {
+        read_readings(&name, open, &ReadOptions::default())
+            .map(|table| compare_with_journal(folder, &table, Some(&header)))
     };
-    let check = compare_with_journal(folder, &table, Some(&header))?;
-    Ok(judged(&check, file, &read.journal.end))
-}
-
-/// The same of a table of vectors.
-fn verify_vectors(
-    folder: &Path,
-    file: &Path,
-    open: fs::File,
-    header: &SessionHeader,
-    end: &JournalEnd,
-) -> Result<(TableCheck, String, u8), Failure> {
-    match read_vector_readings(&file.display().to_string(), open) {
-        Err(ReadingsError::Empty { .. } | ReadingsError::NoReadings { .. }) => {
-            Ok((TableCheck::Empty, "no reading yet".to_owned(), 0))
-        }
+    let is_begun = |error: &ReadingsError| match error {
+        ReadingsError::Empty { .. } => true,
+        ReadingsError::NoReadings { .. } => of_vectors,
+        _ => false,
+    };
+    match check {
+        // A session that has just begun.
+        Err(error) if is_begun(&error) => Ok((TableCheck::Empty, "no reading yet".to_owned(), 0)),
         Err(error) => {
             let found = format!("it cannot be read: {error}");
             let reason = error.to_string();
             Ok((TableCheck::Unreadable { reason }, found, PART))
         }
-        Ok(table) => {
-            let check = compare_vectors_with_journal(folder, &table, Some(header))?;
-            Ok(judged(&check, file, end))
-        }
+        Ok(check) => Ok(judged(&check?, file, &read.journal.end)),
     }
 }
 
