@@ -23,6 +23,7 @@ use super::files::{
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
 use super::load_cases::LoadedLoadCases;
+use super::vectors::SessionTable;
 
 /// Stiffness lists that come with the program.
 const SHIPPED_LISTS: [(&str, &str); 3] = [
@@ -69,27 +70,7 @@ pub enum CalibrationCheck {
 }
 
 /// Readings with the session they belong to.
-#[derive(Debug, Clone)]
-pub struct LoadedSession {
-    /// What the user called it.
-    pub name: String,
-    /// SHA-256 of the readings file, in hexadecimal.
-    pub sha256: String,
-    /// The readings.
-    pub table: ReadingTable,
-    /// `session.toml` beside them, if there is one.
-    pub header: Option<SessionHeader>,
-    /// Folder of `session.toml`.
-    pub folder: PathBuf,
-    /// What was assumed, and what a user should know.
-    pub warnings: Vec<String>,
-    /// Calibrations that were given beside the session, in words.
-    pub calibration: Vec<String>,
-    /// Gauges whose calibration is overdue.
-    pub overdue: Vec<OverdueGauge>,
-    /// Whether the readings were used though they differ from the journal.
-    pub differs_from_journal: bool,
-}
+pub type LoadedSession = SessionTable<ReadingTable>;
 
 /// Data to fit.
 #[derive(Debug)]
@@ -308,12 +289,6 @@ impl LoadedSession {
         })
     }
 
-    /// Its identifier, else the last part of its name: not a path, so that it is called the same wherever it lies.
-    #[must_use]
-    pub fn short_name(&self) -> String {
-        short_name(self.header.as_ref(), &self.name)
-    }
-
     /// The gauges' resolution and calibration, as far as the session states them; a resolution that it does not is that of its readings.
     ///
     /// # Errors
@@ -400,14 +375,4 @@ pub(super) fn check_calibration(
 pub fn gauges_text(overdue: &[OverdueGauge]) -> String {
     let gauges: Vec<String> = overdue.iter().map(ToString::to_string).collect();
     gauges.join(", ")
-}
-
-/// The identifier of a session, else the last part of its name.
-pub(super) fn short_name(header: Option<&SessionHeader>, name: &str) -> String {
-    let id = header.and_then(|header| header.id.clone());
-    id.or_else(|| {
-        let file_name = Path::new(name).file_name()?;
-        Some(file_name.to_string_lossy().into_owned())
-    })
-    .unwrap_or_else(|| name.to_owned())
 }

@@ -1,16 +1,13 @@
 //! What the journal of a session tells besides its readings, and the hashes of its files.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use jiff::Timestamp;
 
-use crate::readings::SessionHeader;
 use crate::session::{Event, Record, SessionEnd, SessionState, read_journal};
 use crate::stiffness::{ZeroChange, ZeroDrifts};
 use crate::test_point::{Cell, PoseId};
 
-use super::data::LoadedSession;
 use super::files::{ReadError, read_bytes, session_file};
 use super::hash::sha256;
 use super::vectors::SessionTable;
@@ -51,32 +48,27 @@ impl SessionHistory {
     }
 }
 
-impl LoadedSession {
-    /// What its journal tells; `None` without a journal.
-    ///
-    /// # Errors
-    /// For a journal that cannot be read.
-    pub fn history(&self) -> Result<Option<SessionHistory>, ReadError> {
-        history_in(&self.folder, self.header.as_ref())
-    }
-
-    /// Name and SHA-256 of its files; of a single file that one.
-    ///
-    /// # Errors
-    /// For a file that cannot be read.
-    pub fn file_hashes(&self) -> Result<Vec<(String, String)>, ReadError> {
-        hashes_in(&self.folder, self.header.as_ref())
-            .unwrap_or_else(|| Ok(vec![(self.short_name(), self.sha256.clone())]))
-    }
-}
-
 impl<T> SessionTable<T> {
     /// What its journal tells; `None` without a journal.
     ///
     /// # Errors
     /// For a journal that cannot be read.
     pub fn history(&self) -> Result<Option<SessionHistory>, ReadError> {
-        history_in(&self.folder, self.header.as_ref())
+        let path = session_file(&self.folder, "journal.jsonl")?;
+        let Some(path) = path.filter(|_| self.header.is_some()) else {
+            return Ok(None);
+        };
+        let journal = read_journal(&read_bytes(&path)?);
+        let records = &journal.records;
+        Ok(Some(SessionHistory {
+            state: SessionState::fold(records),
+            began: records.first().map(|record| record.utc),
+            incidents: records
+                .iter()
+                .filter_map(|record| incident(&record.event))
+                .collect(),
+            zero_drifts: zero_drifts(records),
+        }))
     }
 
     /// Name and SHA-256 of its files; of a single file that one.
@@ -84,30 +76,16 @@ impl<T> SessionTable<T> {
     /// # Errors
     /// For a file that cannot be read.
     pub fn file_hashes(&self) -> Result<Vec<(String, String)>, ReadError> {
-        hashes_in(&self.folder, self.header.as_ref())
-            .unwrap_or_else(|| Ok(vec![(self.short_name(), self.sha256.clone())]))
+        if self.header.is_none() {
+            return Ok(vec![(self.short_name(), self.sha256.clone())]);
+        }
+        let hashes = FILES.iter().filter_map(|name| {
+            let path = session_file(&self.folder, name).transpose()?;
+            let bytes = path.and_then(|path| read_bytes(&path));
+            Some(bytes.map(|bytes| ((*name).to_owned(), sha256(bytes))))
+        });
+        hashes.collect()
     }
-}
-
-fn history_in(
-    folder: &Path,
-    header: Option<&SessionHeader>,
-) -> Result<Option<SessionHistory>, ReadError> {
-    let path = session_file(folder, "journal.jsonl")?;
-    let Some(path) = path.filter(|_| header.is_some()) else {
-        return Ok(None);
-    };
-    let journal = read_journal(&read_bytes(&path)?);
-    let records = &journal.records;
-    Ok(Some(SessionHistory {
-        state: SessionState::fold(records),
-        began: records.first().map(|record| record.utc),
-        incidents: records
-            .iter()
-            .filter_map(|record| incident(&record.event))
-            .collect(),
-        zero_drifts: zero_drifts(records),
-    }))
 }
 
 /// The largest changes that the checks of the zeros found in each cell.
@@ -132,20 +110,6 @@ fn zero_drifts(records: &[Record]) -> ZeroDrifts {
     known
         .filter_map(|(number, cell)| Some((cell, *changes.get(&number)?)))
         .collect()
-}
-
-/// The files of a session folder; `None` of a file without one.
-fn hashes_in(
-    folder: &Path,
-    header: Option<&SessionHeader>,
-) -> Option<Result<Vec<(String, String)>, ReadError>> {
-    header?;
-    let hashes = FILES.iter().filter_map(|name| {
-        let path = session_file(folder, name).transpose()?;
-        let bytes = path.and_then(|path| read_bytes(&path));
-        Some(bytes.map(|bytes| ((*name).to_owned(), sha256(bytes))))
-    });
-    Some(hashes.collect())
 }
 
 /// An event that was not planned, in words.

@@ -66,6 +66,7 @@ impl LoadedLoadCases {
             header,
             folder,
             warnings,
+            calibration: Vec::new(),
             overdue,
             differs_from_journal: false,
         })
@@ -80,6 +81,7 @@ impl LoadedLoadCases {
             sha256: session.sha256,
             header: session.header,
             folder: session.folder,
+            calibration: session.calibration,
             overdue: session.overdue,
             differs_from_journal: session.differs_from_journal,
             table,

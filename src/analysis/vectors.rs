@@ -7,9 +7,7 @@ use crate::readings::{
 };
 use crate::stiffness::{Branches, VectorStiffness, vector_stiffness};
 
-use super::data::{
-    OpenSettings, check_calibration, last_day, readings_file, session_header, short_name,
-};
+use super::data::{OpenSettings, check_calibration, last_day, readings_file, session_header};
 use super::error::AnalysisError;
 use super::files::{folder_of, is_there, read_bytes, shown};
 use super::hash::sha256;
@@ -30,6 +28,8 @@ pub struct SessionTable<T> {
     pub folder: PathBuf,
     /// What was assumed, and what a user should know.
     pub warnings: Vec<String>,
+    /// Calibrations that were given beside the session, in words.
+    pub calibration: Vec<String>,
     /// Gauges whose calibration is overdue.
     pub overdue: Vec<OverdueGauge>,
     /// Whether the readings were used though they differ from the journal.
@@ -40,7 +40,13 @@ impl<T> SessionTable<T> {
     /// Its identifier, else the last part of its name: not a path, so that it is called the same wherever it lies.
     #[must_use]
     pub fn short_name(&self) -> String {
-        short_name(self.header.as_ref(), &self.name)
+        let header = self.header.as_ref();
+        let id = header.and_then(|header| header.id.clone());
+        id.or_else(|| {
+            let file_name = Path::new(&self.name).file_name()?;
+            Some(file_name.to_string_lossy().into_owned())
+        })
+        .unwrap_or_else(|| self.name.clone())
     }
 }
 
@@ -83,6 +89,7 @@ impl VectorSession {
             header,
             folder,
             warnings,
+            calibration: Vec::new(),
             overdue,
             differs_from_journal,
         }))
