@@ -23,7 +23,7 @@ use super::files::{
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
 use super::load_cases::LoadedLoadCases;
-use super::vectors::SessionTable;
+use super::vectors::{SessionTable, origin_of};
 
 /// Stiffness lists that come with the program.
 const SHIPPED_LISTS: [(&str, &str); 3] = [
@@ -248,6 +248,7 @@ impl LoadedSession {
         let mut session = Self {
             name: shown(path),
             sha256: sha256(&bytes),
+            origin: origin_of(table.origin.as_ref(), header.as_ref()),
             table,
             header,
             folder,
@@ -279,6 +280,7 @@ impl LoadedSession {
         Ok(Self {
             name: name.to_owned(),
             sha256: sha256(&bytes),
+            origin: table.origin.clone(),
             table,
             header: None,
             folder: PathBuf::new(),
@@ -306,16 +308,6 @@ impl LoadedSession {
             displacement: terms(instruments.and_then(|i| i.displacement.as_ref()))?,
         };
         Ok(stated.with_steps_of(&self.table.readings))
-    }
-
-    /// How the readings came about if they were not measured.
-    #[must_use]
-    pub fn origin(&self) -> Option<String> {
-        let header = self
-            .header
-            .as_ref()
-            .and_then(|header| header.origin.clone());
-        self.table.origin.clone().or(header)
     }
 
     /// Stiffness of every pose and direction, with its uncertainty.

@@ -11,9 +11,8 @@ use crate::session::read_inside;
 
 use super::data::{LoadedSession, gauges_text};
 use super::hash::sha256;
-use super::load_cases::LoadedLoadCases;
 use super::model::ResolvedModel;
-use super::vectors::VectorSession;
+use super::vectors::SessionTable;
 
 /// Digits of a hash in text; JSON has them all.
 const SHORT_HASH: usize = 12;
@@ -60,42 +59,24 @@ struct DataInput {
 impl Inputs {
     /// Readings.
     #[must_use]
-    pub fn with_session(mut self, session: &LoadedSession) -> Self {
+    pub fn with_session(self, session: &LoadedSession) -> Self {
+        let mut inputs = self.with_table(session);
+        if let Some(input) = inputs.data.last_mut() {
+            input.imported = session.header.as_ref().and_then(imported);
+        }
+        inputs
+    }
+
+    /// A table of vectors or load cases.
+    #[must_use]
+    pub fn with_table<T>(mut self, session: &SessionTable<T>) -> Self {
         self.data.push(DataInput {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
-            origin: session.origin(),
-            imported: session.header.as_ref().and_then(imported),
+            origin: session.origin.clone(),
             calibration: session.calibration.clone(),
             overdue: session.overdue.clone(),
-        });
-        self
-    }
-
-    /// Load cases.
-    #[must_use]
-    pub fn with_load_cases(mut self, loaded: &LoadedLoadCases) -> Self {
-        self.data.push(DataInput {
-            name: loaded.name.clone(),
-            sha256: loaded.sha256.clone(),
-            origin: loaded.origin(),
-            overdue: loaded.overdue.clone(),
-            ..DataInput::default()
-        });
-        self
-    }
-
-    /// Readings of vectors.
-    #[must_use]
-    pub fn with_vectors(mut self, session: &VectorSession) -> Self {
-        let header = session.header.as_ref();
-        let origin = header.and_then(|header| header.origin.clone());
-        self.data.push(DataInput {
-            name: session.name.clone(),
-            sha256: session.sha256.clone(),
-            origin: session.table.origin.clone().or(origin),
-            overdue: session.overdue.clone(),
-            ..DataInput::default()
+            imported: None,
         });
         self
     }

@@ -24,7 +24,7 @@ use super::hash::sha256;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
 use super::procedure::add_missing_poses;
-use super::vectors::{SessionTable, VectorSession};
+use super::vectors::{SessionTable, VectorSession, origin_of};
 
 /// Further load cases that are planned for what is open.
 const PLANNED: usize = 3;
@@ -62,6 +62,7 @@ impl LoadedLoadCases {
         Ok(Self {
             name: shown(path),
             sha256: sha256(&bytes),
+            origin: origin_of(table.origin.as_ref(), header.as_ref()),
             table,
             header,
             folder,
@@ -79,6 +80,7 @@ impl LoadedLoadCases {
             warnings: session.warnings.into_iter().chain(notes).collect(),
             name: session.name,
             sha256: session.sha256,
+            origin: session.origin,
             header: session.header,
             folder: session.folder,
             calibration: session.calibration,
@@ -86,14 +88,6 @@ impl LoadedLoadCases {
             differs_from_journal: session.differs_from_journal,
             table,
         })
-    }
-
-    /// How they came about if they were not measured.
-    #[must_use]
-    pub fn origin(&self) -> Option<String> {
-        let header = self.header.as_ref();
-        let of_header = header.and_then(|header| header.origin.clone());
-        self.table.origin.clone().or(of_header)
     }
 
     /// The error of what needs series of loads.
@@ -146,7 +140,7 @@ impl LoadCaseData {
         let posed = PosedLoadCases::new(&model.robot, model.mechanism()?, &loaded.table)?;
         let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
         Ok(Self {
-            inputs: Inputs::default().with_load_cases(loaded).with_model(&model),
+            inputs: Inputs::default().with_table(loaded).with_model(&model),
             procedure: loaded
                 .header
                 .as_ref()
@@ -210,7 +204,7 @@ impl LoadCaseData {
         self.warnings.extend(further.warnings.iter().cloned());
         self.warnings.extend(posed.warnings.iter().cloned());
         self.posed.join(posed);
-        self.inputs = std::mem::take(&mut self.inputs).with_load_cases(further);
+        self.inputs = std::mem::take(&mut self.inputs).with_table(further);
         Ok(())
     }
 

@@ -22,6 +22,8 @@ pub struct SessionTable<T> {
     pub sha256: String,
     /// The table.
     pub table: T,
+    /// How it came about if it was not measured.
+    pub origin: Option<String>,
     /// `session.toml` beside it, if there is one.
     pub header: Option<SessionHeader>,
     /// Folder of `session.toml`.
@@ -48,6 +50,12 @@ impl<T> SessionTable<T> {
         })
         .unwrap_or_else(|| self.name.clone())
     }
+}
+
+/// What the table states, else what its header does.
+pub(super) fn origin_of(table: Option<&String>, header: Option<&SessionHeader>) -> Option<String> {
+    let of_header = header.and_then(|header| header.origin.as_ref());
+    table.or(of_header).cloned()
 }
 
 /// Readings of vectors with the session they belong to.
@@ -85,6 +93,7 @@ impl VectorSession {
         Ok(Some(Self {
             name: shown(path),
             sha256: sha256(&bytes),
+            origin: origin_of(table.origin.as_ref(), header.as_ref()),
             table,
             header,
             folder,

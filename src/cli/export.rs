@@ -6,14 +6,15 @@ use clap::{Args, ValueEnum};
 use jiff::Timestamp;
 
 use crate::analysis::{
-    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, VectorSession, gauges_text, sha256,
+    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, SessionTable, VectorSession, gauges_text,
+    sha256,
 };
 use crate::export::tidy::{
     PackageResource, TableProvenance, TidyTable, csv, data_package, load_case_table, reading_table,
     ro_crate, stiffness_tables, vector_reading_table, vector_stiffness_tables, xlsx,
 };
 use crate::procedure::Procedure;
-use crate::readings::{OverdueGauge, SessionHeader};
+use crate::readings::OverdueGauge;
 use crate::report::{
     DataExportReport, ExportedFile, ExportedTable, TableFormat, VectorStiffnessReport,
 };
@@ -224,15 +225,9 @@ fn open(args: &DataExportArgs, global: &Global) -> Result<Exported, Failure> {
 }
 
 fn of_readings(session: LoadedSession, branches: Branches) -> Result<Exported, Failure> {
-    let origin = session.origin();
-    let mut tables = vec![reading_table(&session.table, origin.as_deref())?];
+    let mut tables = vec![reading_table(&session.table, session.origin.as_deref())?];
     tables.extend(stiffness_tables(&session.stiffness(branches)?));
-    let mut about = provenance(
-        &session.short_name(),
-        &session.sha256,
-        session.header.as_ref(),
-        origin,
-    );
+    let mut about = provenance(&session);
     about
         .facts
         .push(("branches".to_owned(), words_of(branches).to_owned()));
@@ -250,17 +245,9 @@ fn of_vectors(session: VectorSession, branches: Branches) -> Exported {
     let report = VectorStiffnessReport::new(&session.stiffness(branches), session.procedure());
     let mut tables = vec![vector_reading_table(&session.table)];
     tables.extend(vector_stiffness_tables(&report));
-    let header = session.header.as_ref();
-    let origin = session.table.origin.clone();
-    let origin = origin.or_else(|| header.and_then(|header| header.origin.clone()));
-    let mut about = provenance(
-        &name_of(&session.name, header),
-        &session.sha256,
-        header,
-        origin,
-    );
+    let mut about = provenance(&session);
     about.measured_until = last_time(&tables[0]);
-    let inputs = Inputs::default().with_vectors(&session);
+    let inputs = Inputs::default().with_table(&session);
     about.notes = session.warnings;
     Exported {
         tables: marked(tables, &session.overdue),
@@ -270,10 +257,8 @@ fn of_vectors(session: VectorSession, branches: Branches) -> Exported {
 }
 
 fn of_load_cases(loaded: &LoadedLoadCases) -> Exported {
-    let header = loaded.header.as_ref();
-    let name = name_of(&loaded.name, header);
-    let mut about = provenance(&name, &loaded.sha256, header, loaded.origin());
-    let inputs = Inputs::default().with_load_cases(loaded);
+    let mut about = provenance(loaded);
+    let inputs = Inputs::default().with_table(loaded);
     about.notes.clone_from(&loaded.warnings);
     Exported {
         tables: marked(vec![load_case_table(&loaded.table)], &loaded.overdue),
@@ -292,13 +277,6 @@ fn marked(tables: Vec<TidyTable>, overdue: &[OverdueGauge]) -> Vec<TidyTable> {
     let tables = tables.into_iter();
     let mark = |table: TidyTable| table.with_mark("calibration_overdue", meaning, &gauges);
     tables.map(mark).collect()
-}
-
-/// The identifier of a session, else the last part of its name.
-fn name_of(name: &str, header: Option<&SessionHeader>) -> String {
-    let id = header.and_then(|header| header.id.clone());
-    let last = || Some(Path::new(name).file_name()?.to_string_lossy().into_owned());
-    id.or_else(last).unwrap_or_else(|| name.to_owned())
 }
 
 fn words_of(branches: Branches) -> &'static str {
@@ -323,25 +301,21 @@ fn last_time(readings: &TidyTable) -> Option<String> {
 }
 
 /// What is known of the data, by name.
-fn provenance(
-    name: &str,
-    data_sha256: &str,
-    header: Option<&SessionHeader>,
-    origin: Option<String>,
-) -> TableProvenance {
+fn provenance<T>(session: &SessionTable<T>) -> TableProvenance {
+    let name = session.short_name();
     let mut facts = vec![
         (
             "program".to_owned(),
             format!("stiffbench {}", env!("CARGO_PKG_VERSION")),
         ),
-        ("data".to_owned(), name.to_owned()),
-        ("data_sha256".to_owned(), data_sha256.to_owned()),
+        ("data".to_owned(), name.clone()),
+        ("data_sha256".to_owned(), session.sha256.clone()),
     ];
     let mut fact = |name: &str, value: Option<String>| {
         facts.extend(value.map(|value| (name.to_owned(), value)));
     };
-    fact("not_measured", origin);
-    if let Some(header) = header {
+    fact("not_measured", session.origin.clone());
+    if let Some(header) = &session.header {
         fact("measured_with", header.software.clone());
         fact("operator", header.operator.clone());
         fact("place", header.place.clone());
@@ -368,9 +342,9 @@ fn provenance(
         }
     }
     TableProvenance {
-        name: name.to_owned(),
         title: format!("Stiffness measurement {name}"),
-        source_sha256: data_sha256.to_owned(),
+        name,
+        source_sha256: session.sha256.clone(),
         facts,
         ..TableProvenance::default()
     }

@@ -55,7 +55,7 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
 fn of_vectors(session: VectorSession, branches: Branches) -> Outcome {
     let cells = session.stiffness(branches);
     let report = VectorStiffnessReport::new(&cells, session.procedure());
-    let inputs = Inputs::default().with_vectors(&session);
+    let inputs = Inputs::default().with_table(&session);
     let mut warnings = session.warnings;
     let left_out = session.table.readings.len() - session.table.accepted().count();
     if left_out > 0 {

@@ -152,7 +152,7 @@ pub fn integrity<T: KeptTable>(
             found.changed.push(whole(Some(line), seq, once, twice));
         }
     }
-    for kept in &kept {
+    if let Some(kept) = &kept {
         for (at, (seq, _)) in kept.numbers_and_lines().into_iter().enumerate() {
             if let Some(other) = of_table.remove(&seq) {
                 let [values, marks] = kept.differences(at, table, other).map(|changes| {

@@ -117,7 +117,7 @@ impl PageSession {
             .filter_map(|reading| reading.temperature_deg_c);
         let mut page = SessionFacts {
             name: session.short_name(),
-            origin: session.origin(),
+            origin: session.origin.clone(),
             header: session.header.as_ref(),
             history,
             overdue: &session.overdue,
@@ -150,7 +150,7 @@ impl PageSession {
             .filter_map(|reading| reading.temperature_deg_c);
         let mut page = SessionFacts {
             name: loaded.short_name(),
-            origin: loaded.origin(),
+            origin: loaded.origin.clone(),
             header: loaded.header.as_ref(),
             history,
             overdue: &loaded.overdue,

@@ -85,7 +85,7 @@ impl PageSource {
             .sessions
             .iter()
             .fold(Inputs::default(), Inputs::with_session);
-        self.load_cases.iter().fold(inputs, Inputs::with_load_cases)
+        self.load_cases.iter().fold(inputs, Inputs::with_table)
     }
 
     /// What a user should know of the data.
