@@ -11,7 +11,7 @@ use crate::session::{
     OmittedReadings, QUESTIONS, Question, RawCheck, Record, SessionCell, SessionEnd, SessionPlan,
     Undone,
 };
-use crate::test_point::{Branch, PoseId};
+use crate::test_point::PoseId;
 
 use super::text::{AlignedTable, significant};
 
@@ -32,7 +32,7 @@ pub struct PlanReport {
     /// Minutes that it takes.
     pub minutes: f64,
     /// The poses and directions in their order.
-    pub cells: Vec<PlannedCellReport>,
+    pub cells: Vec<SessionCell>,
     /// The questions that can come.
     pub prompts: Vec<PromptReport>,
     /// The files that a session makes.
@@ -56,35 +56,6 @@ pub struct ExpectedParameter {
     pub words: Option<&'static str>,
 }
 
-/// A pose and direction with its readings.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct PlannedCellReport {
-    /// The pose.
-    pub pose: PoseId,
-    /// The direction.
-    pub direction: LoadDirection,
-    /// The readings in their order.
-    pub readings: Vec<PlannedReadingReport>,
-}
-
-/// A reading to be made.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct PlannedReadingReport {
-    /// Place in the load sequence, from 0.
-    pub step: u32,
-    /// The load to set, N.
-    #[serde(rename = "target_N")]
-    pub target_n: f64,
-    /// Loading or unloading.
-    pub branch: Branch,
-    /// Application of the sequence, from 1.
-    pub repeat: u32,
-    /// Seconds under the load of an extra reading.
-    pub hold_s: Option<f64>,
-    /// Whether the gauge is zeroed before.
-    pub zero_before: bool,
-}
-
 /// A question of a session.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PromptReport {
@@ -103,7 +74,7 @@ impl PlanReport {
             procedure: plan.procedure.name.clone(),
             readings: plan.len(),
             minutes: (seconds / 60.0).round(),
-            cells: plan.cells.iter().map(Into::into).collect(),
+            cells: plan.cells.clone(),
             prompts: prompts
                 .map(|Question { id, answer, .. }| PromptReport { id, answer })
                 .collect(),
@@ -148,24 +119,6 @@ pub fn best_poses_text(best: &BestPoses) -> String {
         poses.collect::<Vec<_>>().join(", "),
         rows.text()
     )
-}
-
-impl From<&SessionCell> for PlannedCellReport {
-    fn from(cell: &SessionCell) -> Self {
-        let readings = cell.readings.iter().map(|reading| PlannedReadingReport {
-            step: reading.step,
-            target_n: reading.target_n,
-            branch: reading.branch,
-            repeat: reading.repeat,
-            hold_s: reading.extra_hold_s,
-            zero_before: reading.zero_before,
-        });
-        Self {
-            pose: cell.pose.clone(),
-            direction: cell.direction.clone(),
-            readings: readings.collect(),
-        }
-    }
 }
 
 /// How a session ended, or that it has not.

@@ -1,5 +1,8 @@
 //! The readings of a whole session, in the order in which they are to be taken.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use stiffbench_gauges::Channel;
 use stiffbench_measurement::procedure::{Pace, PlannedReading, Procedure};
 use stiffbench_measurement::readings::{JointColumn, JointUnit, ZeroScope};
@@ -19,8 +22,8 @@ pub struct SessionPlan {
     axis_words: [Option<String>; 3],
 }
 
-/// One pose and direction.
-#[derive(Debug, Clone, PartialEq)]
+/// A pose and direction with its readings.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SessionCell {
     /// The pose.
     pub pose: PoseId,

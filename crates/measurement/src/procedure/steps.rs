@@ -1,5 +1,8 @@
 //! The readings that a procedure plans, in order.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::readings::{LoadOrder, RepeatOrder, ZeroScope};
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -7,21 +10,24 @@ use super::plan::Procedure;
 use super::shuffle::shuffled;
 
 /// One reading to be made.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct PlannedReading {
     /// Place in the load sequence from 0, counted on through unloading; the readings of a hold share it.
     pub step: u32,
     /// The load to set, N, signed.
+    #[serde(rename = "target_N")]
     pub target_n: f64,
     /// Whether the load grows or is taken off on the way to it.
     pub branch: Branch,
     /// n-th application of the sequence, or of this load, from 1; readings of one repeat are one run.
     pub repeat: u32,
-    /// Seconds under the load at which an extra reading is made; `None` for the reading that follows settling.
+    /// Seconds under the load at which an extra reading is made; none for the reading that follows settling.
+    #[serde(rename = "hold_s")]
     pub extra_hold_s: Option<f64>,
     /// Whether the gauge is zeroed before the load is applied.
     pub zero_before: bool,
     /// Whether this is the first reading of its run, whose history begins here.
+    #[serde(skip)]
     pub starts_run: bool,
 }
 
