@@ -180,13 +180,9 @@ impl SessionState {
             });
         } else if let Some(zero) = &mut self.zero {
             let drifts = zeroed.gauges.iter().filter_map(|gauge| gauge.drift_m);
-            zero.drift_m = drifts.chain(zeroed.drift_m).reduce(|most: f64, drift| {
-                if drift.abs() > most.abs() {
-                    drift
-                } else {
-                    most
-                }
-            });
+            let drifts = drifts.chain(zeroed.drift_m);
+            // The largest, and the first of equal ones.
+            zero.drift_m = drifts.min_by(|a, b| b.abs().total_cmp(&a.abs()));
             let on_it = self
                 .readings
                 .iter_mut()
@@ -224,21 +220,31 @@ impl SessionState {
         }
     }
 
+    /// The readings that count.
+    pub fn accepted(&self) -> impl DoubleEndedIterator<Item = &KeptReading> {
+        let readings = self.readings.iter();
+        readings.filter(|kept| kept.superseded.is_none())
+    }
+
+    /// The readings that count and stand on the zero in use.
+    pub fn on_zero(&self) -> impl Iterator<Item = &KeptReading> {
+        let zero = self.zero.as_ref().map(|zero| &zero.set);
+        let zero = zero.map(|set| (set.cell, &set.label));
+        self.accepted()
+            .filter(move |kept| zero == Some((kept.taken.cell, &kept.taken.zero)))
+    }
+
     /// Whether the reading of a number counts.
     #[must_use]
     pub fn counts(&self, number: u32) -> bool {
-        let mut readings = self.readings.iter();
-        readings.any(|kept| kept.taken.number == number && kept.superseded.is_none())
+        self.accepted().any(|kept| kept.taken.number == number)
     }
 
     /// Whether readings that count still have a flag.
     #[must_use]
     pub fn is_flagged(&self, flagged: &Flagged) -> bool {
-        let mut readings = self.readings.iter();
-        readings.any(|kept| {
-            kept.superseded.is_none()
-                && flagged.numbers.contains(&kept.taken.number)
-                && kept.flags.contains(&flagged.flag)
+        self.accepted().any(|kept| {
+            flagged.numbers.contains(&kept.taken.number) && kept.flags.contains(&flagged.flag)
         })
     }
 
@@ -289,10 +295,7 @@ impl SessionState {
     /// The last reading that counts.
     #[must_use]
     pub fn last_accepted(&self) -> Option<&KeptReading> {
-        self.readings
-            .iter()
-            .rev()
-            .find(|kept| kept.superseded.is_none())
+        self.accepted().next_back()
     }
 
     /// Sign and offset of a gauge: the value along the axis from the zero is the sign times what the gauge shows less the offset.

@@ -281,10 +281,8 @@ impl Machine {
 
     /// Flags the readings whose value of a gauge came after a time.
     fn flag_since(&mut self, channel: Channel, since_s: f64, flag: String, out: &mut Vec<Action>) {
-        let since = self.state.readings.iter().filter(|kept| {
-            kept.superseded.is_none()
-                && kept.taken.sampled_at_s(channel) > Some(since_s)
-                && !kept.flags.contains(&flag)
+        let since = self.state.accepted().filter(|kept| {
+            kept.taken.sampled_at_s(channel) > Some(since_s) && !kept.flags.contains(&flag)
         });
         let numbers: Vec<u32> = since.map(|kept| kept.taken.number).collect();
         if !numbers.is_empty() {
@@ -359,15 +357,20 @@ impl Machine {
         self.record(Event::Note(noted), out);
     }
 
+    /// These readings no longer count.
+    pub(super) fn supersede(&mut self, numbers: Vec<u32>, reason: &str, out: &mut Vec<Action>) {
+        for number in numbers {
+            let reason = reason.to_owned();
+            self.record(Event::Superseded(Superseded { number, reason }), out);
+        }
+    }
+
     fn redo_cell(&mut self, cell: usize, out: &mut Vec<Action>) {
         let of_cell = self.state.taken.iter().filter(|((of, _), _)| *of == cell);
         let numbers: Vec<u32> = of_cell
             .filter_map(|(_, &place)| Some(self.state.readings.get(place)?.taken.number))
             .collect();
-        for number in numbers {
-            let reason = "the cell is measured once more".to_owned();
-            self.record(Event::Superseded(Superseded { number, reason }), out);
-        }
+        self.supersede(numbers, "the cell is measured once more", out);
         self.focus = cell;
         self.reroute();
     }

@@ -235,16 +235,9 @@ impl Machine {
 
     /// Whether readings under load stand on the zero in use: their sign can no longer be turned.
     fn has_loaded_readings(&self) -> bool {
-        let Some(zero) = self.state.zero.as_ref() else {
-            return false;
-        };
         let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
-        self.state.readings.iter().any(|kept| {
-            kept.superseded.is_none()
-                && kept.taken.cell == zero.set.cell
-                && kept.taken.zero == zero.set.label
-                && kept.taken.target_n.abs() > tolerance_n
-        })
+        let mut on_it = self.state.on_zero();
+        on_it.any(|kept| kept.taken.target_n.abs() > tolerance_n)
     }
 }
 

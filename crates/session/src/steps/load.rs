@@ -185,13 +185,8 @@ impl Machine {
                 .iter()
                 .map(|window| window.as_ref().map(of))
                 .collect();
-            all?.into_iter().reduce(|most, value| {
-                if value.abs() > most.abs() {
-                    value
-                } else {
-                    most
-                }
-            })
+            let largest_first = |a: &f64, b: &f64| b.abs().total_cmp(&a.abs());
+            all?.into_iter().min_by(largest_first)
         };
         Some(SettleView {
             dwell_s,
@@ -252,10 +247,9 @@ impl Machine {
             return true;
         };
         let repeat = self.plan.cells[cell].readings[index].repeat;
-        let before = self.state.readings.iter().rev().find(|kept| {
+        let before = self.state.accepted().rev().find(|kept| {
             let taken = &kept.taken;
-            kept.superseded.is_none()
-                && (taken.cell, taken.repeat) == (cell, repeat)
+            (taken.cell, taken.repeat) == (cell, repeat)
                 && taken.target_n == load.target_n
                 && taken.branch == Branch::Loading
         });

@@ -1,6 +1,6 @@
 //! What the operator does besides answering.
 
-use crate::decision::{SkipCode, Superseded};
+use crate::decision::SkipCode;
 use crate::event::{Event, Paused, SessionEnd};
 use crate::operator::{OperatorEvent, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::{Ask, Channel};
@@ -140,8 +140,7 @@ impl Machine {
         if !force_n.is_some_and(|force_n| (force_n - target_n).abs() <= tolerance_n) {
             self.applied = None;
         }
-        let reason = "taken once more".to_owned();
-        self.record(Event::Superseded(Superseded { number, reason }), out);
+        self.supersede(vec![number], "taken once more", out);
         self.notify(format!("reading {number} is taken once more"), out);
         self.focus = cell;
         self.queue.clear();

@@ -97,9 +97,9 @@ impl Machine {
     pub(super) fn compliance_m_per_n(&self, cell: usize, channel: Channel) -> Option<(f64, f64)> {
         let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
         let preload_n = self.plan.procedure.preload_n;
-        let kept = self.state.readings.iter().rev();
+        let kept = self.state.accepted().rev();
         let mut loaded = kept
-            .filter(|kept| kept.superseded.is_none() && kept.taken.cell == cell)
+            .filter(|kept| kept.taken.cell == cell)
             .filter(|kept| kept.taken.flag.is_empty() && kept.flags.is_empty())
             .filter_map(|kept| {
                 let moved_m = kept.taken.displacement_of(channel)?;
@@ -337,10 +337,8 @@ impl Machine {
     ) -> Option<f64> {
         let near_n = STILL_TOLERANCES * self.plan.procedure.settle.force_tolerance_n;
         let good = || {
-            let all = self.state.readings.iter().rev();
-            all.filter(|kept| kept.superseded.is_none() && kept.taken.cell == taken.cell)
-                .map(|kept| &kept.taken)
-                .filter(|other| other.repeat < taken.repeat)
+            let all = self.state.accepted().rev().map(|kept| &kept.taken);
+            all.filter(|other| other.cell == taken.cell && other.repeat < taken.repeat)
         };
         let there = good().find(|other| {
             (other.step, other.branch, other.target_n) == (taken.step, taken.branch, taken.target_n)
@@ -361,10 +359,8 @@ impl Machine {
         let displacement_m = taken.displacement_of(channel)?;
         let spread_m = self.plan.procedure.settle.spread_m;
         let accepted = || {
-            let all = self.state.readings.iter();
-            all.filter(|kept| kept.superseded.is_none())
-                .map(|kept| &kept.taken)
-                .filter(|other| other.cell == taken.cell)
+            let all = self.state.accepted().map(|kept| &kept.taken);
+            all.filter(|other| other.cell == taken.cell)
         };
         let alike = |one: &TakenReading, other: &TakenReading| {
             (one.step, one.branch, one.target_n) == (other.step, other.branch, other.target_n)

@@ -1,7 +1,7 @@
 //! A cell that is complete: its readings against their repeats, and what the operator decides about one that they contradict.
 
 use crate::contradiction::Contradiction;
-use crate::decision::{Flagged, Superseded};
+use crate::decision::Flagged;
 use crate::event::Event;
 use crate::operator::{Answer, Prompt};
 
@@ -30,10 +30,8 @@ impl Machine {
             return;
         };
         let is_new = |one: &Contradiction| {
-            let mut kept = self.state.readings.iter();
-            kept.any(|kept| {
+            self.state.accepted().any(|kept| {
                 one.numbers.contains(&kept.taken.number)
-                    && kept.superseded.is_none()
                     && !kept.flags.iter().any(|flag| flag == KEPT)
             })
         };
@@ -96,23 +94,19 @@ impl Machine {
 
     /// Every reading of the run that these belong to is taken once more.
     fn redo_run(&mut self, numbers: &[u32], out: &mut Vec<Action>) {
-        let accepted = || {
-            let all = self.state.readings.iter();
-            all.filter(|kept| kept.superseded.is_none())
-        };
-        let of_run = accepted()
+        let of_run = self
+            .state
+            .accepted()
             .find(|kept| numbers.contains(&kept.taken.number))
             .map(|kept| (kept.taken.cell, kept.taken.repeat));
         let Some((cell, repeat)) = of_run else {
             self.done();
             return;
         };
-        let run = accepted().filter(|kept| (kept.taken.cell, kept.taken.repeat) == (cell, repeat));
+        let accepted = self.state.accepted();
+        let run = accepted.filter(|kept| (kept.taken.cell, kept.taken.repeat) == (cell, repeat));
         let run: Vec<u32> = run.map(|kept| kept.taken.number).collect();
-        for number in run {
-            let reason = "a reading of its run contradicted the repeats".to_owned();
-            self.record(Event::Superseded(Superseded { number, reason }), out);
-        }
+        self.supersede(run, "a reading of its run contradicted the repeats", out);
         self.focus = cell;
         self.reroute();
     }

@@ -97,14 +97,7 @@ impl Machine {
 
     /// Whether there are readings on the zero in use that were taken since it was last checked.
     fn is_zero_unchecked(&self) -> bool {
-        let Some(zero) = self.state.zero.as_ref() else {
-            return false;
-        };
-        let mut on_it = self.state.readings.iter().filter(|kept| {
-            kept.superseded.is_none()
-                && (kept.taken.cell, &kept.taken.zero) == (zero.set.cell, &zero.set.label)
-        });
-        on_it.any(|kept| !kept.zero_confirmed)
+        self.state.on_zero().any(|kept| !kept.zero_confirmed)
     }
 
     /// The displacement zero is checked under the preload, the force zero hanging free.

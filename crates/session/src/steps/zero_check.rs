@@ -1,6 +1,5 @@
 //! Checking the zero again: whether it has moved, and what that means for the readings on it.
 
-use crate::decision::Superseded;
 use crate::event::{Event, ZeroOccasion};
 use crate::operator::Prompt;
 use stiffbench_gauges::Channel;
@@ -237,15 +236,9 @@ impl Machine {
         };
         let (cell, scope) = (zero.set.cell, zero.set.scope.clone());
         self.redone = Some(((cell, scope.clone()), self.times_redone() + 1));
-        let label = zero.set.label.clone();
-        let on_it = self.state.readings.iter().filter(|kept| {
-            kept.superseded.is_none() && kept.taken.cell == cell && kept.taken.zero == label
-        });
+        let on_it = self.state.on_zero();
         let numbers: Vec<u32> = on_it.map(|kept| kept.taken.number).collect();
-        for number in numbers {
-            let reason = "the zero moved".to_owned();
-            self.record(Event::Superseded(Superseded { number, reason }), out);
-        }
+        self.supersede(numbers, "the zero moved", out);
         let readings = self.plan.cells[cell].readings.iter();
         let first = readings
             .map(|reading| self.plan.zero_scope(reading))
