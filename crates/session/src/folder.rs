@@ -1,19 +1,17 @@
 //! The session folder on the disk: made once, held by one process at a time, never written over.
 
+use std::error::Error;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use jiff::Timestamp;
 use miette::Diagnostic;
-use thiserror::Error;
 
 use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter, VectorReadingsWriter};
 
 use super::inside::{inside, read_inside};
-use super::journal::{
-    Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_lines,
-};
+use super::journal::{Journal, JournalEnd, ReadJournal, Record, Store, read_journal, write_lines};
 use super::lock::open_alone;
 use super::state::SessionState;
 use super::whole_file::{replace, sync_folder};
@@ -32,7 +30,7 @@ pub struct SessionFolder {
 }
 
 /// Why a session folder cannot be used.
-#[derive(Debug, Error, Diagnostic)]
+#[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum FolderError {
     /// There is something of that name.
     #[error("{path} exists already")]
@@ -124,6 +122,12 @@ pub(super) fn system(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
         io::ErrorKind::InvalidInput => FolderError::NotAFile { path, source },
         _ => FolderError::System { path, source },
     }
+}
+
+/// What a file cannot hold.
+fn unwritable<E: Into<Box<dyn Error + Send + Sync>>>(path: &Path) -> impl FnOnce(E) -> FolderError {
+    let failed = system(path);
+    |error| failed(io::Error::other(error))
 }
 
 impl Store for File {
@@ -236,12 +240,32 @@ impl SessionFolder {
         Ok(raw)
     }
 
-    /// The live table of readings.
-    #[must_use]
-    pub fn table(&self) -> TableFile {
-        TableFile {
-            path: self.path.join(READINGS),
+    /// Adds the last reading of a session to `readings.csv`, the live table: a row behind each reading. It can be rebuilt from the journal at
+    /// any time.
+    ///
+    /// # Errors
+    /// [`FolderError::System`].
+    pub fn add_last_row(&self, state: &SessionState) -> Result<(), FolderError> {
+        let path = self.path.join(READINGS);
+        if state.readings.len() < 2 || !path.is_file() {
+            return self.rewrite_table(state);
         }
+        let mut row = Vec::new();
+        write_rows(state, &mut row, true).map_err(unwritable(&path))?;
+        let file = OpenOptions::new().append(true).open(&path);
+        let written = file.and_then(|mut file| file.write_all(&row));
+        written.map_err(system(&path))
+    }
+
+    /// Writes all readings of a session into the table, as when one is superseded: into a file beside it, which then takes its place.
+    ///
+    /// # Errors
+    /// [`FolderError::System`].
+    pub fn rewrite_table(&self, state: &SessionState) -> Result<(), FolderError> {
+        let path = self.path.join(READINGS);
+        let mut text = Vec::new();
+        table(state, &mut text).map_err(unwritable(&path))?;
+        put(&path, &text)
     }
 }
 
@@ -287,8 +311,7 @@ pub fn read_folder(path: &Path) -> Result<ReadFolder, FolderError> {
 pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, FolderError> {
     let read = read_folder(from)?;
     let target = to.join(JOURNAL);
-    let unwritable = |error: JournalError| system(&target)(io::Error::other(error));
-    let lines = write_lines(&read.journal.records).map_err(unwritable)?;
+    let lines = write_lines(&read.journal.records).map_err(unwritable(&target))?;
     let robot = read_inside(from, ROBOT).ok();
     let robot = robot.and_then(|robot| String::from_utf8(robot).ok());
     let (folder, journal) = SessionFolder::create(to, &read.header, robot.as_deref(), now)?;
@@ -296,8 +319,7 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
     let written = store.write_all(&lines).and_then(|()| store.sync());
     written.map_err(system(&target))?;
     let state = SessionState::fold(&read.journal.records);
-    let table = folder.table();
-    table.rewrite(&state)?;
+    folder.rewrite_table(&state)?;
     // Files of our own making beside the journal go along as they are.
     let raw = inside(from, RAW).and_then(fs::read_dir);
     for entry in raw.into_iter().flatten().flatten() {
@@ -320,92 +342,49 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
     Ok(read.journal)
 }
 
-/// `readings.csv`, live: a row behind each reading, rewritten when one is superseded. It can be rebuilt from the journal at any time.
-#[derive(Debug, Clone)]
-pub struct TableFile {
-    path: PathBuf,
-}
-
-impl TableFile {
-    /// Adds the last reading of a session.
-    ///
-    /// # Errors
-    /// [`FolderError::System`].
-    pub fn add_last(&self, state: &SessionState) -> Result<(), FolderError> {
-        if state.readings.len() < 2 || !self.path.is_file() {
-            return self.rewrite(state);
-        }
-        let row = last_row(state).map_err(|error| self.failed(error))?;
-        let file = OpenOptions::new().append(true).open(&self.path);
-        let written = file.and_then(|mut file| file.write_all(&row));
-        written.map_err(system(&self.path))
-    }
-
-    /// Writes all readings of a session: into a file beside it, which then takes its place.
-    ///
-    /// # Errors
-    /// [`FolderError::System`].
-    pub fn rewrite(&self, state: &SessionState) -> Result<(), FolderError> {
-        let mut text = Vec::new();
-        table(state, &mut text).map_err(|error| self.failed(error))?;
-        put(&self.path, &text)
-    }
-
-    fn failed(&self, error: ReadingsError) -> FolderError {
-        system(&self.path)(io::Error::other(error))
-    }
-}
-
 /// The table of readings of a session.
 ///
 /// # Errors
 /// As [`ReadingsWriter::write`].
 pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsError> {
+    write_rows(state, output, false)
+}
+
+/// The rows of that table with their header, or the last without it; none before the first reading.
+fn write_rows(
+    state: &SessionState,
+    output: impl Write,
+    only_last: bool,
+) -> Result<(), ReadingsError> {
+    let started = state.started.as_ref();
+    let session = started.map(|started| started.session.as_str());
+    let origin = started.and_then(|started| started.origin.as_deref());
+    let first = if only_last {
+        state.readings.len().saturating_sub(1)
+    } else {
+        0
+    };
     if state.is_of_vectors() {
         let joints = state.joint_columns();
-        let mut writer = VectorReadingsWriter::new(output, session(state), origin(state), &joints)?;
-        for reading in state.vector_rows() {
-            writer.write(&reading)?;
+        let mut writer = if only_last {
+            VectorReadingsWriter::continuing(output, session, origin, &joints)
+        } else {
+            VectorReadingsWriter::new(output, session, origin, &joints)?
+        };
+        for reading in &state.vector_rows()[first..] {
+            writer.write(reading)?;
         }
         return writer.flush();
     }
-    let mut writer = ReadingsWriter::new(output, session(state), origin(state))?;
-    for (reading, run, zero) in state.rows() {
-        writer.write(&reading, &run, &zero)?;
+    let mut writer = if only_last {
+        ReadingsWriter::continuing(output, session, origin)
+    } else {
+        ReadingsWriter::new(output, session, origin)?
+    };
+    for (reading, run, zero) in &state.rows()[first..] {
+        writer.write(reading, run, zero)?;
     }
     writer.flush()
-}
-
-/// The last row of the table of readings of a session; empty before the first.
-fn last_row(state: &SessionState) -> Result<Vec<u8>, ReadingsError> {
-    let mut row = Vec::new();
-    if state.is_of_vectors() {
-        let joints = state.joint_columns();
-        let mut writer =
-            VectorReadingsWriter::continuing(&mut row, session(state), origin(state), &joints);
-        if let Some(reading) = state.vector_rows().last() {
-            writer.write(reading)?;
-        }
-        writer.flush()?;
-    } else {
-        let mut writer = ReadingsWriter::continuing(&mut row, session(state), origin(state));
-        if let Some((reading, run, zero)) = state.rows().last() {
-            writer.write(reading, run, zero)?;
-        }
-        writer.flush()?;
-    }
-    Ok(row)
-}
-
-fn session(state: &SessionState) -> Option<&str> {
-    state
-        .started
-        .as_ref()
-        .map(|started| started.session.as_str())
-}
-
-fn origin(state: &SessionState) -> Option<&str> {
-    state.started.as_ref()?.origin.as_deref()
 }
 
 /// Writes a file whole or not at all.

@@ -38,7 +38,7 @@ pub use event::{
     LimitCheck, LinkChange, Noted, Paused, PoseSet, Resumed, SessionEnd, SignChecked, Started,
     TakenReading, Warning, ZeroOccasion, Zeroed,
 };
-pub use folder::{FolderError, ReadFolder, SessionFolder, TableFile, read_folder, recover, table};
+pub use folder::{FolderError, ReadFolder, SessionFolder, read_folder, recover, table};
 pub use inside::{append_inside, inside, read_inside};
 pub use integrity::{Difference, Integrity, KeptTable, integrity};
 pub use journal::{

@@ -12,7 +12,7 @@ use stiffbench_units_and_text::clock::Clock;
 use super::answers_file::Answers;
 use super::contradiction::RepeatCheck;
 use super::event::{ClockJump, Event, Gap, SessionEnd, ZeroOccasion};
-use super::folder::TableFile;
+use super::folder::SessionFolder;
 use super::journal::{Journal, JournalError, Store};
 use super::operator::{Answer, Bell, Operator, OperatorEvent, Prompt};
 use super::steps::{Action, Input, Machine};
@@ -64,8 +64,8 @@ pub struct SessionInputs<'a, S: Store> {
     pub clock: &'a Clock,
     /// Where events go.
     pub journal: &'a mut Journal<S>,
-    /// The live table of readings, if there is a folder for it.
-    pub table: Option<&'a TableFile>,
+    /// Where the live table of readings is, if there is a folder for it.
+    pub table: Option<&'a SessionFolder>,
     /// What is known beforehand.
     pub answers: &'a Answers,
     /// What compares the readings of a cell with their repeats, where [`Settings::checks_repeats`](super::Settings) asks for it.
@@ -203,8 +203,8 @@ impl<S: Store> RunningSession<'_, '_, S> {
         }
         let state = self.machine.state();
         let written = match self.bench.table {
-            Some(table) if rows_change => table.rewrite(state),
-            Some(table) if row_added => table.add_last(state),
+            Some(folder) if rows_change => folder.rewrite_table(state),
+            Some(folder) if row_added => folder.add_last_row(state),
             _ => Ok(()),
         };
         // The journal has it: the table is rebuilt from that when the session goes on or ends.

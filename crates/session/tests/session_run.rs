@@ -175,7 +175,6 @@ fn session_of(
         stop_after,
         stopped: false,
     };
-    let table = folder.table();
     let ended = run(
         &mut machine,
         SessionInputs {
@@ -183,7 +182,7 @@ fn session_of(
             operator: &mut operator,
             clock: &clock,
             journal: &mut journal,
-            table: Some(&table),
+            table: Some(&folder),
             answers,
             repeats: None,
         },

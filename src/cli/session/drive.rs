@@ -349,9 +349,8 @@ fn drive(
             &format!("event {}: {}", record.seq, event_text(&record.event)),
         );
     }
-    let table = folder.table();
-    // After an interruption its last row may be cut or missing.
-    table.rewrite(machine.state())?;
+    // After an interruption the last row of the table may be cut or missing.
+    folder.rewrite_table(machine.state())?;
     let mut at_bench = AtBench::new(operator);
     let ended = with_hand(&mut at_bench, hand.as_ref(), |operator| {
         let mut operator = LoggedOperator::new(operator, &mut log);
@@ -360,7 +359,7 @@ fn drive(
             operator: &mut operator,
             clock: &clock,
             journal: &mut journal,
-            table: Some(&table),
+            table: Some(&folder),
             answers: &answers,
             repeats: repeats.as_ref().map(|check| check as &dyn RepeatCheck),
         };
@@ -374,7 +373,7 @@ fn drive(
         log.line(LogLevel::Error, &error.to_string());
     }
     let outcome = ended?;
-    table.rewrite(machine.state())?;
+    folder.rewrite_table(machine.state())?;
     let repeats = machine.repeated_on_resume();
     let report = report(folder.path(), outcome, machine.state(), &repeats, planned);
     Ok(report.with_warnings(warnings))

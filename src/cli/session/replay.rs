@@ -97,7 +97,7 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
         lag_s: behind_s,
     };
     let state = replay_session(&machine, played, &mut journal, watch)?;
-    folder.table().rewrite(&state)?;
+    folder.rewrite_table(&state)?;
     let report = compare(args, &recorded, &state);
     let text = format!(
         "{}: {} of {} recorded readings came again; largest differences {:.3} N, {:.2} um\nNext: stiffbench session log {}\n",

@@ -56,7 +56,7 @@ pub(super) fn run(folder: &Path, global: &Global) -> Result<Outcome, Failure> {
         });
     let was: String = was.collect();
     state.apply(&record);
-    held.table().rewrite(&state)?;
+    held.rewrite_table(&state)?;
     let words = undone_text(&undone);
     let text = format!(
         "{}: {words}\n{was}{} of {} readings; the journal keeps what was taken back, event {} takes it back\nNext: stiffbench session resume {}\n",
