@@ -7,8 +7,8 @@ use jiff::civil::Date;
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
 use crate::readings::{
-    GaugeLogOptions, InstrumentRecord, OverdueGauge, ReadOptions, ReadingTable, SessionHeader,
-    is_vector_table, read_gauge_log, read_readings, write_readings,
+    GaugeLogOptions, OverdueGauge, ReadOptions, ReadingTable, SessionHeader, is_vector_table,
+    read_gauge_log, read_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
@@ -297,15 +297,9 @@ impl LoadedSession {
     /// For a resolution, uncertainty or coverage factor that cannot be.
     pub fn gauges(&self) -> Result<GaugePair, AnalysisError> {
         let instruments = self.header.as_ref().map(|header| &header.instruments);
-        let terms = |record: Option<&InstrumentRecord>| match record {
-            Some(record) => {
-                GaugeTerms::new(record.resolution, record.expanded_uncertainty, record.k)
-            }
-            None => Ok(GaugeTerms::not_stated()),
-        };
         let stated = GaugePair {
-            force: terms(instruments.and_then(|i| i.force.as_ref()))?,
-            displacement: terms(instruments.and_then(|i| i.displacement.as_ref()))?,
+            force: GaugeTerms::of(instruments.and_then(|i| i.force.as_ref()))?,
+            displacement: GaugeTerms::of(instruments.and_then(|i| i.displacement.as_ref()))?,
         };
         Ok(stated.with_steps_of(&self.table.readings))
     }

@@ -10,7 +10,7 @@ use crate::cli::failure::{CliError, Failure};
 use crate::cli::gauge::{BINDINGS_FILE, read_bindings};
 use crate::cli::outcome::print_error;
 use crate::clock::Clock;
-use crate::instrument::description::{SignMeaning, UnitSource};
+use crate::instrument::description::UnitSource;
 use crate::instrument::driver::Acquisition;
 use crate::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
 use crate::instrument::port::{
@@ -18,7 +18,6 @@ use crate::instrument::port::{
 };
 use crate::instrument::trace::{Sink, TraceHeader, TraceSink, TraceWriter};
 use crate::instrument::{Channel, Decoder, Gauges, InstrumentDescription};
-use crate::quantity::Kind;
 use crate::readings::{InstrumentRecord, Instruments};
 use crate::session::SessionState;
 
@@ -52,11 +51,7 @@ impl ResolvedGauge {
             Some(unit) => steps.iter().find(|(of, _)| of == unit)?,
             None => steps.first().filter(|_| steps.len() == 1)?,
         };
-        let kind = match self.description.channel {
-            Channel::Force => Kind::Force,
-            _ => Kind::Displacement,
-        };
-        Some(step * kind.si_factor(unit)?)
+        Some(step * self.description.channel.kind().si_factor(unit)?)
     }
 
     /// What it is and where, in words.
@@ -332,11 +327,7 @@ pub(super) fn connect(
         let channel = description.channel;
         names[channel.index()].clone_from(&description.name);
         if channel == Channel::Force {
-            compression_sign = match description.sign.compression {
-                SignMeaning::Positive => Some(1.0),
-                SignMeaning::Negative => Some(-1.0),
-                SignMeaning::Ask => None,
-            };
+            compression_sign = description.sign.compression.sign();
         }
         if description.unit_source() != UnitSource::Query {
             units_by_eye[channel.index()].clone_from(&gauge.unit);

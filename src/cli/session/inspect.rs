@@ -7,7 +7,6 @@ use crate::analysis::Inputs;
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
-use crate::instrument::Channel;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
 use crate::session::{
@@ -259,27 +258,17 @@ fn zero_text(zero: &Zeroed) -> String {
     };
     let force = zero.force_drift_n;
     let drift = drift + &force.map_or_else(String::new, |n| format!(" and {n:.2} N"));
-    let how = Channel::ALL.map(|channel| {
-        if zero.by_gauge[channel.index()] {
-            "gauge"
-        } else {
-            "subtracted"
-        }
-    });
+    let word = |by_gauge: bool| if by_gauge { "gauge" } else { "subtracted" };
+    let how = zero.by_gauge.map(word);
     match zero.moment {
         ZeroOccasion::Before if zero.gauges.is_empty() => format!(
             "zero {} set (force {}, displacement {})",
             zero.label, how[0], how[1]
         ),
         ZeroOccasion::Before => {
-            let gauges = zero.gauges.iter().map(|gauge| {
-                let how = if gauge.by_gauge {
-                    "gauge"
-                } else {
-                    "subtracted"
-                };
-                format!(", {} {how}", gauge.channel)
-            });
+            let gauges = zero.gauges.iter();
+            let gauges =
+                gauges.map(|gauge| format!(", {} {}", gauge.channel, word(gauge.by_gauge)));
             let gauges: String = gauges.collect();
             format!("zero {} set (force {}{gauges})", zero.label, how[0])
         }

@@ -91,17 +91,10 @@ pub(super) fn overdue(
 
 /// Resolution and calibration of the gauges, as far as they are stated.
 pub(super) fn gauge_terms(instruments: &Instruments) -> Result<GaugePair, Failure> {
-    let terms = |record: &Option<InstrumentRecord>| match record {
-        Some(record) => GaugeTerms::new(record.resolution, record.expanded_uncertainty, record.k),
-        None => Ok(GaugeTerms::not_stated()),
-    };
     Ok(GaugePair {
-        force: terms(&instruments.force)?,
+        force: GaugeTerms::of(instruments.force.as_ref())?,
         // The view of a cell has one displacement, along the load: the coarsest gauge has most to say about it.
-        displacement: match coarsest(instruments) {
-            Some(record) => terms(&Some(record.clone()))?,
-            None => terms(&instruments.displacement)?,
-        },
+        displacement: GaugeTerms::of(coarsest(instruments).or(instruments.displacement.as_ref()))?,
     })
 }
 

@@ -12,7 +12,7 @@ use crate::cli::failure::Failure;
 use crate::cli::outcome::{Outcome, print_error};
 use crate::cli::trace::Speed;
 use crate::clock::Clock;
-use crate::instrument::description::{SignMeaning, UnitSource};
+use crate::instrument::description::UnitSource;
 use crate::instrument::trace::{GaugeTrace, events_of};
 use crate::instrument::{Channel, GaugeEvent};
 use crate::report::SessionReplayReport;
@@ -154,11 +154,7 @@ fn session_traces(args: &SessionReplayArgs) -> Result<SessionTraces, Failure> {
         let mut description = found.description;
         description.channel = channel;
         if channel == Channel::Force {
-            all.compression_sign = match description.sign.compression {
-                SignMeaning::Positive => Some(1.0),
-                SignMeaning::Negative => Some(-1.0),
-                SignMeaning::Ask => None,
-            };
+            all.compression_sign = description.sign.compression.sign();
         }
         if description.unit_source() != UnitSource::Query {
             all.units_by_eye[channel.index()].clone_from(&trace.header.unit);

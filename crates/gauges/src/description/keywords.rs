@@ -38,6 +38,18 @@ pub enum SignMeaning {
     Ask,
 }
 
+impl SignMeaning {
+    /// What a push arrives as: 1 for a value above zero, -1 below; `None` where no source states it.
+    #[must_use]
+    pub fn sign(self) -> Option<f64> {
+        match self {
+            Self::Positive => Some(1.0),
+            Self::Negative => Some(-1.0),
+            Self::Ask => None,
+        }
+    }
+}
+
 /// Where the unit of a value comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

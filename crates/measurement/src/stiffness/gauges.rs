@@ -3,7 +3,7 @@
 use miette::Diagnostic;
 use thiserror::Error;
 
-use crate::readings::Reading;
+use crate::readings::{InstrumentRecord, Reading};
 
 use super::display_step::{are_set, step_of};
 
@@ -73,6 +73,16 @@ impl GaugeTerms {
             resolution_is_read_off: false,
             expanded_uncertainty,
             coverage_factor,
+        })
+    }
+
+    /// Terms that the record of a gauge states, if there is one.
+    ///
+    /// # Errors
+    /// As [`GaugeTerms::new`].
+    pub fn of(record: Option<&InstrumentRecord>) -> Result<Self, StiffnessError> {
+        record.map_or(Ok(Self::not_stated()), |record| {
+            Self::new(record.resolution, record.expanded_uncertainty, record.k)
         })
     }
 

@@ -7,7 +7,6 @@ use stiffbench::cli::emulated::{BenchOperator, Emulation};
 use stiffbench::cli::failure::Failure;
 use stiffbench::clock::Clock;
 use stiffbench::instrument::Channel;
-use stiffbench::instrument::description::SignMeaning;
 use stiffbench::instrument::driver::Acquisition;
 use stiffbench::instrument::emulator::ScriptedFault;
 use stiffbench::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
@@ -149,11 +148,7 @@ fn open(
     for (channel, name) in Channel::ALL.into_iter().zip(gauges) {
         let description = shipped_instrument(name)?.sped_up(clock.speed());
         if channel == Channel::Force {
-            compression_sign = match description.sign.compression {
-                SignMeaning::Positive => Some(1.0),
-                SignMeaning::Negative => Some(-1.0),
-                SignMeaning::Ask => None,
-            };
+            compression_sign = description.sign.compression.sign();
         }
         live.push(LiveGauge {
             acquisition: Acquisition::surest(&description).sped_up(clock.speed()),
