@@ -413,13 +413,8 @@ impl Answers {
     /// The answer to a question, if there is one.
     #[must_use]
     pub fn find(&self, prompt: &Prompt) -> Option<&Answer> {
-        let keyed = prompt
-            .key
-            .as_ref()
-            .map(|key| format!("{}.{key}", prompt.id));
-        keyed
-            .and_then(|name| self.by_name.get(&name))
-            .or_else(|| self.by_name.get(&prompt.id))
+        let keyed = self.by_name.get(&prompt.name());
+        keyed.or_else(|| self.by_name.get(&prompt.id))
     }
 }
 

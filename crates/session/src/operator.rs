@@ -219,6 +219,15 @@ impl Prompt {
         Self::new(id, text, PromptKind::Choice(list))
     }
 
+    /// What it is called, with what it is about: `setup.P1.x`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match &self.key {
+            Some(key) => format!("{}.{key}", self.id),
+            None => self.id.clone(),
+        }
+    }
+
     /// Why an answer is none to this question; `None` if it is one.
     #[must_use]
     pub fn complaint(&self, answer: &Answer) -> Option<String> {

@@ -12,7 +12,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use super::state::SessionState;
 
 /// A procedure with its poses decided.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SessionPlan {
     /// The procedure.
     pub procedure: Procedure,

@@ -287,10 +287,7 @@ impl<S: Store> RunningSession<'_, '_, S> {
         if let Err(error) = self.stop(&format!("no answer to {}", prompt.id)) {
             return error;
         }
-        let name = match &prompt.key {
-            Some(key) => format!("{}.{key}", prompt.id),
-            None => prompt.id.clone(),
-        };
+        let name = prompt.name();
         RunError::NeedsInput {
             text: prompt.text.clone(),
             help: format!(

@@ -119,11 +119,7 @@ impl Operator for LoggedOperator<'_> {
     }
 
     fn prompt(&mut self, prompt: &Prompt) {
-        let key = prompt
-            .key
-            .as_ref()
-            .map_or_else(String::new, |key| format!(".{key}"));
-        let line = format!("question {}{key}: {}", prompt.id, prompt.text);
+        let line = format!("question {}: {}", prompt.name(), prompt.text);
         self.log.line(LogLevel::Info, &line);
         self.inner.prompt(prompt);
     }

@@ -69,7 +69,7 @@ struct Pending {
     clippy::struct_excessive_bools,
     reason = "what has been done at the bench is independent of each other"
 )]
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Machine {
     plan: SessionPlan,
     settings: Settings,
@@ -153,8 +153,6 @@ impl Machine {
     /// A session in the state of its journal.
     #[must_use]
     pub fn new(plan: SessionPlan, settings: Settings, state: SessionState) -> Self {
-        let lag_s = settings.lag_s;
-        let compares = !state.readings.is_empty();
         let channels = plan.channels();
         let stream = |channel: &Channel| {
             let channel = *channel;
@@ -166,56 +164,19 @@ impl Machine {
         };
         Self {
             feeds: channels.iter().map(stream).collect(),
-            focus: 0,
             now_s: state.last_s,
             signs_checked: channels
                 .iter()
                 .all(|channel| state.signs[channel.index()].is_some()),
             channels,
-            repeats_checked: None,
-            pushed: None,
-            zero_takes_s: [0.0; Channel::COUNT],
+            unit_unsure: [true; Channel::COUNT],
+            asked_state_s: f64::NEG_INFINITY,
+            lag_s: settings.lag_s,
+            compares: !state.readings.is_empty(),
             plan,
             settings,
             state,
-            queue: VecDeque::new(),
-            job: None,
-            jobs: 0,
-            load: None,
-            draft: None,
-            watch: None,
-            pending: None,
-            identities: <[Option<String>; Channel::COUNT]>::default(),
-            other_accepted: <[Option<String>; Channel::COUNT]>::default(),
-            checked: false,
-            surroundings: Surroundings::default(),
-            asked_at_end: false,
-            begun: false,
-            unit_unsure: [true; Channel::COUNT],
-            silent: [false; Channel::COUNT],
-            asked_state_s: f64::NEG_INFINITY,
-            unsure: false,
-            lag_s,
-            jumped: false,
-            stood_still: None,
-            look_since_s: 0.0,
-            drifts_m: Vec::new(),
-            compares,
-            standing_flag: String::new(),
-            redone: None,
-            zero_decided: false,
-            mounted: None,
-            applied: None,
-            loaded: false,
-            before: None,
-            links: <[String; Channel::COUNT]>::default(),
-            ports: <[String; Channel::COUNT]>::default(),
-            paused: None,
-            stopping: false,
-            over: None,
-            unrecorded: 0,
-            cell: CellView::default(),
-            messages: VecDeque::new(),
+            ..Self::default()
         }
     }
 

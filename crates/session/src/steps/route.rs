@@ -1,5 +1,7 @@
 //! The way from where the session stands to its next open reading.
 
+use std::collections::VecDeque;
+
 use crate::surroundings::Occasion;
 use crate::view::Purpose;
 use stiffbench_gauges::Channel;
@@ -65,7 +67,7 @@ impl Machine {
         if self.has_zero(cell, index) {
             self.way_back(cell, index, &mut jobs);
         } else {
-            self.zero(cell, index, &mut jobs);
+            jobs.extend(self.zero(cell, index));
             self.walk(cell, index, &mut jobs);
         }
         jobs.push(Job::Read { cell, index });
@@ -114,22 +116,25 @@ impl Machine {
     }
 
     /// The gauges are zeroed: the force gauge hanging free, the displacement gauges under the preload.
-    pub(super) fn zero(&self, cell: usize, index: usize, jobs: &mut Vec<Job>) {
+    pub(super) fn zero(&self, cell: usize, index: usize) -> VecDeque<Job> {
         let zero = |channel| Job::Zero {
             channel,
             cell,
             index,
         };
-        jobs.push(Job::Load {
+        let free = Job::Load {
             target_n: 0.0,
             purpose: Purpose::Free,
-        });
-        jobs.push(zero(Channel::Force));
-        jobs.push(Job::Load {
+        };
+        let preload = Job::Load {
             target_n: self.plan.procedure.preload_n,
             purpose: Purpose::Preload,
-        });
-        jobs.extend(self.displacements().map(zero));
+        };
+        let begin = [free, zero(Channel::Force), preload];
+        begin
+            .into_iter()
+            .chain(self.displacements().map(zero))
+            .collect()
     }
 
     /// From the load that is on to that of a reading on the same zero.

@@ -284,9 +284,7 @@ impl Machine {
             // The preload was on the wrong side, and the zero with it.
             self.reroute();
             if let Some((cell, index)) = self.plan.next_open(&self.state, self.focus) {
-                let mut jobs = Vec::new();
-                self.zero(cell, index, &mut jobs);
-                self.queue = jobs.into();
+                self.queue = self.zero(cell, index);
             }
         }
     }

@@ -116,9 +116,7 @@ impl Machine {
             // Where the next reading is in another cell or on another zero, that is set on the way to it.
             let open = self.plan.next_open(&self.state, self.focus);
             if let Some((cell, index)) = open.filter(|(cell, index)| self.has_zero(*cell, *index)) {
-                let mut jobs = Vec::new();
-                self.zero(cell, index, &mut jobs);
-                self.queue = jobs.into();
+                self.queue = self.zero(cell, index);
             }
             return;
         }
@@ -243,10 +241,9 @@ impl Machine {
         let first = readings
             .map(|reading| self.plan.zero_scope(reading))
             .position(|of| of == scope);
-        let mut jobs = Vec::new();
-        self.zero(cell, first.unwrap_or(0), &mut jobs);
+        let jobs = self.zero(cell, first.unwrap_or(0));
         self.reroute();
-        self.queue = jobs.into();
+        self.queue = jobs;
     }
 }
 
