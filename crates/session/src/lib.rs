@@ -55,7 +55,7 @@ pub use state::{CurrentZero, KeptReading, SessionState};
 pub use steps::{Action, Input, Machine, Settings, lag_s};
 pub use surroundings::{Occasion, Surroundings};
 pub use view::{
-    Band, CellReading, CellView, GaugeView, Message, PlanPosition, Progress, Purpose, RepeatSpread,
-    SessionView, SettleView, StiffnessSoFar, Task, ZeroView,
+    Band, CellView, GaugeView, Message, PlanPosition, Progress, Purpose, RepeatSpread, SessionView,
+    SettleView, StiffnessSoFar, Task, ZeroView,
 };
 pub use whole_file::write_whole;

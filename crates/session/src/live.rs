@@ -2,16 +2,16 @@
 
 use stiffbench_measurement::readings::Reading;
 use stiffbench_measurement::stiffness::{
-    CellStiffness, Flag, GaugePair, Method, StiffnessEstimate, StiffnessOptions, StiffnessTable,
+    CellStiffness, GaugePair, Method, StiffnessEstimate, StiffnessOptions, StiffnessTable,
     stiffness_table,
 };
 use stiffbench_units_and_text::test_point::{Cell, Direction};
 
 use super::plan::SessionCell;
 use super::state::SessionState;
-use super::view::{CellReading, CellView, RepeatSpread, StiffnessSoFar};
+use super::view::{CellView, RepeatSpread, StiffnessSoFar};
 
-/// What the cell has given so far; outliers are tested against the scatter of all cells. Of gauges along base axes it is what they give
+/// What the cell has given so far; its flags are tested against the scatter of all cells. Of gauges along base axes it is what they give
 /// along the load, from this cell alone.
 pub(super) fn cell_view(
     state: &SessionState,
@@ -37,12 +37,7 @@ pub(super) fn cell_view(
         })
         .collect();
     let row = table.cell(cell);
-    let outliers = row.map_or_else(Vec::new, outliers);
     let mut view = CellView {
-        readings: accepted
-            .iter()
-            .map(|reading| cell_reading(reading, &outliers))
-            .collect(),
         spreads: spreads(&accepted),
         ..CellView::default()
     };
@@ -62,29 +57,6 @@ pub(super) fn cell_view(
 fn skipped(table: &StiffnessTable, cell: &Cell) -> Option<String> {
     let skipped = table.skipped.iter().find(|skipped| skipped.cell == *cell);
     skipped.map(|skipped| skipped.reason.to_string())
-}
-
-fn outliers(row: &CellStiffness) -> Vec<u32> {
-    let flags = row.flags.iter();
-    flags
-        .filter_map(|flag| match flag {
-            Flag::Outlier { place, .. } => Some(place.seq),
-            _ => None,
-        })
-        .collect()
-}
-
-fn cell_reading(reading: &Reading, outliers: &[u32]) -> CellReading {
-    CellReading {
-        seq: reading.seq,
-        step: reading.step,
-        repeat: reading.repeat,
-        branch: reading.branch,
-        target_n: reading.target_n,
-        force_n: reading.force_n,
-        displacement_m: reading.displacement_m,
-        outlier: outliers.contains(&reading.seq),
-    }
 }
 
 /// Repeats of each load, in the order in which the loads first appear.

@@ -81,8 +81,6 @@ pub struct SessionState {
     pub surroundings: Vec<Surroundings>,
     /// Notes, with their times, s.
     pub notes: Vec<(f64, Noted)>,
-    /// Times at which the session was resumed, s.
-    pub resumed: Vec<f64>,
     /// How it ended; `None` while it runs and after a crash.
     pub ended: Option<Ended>,
     /// How far the last zero had moved at its check, in words, while nothing shows what was decided about the readings on it.
@@ -130,7 +128,6 @@ impl SessionState {
         match &record.event {
             Event::Started(started) => self.started = Some(started.clone()),
             Event::Resumed(_) => {
-                self.resumed.push(record.t_s);
                 self.ended = None;
                 self.unconfirmed = true;
             }

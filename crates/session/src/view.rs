@@ -212,8 +212,6 @@ pub struct SettleView {
 /// What a cell has given so far.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CellView {
-    /// Its accepted readings, in the order in which they were taken.
-    pub readings: Vec<CellReading>,
     /// Repeats by load.
     pub spreads: Vec<RepeatSpread>,
     /// Its stiffness so far.
@@ -222,27 +220,6 @@ pub struct CellView {
     pub no_stiffness: Option<String>,
     /// What looks wrong, in words; limits are those of all cells together.
     pub flags: Vec<String>,
-}
-
-/// One accepted reading.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CellReading {
-    /// Number of the reading in the session.
-    pub seq: u32,
-    /// Place in the load sequence.
-    pub step: u32,
-    /// n-th application.
-    pub repeat: u32,
-    /// Loading or unloading.
-    pub branch: Branch,
-    /// Target, N.
-    pub target_n: f64,
-    /// Force, N.
-    pub force_n: f64,
-    /// Displacement, m.
-    pub displacement_m: f64,
-    /// Whether it stands out against the scatter of all cells.
-    pub outlier: bool,
 }
 
 /// How far the repeats of one load lie apart.

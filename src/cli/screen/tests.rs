@@ -33,7 +33,6 @@ fn gauge(channel: Channel, name: &str, value_si: f64, step: f64, raw: &str) -> G
 /// Five repeats of the first loads, one of them off.
 fn cell() -> CellView {
     CellView {
-        readings: Vec::new(),
         spreads: (0..3)
             .map(|step| RepeatSpread {
                 target_n: -10.0 * f64::from(step),

@@ -123,12 +123,6 @@ impl Decoder {
         self.values_due = 0;
     }
 
-    /// The unit that the gauge named when it was asked.
-    #[must_use]
-    pub fn reported_unit(&self) -> Option<&str> {
-        self.reported.as_deref()
-    }
-
     /// The same decoder where the gauge sent so many bytes before it began.
     #[must_use]
     pub fn behind(mut self, received: u64) -> Self {
