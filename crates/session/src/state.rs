@@ -218,6 +218,7 @@ impl SessionState {
     }
 
     /// The readings that count.
+    #[must_use]
     pub fn accepted(&self) -> impl DoubleEndedIterator<Item = &KeptReading> {
         let readings = self.readings.iter();
         readings.filter(|kept| kept.superseded.is_none())

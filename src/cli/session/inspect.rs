@@ -56,9 +56,13 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
     if !repeats.is_empty() && outcome != SessionOutcome::Running {
         let _ = writeln!(text, "resuming repeats: {}", repeats.join("; "));
     }
-    if let Some((cell, index)) = open {
-        let place = &plan.cells[cell];
-        let reading = &place.readings[index];
+    let next = open.map(|(cell, index)| NextReading {
+        pose: plan.cells[cell].pose.clone(),
+        direction: plan.cells[cell].direction.clone(),
+        target_n: plan.cells[cell].readings[index].target_n,
+        repeat: plan.cells[cell].readings[index].repeat,
+    });
+    if let Some(next) = &next {
         let left = match (left_s / 60.0).round() {
             0.0 => "less than a minute".to_owned(),
             1.0 => "about a minute".to_owned(),
@@ -67,17 +71,17 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         let _ = writeln!(
             text,
             "next: {} {}, {} N, repeat {}; {left} left",
-            place.pose, place.direction, reading.target_n, reading.repeat,
+            next.pose, next.direction, next.target_n, next.repeat,
         );
     }
-    let goes_on = open.is_some() || state.undecided.is_some();
+    let goes_on = next.is_some() || state.undecided.is_some();
     if outcome != SessionOutcome::Running {
-        let next = if goes_on {
+        let command = if goes_on {
             "session resume"
         } else {
             "stiffness"
         };
-        let _ = writeln!(text, "Next: stiffbench {next} {}", folder.display());
+        let _ = writeln!(text, "Next: stiffbench {command} {}", folder.display());
     }
     let mut warnings = overdue(&header.instruments, day_of_last_event(&read), global)?;
     warnings.extend(read.journal.end.warning());
@@ -94,12 +98,7 @@ pub(super) fn status(folder: &Path, global: &Global) -> Result<Outcome, Failure>
         ended_by: ended.and_then(|ended| ended.by.clone()),
         reason: ended.map(|ended| ended.reason.clone()),
         repeats,
-        next: open.map(|(cell, index)| NextReading {
-            pose: plan.cells[cell].pose.clone(),
-            direction: plan.cells[cell].direction.clone(),
-            target_n: plan.cells[cell].readings[index].target_n,
-            repeat: plan.cells[cell].readings[index].repeat,
-        }),
+        next,
     };
     Ok(Outcome::new("session-status", text, report)
         .with_inputs(Inputs::default().with_folder(folder, &header))
@@ -175,12 +174,8 @@ pub(super) fn event_text(event: &Event) -> String {
             superseded.number, superseded.reason
         ),
         Event::Flagged(flagged) => {
-            let numbers: Vec<String> = flagged.numbers.iter().map(u32::to_string).collect();
-            format!(
-                "readings {} are doubtful: {}",
-                numbers.join(", "),
-                flagged.flag
-            )
+            let numbers = listed(&flagged.numbers);
+            format!("readings {numbers} are doubtful: {}", flagged.flag)
         }
         Event::Skipped(skipped) => format!(
             "{} reading {} left out: {}",
@@ -208,10 +203,6 @@ pub(super) fn event_text(event: &Event) -> String {
 
 /// What was taken back, in words.
 pub(super) fn undone_text(undone: &Undone) -> String {
-    let numbers = |numbers: &[u32]| {
-        let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
-        numbers.join(", ")
-    };
     match &undone.action {
         UndoneAction::Reading { number } => format!("undone: reading {number} no longer counts"),
         UndoneAction::Skip {
@@ -223,14 +214,19 @@ pub(super) fn undone_text(undone: &Undone) -> String {
             format!(
                 "undone: cell {} readings {} are open again; they had been left out: {reason}",
                 cell + 1,
-                numbers(&places)
+                listed(&places)
             )
         }
         UndoneAction::Flag { numbers: of, flag } => format!(
             "undone: readings {} are no longer flagged: {flag}",
-            numbers(of)
+            listed(of)
         ),
     }
+}
+
+fn listed(numbers: &[u32]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+    numbers.join(", ")
 }
 
 /// By whom a session was ended, behind the reason.

@@ -51,7 +51,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     }
     let read = read_folder(folder)?;
     let state = SessionState::fold(&read.journal.records);
-    let (found, exit) = finding(&read.journal);
+    let (found, exit) = (read.journal.end.finding(), exit_for(&read.journal));
     let (table, table_found, table_exit) = verify_table(folder, file.as_deref(), &read)?;
     let (robot_changed, not_verified) = verify_files(folder, &read, &state);
     let (raw, raw_found, raw_exit) = verify_raw(folder, &state);
@@ -238,7 +238,7 @@ pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result
     };
     let journal = recover(folder, out, Timestamp::now())?;
     let state = SessionState::fold(&journal.records);
-    let (found, exit) = finding(&journal);
+    let (found, exit) = (journal.end.finding(), exit_for(&journal));
     let text = format!(
         "{}: {} and {} kept and read back; {found}\n{} is as it was\nNext: stiffbench session status {}\n",
         out.display(),
@@ -253,14 +253,13 @@ pub(super) fn recover_into(folder: &Path, out: &Path, global: &Global) -> Result
         .with_exit(exit))
 }
 
-/// What is wrong with a journal, and the exit code for it.
-fn finding(journal: &ReadJournal) -> (String, u8) {
-    let exit = match journal.end {
+/// The exit code for what is wrong with a journal.
+fn exit_for(journal: &ReadJournal) -> u8 {
+    match journal.end {
         JournalEnd::Damaged { .. } if journal.records.is_empty() => NOTHING,
         JournalEnd::Damaged { .. } => PART,
         JournalEnd::Clean | JournalEnd::Cut { .. } => 0,
-    };
-    (journal.end.finding(), exit)
+    }
 }
 
 fn report(journal: &ReadJournal, state: &SessionState, exit: u8) -> JournalReport {
@@ -268,13 +267,12 @@ fn report(journal: &ReadJournal, state: &SessionState, exit: u8) -> JournalRepor
         JournalEnd::Damaged { lines, .. } => *lines,
         _ => 0,
     };
-    let (found, _) = finding(journal);
     JournalReport {
         whole: exit == 0,
         events: journal.records.len(),
         readings: state.readings.len(),
         accepted: state.taken.len(),
         lost_lines: lines,
-        finding: found,
+        finding: journal.end.finding(),
     }
 }
