@@ -33,7 +33,7 @@ use super::emulation::{
     BenchOperator, check_effects, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed,
     with_hand,
 };
-use super::gauges::{Connected, ResolvedGauge, check_present, connect, resolve_gauges};
+use super::gauges::{ResolvedGauge, check_present, connect, resolve_gauges};
 use super::inspect::event_text;
 use super::line::LineOperator;
 use super::operator::AtBench;
@@ -272,77 +272,54 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
 
 /// Runs what is ready, and states how it went.
 fn drive(
-    ready: Ready,
+    mut ready: Ready,
     args: &BenchArgs,
     mut operator: Box<dyn Operator>,
     global: &Global,
 ) -> Result<Printed, Failure> {
-    let Ready {
-        folder,
-        mut journal,
-        state,
-        plan,
-        instruments,
-        first,
-        resolved,
-        answers,
-        mut warnings,
-        clock,
-        hand,
-        operator_name,
-        robot,
-    } = ready;
-    let mut log = DiagnosticLog::open(folder.path(), global);
-    for gauge in &resolved {
+    let mut log = DiagnosticLog::open(ready.folder.path(), global);
+    for gauge in &ready.resolved {
         log.line(LogLevel::Info, &gauge.words());
     }
-    for warning in &warnings {
+    for warning in &ready.warnings {
         log.line(LogLevel::Warn, warning);
     }
-    let Connected {
-        mut gauges,
-        names,
-        traces,
-        compression_sign,
-        units_by_eye,
-    } = connect(resolved, &folder.raw()?, clock).inspect_err(|failure| {
+    let clock = ready.clock;
+    let connected = connect(ready.resolved, &ready.folder.raw()?, clock);
+    let (mut gauges, known) = connected.inspect_err(|failure| {
         log.line(LogLevel::Error, &failure.message());
     })?;
-    let awake = hand.is_none().then(KeptAwake::start);
-    warnings.extend(
+    let awake = ready.hand.is_none().then(KeptAwake::start);
+    ready.warnings.extend(
         awake
             .iter()
             .filter_map(|awake| awake.as_ref().err().cloned()),
     );
-    let answers = match hand {
-        Some(_) => answers.or(of_a_hand(&plan)?),
-        None => answers,
+    let answers = match ready.hand {
+        Some(_) => ready.answers.or(of_a_hand(&ready.plan)?),
+        None => ready.answers,
     };
     let lag_s = lag_s(clock.speed());
     // Faster than gauges are compared with each other, no time is taken for the readings either.
-    let repeats = robot.filter(|_| lag_s.is_finite());
+    let repeats = ready.robot.filter(|_| lag_s.is_finite());
     let repeats = repeats.map(|(model, header)| BenchRepeats {
         model,
         header,
-        plan: plan.clone(),
+        plan: ready.plan.clone(),
     });
     let settings = Settings {
         auto_capture: args.capture == CaptureWord::Settled,
-        compression_sign,
         checks_repeats: repeats.is_some(),
         lag_s,
-        units_by_eye,
-        gauges: gauge_terms(&instruments)?,
-        warnings: warnings.clone(),
-        names,
-        traces,
-        operator: operator_name,
-        ..Settings::default()
+        gauges: gauge_terms(&ready.instruments)?,
+        warnings: ready.warnings.clone(),
+        operator: ready.operator_name,
+        ..known
     };
-    let planned = plan.len();
-    let mut machine = Machine::new(plan, settings, state);
-    for event in first_events(first, &instruments, operator.as_mut()) {
-        let record = journal.append(event, clock.utc(), clock.now_s())?;
+    let planned = ready.plan.len();
+    let mut machine = Machine::new(ready.plan, settings, ready.state);
+    for event in first_events(ready.first, &ready.instruments, operator.as_mut()) {
+        let record = ready.journal.append(event, clock.utc(), clock.now_s())?;
         machine.recorded(&record);
         log.line(
             LogLevel::Info,
@@ -350,16 +327,16 @@ fn drive(
         );
     }
     // After an interruption the last row of the table may be cut or missing.
-    folder.rewrite_table(machine.state())?;
+    ready.folder.rewrite_table(machine.state())?;
     let mut at_bench = AtBench::new(operator);
-    let ended = with_hand(&mut at_bench, hand.as_ref(), |operator| {
+    let ended = with_hand(&mut at_bench, ready.hand.as_ref(), |operator| {
         let mut operator = LoggedOperator::new(operator, &mut log);
         let bench = SessionInputs {
             gauges: gauges.as_mut(),
             operator: &mut operator,
             clock: &clock,
-            journal: &mut journal,
-            table: Some(&folder),
+            journal: &mut ready.journal,
+            table: Some(&ready.folder),
             answers: &answers,
             repeats: repeats.as_ref().map(|check| check as &dyn RepeatCheck),
         };
@@ -373,10 +350,16 @@ fn drive(
         log.line(LogLevel::Error, &error.to_string());
     }
     let outcome = ended?;
-    folder.rewrite_table(machine.state())?;
+    ready.folder.rewrite_table(machine.state())?;
     let repeats = machine.repeated_on_resume();
-    let report = report(folder.path(), outcome, machine.state(), &repeats, planned);
-    Ok(report.with_warnings(warnings))
+    let report = report(
+        ready.folder.path(),
+        outcome,
+        machine.state(),
+        &repeats,
+        planned,
+    );
+    Ok(report.with_warnings(ready.warnings))
 }
 
 /// What the journal begins with; the operator hears of calibrations that ran out.

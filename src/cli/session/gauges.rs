@@ -19,21 +19,10 @@ use crate::instrument::port::{
 use crate::instrument::trace::{Sink, TraceHeader, TraceSink, TraceWriter};
 use crate::instrument::{Channel, Decoder, Gauges, InstrumentDescription};
 use crate::readings::{InstrumentRecord, Instruments};
-use crate::session::SessionState;
+use crate::session::{SessionState, Settings};
 
 use super::answering::{AnsweringGauge, who_answers};
 use super::args::BenchArgs;
-
-/// Gauges that are being read, and what is known of them.
-pub(super) struct Connected {
-    pub(super) gauges: Box<dyn Gauges>,
-    pub(super) names: [String; Channel::COUNT],
-    /// Files in the folder `raw` that keep their bytes.
-    pub(super) traces: [String; Channel::COUNT],
-    pub(super) compression_sign: Option<f64>,
-    /// Units that were configured for gauges that cannot tell theirs.
-    pub(super) units_by_eye: [Option<String>; Channel::COUNT],
-}
 
 /// Which gauge is meant, and where it is.
 pub(super) struct ResolvedGauge {
@@ -311,26 +300,26 @@ pub(super) fn check_descriptions(
     Ok(warnings)
 }
 
-/// Starts reading.
+/// Starts reading; with the gauges comes what is known of them.
 pub(super) fn connect(
     resolved: Vec<ResolvedGauge>,
     raw: &Path,
     clock: Clock,
-) -> Result<Connected, Failure> {
-    let mut names: [String; Channel::COUNT] = Default::default();
-    let mut compression_sign = None;
-    let mut units_by_eye: [Option<String>; Channel::COUNT] = Default::default();
-    let mut traces: [String; Channel::COUNT] = Default::default();
+) -> Result<(Box<dyn Gauges>, Settings), Failure> {
+    let mut known = Settings {
+        names: Default::default(),
+        ..Settings::default()
+    };
     let mut gauges = Vec::new();
     for gauge in resolved {
         let description = gauge.description;
         let channel = description.channel;
-        names[channel.index()].clone_from(&description.name);
+        known.names[channel.index()].clone_from(&description.name);
         if channel == Channel::Force {
-            compression_sign = description.sign.compression.sign();
+            known.compression_sign = description.sign.compression.sign();
         }
         if description.unit_source() != UnitSource::Query {
-            units_by_eye[channel.index()].clone_from(&gauge.unit);
+            known.units_by_eye[channel.index()].clone_from(&gauge.unit);
         }
         let header = TraceHeader {
             instrument: Some(description.name.clone()),
@@ -342,7 +331,7 @@ pub(super) fn connect(
             speed: Some(clock.speed()),
         };
         let (file, trace) = trace(raw, channel, &header)?;
-        traces[channel.index()] = file;
+        known.traces[channel.index()] = file;
         gauges.push(LiveGauge {
             acquisition: Acquisition::surest(&description).sped_up(clock.speed()),
             trace: Some(trace),
@@ -358,13 +347,7 @@ pub(super) fn connect(
         PortTimeouts::default(),
         RetryPolicy::default(),
     )?;
-    Ok(Connected {
-        gauges: Box::new(live),
-        names,
-        traces,
-        compression_sign,
-        units_by_eye,
-    })
+    Ok((Box::new(live), known))
 }
 
 /// A new trace in the folder, with its name: `force.trace`, and `force-2.trace` and so on after each interruption.
