@@ -10,7 +10,6 @@ use crate::cli::failure::{CliError, Failure};
 use crate::cli::gauge::{BINDINGS_FILE, read_bindings};
 use crate::cli::outcome::print_error;
 use crate::clock::Clock;
-use crate::instrument::description::UnitSource;
 use crate::instrument::driver::Acquisition;
 use crate::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
 use crate::instrument::port::{
@@ -315,12 +314,7 @@ pub(super) fn connect(
         let description = gauge.description;
         let channel = description.channel;
         known.names[channel.index()].clone_from(&description.name);
-        if channel == Channel::Force {
-            known.compression_sign = description.sign.compression.sign();
-        }
-        if description.unit_source() != UnitSource::Query {
-            known.units_by_eye[channel.index()].clone_from(&gauge.unit);
-        }
+        known.take(&description, gauge.unit.as_deref());
         let header = TraceHeader {
             instrument: Some(description.name.clone()),
             channel: Some(channel),

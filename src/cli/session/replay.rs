@@ -12,9 +12,8 @@ use crate::cli::failure::Failure;
 use crate::cli::outcome::{Outcome, print_error};
 use crate::cli::trace::Speed;
 use crate::clock::Clock;
-use crate::instrument::description::UnitSource;
+use crate::instrument::GaugeEvent;
 use crate::instrument::trace::{GaugeTrace, events_of};
-use crate::instrument::{Channel, GaugeEvent};
 use crate::report::SessionReplayReport;
 use crate::session::{
     Event, Machine, RecordedSession, ReplayWatch, SessionFolder, SessionState, Settings, inside,
@@ -34,8 +33,8 @@ const LAG_SHARE: f64 = 0.1;
 #[derive(Default)]
 struct SessionTraces {
     events: Vec<(f64, GaugeEvent)>,
-    compression_sign: Option<f64>,
-    units_by_eye: [Option<String>; Channel::COUNT],
+    /// What is known of the gauges.
+    known: Settings,
     /// Seconds of the session in a real one.
     speed: f64,
     warnings: Vec<String>,
@@ -68,11 +67,9 @@ pub(super) fn run(args: &SessionReplayArgs, global: &Global) -> Result<Outcome, 
     let (folder, mut journal) =
         SessionFolder::create(&args.out, &header.to_toml(), robot.as_deref(), now)?;
     let settings = Settings {
-        compression_sign: traces.compression_sign,
-        units_by_eye: traces.units_by_eye,
         lag_s: lag_s(traces.speed),
         gauges: gauge_terms(&header.instruments)?,
-        ..Settings::default()
+        ..traces.known
     };
     let settle = &mut plan.procedure.settle;
     let behind_s = lag_s(traces.speed).min(LAG_SHARE * settle.dwell_s);
@@ -153,12 +150,7 @@ fn session_traces(args: &SessionReplayArgs) -> Result<SessionTraces, Failure> {
         }
         let mut description = found.description;
         description.channel = channel;
-        if channel == Channel::Force {
-            all.compression_sign = description.sign.compression.sign();
-        }
-        if description.unit_source() != UnitSource::Query {
-            all.units_by_eye[channel.index()].clone_from(&trace.header.unit);
-        }
+        all.known.take(&description, trace.header.unit.as_deref());
         all.speed = trace.header.speed.unwrap_or(all.speed);
         all.events.extend(events_of(&trace, &description, None)?);
     }

@@ -1,6 +1,7 @@
 //! What a session is run with, besides its procedure.
 
-use stiffbench_gauges::Channel;
+use stiffbench_gauges::description::UnitSource;
+use stiffbench_gauges::{Channel, InstrumentDescription};
 use stiffbench_measurement::procedure::Pace;
 use stiffbench_measurement::stiffness::GaugePair as GaugeTerms;
 
@@ -49,6 +50,18 @@ pub struct Settings {
     pub names: [String; Channel::COUNT],
     /// Files in the folder `raw` that keep the bytes of the gauges; empty where none is kept.
     pub traces: [String; Channel::COUNT],
+}
+
+impl Settings {
+    /// What the description of a gauge states, and the unit that it was configured with.
+    pub fn take(&mut self, description: &InstrumentDescription, unit: Option<&str>) {
+        if description.channel == Channel::Force {
+            self.compression_sign = description.sign.compression.sign();
+        }
+        if description.unit_source() != UnitSource::Query {
+            self.units_by_eye[description.channel.index()] = unit.map(str::to_owned);
+        }
+    }
 }
 
 impl Default for Settings {
