@@ -119,10 +119,14 @@ impl fmt::Display for Channel {
 }
 
 /// Something that a gauge reports about a value besides the value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mark {
     /// The gauge was not asked: a foot switch, a DATA key, or a stream that was left on.
+    // No text of a packet states it.
+    #[serde(skip_deserializing)]
     Unrequested,
     /// The battery is low.
     LowBattery,

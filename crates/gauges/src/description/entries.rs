@@ -4,8 +4,10 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::Mark;
+
 use super::file::NamedTexts;
-use super::keywords::{Measured, NoteMark, RegisterFormat};
+use super::keywords::{Measured, RegisterFormat};
 
 /// One field of a packet: a table with one of these keys.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -189,7 +191,7 @@ pub(super) struct ChoiceField {
     pub(super) refuse: NamedTexts,
     /// Texts with which it can be used and is marked.
     #[serde(default)]
-    pub(super) note: IndexMap<String, NoteMark>,
+    pub(super) note: IndexMap<String, Mark>,
 }
 
 /// Where the value stands in the registers of a Modbus reply.

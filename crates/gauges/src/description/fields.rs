@@ -325,7 +325,7 @@ fn choice_field(choice: &ChoiceField, path: Vec<EntryPath>) -> Result<PacketFiel
     let note = choice
         .note
         .iter()
-        .map(|(text, mark)| (text, ChoiceWord::Note((*mark).into())));
+        .map(|(text, mark)| (text, ChoiceWord::Note(*mark)));
     let texts = good.chain(refuse).chain(note);
     let texts: Vec<_> = texts
         .map(|(text, word)| (text.clone().into_bytes(), word))

@@ -5,8 +5,6 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Mark;
-
 /// How far a description can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -114,34 +112,6 @@ pub enum ReplyMeaning {
     State,
     /// Something else.
     Text,
-}
-
-/// Marks that a field can set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum NoteMark {
-    /// The battery is low.
-    LowBattery,
-    /// The value still moves.
-    Unstable,
-    /// Below the lower limit set at the gauge.
-    BelowLimit,
-    /// Between the limits set at the gauge.
-    WithinLimits,
-    /// Above the upper limit set at the gauge.
-    AboveLimit,
-}
-
-impl From<NoteMark> for Mark {
-    fn from(mark: NoteMark) -> Self {
-        match mark {
-            NoteMark::LowBattery => Self::LowBattery,
-            NoteMark::Unstable => Self::Unstable,
-            NoteMark::BelowLimit => Self::BelowLimit,
-            NoteMark::WithinLimits => Self::WithinLimits,
-            NoteMark::AboveLimit => Self::AboveLimit,
-        }
-    }
 }
 
 /// How a number is written in Modbus registers of 16 bits.
