@@ -37,10 +37,7 @@ impl Reader {
         trace: Option<Box<dyn Sink>>,
     ) -> Self {
         let real = Clock::default();
-        let now = DriverTimestamp {
-            real_s: real.now_s(),
-            at_s: clock.now_s(),
-        };
+        let now = DriverTimestamp::of(&real, &clock);
         let driver = Driver::new(description, decoder, acquisition_settings, &open.path, now);
         Self {
             open,
@@ -126,10 +123,7 @@ impl Reader {
     }
 
     fn now(&self) -> DriverTimestamp {
-        DriverTimestamp {
-            real_s: self.real.now_s(),
-            at_s: self.clock.now_s(),
-        }
+        DriverTimestamp::of(&self.real, &self.clock)
     }
 
     fn record(&mut self, at_s: f64, what: What) {

@@ -14,6 +14,8 @@ mod tests;
 
 pub use machine::Driver;
 
+use stiffbench_units_and_text::clock::Clock;
+
 use super::trace::What;
 use super::{CommandEffect, CommandRole, GaugeEvent, InstrumentDescription};
 
@@ -24,6 +26,17 @@ pub struct DriverTimestamp {
     pub real_s: f64,
     /// Session time, s: the stamp of values.
     pub at_s: f64,
+}
+
+impl DriverTimestamp {
+    /// What a clock of real time and that of the session show.
+    #[must_use]
+    pub fn of(real: &Clock, session: &Clock) -> Self {
+        Self {
+            real_s: real.now_s(),
+            at_s: session.now_s(),
+        }
+    }
 }
 
 /// How a gauge is operated.

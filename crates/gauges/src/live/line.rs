@@ -315,34 +315,27 @@ impl LiveLine {
     }
 
     fn now(&self) -> DriverTimestamp {
-        DriverTimestamp {
-            real_s: self.real.now_s(),
-            at_s: self.clock.now_s(),
-        }
+        DriverTimestamp::of(&self.real, &self.clock)
     }
 
     fn link(&mut self, state: LinkState) {
         let at_s = self.clock.now_s();
-        self.out.report(
-            GaugeEvent::Link {
-                channel: self.out.channel,
-                state,
-                at_s,
-            },
+        self.out.record(at_s, What::Link(state.clone()));
+        self.out.queue.push(GaugeEvent::Link {
+            channel: self.out.channel,
+            state,
             at_s,
-        );
+        });
     }
 
     fn note(&mut self, text: String) {
         let at_s = self.clock.now_s();
-        self.out.report(
-            GaugeEvent::Note {
-                channel: self.out.channel,
-                text: text.into(),
-                at_s,
-            },
+        self.out.record(at_s, What::Note(text.clone()));
+        self.out.queue.push(GaugeEvent::Note {
+            channel: self.out.channel,
+            text: text.into(),
             at_s,
-        );
+        });
     }
 }
 
@@ -360,15 +353,6 @@ impl Out {
         if let Some(trace) = &mut self.trace {
             trace.take(TraceEntry { at_s, what });
         }
-    }
-
-    fn report(&mut self, event: GaugeEvent, at_s: f64) {
-        match &event {
-            GaugeEvent::Link { state, .. } => self.record(at_s, What::Link(state.clone())),
-            GaugeEvent::Note { text, .. } => self.record(at_s, What::Note(text.to_string())),
-            _ => {}
-        }
-        self.queue.push(event);
     }
 
     fn unanswered(&mut self, ask: Ask) {
