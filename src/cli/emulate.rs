@@ -154,7 +154,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         }
     }
     if !global.quiet {
-        let [force, displacement] = Channel::ALL.map(|channel| hand.packets_sent(channel));
+        let [force, displacement] = Channel::ALL.map(|channel| hand.host.packets_sent(channel));
         print_error(&format!(
             "{force} packets of force, {displacement} of displacement sent"
         ));
@@ -228,9 +228,9 @@ struct Worker<'a> {
 impl Worker<'_> {
     fn work(&self, plan: &SessionPlan) -> Result<(), Failure> {
         for cell in &plan.cells {
-            self.hand.phase("set-up");
-            self.hand.set_pose(&cell.pose)?;
-            self.hand.set_direction(&cell.direction)?;
+            self.hand.host.phase("set-up");
+            self.hand.bench.set_pose(&cell.pose)?;
+            self.hand.bench.set_direction(&cell.direction)?;
             for reading in &cell.readings {
                 self.load(reading)?;
                 let (force_n, displacement_m) = self.hand.truth();
@@ -244,7 +244,7 @@ impl Worker<'_> {
                 ));
             }
         }
-        self.hand.release();
+        self.hand.bench.release();
         self.rest();
         self.notify("end");
         Ok(())
@@ -253,35 +253,35 @@ impl Worker<'_> {
     /// Applies the load of a reading and waits as long as it asks for.
     fn load(&self, reading: &PlannedReading) -> Result<(), Failure> {
         if let Some(hold_s) = reading.extra_hold_s {
-            self.hand.phase("hold");
+            self.hand.host.phase("hold");
             self.wait(hold_s);
             return Ok(());
         }
         if reading.zero_before {
-            self.hand.phase("free");
-            self.hand.begin_run(reading.repeat);
+            self.hand.host.phase("free");
+            self.hand.bench.begin_run(reading.repeat);
             self.rest();
             self.hand.zero(Channel::Force)?;
         }
         if reading.zero_before || self.procedure.repeat_order == RepeatOrder::AtLoad {
-            self.hand.phase("preload");
-            self.hand.preload();
+            self.hand.host.phase("preload");
+            self.hand.bench.preload();
             self.rest();
         }
         if reading.zero_before {
             self.hand.zero(Channel::Displacement)?;
         }
-        self.hand.phase("approach");
+        self.hand.host.phase("approach");
         let which = (reading.step, reading.repeat);
         self.hand.apply(reading.target_n, which);
         self.rest();
-        self.hand.phase("settle");
+        self.hand.host.phase("settle");
         self.wait(self.procedure.settle.dwell_s);
         Ok(())
     }
 
     fn rest(&self) {
-        while !self.hand.is_at_rest() {
+        while !self.hand.bench.is_at_rest() {
             std::thread::sleep(LOOK);
         }
     }

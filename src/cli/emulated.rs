@@ -9,12 +9,9 @@ use crate::bench::{EmulatedBench, EmulatedSetup};
 use crate::clock::Clock;
 use crate::instrument::Channel;
 use crate::instrument::emulator::{
-    EmulatedGauge, EmulatedLine, FaultScript, HostOptions, PanelAction, PtyHost, ScriptedFault,
-    SharedTruth,
+    EmulatedGauge, EmulatedLine, FaultScript, HostOptions, PanelAction, PtyHost, SharedTruth,
 };
-use crate::load_direction::LoadDirection;
 use crate::procedure::Procedure;
-use crate::test_point::{Direction, PoseId};
 
 use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
@@ -46,8 +43,10 @@ pub struct Emulation<'a> {
 
 /// The hand at an emulated bench; it may be used from any thread. The bench goes when it is dropped.
 pub struct BenchOperator {
-    bench: EmulatedBench,
-    host: PtyHost,
+    /// Robot, jack and stands, for what needs a hand only there.
+    pub bench: EmulatedBench,
+    /// The gauges behind their ports.
+    pub host: PtyHost,
     /// Last, so that the links go before their folder.
     _folder: Option<TempDir>,
 }
@@ -141,91 +140,20 @@ impl BenchOperator {
         self.host.port(channel).unwrap_or_default()
     }
 
-    /// Moves the robot to a pose, nothing loaded.
-    pub(super) fn set_pose(&self, pose: &PoseId) -> Result<(), Failure> {
-        Ok(self.bench.set_pose(pose)?)
-    }
-
-    /// Moves jack and gauges to a direction, nothing loaded.
-    pub(super) fn set_direction(&self, direction: &LoadDirection) -> Result<(), Failure> {
-        Ok(self.bench.set_direction(direction)?)
-    }
-
-    /// Makes ready for a run, before its zero is set.
-    pub fn begin_run(&self, repeat: u32) {
-        self.bench.begin_run(repeat);
-    }
-
-    /// Presses on with the preload.
-    pub fn preload(&self) {
-        self.bench.preload();
-    }
-
     /// Turns the jack to a load; `which` is its step and repeat.
     pub fn apply(&self, target_n: f64, (step, repeat): (u32, u32)) {
         self.host.reading();
         self.bench.apply(target_n, step, repeat);
     }
 
-    /// Turns the jack a little further.
-    pub(super) fn turn(&self, by_n: f64) {
-        self.bench.turn(by_n);
-    }
-
-    /// Takes the load off.
-    pub fn release(&self) {
-        self.bench.release();
-    }
-
     /// Presses the zero key of a gauge.
     pub(super) fn zero(&self, channel: Channel) -> Result<(), Failure> {
-        self.press(channel, &PanelAction::Zero)
-    }
-
-    /// Does something at a gauge.
-    pub(super) fn press(&self, channel: Channel, panel: &PanelAction) -> Result<(), Failure> {
-        Ok(self.host.press(channel, panel)?)
-    }
-
-    /// Pushes on the force gauge and the robot behind it, firmly, along the axis or against it as the force that was asked for, until
-    /// [`BenchOperator::let_go`].
-    pub fn push(&self, force_n: f64) {
-        self.bench.push_by_hand(force_n);
-    }
-
-    /// Pushes on the end of the robot along a base axis, beside the force gauge, until [`BenchOperator::let_go`].
-    pub(super) fn push_end(&self, axis: Direction, sense: f64) {
-        self.bench.push_end(axis, sense);
-    }
-
-    /// Lets go.
-    pub fn let_go(&self) {
-        self.bench.let_go();
-    }
-
-    /// A phase of the session begins, for faults that wait for it.
-    pub fn phase(&self, name: &str) {
-        self.host.phase(name);
-    }
-
-    /// Adds a fault.
-    pub fn fail(&self, fault: ScriptedFault) {
-        self.host.fail(fault);
-    }
-
-    /// Whether jack and robot are at rest.
-    pub(super) fn is_at_rest(&self) -> bool {
-        self.bench.is_at_rest()
+        Ok(self.host.press(channel, &PanelAction::Zero)?)
     }
 
     /// What acts on the gauges now: N, and m from where the tip of the displacement gauge would hang free.
     pub(super) fn truth(&self) -> (f64, f64) {
         (self.bench.force_n(), self.bench.displacement_m())
-    }
-
-    /// Packets that a gauge has sent.
-    pub(super) fn packets_sent(&self, channel: Channel) -> u64 {
-        self.host.packets_sent(channel)
     }
 }
 

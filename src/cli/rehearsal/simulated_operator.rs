@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::cli::emulated::BenchOperator;
+use crate::cli::failure::Failure;
 use crate::instrument::Channel;
 use crate::load_direction::LoadDirection;
 use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, SessionView, Task};
@@ -67,7 +68,7 @@ impl<'a> SimulatedOperator<'a> {
     fn announce_phase(&mut self, view: &SessionView) {
         let phase = phase(view);
         if std::mem::replace(&mut self.phase, phase) != phase {
-            self.hand.phase(phase);
+            self.hand.host.phase(phase);
         }
     }
 
@@ -83,18 +84,20 @@ impl<'a> SimulatedOperator<'a> {
         self.corrected = 0;
         match &action {
             OperatorAction::SetUp(pose, direction) => {
-                let moved = self.hand.set_pose(pose);
-                let moved = moved.and_then(|()| self.hand.set_direction(direction));
+                let moved = self.hand.bench.set_pose(pose);
+                let moved = moved.and_then(|()| self.hand.bench.set_direction(direction));
                 if let Err(error) = moved {
-                    self.operator
-                        .notify(&format!("the emulated bench stays: {}", error.message()));
+                    self.operator.notify(&format!(
+                        "the emulated bench stays: {}",
+                        Failure::from(error).message()
+                    ));
                 }
             }
-            OperatorAction::LetGo => self.hand.let_go(),
-            OperatorAction::Push(force_n) => self.hand.push(*force_n),
-            OperatorAction::PushEnd(axis, sense) => self.hand.push_end(*axis, *sense),
-            OperatorAction::Free(repeat) => self.hand.begin_run(*repeat),
-            OperatorAction::Preload => self.hand.preload(),
+            OperatorAction::LetGo => self.hand.bench.let_go(),
+            OperatorAction::Push(force_n) => self.hand.bench.push_by_hand(*force_n),
+            OperatorAction::PushEnd(axis, sense) => self.hand.bench.push_end(*axis, *sense),
+            OperatorAction::Free(repeat) => self.hand.bench.begin_run(*repeat),
+            OperatorAction::Preload => self.hand.bench.preload(),
             OperatorAction::Load {
                 target_n,
                 step,
@@ -111,7 +114,8 @@ impl<'a> SimulatedOperator<'a> {
     fn correct(&mut self, view: &SessionView) {
         let outside = view.band.filter(|band| !band.inside);
         let shown = view.force.value_si.filter(|_| !view.force.stale);
-        let (Some(band), Some(shown_n), true) = (outside, shown, self.hand.is_at_rest()) else {
+        let (Some(band), Some(shown_n), true) = (outside, shown, self.hand.bench.is_at_rest())
+        else {
             self.seen = <(String, u32)>::default();
             return;
         };
@@ -122,7 +126,7 @@ impl<'a> SimulatedOperator<'a> {
         let by_n = band.target_n - shown_n;
         let little = by_n.abs() <= LITTLE * band.tolerance_n;
         if self.seen.1 >= LOOKS && self.corrected < MOST_CORRECTED && little {
-            self.hand.turn(by_n);
+            self.hand.bench.turn(by_n);
             self.corrected += 1;
             self.seen = <(String, u32)>::default();
         }

@@ -74,7 +74,7 @@ impl Rehearsal<'_> {
             let stuck = state.taken.len() == taken || nobody.gave_up;
             if let Some(mend) = mend.take_if(|_| stuck || outcome != Some(SessionEnd::Complete)) {
                 for fault in mend {
-                    hand.fail(fault);
+                    hand.host.fail(fault);
                 }
             }
         }
