@@ -4,7 +4,7 @@ use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
 
 use super::Machine;
-use super::plausibility::ALONG_SHARE;
+use super::plausibility::{ALONG_SHARE, share_along};
 
 /// A gauge that jumps alone does so by more than this many steps of its last digit and this many settling spreads.
 const ALONE: (f64, f64) = (12.0, 5.0);
@@ -47,9 +47,7 @@ impl Machine {
             .max(compliance * digits * digit_n);
         let sign = |channel: Channel| self.state.axis(channel).0;
         // Both in metres toward the load, so that they are alike; which way an end moves across the load is not known.
-        let share = channel
-            .axis()
-            .map_or(1.0, |axis| self.plan.cells[cell].direction.along(axis));
+        let share = share_along(&self.plan.cells[cell].direction, channel);
         let sense = share.signum();
         let is_along = share.abs() > ALONG_SHARE;
         let scales = [sign(Channel::Force) * compliance, sense * sign(channel)];

@@ -4,6 +4,7 @@ use crate::event::TakenReading;
 use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
 use stiffbench_numeric::statistics::{LeastSquaresLine, student_t_quantile};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::Machine;
@@ -72,6 +73,11 @@ pub(super) struct CaptureCheck {
     pub(super) may_pass: bool,
     /// A gauge that stands still, and since when, s.
     pub(super) still: Option<(Channel, f64)>,
+}
+
+/// How much of a load is along the axis of a gauge, with its sense; all of it where the gauge stands along the load.
+pub(super) fn share_along(load: &LoadDirection, channel: Channel) -> f64 {
+    channel.axis().map_or(1.0, |axis| load.along(axis))
 }
 
 impl Machine {
@@ -194,9 +200,7 @@ impl Machine {
             shows && compliance * moved_n > visible_m + band_m
         } else {
             // Across the load an end need not move.
-            let share = channel
-                .axis()
-                .map_or(1.0, |axis| taken.direction.along(axis));
+            let share = share_along(&taken.direction, channel);
             share.abs() > ALONG_SHARE && moved_n > STILL_TOLERANCES * settle.force_tolerance_n
         };
         still.then(|| CaptureCheck {

@@ -8,7 +8,7 @@ use stiffbench_gauges::Channel;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 
 use super::answers::Why;
-use super::plausibility::ALONG_SHARE;
+use super::plausibility::{ALONG_SHARE, share_along};
 use super::{Action, Job, Machine};
 
 /// Share of the largest load that a push by hand has to reach.
@@ -63,10 +63,7 @@ impl Machine {
     pub(super) fn sign_stage(&self, cell: usize) -> SignStage {
         let direction = &self.plan.cells[cell].direction;
         let is_known = |channel: Channel| self.state.signs[channel.index()].is_some();
-        let is_along = |channel: &Channel| {
-            let share = channel.axis().map_or(1.0, |axis| direction.along(axis));
-            share.abs() > ALONG_SHARE
-        };
+        let is_along = |channel: &Channel| share_along(direction, *channel).abs() > ALONG_SHARE;
         let open = self.displacements().find(|channel| !is_known(*channel));
         match open {
             Some(channel) if is_known(Channel::Force) => SignStage {
@@ -205,7 +202,7 @@ impl Machine {
         let range = |channel: Channel| self.stream(channel).range(f64::NEG_INFINITY, f64::INFINITY);
         let leading = self.plan.leading(cell);
         let direction = &self.plan.cells[cell].direction;
-        let share = leading.axis().map_or(1.0, |axis| direction.along(axis));
+        let share = share_along(direction, leading);
         if share.abs() < ALONG_SHARE {
             return;
         }
@@ -254,9 +251,7 @@ impl Machine {
         let along = self.sign_stage(cell).along;
         for (channel, counted) in way {
             // A gauge counts along its axis, which a load may go against.
-            let sense = channel
-                .axis()
-                .map_or(1.0, |axis| along.along(axis).signum());
+            let sense = share_along(&along, *channel).signum();
             let event = Event::SignCheck(SignChecked {
                 channel: *channel,
                 sign: push * counted * sense,
