@@ -97,10 +97,7 @@ fn put(path: &Path, bytes: &[u8], replaces_earlier: bool) -> Result<(), CliError
         let path = path.to_owned();
         return Err(CliError::FileExists { path });
     }
-    if let Some(folder) = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-    {
+    if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
             path: folder.to_owned(),
             source,

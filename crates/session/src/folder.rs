@@ -161,10 +161,7 @@ impl SessionFolder {
         robot: Option<&str>,
         now: Timestamp,
     ) -> Result<(Self, Journal<File>), FolderError> {
-        let parent = path
-            .parent()
-            .filter(|parent| !parent.as_os_str().is_empty());
-        if let Some(parent) = parent {
+        if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(system(parent))?;
         }
         fs::create_dir(path).map_err(|source| match source.kind() {
