@@ -34,7 +34,7 @@ pub struct PlanReport {
     /// The poses and directions in their order.
     pub cells: Vec<SessionCell>,
     /// The questions that can come.
-    pub prompts: Vec<PromptReport>,
+    pub prompts: Vec<Question>,
     /// The files that a session makes.
     pub files: Vec<&'static str>,
     /// What the poses determine, where they were chosen for it.
@@ -56,28 +56,16 @@ pub struct ExpectedParameter {
     pub words: Option<&'static str>,
 }
 
-/// A question of a session.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct PromptReport {
-    /// Its identifier.
-    pub id: &'static str,
-    /// The form of its answer.
-    pub answer: &'static str,
-}
-
 impl PlanReport {
     /// The plan of a session that takes so many seconds and makes these files.
     #[must_use]
     pub fn new(plan: &SessionPlan, seconds: f64, files: Vec<&'static str>) -> Self {
-        let prompts = QUESTIONS.iter();
         Self {
             procedure: plan.procedure.name.clone(),
             readings: plan.len(),
             minutes: (seconds / 60.0).round(),
             cells: plan.cells.clone(),
-            prompts: prompts
-                .map(|Question { id, answer, .. }| PromptReport { id, answer })
-                .collect(),
+            prompts: QUESTIONS.to_vec(),
             files,
             determines: Vec::new(),
         }

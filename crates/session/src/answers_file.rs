@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use miette::Diagnostic;
+use schemars::JsonSchema;
+use serde::Serialize;
 use thiserror::Error;
 use toml::de::DeValue;
 
@@ -17,11 +19,12 @@ use super::plan::SessionPlan;
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
 /// A question that a session can ask.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Question {
     /// Its name in an answers file and in `--answer NAME=VALUE`.
     pub id: &'static str,
     /// What kind of answer it takes.
+    #[serde(skip)]
     pub form: AnswerForm,
     /// What an answer looks like and means, for people.
     pub answer: &'static str,

@@ -12,8 +12,7 @@ use crate::cli::args::Global;
 use crate::cli::outcome::print_error;
 use crate::report::VERSION;
 use crate::session::{
-    Answer, Bell, Event, Operator, OperatorEvent, Prompt, Record, SessionView, SkipScope,
-    append_inside,
+    Bell, Event, Operator, OperatorEvent, Prompt, Record, SessionView, SkipScope, append_inside,
 };
 
 use super::inspect::event_text;
@@ -179,14 +178,10 @@ fn operator_text(event: &OperatorEvent) -> String {
         },
         OperatorEvent::Note { .. } => "write a note".to_owned(),
         OperatorEvent::Pause => "pause, or continue".to_owned(),
-        OperatorEvent::Answer { id, answer } => return answer_text(id, answer),
+        OperatorEvent::Answer { id, answer } => return format!("answer {id}: {answer}"),
         OperatorEvent::NoInput => "the input has ended".to_owned(),
         OperatorEvent::Interrupt => "end at the next safe point".to_owned(),
         OperatorEvent::Abort => "end at once".to_owned(),
     };
     format!("operator: {done}")
-}
-
-fn answer_text(id: &str, answer: &Answer) -> String {
-    format!("answer {id}: {answer}")
 }
