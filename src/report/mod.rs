@@ -53,7 +53,7 @@ pub use compare::{
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
-pub use design::{DesignSummary, LawAtPlace, LawDetection, NearLaw, UnseenLaw, design_text};
+pub use design::design_text;
 pub use diagnosis::{
     ComponentShares, DetectionLimitReport, Determination, DiagnosisResult, DiagnosisSummary,
     EarlierReport, FactorChangeReport, FindingReport, FittedParameter, KnownEffectReport,

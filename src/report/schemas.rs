@@ -7,9 +7,9 @@ use crate::stiffness::StiffnessTable;
 
 use super::{
     BindingReport, ComparisonReport, CompletedWords, CompletionScript, ComplianceReport,
-    DecodeReport, DemoReport, DesignSummary, DiagnosisResult, EmulationReport, FigureReport,
-    FitResult, InstrumentList, InstrumentReport, InstrumentSummary, JournalReport, ManualPage,
-    MapResult, MobilityReport, ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport,
+    DecodeReport, DemoReport, DiagnosisResult, EmulationReport, FigureReport, FitResult,
+    InstrumentList, InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult,
+    MobilityReport, ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport,
     RecordReport, ReplayReport, RobotReport, RunReport, SessionLog, SessionReplayReport,
     ShardReport, SignificanceReport, SimulationReport, StatusReport, TraceReport, TraceValues,
     UndoReport, VectorStiffnessReport, VerifyReport, WorkspaceReport,
@@ -25,7 +25,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("config", schema_of::<super::ConfigReport>()),
         ("config-schema", schema_of::<Schema>()),
         ("demo", schema_of::<DemoReport>()),
-        ("design", schema_of::<DesignSummary>()),
+        ("design", schema_of::<crate::mismatch::DesignReport>()),
         ("diagnosis", schema_of::<DiagnosisResult>()),
         ("doctor", schema_of::<super::DoctorReport>()),
         ("emulate", schema_of::<EmulationReport>()),

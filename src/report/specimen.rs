@@ -7,14 +7,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::mismatch::{
-    ConfigurationSizes, Diagnosis, EstimatedValue, FactorChange, Finding, MisfitShares,
+    ConfigurationSizes, Diagnosis, EstimatedValue, FactorChange, Finding, LawAtPlace, MisfitShares,
     NextMeasurement, Omnibus, PartUnits, Quality, SpecimenScale, Stratum, Verdict, VerdictGrade,
 };
 use crate::physics::ParameterSpec;
 use crate::specimen::SpecimenTable;
 use crate::table_files::FileLayout;
 
-use super::design::LawAtPlace;
 use super::diagnosis::{FittedParameter, RivalReport, STEPPED, value_interval};
 use super::text::{AlignedTable, share_of_tables, significant};
 
@@ -364,7 +363,7 @@ impl SpecimenSummary {
                     format!("{} to {}", significant(low, 5), significant(high, 5))
                 });
                 table.row([
-                    finding.law.title(),
+                    finding.law.to_string(),
                     (*name).to_owned(),
                     significant(fitted.value, 6),
                     interval,
@@ -379,7 +378,7 @@ impl SpecimenSummary {
 
 /// The verdict in a sentence.
 fn headline(diagnosis: &Diagnosis, findings: &[SpecimenFinding]) -> String {
-    let titles = findings.iter().map(|finding| finding.law.title());
+    let titles = findings.iter().map(|finding| finding.law.to_string());
     let titles = titles.collect::<Vec<_>>().join(", ");
     let set = if diagnosis.verdict == Verdict::Ambiguous {
         ", and these cannot all be distinguished"

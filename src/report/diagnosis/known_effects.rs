@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
-use crate::mismatch::{EstimatedValue, KnownEffect};
-use crate::report::{AlignedTable, LawAtPlace, significant, text::interval};
+use crate::mismatch::{EstimatedValue, KnownEffect, LawAtPlace};
+use crate::report::{AlignedTable, significant, text::interval};
 
 use super::page::head;
 use super::phrases::paragraph;
@@ -73,7 +73,7 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> String {
     ));
     let mut rows = AlignedTable::new(&["effect", "value", "given", "fitted", "95 % interval"]);
     for one in known.iter().map(KnownEffectReport::from) {
-        let name = format!("{} at {}", one.law.physics.name, one.law.place);
+        let name = format!("{} at {}", one.law.law.name, one.law.place);
         for (parameter, value) in &one.parameters {
             rows.row([
                 name.clone(),

@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, SessionShare};
-use crate::report::{AlignedTable, LawAtPlace, significant};
+use crate::mismatch::LawAtPlace;
+use crate::report::{AlignedTable, significant};
 
 use super::page::head;
 use super::phrases::{listed, paragraph};

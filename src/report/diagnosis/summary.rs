@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    Contrast, ExplainedShare, FactorChange, Finding, HeldOut, Impossible, Location, MisfitShares,
-    NextMeasurement, Omnibus, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
-    VerdictGrade,
+    Contrast, ExplainedShare, FactorChange, Finding, HeldOut, Impossible, LawAtPlace, Location,
+    MisfitShares, NextMeasurement, Omnibus, Quality, ReadingTrace, Rival, Stratum, StratumTest,
+    Verdict, VerdictGrade,
 };
 use crate::physics::{FileLine, Law};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::{LawAtPlace, LoadCaseDiagnosisReport, SpecimenSummary};
+use crate::report::{LoadCaseDiagnosisReport, SpecimenSummary};
 use crate::test_point::{Direction, PoseId};
 
 use super::answer::FindingKind;
@@ -426,7 +426,7 @@ impl From<&Impossible> for RejectedLaw {
     fn from(one: &Impossible) -> Self {
         Self {
             law: LawAtPlace {
-                physics: one.law,
+                law: one.law,
                 place: one.place.clone(),
             },
             gain: one.delta_chi2,

@@ -74,17 +74,18 @@ fn at_places(law: Law, designs: &[LawDesign]) -> Option<PlaceErrors> {
 mod tests {
     use super::*;
     use stiffbench_beams::physics::{Place, laws};
-    use stiffbench_diagnosis::mismatch::Suspect;
+    use stiffbench_diagnosis::mismatch::LawAtPlace;
 
     #[test]
     fn a_law_has_its_smallest_middle_and_largest_error_or_none() {
         let design = |joint: &str, standard_error_m| LawDesign {
-            suspect: Suspect {
+            suspect: LawAtPlace {
                 law: laws::JOINT_BACKLASH,
                 place: Place::Joint(joint.to_owned()),
             },
             size_80: None,
-            end_effect_80_m: 1.0,
+            unit: None,
+            end_effect_80_um: 1e6,
             standard_error_m,
             nearest: Vec::new(),
         };

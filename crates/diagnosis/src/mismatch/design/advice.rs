@@ -1,6 +1,6 @@
 //! Measurements that no load plan can replace.
 
-use super::bench::Suspect;
+use super::bench::LawAtPlace;
 
 /// A check in words and the minutes it takes.
 pub(super) struct RecommendedCheck {
@@ -9,7 +9,7 @@ pub(super) struct RecommendedCheck {
 }
 
 /// The measurement that tells two apart where no load plan does: the check of the one that is checked most directly.
-pub(super) fn advice(first: &Suspect, second: &Suspect) -> Option<RecommendedCheck> {
+pub(super) fn advice(first: &LawAtPlace, second: &LawAtPlace) -> Option<RecommendedCheck> {
     let checks = [first, second].into_iter();
     let checks = checks.filter_map(|suspect| Some((suspect.law.check?, &suspect.place)));
     let (check, place) = checks.min_by_key(|(check, _)| check.rank)?;
@@ -27,23 +27,23 @@ mod tests {
 
     #[test]
     fn the_most_direct_check_is_advised() {
-        let gauge = Suspect {
+        let gauge = LawAtPlace {
             law: laws::FORCE_GAUGE_NONLINEARITY,
             place: Place::ForceGauge,
         };
-        let joint = Suspect {
+        let joint = LawAtPlace {
             law: laws::JOINT_NONLINEARITY,
             place: Place::Joint("A4".to_owned()),
         };
-        let stand = Suspect {
+        let stand = LawAtPlace {
             law: laws::GAUGE_STAND_COMPLIANCE,
             place: Place::Direction(Direction::Y),
         };
-        let text = |a: &Suspect, b: &Suspect| advice(a, b).map(|advice| advice.text);
+        let text = |a: &LawAtPlace, b: &LawAtPlace| advice(a, b).map(|advice| advice.text);
         assert!(text(&joint, &gauge).is_some_and(|t| t.contains("known weights")));
         assert!(text(&joint, &stand).is_some_and(|t| t.contains("second dial gauge")));
         assert!(text(&joint, &joint).is_some_and(|t| t.contains("across joint A4")));
-        let creep = Suspect {
+        let creep = LawAtPlace {
             law: laws::CREEP,
             place: Place::Structure,
         };

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use stiffbench_beams::physics::{Law, Place, title};
+use schemars::JsonSchema;
+use serde::Serialize;
+use stiffbench_beams::physics::{Effect, Law, Place, title};
 use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
 use stiffbench_measurement::procedure::Pace;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -27,15 +29,25 @@ pub const USUAL_NOISE: ReadingNoise = ReadingNoise {
 };
 
 /// A law at a place.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Suspect {
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+pub struct LawAtPlace {
     /// The law.
+    #[serde(rename = "physics")]
     pub law: Law,
-    /// Where.
+    /// The place.
     pub place: Place,
 }
 
-impl fmt::Display for Suspect {
+impl From<&Effect> for LawAtPlace {
+    fn from(effect: &Effect) -> Self {
+        Self {
+            law: effect.law,
+            place: effect.place.clone(),
+        }
+    }
+}
+
+impl fmt::Display for LawAtPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&title(self.law, &self.place))
     }

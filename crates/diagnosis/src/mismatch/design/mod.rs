@@ -25,7 +25,7 @@ mod unexplained;
 mod views;
 
 pub use crate::search::constants::{CAN_TELL, CANNOT_TELL};
-pub use bench::{DesignBench, Suspect, USUAL_NOISE, poses_at_hand};
+pub use bench::{DesignBench, LawAtPlace, USUAL_NOISE, poses_at_hand};
 pub use next::next_measurements;
 pub use plans::ProposedMeasurement;
 pub use report::{DesignReport, LawDesign, Unseen, design_of_plan};

@@ -10,7 +10,7 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::advice::advice;
-use super::bench::{DesignBench, Suspect};
+use super::bench::{DesignBench, LawAtPlace};
 use super::confirm::{confirmations, further};
 use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
@@ -172,13 +172,7 @@ pub(super) fn plan_for(
     if pairs.is_empty() {
         return Ok(Vec::new());
     }
-    let suspects: Vec<Suspect> = fitted
-        .iter()
-        .map(|effect| Suspect {
-            law: effect.law,
-            place: effect.place.clone(),
-        })
-        .collect();
+    let suspects: Vec<LawAtPlace> = fitted.iter().map(LawAtPlace::from).collect();
     let done = bench.in_order(done)?;
     let effects = Effects::new(bench, &done, fitted)?;
     let old = bench.cells(&effects, &done, false)?;

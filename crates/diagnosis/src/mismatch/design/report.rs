@@ -1,6 +1,8 @@
 //! What a procedure can and cannot distinguish, and from what size, before any session.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
@@ -17,14 +19,15 @@ use crate::mismatch::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{NEAREST, NULL_SAMPLES};
 use crate::search::{Batched, NullNoise, RowVector};
-use stiffbench_beams::physics::Law;
+use stiffbench_beams::physics::{Law, ParameterSpec};
 use stiffbench_measurement::procedure::Procedure;
 
-use super::bench::{DesignBench, Suspect};
+use super::bench::{DesignBench, LawAtPlace};
 use super::views::{EasiestShape, NearRival, groups, nearest, suspect};
 
-/// What a plan can show.
-#[derive(Debug, Clone, PartialEq)]
+/// What a procedure would show, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "DesignSummary")]
 pub struct DesignReport {
     /// Name of the procedure.
     pub procedure: String,
@@ -32,35 +35,45 @@ pub struct DesignReport {
     pub readings: usize,
     /// Minutes it takes, setting up included.
     pub minutes: f64,
-    /// Each law at each place, in the order of the library.
+    // In the order of the library.
+    /// Each law at each place.
     pub laws: Vec<LawDesign>,
-    /// Laws and places of which none can be distinguished from the others whatever its size, up to the largest that is plausible.
-    pub inseparable: Vec<Vec<Suspect>>,
-    /// Laws and places that these readings do not show at any plausible size.
+    /// Laws and places of which none can be distinguished from the others at any plausible size.
+    pub inseparable: Vec<Vec<LawAtPlace>>,
+    /// Laws and places that the readings do not show at any plausible size.
     pub unseen: Vec<Unseen>,
 }
 
-/// A law at a place that a plan does not show.
-#[derive(Debug, Clone, PartialEq)]
+/// A law that a procedure does not show at a place.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "UnseenLaw")]
 pub struct Unseen {
     /// The law and its place.
-    pub suspect: Suspect,
-    /// Size that would be found in 80 % of sessions, SI, more than is plausible; `None` if no size would.
+    #[serde(flatten)]
+    pub suspect: LawAtPlace,
+    // SI.
+    /// Size that would be found in 80 % of sessions, more than is plausible; `null` if none would.
     pub size_needed: Option<f64>,
 }
 
-/// What a plan can show of a law at a place.
-#[derive(Debug, Clone, PartialEq)]
+/// From which size on a law is found at a place.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "LawDetection")]
 pub struct LawDesign {
     /// The law and its place.
-    pub suspect: Suspect,
-    /// Size found in 80 % of sessions, SI, in the unit of the law's first parameter; `None` for a loose member, which has none.
+    #[serde(flatten)]
+    pub suspect: LawAtPlace,
+    // SI; a loose member is a law without size.
+    /// Size found in 80 % of sessions, in `unit`; `null` for a law without size.
     pub size_80: Option<f64>,
-    /// Its largest change of a reading, m.
-    pub end_effect_80_m: f64,
+    /// Unit of the sizes.
+    pub unit: Option<&'static str>,
+    /// The same as the largest change of a reading, µm.
+    pub end_effect_80_um: f64,
     /// Its standard error as the largest change of a reading, m.
+    #[serde(skip)]
     pub standard_error_m: f64,
-    /// The hardest to tell from it, the hardest first.
+    /// The laws that are hardest to tell from it, the hardest first.
     pub nearest: Vec<NearRival>,
 }
 
@@ -131,11 +144,13 @@ pub fn design_of_plan(
             .zip(rivals)
             .map(|(view, mut rivals)| {
                 rivals.truncate(NEAREST);
+                let suspect = suspect(view.candidate);
                 LawDesign {
-                    suspect: suspect(view.candidate),
+                    unit: suspect.law.parameters.first().map(ParameterSpec::unit),
+                    suspect,
                     size_80: view.size(view.scale_80),
                     standard_error_m: view.shape.peak_m / view.shape.square.sqrt(),
-                    end_effect_80_m: view.scale_80.min(view.largest) * view.shape.peak_m,
+                    end_effect_80_um: view.scale_80.min(view.largest) * view.shape.peak_m * 1e6,
                     nearest: rivals,
                 }
             })

@@ -74,21 +74,21 @@ fn report(mechanism: &str, procedure: &str) -> DesignReport {
     design_of_plan(&bench, &shipped(procedure), None, 0).unwrap()
 }
 
-fn of_joint(law: Law, joint: &str) -> Suspect {
-    Suspect {
+fn of_joint(law: Law, joint: &str) -> LawAtPlace {
+    LawAtPlace {
         law,
         place: Place::Joint(joint.to_owned()),
     }
 }
 
-fn loose(element: &str) -> Suspect {
-    Suspect {
+fn loose(element: &str) -> LawAtPlace {
+    LawAtPlace {
         law: laws::LOOSE_MEMBER,
         place: Place::Element(element.to_owned()),
     }
 }
 
-fn together(report: &DesignReport, members: &[Suspect]) -> bool {
+fn together(report: &DesignReport, members: &[LawAtPlace]) -> bool {
     report
         .inseparable
         .iter()
@@ -98,7 +98,7 @@ fn together(report: &DesignReport, members: &[Suspect]) -> bool {
 #[test]
 fn in_mechanism_a_the_end_joint_is_the_stand_and_a_turned_lateral_force_shows_nothing() {
     let report = report("A", "sweeps");
-    let stand = Suspect {
+    let stand = LawAtPlace {
         law: laws::GAUGE_STAND_COMPLIANCE,
         place: Place::Direction(Direction::Y),
     };
@@ -158,7 +158,7 @@ fn a_joint_with_the_lever_of_the_base_is_the_base() {
     let (robot, poses) = (robot("serial-arm"), poses());
     let baseline = baseline(&robot, "A", &poses);
     let bench = bench(&baseline, &poses);
-    let base = Suspect {
+    let base = LawAtPlace {
         law: laws::BASE_COMPLIANCE,
         place: Place::Axis(Direction::X),
     };

@@ -1,26 +1,33 @@
 //! One law at one place as planned readings see it, and how far it is from another.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::mismatch::candidate_scores::{WhiteCandidate, WhiteShape};
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, POWER_80};
 use crate::search::{RowVector, dot, norm};
 
-use super::bench::Suspect;
+use super::bench::LawAtPlace;
 
-/// How well a rival is told from a law.
-#[derive(Debug, Clone, PartialEq)]
+/// A law that is hard to tell from another.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "NearLaw")]
 pub struct NearRival {
-    /// The rival.
-    pub rival: Suspect,
-    /// Cosine of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
+    /// The law and its place.
+    #[serde(flatten)]
+    pub rival: LawAtPlace,
+    // Of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
+    /// Cosine of the angle between the two effects on the readings.
     pub cosine: f64,
-    /// Size of the law from which the expected log-likelihood ratio is 3, SI; `None` if no plausible size reaches it, and for a loose
-    /// member, which has no size.
+    // SI; none for a loose member either, which has no size.
+    /// Size from which the expected log-likelihood ratio is 3; `null` if no plausible size reaches it.
     pub size_3: Option<f64>,
     /// The same for 5.
     pub size_5: Option<f64>,
     /// Largest change of a reading at `size_5`, m.
+    #[serde(skip)]
     pub end_effect_5_m: Option<f64>,
-    /// Whether the two are indistinguishable at any plausible size.
+    /// Whether no plausible size separates them.
     pub never: bool,
 }
 
@@ -199,8 +206,11 @@ fn rival(view: &EasiestShape<'_>, other: &WhiteCandidate) -> Option<(NearRival, 
 }
 
 /// Sets of which each member is taken for each other whatever its size.
-pub(super) fn groups(views: &[EasiestShape<'_>], rivals: &[Vec<NearRival>]) -> Vec<Vec<Suspect>> {
-    let suspects: Vec<Suspect> = views.iter().map(|view| suspect(view.candidate)).collect();
+pub(super) fn groups(
+    views: &[EasiestShape<'_>],
+    rivals: &[Vec<NearRival>],
+) -> Vec<Vec<LawAtPlace>> {
+    let suspects: Vec<LawAtPlace> = views.iter().map(|view| suspect(view.candidate)).collect();
     let never = |place: usize, other: usize| {
         let taken_for = |rival: &&NearRival| rival.never && rival.rival == suspects[other];
         rivals[place].iter().any(|rival| taken_for(&rival))
@@ -225,8 +235,8 @@ pub(super) fn groups(views: &[EasiestShape<'_>], rivals: &[Vec<NearRival>]) -> V
 }
 
 /// A candidate by law and place.
-pub(super) fn suspect(candidate: &WhiteCandidate) -> Suspect {
-    Suspect {
+pub(super) fn suspect(candidate: &WhiteCandidate) -> LawAtPlace {
+    LawAtPlace {
         law: candidate.candidate.law,
         place: candidate.candidate.place.clone(),
     }
