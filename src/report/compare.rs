@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
 use crate::stiffness::{
-    CellChange, Comparison, DECISION_RULE, NotCompared, StiffnessAgreement,
+    CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, StiffnessAgreement,
     format_value_uncertainty,
 };
 use crate::test_point::{Direction, PoseId};
@@ -27,9 +27,9 @@ pub struct ComparisonReport {
     /// The others.
     pub not_compared: Vec<CellNotCompared>,
     /// All cells together; `null` without cells.
-    pub overall: Option<OverallDifference>,
+    pub overall: Option<OverallTest>,
     /// Whether the sessions agree.
-    pub verdict: ComparisonVerdict,
+    pub verdict: StiffnessAgreement,
     /// The rule behind the verdict.
     pub rule: &'static str,
     /// Whether the robot files of the sessions differ.
@@ -85,29 +85,6 @@ pub struct CellNotCompared {
     pub reason: &'static str,
 }
 
-/// The test of all cells together.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct OverallDifference {
-    /// Chi-squared.
-    pub chi2: f64,
-    /// Its degrees of freedom.
-    pub dof: usize,
-    /// Chance of as much or more if nothing differs.
-    pub p: f64,
-}
-
-/// Whether two sessions agree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ComparisonVerdict {
-    /// No cell differs by itself, the number of cells allowed for, nor do all together.
-    Agrees,
-    /// A cell differs by itself, or all together do.
-    Differs,
-    /// They have no cell in common.
-    NothingToCompare,
-}
-
 impl ComparisonReport {
     /// The comparison for a report.
     #[must_use]
@@ -122,19 +99,8 @@ impl ComparisonReport {
                     reason: reason_words(*reason),
                 })
                 .collect(),
-            overall: comparison
-                .overall
-                .as_ref()
-                .map(|overall| OverallDifference {
-                    chi2: overall.chi_squared,
-                    dof: overall.dof,
-                    p: overall.p,
-                }),
-            verdict: match comparison.agreement {
-                StiffnessAgreement::Agrees => ComparisonVerdict::Agrees,
-                StiffnessAgreement::Differs => ComparisonVerdict::Differs,
-                StiffnessAgreement::NothingToCompare => ComparisonVerdict::NothingToCompare,
-            },
+            overall: comparison.overall,
+            verdict: comparison.agreement,
             rule: DECISION_RULE,
             two_robots,
             sentence: verdict_sentence(comparison),
@@ -178,7 +144,7 @@ impl ComparisonReport {
             let _ = writeln!(
                 text,
                 "\nAll cells together: chi-squared {:.2} with {}, {}.",
-                overall.chi2,
+                overall.chi_squared,
                 counted(overall.dof, "degree of freedom"),
                 probability(overall.p)
             );

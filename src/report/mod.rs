@@ -46,10 +46,7 @@ pub use axis_words::plane_column_heads;
 pub use bad_load_case_values::{
     BadLoadCaseValueReport, WrongFactorReport, bad_load_case_value_words, wrong_factor_words,
 };
-pub use compare::{
-    CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, MeasuredDifference,
-    OverallDifference,
-};
+pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};

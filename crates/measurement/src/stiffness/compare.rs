@@ -3,6 +3,9 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::estimate::{Method, StiffnessEstimate};
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::statistics::{
@@ -77,27 +80,34 @@ impl fmt::Display for NotCompared {
     }
 }
 
-/// All changes together.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The test of all cells together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "OverallDifference")]
 pub struct OverallTest {
-    /// dᵀ V⁻¹ d of the changes.
+    // dᵀ V⁻¹ d of the changes.
+    /// Chi-squared.
+    #[serde(rename = "chi2")]
     pub chi_squared: f64,
-    /// Number of cells compared.
+    // Number of cells compared.
+    /// Its degrees of freedom.
     pub dof: usize,
-    /// Probability of so much or more without any change.
+    /// Chance of as much or more if nothing differs.
     pub p: f64,
     /// Whether that is below the level of `DECISION_RULE`.
+    #[serde(skip)]
     pub differs: bool,
 }
 
-/// The answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Whether two sessions agree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "ComparisonVerdict")]
 pub enum StiffnessAgreement {
-    /// No cell differs by itself, nor do all together.
+    /// No cell differs by itself, the number of cells allowed for, nor do all together.
     Agrees,
-    /// A cell differs, or all together do.
+    /// A cell differs by itself, or all together do.
     Differs,
-    /// No cell could be compared.
+    /// They have no cell in common.
     NothingToCompare,
 }
 
