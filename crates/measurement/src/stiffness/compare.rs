@@ -84,12 +84,10 @@ impl fmt::Display for NotCompared {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "OverallDifference")]
 pub struct OverallTest {
-    // dᵀ V⁻¹ d of the changes.
-    /// Chi-squared.
+    /// Chi-squared: dᵀ V⁻¹ d of the changes.
     #[serde(rename = "chi2")]
     pub chi_squared: f64,
-    // Number of cells compared.
-    /// Its degrees of freedom.
+    /// Its degrees of freedom: the number of cells compared.
     pub dof: usize,
     /// Chance of as much or more if nothing differs.
     pub p: f64,

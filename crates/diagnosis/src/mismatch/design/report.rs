@@ -35,10 +35,9 @@ pub struct DesignReport {
     pub readings: usize,
     /// Minutes it takes, setting up included.
     pub minutes: f64,
-    // In the order of the library.
-    /// Each law at each place.
+    /// Each law at each place, in the order of the library.
     pub laws: Vec<LawDesign>,
-    /// Laws and places of which none can be distinguished from the others at any plausible size.
+    /// Laws and places of which none can be distinguished from the others whatever its size, up to the largest that is plausible.
     pub inseparable: Vec<Vec<LawAtPlace>>,
     /// Laws and places that the readings do not show at any plausible size.
     pub unseen: Vec<Unseen>,
@@ -51,8 +50,7 @@ pub struct Unseen {
     /// The law and its place.
     #[serde(flatten)]
     pub suspect: LawAtPlace,
-    // SI.
-    /// Size that would be found in 80 % of sessions, more than is plausible; `null` if none would.
+    /// Size that would be found in 80 % of sessions, SI, more than is plausible; `null` if no size would.
     pub size_needed: Option<f64>,
 }
 
@@ -63,8 +61,7 @@ pub struct LawDesign {
     /// The law and its place.
     #[serde(flatten)]
     pub suspect: LawAtPlace,
-    // SI; a loose member is a law without size.
-    /// Size found in 80 % of sessions, in `unit`; `null` for a law without size.
+    /// Size found in 80 % of sessions, SI, in `unit`; `null` for a law without size, as a loose member.
     pub size_80: Option<f64>,
     /// Unit of the sizes.
     pub unit: Option<&'static str>,

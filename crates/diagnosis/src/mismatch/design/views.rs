@@ -16,11 +16,9 @@ pub struct NearRival {
     /// The law and its place.
     #[serde(flatten)]
     pub rival: LawAtPlace,
-    // Of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
-    /// Cosine of the angle between the two effects on the readings.
+    /// Cosine of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
     pub cosine: f64,
-    // SI; none for a loose member either, which has no size.
-    /// Size from which the expected log-likelihood ratio is 3; `null` if no plausible size reaches it.
+    /// Size from which the expected log-likelihood ratio is 3, SI; `null` if no plausible size reaches it, or the law has no size.
     pub size_3: Option<f64>,
     /// The same for 5.
     pub size_5: Option<f64>,
