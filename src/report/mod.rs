@@ -68,7 +68,7 @@ pub use figures::{
 pub use fit::derived_text;
 pub use fit_report::{
     ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,
-    PoseFitReport, TrialReport,
+    PoseFitReport,
 };
 pub use import::{ImportReport, columns_text};
 pub use instrument::*;
@@ -99,7 +99,7 @@ pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{
     ComplianceReport, MechanismRank, MechanismReport, MobilityReport, NewRobotReport,
-    OutermostPoint, PoseReport, RobotReport, VariableReport, WorkspaceReport, robot_check_text,
+    OutermostPoint, RobotReport, WorkspaceReport, robot_check_text,
 };
 pub use robot_pose::{pose_drawing, robot_figure, with_equal_views};
 pub use schemas::{schema_of, schemas};

@@ -9,10 +9,10 @@ use serde::Serialize;
 use crate::analysis::RobotCheck;
 use crate::physics::{ActingPhysics, Effect};
 use crate::robot::{
-    ChainMobility, FittingFactors, MechanismModel, Mobility, Robot, RoleInFit, Yielding,
+    ChainMobility, FittingFactors, MechanismModel, Mobility, NamedPose, Robot, RoleInFit, Variable,
+    Yielding,
 };
 use crate::structure::Compliance6;
-use crate::test_point::PoseId;
 
 use super::text::{AlignedTable, significant};
 
@@ -40,9 +40,9 @@ pub struct RobotReport {
     /// The mechanisms.
     pub mechanisms: Vec<MechanismReport>,
     /// The joint variables.
-    pub variables: Vec<VariableReport>,
+    pub variables: Vec<Variable>,
     /// The named poses.
-    pub poses: Vec<PoseReport>,
+    pub poses: Vec<NamedPose>,
     /// The factor sets by name.
     pub factors: IndexMap<String, FittingFactors>,
     #[serde(skip)]
@@ -62,28 +62,6 @@ pub struct MechanismReport {
     pub rigid_links: Vec<String>,
     /// Names of its joints.
     pub joints: Vec<String>,
-}
-
-/// A joint variable with its limits.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct VariableReport {
-    /// Its name.
-    pub name: String,
-    /// Lower limit, degrees.
-    pub min_deg: f64,
-    /// Upper limit, degrees.
-    pub max_deg: f64,
-    /// Nominal value, degrees.
-    pub nominal_deg: f64,
-}
-
-/// A named pose.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct PoseReport {
-    /// Its name.
-    pub name: PoseId,
-    /// Values of the variables in their order, degrees.
-    pub angles_deg: Vec<f64>,
 }
 
 impl RobotReport {
@@ -109,16 +87,6 @@ impl RobotReport {
                 .map(|&joint| robot.joints[joint].name.clone())
                 .collect(),
         });
-        let variables = robot.variables.iter().map(|variable| VariableReport {
-            name: variable.name.clone(),
-            min_deg: variable.min_deg,
-            max_deg: variable.max_deg,
-            nominal_deg: variable.nominal_deg,
-        });
-        let poses = robot.poses.iter().map(|named| PoseReport {
-            name: named.id.clone(),
-            angles_deg: named.pose.angles_deg.clone(),
-        });
         let node = |&node: &usize| robot.nodes[node].name.to_string();
         Self {
             name: robot.name.clone(),
@@ -138,8 +106,8 @@ impl RobotReport {
             end: node(&robot.end),
             supports: robot.supports.iter().map(node).collect(),
             mechanisms: mechanisms.collect(),
-            variables: variables.collect(),
-            poses: poses.collect(),
+            variables: robot.variables.clone(),
+            poses: robot.poses.clone(),
             factors: robot.factors.clone(),
             sections: robot.sections.len(),
         }
@@ -187,8 +155,8 @@ impl RobotReport {
         let heads: Vec<&str> = std::iter::once("pose").chain(names).collect();
         let mut rows = AlignedTable::new(&heads);
         for pose in &self.poses {
-            let angles = pose.angles_deg.iter().map(f64::to_string);
-            rows.row(std::iter::once(pose.name.to_string()).chain(angles));
+            let angles = pose.pose.angles_deg.iter().map(f64::to_string);
+            rows.row(std::iter::once(pose.id.to_string()).chain(angles));
         }
         let _ = write!(text, "\n{}", rows.text());
         let sets = self.factors.keys().cloned().collect::<Vec<_>>().join(", ");

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::Robot;
@@ -13,11 +15,13 @@ use super::springs::{JointMotion, JointSprings};
 const LIMIT_TOLERANCE_DEG: f64 = 1e-9;
 
 /// A coordinate of the pose: an angle, degrees, or of a joint that slides a distance, m.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "VariableReport")]
 pub struct Variable {
-    /// Name.
+    /// Its name.
     pub name: String,
     /// Whether it is an angle or a distance.
+    #[serde(skip)]
     pub motion: JointMotion,
     /// Smallest value, degrees or m.
     pub min_deg: f64,
@@ -240,20 +244,24 @@ pub struct RigidLink {
 }
 
 /// Values of the variables, degrees or, of those that slide, m, in the order of the robot.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Pose {
-    /// One value a variable.
+    /// Values of the variables in their order, degrees or, of those that slide, m.
     pub angles_deg: Vec<f64>,
 }
 
 /// A pose with its name.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "PoseReport")]
 pub struct NamedPose {
-    /// The name.
+    /// Its name.
+    #[serde(rename = "name")]
     pub id: PoseId,
     /// The angles.
+    #[serde(flatten)]
     pub pose: Pose,
     /// The point (z, y) that a publication states for it, m.
+    #[serde(skip)]
     pub stated_zy_m: Option<[f64; 2]>,
 }
 
