@@ -11,8 +11,7 @@ use crate::instrument::{
     raw_text,
 };
 use crate::report::{
-    AlignedTable, DecodeReport, DecodedValue, InstrumentList, InstrumentReport, InstrumentSummary,
-    RejectedPacket,
+    AlignedTable, DecodeReport, InstrumentList, InstrumentReport, InstrumentSummary,
 };
 
 use super::args::Global;
@@ -211,10 +210,9 @@ fn decoded_outcome(
 ) -> Outcome {
     let (mut samples, mut rejected) = (Vec::new(), Vec::new());
     let mut text = String::new();
-    let mut no_value = |raw: &str, reason: String| {
-        let line = format!("rejected: {raw}: {reason}\n");
-        let raw = raw.to_owned();
-        rejected.push(RejectedPacket { raw, reason });
+    let mut no_value = |packet: Rejected| {
+        let line = format!("rejected: {}: {}\n", packet.raw, packet.reason);
+        rejected.push(packet);
         line
     };
     for one in decoded {
@@ -225,8 +223,12 @@ fn decoded_outcome(
                 samples.push(value);
                 line
             }
-            Decoded::Rejected(Rejected { raw, reason, .. }) => no_value(raw, reason.to_string()),
-            Decoded::Reply(reply) => no_value(&reply.raw, reply_reason(reply)),
+            Decoded::Rejected(packet) => no_value(packet.clone()),
+            Decoded::Reply(reply) => no_value(Rejected {
+                raw: reply.raw.clone(),
+                reason: reply_reason(reply).into(),
+                at_s: reply.at_s,
+            }),
         });
     }
     // Writing to a String does not fail.
@@ -249,7 +251,7 @@ fn decoded_value(
     sample: &Sample,
     description: &InstrumentDescription,
     unit: Option<&str>,
-) -> DecodedValue {
+) -> Sample {
     let own = sample.kind == description.channel.kind();
     let wanted = unit.filter(|_| own).unwrap_or(&sample.unit);
     let factor = |unit: &str| sample.kind.si_factor(unit).unwrap_or(1.0);
@@ -259,11 +261,11 @@ fn decoded_value(
         without_noise(sample.value * (factor(&sample.unit) / factor(wanted)))
     };
     let marks = sample.marks.iter().copied();
-    DecodedValue {
+    Sample {
         value,
-        unit: wanted.to_owned(),
-        raw: sample.raw.to_string(),
+        unit: wanted.into(),
         marks: marks.filter(|mark| *mark != Mark::Unrequested).collect(),
+        ..sample.clone()
     }
 }
 

@@ -169,31 +169,9 @@ pub struct DecodeReport {
     /// Name of the description.
     pub instrument: String,
     /// The values.
-    pub samples: Vec<DecodedValue>,
+    pub samples: Vec<Sample>,
     /// The packets that are none.
-    pub rejected: Vec<RejectedPacket>,
-}
-
-/// A value of a gauge.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct DecodedValue {
-    /// The value in `unit`.
-    pub value: f64,
-    /// The unit.
-    pub unit: String,
-    /// The packet.
-    pub raw: String,
-    /// What came with the value.
-    pub marks: Vec<Mark>,
-}
-
-/// A packet without a value.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct RejectedPacket {
-    /// The packet.
-    pub raw: String,
-    /// Why.
-    pub reason: String,
+    pub rejected: Vec<Rejected>,
 }
 
 /// A value of a gauge with its time.
@@ -203,7 +181,7 @@ pub struct TimedValue {
     pub t_s: f64,
     /// The value.
     #[serde(flatten)]
-    pub value: DecodedValue,
+    pub value: Sample,
 }
 
 /// A value of one of two gauges.
@@ -223,19 +201,14 @@ pub struct TimedPacket {
     pub t_s: f64,
     /// The packet.
     #[serde(flatten)]
-    pub packet: RejectedPacket,
+    pub packet: Rejected,
 }
 
 impl From<&Sample> for TimedValue {
     fn from(sample: &Sample) -> Self {
         Self {
             t_s: sample.at_s,
-            value: DecodedValue {
-                value: sample.value,
-                unit: sample.unit.to_string(),
-                raw: sample.raw.to_string(),
-                marks: sample.marks.clone(),
-            },
+            value: sample.clone(),
         }
     }
 }
@@ -244,10 +217,7 @@ impl From<&Rejected> for TimedPacket {
     fn from(rejected: &Rejected) -> Self {
         Self {
             t_s: rejected.at_s,
-            packet: RejectedPacket {
-                raw: rejected.raw.to_string(),
-                reason: rejected.reason.to_string(),
-            },
+            packet: rejected.clone(),
         }
     }
 }

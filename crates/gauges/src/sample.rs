@@ -140,31 +140,39 @@ pub enum Mark {
     AboveLimit,
 }
 
-/// One value of a gauge. Values that must not be used (overload, peak mode, hold, a wrong unit) are never samples but [`Rejected`].
-#[derive(Debug, Clone, PartialEq)]
+/// One value of a gauge. Values that must not be used (overload, peak mode, hold, a wrong unit) are never samples but rejected.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+#[schemars(rename = "DecodedValue")]
 pub struct Sample {
     /// Force or displacement.
+    #[serde(skip)]
     pub kind: Kind,
     /// The value in the sign as sent, N or m.
+    #[serde(skip)]
     pub value_si: f64,
     /// Step of the last digit sent, N or m.
+    #[serde(skip)]
     pub resolution_si: f64,
     /// The value as a number in `unit`, in the sign as sent.
     pub value: f64,
-    /// The unit of the packet, or the configured one where packets carry none; spelling of [`Kind::si_factor`].
+    // Spelling of [`Kind::si_factor`].
+    /// The unit of the packet, or the configured one where packets carry none.
     pub unit: Box<str>,
     /// The packet as it came, without its end mark; bytes that are not printable ASCII as `\xNN`.
     pub raw: Box<str>,
     /// When its last byte arrived, s of the clock that the decoder was given.
+    #[serde(skip)]
     pub at_s: f64,
     /// Where its packet lies among all bytes that the gauge sent: the first of them, from 0, and the one behind the last.
+    #[serde(skip)]
     pub bytes: [u64; 2],
     /// What came with the value.
     pub marks: Vec<Mark>,
 }
 
 /// Bytes that are no sample, and why.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+#[schemars(rename = "RejectedPacket")]
 pub struct Rejected {
     /// The bytes as they came; those that are not printable ASCII as `\xNN`.
     pub raw: Box<str>,
