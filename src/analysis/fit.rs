@@ -1,5 +1,8 @@
 //! Fits of the model's factors to data.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::fit::{
     BootstrapDraws, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
     MonteCarloSettings, PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis,
@@ -42,16 +45,17 @@ pub struct FitData {
     pub inputs: Inputs,
 }
 
-/// One of several sessions that are fitted together.
-#[derive(Debug, Clone, PartialEq)]
+/// One of several sessions that were fitted together.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "FittedSessionReport")]
 pub struct FittedSession {
-    /// What results call it.
+    /// What the cells call it.
     pub name: String,
-    /// What the user calls it.
+    /// The data as they were named.
     pub data: String,
-    /// Cells of it that have a stiffness.
+    /// Its cells that have a stiffness.
     pub cells: usize,
-    /// Relative standard deviation of the slope from run to run; `None` if it has too few repeats to show it.
+    /// Relative standard deviation of the slope from run to run; `null` where it has too few repeats.
     pub run_slope_sd: Option<f64>,
 }
 

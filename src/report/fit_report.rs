@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{DerivedQuantity, FitData, ReadingMark, RunsTest};
+use crate::analysis::{DerivedQuantity, FitData, FittedSession, ReadingMark, RunsTest};
 use crate::fit::{
     Advice, BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod,
-    FitOutcome, FittedCell, MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
+    FitOutcome, FittedCell, MonteCarloFit, PaperFit, PoseFit, SequenceStep, WeightBasis,
 };
 use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
@@ -59,7 +59,7 @@ pub struct FitReport {
     pub bootstrap: Option<BootstrapDraws>,
     /// The sessions, where several were fitted together, in the order of their cells.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub sessions: Vec<FittedSessionReport>,
+    pub sessions: Vec<FittedSession>,
     /// Readings that the fit leaves out because of their status, and those that it uses though they are flagged.
     pub marked: Vec<ReadingMark>,
     /// Whether residuals of the readings keep their sign for longer than independent errors do; empty without readings.
@@ -173,19 +173,6 @@ pub struct FittedCellReport {
     pub predicted_without_its_pose: Option<Reported>,
 }
 
-/// One of several sessions that were fitted together.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct FittedSessionReport {
-    /// What the cells call it.
-    pub name: String,
-    /// The data as they were named.
-    pub data: String,
-    /// Its cells.
-    pub cells: usize,
-    /// Relative standard deviation of the slope from run to run; `null` where it has too few repeats.
-    pub run_slope_sd: Option<f64>,
-}
-
 impl FitReport {
     /// The same with the marks of the readings behind it, and with the cells named by their sessions, which follow each other.
     #[must_use]
@@ -196,13 +183,8 @@ impl FitReport {
             for cell in cells.by_ref().take(session.cells) {
                 cell.session = Some(session.name.clone());
             }
-            self.sessions.push(FittedSessionReport {
-                name: session.name.clone(),
-                data: session.data.clone(),
-                cells: session.cells,
-                run_slope_sd: session.run_slope_sd,
-            });
         }
+        self.sessions.clone_from(&data.sessions);
         self
     }
 }
@@ -246,18 +228,9 @@ pub struct PoseFitReport {
     /// Sequence that follows from it.
     pub sequence: Vec<SequenceStep>,
     /// The random trials.
-    pub trials: TrialReport,
+    pub trials: MonteCarloFit,
     /// The factors it ended with.
     pub factors: FittingFactors,
-}
-
-/// Random trials.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct TrialReport {
-    /// Every step on the way.
-    pub steps: Vec<MonteCarloStep>,
-    /// Structures solved.
-    pub evaluations: usize,
 }
 
 impl From<&FitOutcome> for FitReport {
@@ -407,10 +380,7 @@ impl From<&PoseFit> for PoseFitReport {
             weight: fit.weight,
             significance: (&fit.significance).into(),
             sequence: fit.sequence.clone(),
-            trials: TrialReport {
-                steps: fit.fit.steps.clone(),
-                evaluations: fit.fit.evaluations,
-            },
+            trials: fit.fit.clone(),
             factors: fit.fit.factors.clone(),
         }
     }

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use crate::count::counted;
+use crate::fit::MonteCarloFit;
 
-use super::fit_report::{PaperSteps, PoseFitReport, TrialReport};
+use super::fit_report::{PaperSteps, PoseFitReport};
 use super::significance::sequence_text;
 use super::text::significant;
 
@@ -70,7 +71,7 @@ fn pose_text(pose: &PoseFitReport) -> String {
 }
 
 /// The last pass of the trials.
-fn trials_text(trials: &TrialReport) -> String {
+fn trials_text(trials: &MonteCarloFit) -> String {
     let last = trials.steps.iter().map(|step| step.pass).max().unwrap_or(0);
     let steps = trials
         .steps

@@ -2,6 +2,8 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use stiffbench_beams::robot::{ElementClass, FittingFactors};
 use stiffbench_beams::structure::Property;
@@ -61,10 +63,12 @@ pub struct MonteCarloStep {
     pub displacement_ratio: f64,
 }
 
-/// What the trials found.
-#[derive(Debug, Clone, PartialEq)]
+/// What the random trials found.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "TrialReport")]
 pub struct MonteCarloFit {
     /// The fitted factors.
+    #[serde(skip)]
     pub factors: FittingFactors,
     /// Every step on the way.
     pub steps: Vec<MonteCarloStep>,
