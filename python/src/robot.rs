@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use stiffbench::analysis::{AnalysisError, ModelChoice, resolve};
 use stiffbench::cli::failure::Failure;
 use stiffbench::distribution::{MapModel, MatrixKind, NoMap, SolvedBatch};
-use stiffbench::physics::{ActingPhysics, Effect, PlaceKind};
+use stiffbench::physics::{ActingPhysics, Effect};
 use stiffbench::robot::{FittingFactors, JointMotion, Pose, Robot as BeamRobot};
 
 use crate::failure::exception_of;
@@ -206,11 +206,7 @@ impl Robot {
         let mut warnings = model.warnings.clone();
         let mut acting = Vec::new();
         for effect in model.physics.effects.clone() {
-            let kind = effect.law.place_kind;
-            if matches!(
-                kind,
-                PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element
-            ) {
+            if effect.law.place_kind.is_of_robot() {
                 acting.push(effect);
             } else {
                 warnings.push(format!(

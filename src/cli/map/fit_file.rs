@@ -11,6 +11,7 @@ use crate::export::ParameterRow;
 use crate::robot::{FittingFactors, ModelParameter};
 
 /// What a fit found.
+#[derive(Default)]
 pub(in crate::cli) struct FitFile {
     pub(in crate::cli) factors_name: String,
     pub(in crate::cli) factors: FittingFactors,
@@ -98,14 +99,12 @@ fn from_data(data: &Value) -> Result<FitFile, String> {
         );
     }
     Ok(FitFile {
-        factors_name: String::new(),
         factors: values,
         covariance,
         notes,
-        warnings: Vec::new(),
-        robot: None,
         mechanism: data["mechanism"].as_str().map(str::to_owned),
         parameters: rows,
+        ..FitFile::default()
     })
 }
 

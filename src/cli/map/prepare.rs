@@ -4,7 +4,7 @@ use crate::analysis::{ArgumentError, ResolvedModel, UnknownSprings};
 use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::distribution::{MapColumn, MapPlane, PlaneAxis, variables_beside_the_plane};
-use crate::physics::{ActingPhysics, Effect, EffectError, PlaceKind};
+use crate::physics::{ActingPhysics, Effect, EffectError};
 use crate::robot::{Mechanism, Pose, Robot};
 
 use super::args::StudyArgs;
@@ -17,11 +17,9 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     // The effects are put into each mechanism below: the choice is to find robot, factors and the model's mechanism only.
     let bare = ModelArgs {
         robot: args.robot.clone(),
-        mechanism: None,
         factors: args.factors.clone(),
         model: args.model.clone(),
-        effects: Vec::new(),
-        default_robot: None,
+        ..ModelArgs::default()
     };
     let (resolved, mut effects) = resolve_without_effects(&bare, &args.effects)?;
     let mut warnings = resolved.warnings.clone();
@@ -37,12 +35,7 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     } = fit.unwrap_or_else(|| FitFile {
         factors_name: resolved.factors_name.clone(),
         factors: resolved.factors.clone(),
-        covariance: None,
-        notes: Vec::new(),
-        warnings: Vec::new(),
-        robot: None,
-        mechanism: None,
-        parameters: Vec::new(),
+        ..FitFile::default()
     });
     warnings.extend(of_fit);
     warnings.extend(notes);
@@ -171,11 +164,7 @@ fn with_effects(
         })
         .collect();
     for effect in effects {
-        let kind = effect.law.place_kind;
-        if !matches!(
-            kind,
-            PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element
-        ) {
+        if !effect.law.place_kind.is_of_robot() {
             warnings.push(format!(
                 "{effect}: of the bench, not of the robot, and not in its map"
             ));

@@ -8,13 +8,12 @@ use crate::distribution::{
     StiffnessMap, StudyPoses, WorkspaceError, variables_beside_the_plane,
 };
 use crate::fit::FactorEstimate;
-use crate::physics::{ActingPhysics, Effect, EffectError, PlaceKind};
+use crate::physics::{ActingPhysics, Effect, EffectError};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::{MapReport, significant};
 use crate::robot::{FittingFactors, Robot, RobotError};
 use crate::test_point::Direction;
 
-use super::build::in_words;
 use super::figures::page_figure;
 use super::{PageFigure, ReportPage};
 
@@ -84,10 +83,7 @@ pub(super) fn add_map(page: &mut ReportPage, model: &MappedModel<'_>, directions
             page.map = Some(map);
             page.figures.map = figures;
         }
-        Err(error) => {
-            let why = format!("Stiffness over the workspace: {}.", in_words(&error));
-            page.left_out.push(why);
-        }
+        Err(error) => page.leave_out("Stiffness over the workspace", &error),
     }
 }
 
@@ -100,13 +96,8 @@ fn workspace_map(
     let robot = model.robot;
     let mechanism = robot.mechanism(Some(model.mechanism))?;
     let factors = robot.with_own_springs(model.factors);
-    let of_robot = model.effects.iter().filter(|effect| {
-        let kind = effect.law.place_kind;
-        matches!(
-            kind,
-            PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element
-        )
-    });
+    let of_robot = model.effects.iter();
+    let of_robot = of_robot.filter(|effect| effect.law.place_kind.is_of_robot());
     let effects: Vec<Effect> = of_robot
         .cloned()
         .chain(Effect::of_springs(&factors))

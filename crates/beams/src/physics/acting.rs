@@ -9,7 +9,7 @@ use crate::structure::Compliance6;
 use super::effect::{Effect, EffectError};
 use super::law_set::{LawSet, without_elements};
 use super::mechanics::Mechanics;
-use super::place::{Place, PlaceKind};
+use super::place::Place;
 
 /// A mechanism with effects in it: what is left of it without its loose members, and the laws that act there.
 #[derive(Debug, Clone)]
@@ -113,12 +113,8 @@ impl ActingPhysics {
 
     /// Effects of the bench rather than of the robot: of gauges, their stand, the load's direction, time and repeats.
     pub fn of_the_bench(&self) -> impl Iterator<Item = &Effect> {
-        self.effects.iter().filter(|effect| {
-            !matches!(
-                effect.law.place_kind,
-                PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element
-            )
-        })
+        let effects = self.effects.iter();
+        effects.filter(|effect| !effect.law.place_kind.is_of_robot())
     }
 }
 

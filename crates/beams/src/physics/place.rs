@@ -44,6 +44,12 @@ pub enum PlaceKind {
 }
 
 impl PlaceKind {
+    /// Whether an effect there is one of the robot, not of the bench: of gauges, their stand, the load's direction, time and repeats.
+    #[must_use]
+    pub fn is_of_robot(self) -> bool {
+        matches!(self, Self::Joint | Self::Axis | Self::Element)
+    }
+
     /// What stands behind the `@` on the command line, as an example.
     #[must_use]
     pub fn example(self) -> &'static str {
