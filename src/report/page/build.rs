@@ -10,7 +10,7 @@ use crate::stiffness::{Comparison, Method, StiffnessTable};
 use super::conformity::conformity;
 use super::details::{KnownItems, page_items};
 use super::figures::{figures_of_diagnosis, figures_of_fit, readings_figure};
-use super::headline::HeadlineParts;
+use super::headline::PageHeadline;
 use super::load_cases::add_load_case_model;
 use super::map::{MappedModel, add_map};
 use super::model::{PageComparison, PageDiagnosis, PageFit, PageModel};
@@ -84,14 +84,6 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         .zip(&source.tables)
         .map(|(part, table)| (part.name.as_str(), table))
         .collect();
-    let empty = HeadlineParts {
-        sessions: &[],
-        comparison: None,
-        has_robot: false,
-        fit: None,
-        diagnosis: None,
-        conformity: None,
-    };
     let names: Vec<&str> = source.parts.iter().map(|part| part.name.as_str()).collect();
     let title = format!("Stiffness of {}", names.join(" and "));
     ReportPage {
@@ -102,7 +94,7 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
         replaces: settings.amends.clone(),
         marks: marks.iter().map(|(mark, _)| *mark).collect(),
         mark_sentences: marks.iter().map(|(_, words)| *words).collect(),
-        headline: empty.headline(),
+        headline: PageHeadline::default(),
         items: Vec::new(),
         conformity: None,
         sessions: source.parts.clone(),
@@ -157,7 +149,7 @@ fn add_model(
             add_map(page, &fitted, &cells.collect::<Vec<_>>());
         }
         Err(AnalysisError::Argument(error)) => return Err(error.into()),
-        Err(error) => page.left_out.push(format!("Fit: {}.", in_words(&error))),
+        Err(error) => page.leave_out("Fit", &error),
     }
     if settings.no_diagnosis {
         page.left_out.push(NO_DIAGNOSIS.to_owned());
@@ -172,10 +164,7 @@ fn add_model(
             page.figures.diagnosis = figures_of_diagnosis(&report);
             page.diagnosis = Some(PageDiagnosis::from(&report));
         }
-        Err(error) => {
-            let why = format!("Diagnosis: {}.", in_words(&error));
-            page.left_out.push(why);
-        }
+        Err(error) => page.leave_out("Diagnosis", &error),
     }
     Ok(())
 }
@@ -210,8 +199,15 @@ fn fitted(
     Ok((outcome, numbers))
 }
 
+impl ReportPage {
+    /// States why a part is missing.
+    pub(super) fn leave_out(&mut self, part: &str, error: &dyn std::error::Error) {
+        self.left_out.push(format!("{part}: {}.", in_words(error)));
+    }
+}
+
 /// An error with its causes in one sentence.
-pub(super) fn in_words(error: &dyn std::error::Error) -> String {
+fn in_words(error: &dyn std::error::Error) -> String {
     let mut words = error.to_string();
     let mut cause = error.source();
     while let Some(next) = cause {
@@ -243,7 +239,6 @@ fn finished(mut page: ReportPage) -> ReportPage {
         own.next().map(|entry| entry.value.clone())
     };
     let known = KnownItems {
-        number: String::new(),
         method: of_sessions(|session| {
             let method = session.method()?;
             Some(format!("procedure {method} of stiffbench"))
@@ -258,14 +253,6 @@ fn finished(mut page: ReportPage) -> ReportPage {
             .then(|| "listed under Deviations and remarks".to_owned()),
     };
     page.items = page_items(&page.settings.details, &known);
-    page.headline = HeadlineParts {
-        sessions: &page.sessions,
-        comparison: page.comparison.as_ref(),
-        has_robot: page.model.is_some(),
-        fit: page.fit.as_ref(),
-        diagnosis: page.diagnosis.as_ref(),
-        conformity: page.conformity.as_ref(),
-    }
-    .headline();
+    page.headline = page.answer();
     page.numbered()
 }

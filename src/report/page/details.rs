@@ -212,8 +212,6 @@ pub struct PageItem {
 /// What the session states of these items.
 #[derive(Debug, Clone, Default)]
 pub(super) struct KnownItems {
-    /// Number of the report.
-    pub(super) number: String,
     /// Procedure.
     pub(super) method: Option<String>,
     /// Days of the measurement.
@@ -237,13 +235,12 @@ pub(super) fn page_items(details: &PageDetails, known: &KnownItems) -> Vec<PageI
     };
     let (laboratory, customer) = (&details.laboratory, &details.customer);
     let location = laboratory.location.as_ref().or(known.place.as_ref());
-    let number = Some(known.number.clone());
     #[rustfmt::skip]
     let items = vec![
         item("b", "laboratory", laboratory.name.as_ref(), "laboratory.name"),
         item("b", "address of the laboratory", laboratory.address.as_ref(), "laboratory.address"),
         item("c", "location of the activity", location, "laboratory.location"),
-        item("d", "report number", number.as_ref(), ""),
+        item("d", "report number", Some(&String::new()), ""),
         item("e", "customer", customer.name.as_ref(), "customer.name"),
         item("e", "contact of the customer", customer.contact.as_ref(), "customer.contact"),
         item("f", "method", details.method.reference.as_ref().or(known.method.as_ref()), "method.reference"),

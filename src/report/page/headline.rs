@@ -8,9 +8,8 @@ use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
 use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, NextLoadCase, significant};
 
+use super::ReportPage;
 use super::blocks::{TextBlock, under};
-use super::conformity::ConformityStatement;
-use super::model::{PageComparison, PageDiagnosis, PageFit};
 use super::results::PageCell;
 use super::session::PageSession;
 
@@ -24,7 +23,7 @@ const CHECKS: usize = 3;
 const NAME_A_ROBOT: &str = "To fit a model and find what it leaves out, name the robot with --robot; stiffbench robot new writes a robot file.";
 
 /// The answer of a report.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct PageHeadline {
     /// Stiffness with its expanded uncertainty and k.
     pub stiffness: Vec<String>,
@@ -42,18 +41,10 @@ pub struct PageHeadline {
     pub next: Vec<String>,
 }
 
-/// What a headline is made of.
-pub(super) struct HeadlineParts<'a> {
-    pub(super) sessions: &'a [PageSession],
-    pub(super) comparison: Option<&'a PageComparison>,
-    pub(super) has_robot: bool,
-    pub(super) fit: Option<&'a PageFit>,
-    pub(super) diagnosis: Option<&'a PageDiagnosis>,
-    pub(super) conformity: Option<&'a ConformityStatement>,
-}
-
-impl HeadlineParts<'_> {
-    pub(super) fn headline(&self) -> PageHeadline {
+impl ReportPage {
+    /// What the parts of the report answer.
+    pub(super) fn answer(&self) -> PageHeadline {
+        let (fit, diagnosis) = (self.fit.as_ref(), self.diagnosis.as_ref());
         let several = self.sessions.len() > 1;
         let of_cells =
             |session: &&PageSession| session.load_cases.is_none() || !session.results.is_empty();
@@ -65,29 +56,29 @@ impl HeadlineParts<'_> {
             };
             name + &stiffness(&session.results)
         });
-        let springs = match self.fit.map(|fit| &fit.numbers) {
+        let springs = match fit.map(|fit| &fit.numbers) {
             Some(FitResult::LoadCases(fit)) => springs(fit),
             _ => Vec::new(),
         };
-        let verdict = self.diagnosis.map(|diagnosis| diagnosis.headline.clone());
+        let verdict = diagnosis.map(|diagnosis| diagnosis.headline.clone());
+        let comparison = self.comparison.as_ref();
         PageHeadline {
             stiffness: stiffness.chain(springs).collect(),
-            verdict: self
-                .comparison
+            verdict: comparison
                 .map(|comparison| comparison.verdict.clone())
                 .or(verdict),
-            limit: (self.diagnosis).and_then(|one| limit(&one.numbers)),
-            improvement: (self.diagnosis).and_then(|one| improvement(&one.numbers)),
-            validation: self.fit.and_then(|fit| fit.validation.clone()),
-            conformity: self.conformity.map(|one| one.sentence.clone()),
+            limit: diagnosis.and_then(|one| limit(&one.numbers)),
+            improvement: diagnosis.and_then(|one| improvement(&one.numbers)),
+            validation: fit.and_then(|fit| fit.validation.clone()),
+            conformity: (self.conformity.as_ref()).map(|one| one.sentence.clone()),
             next: self.next(),
         }
     }
 
     /// What to check by hand and to measure next; of a report without a robot to name one.
     fn next(&self) -> Vec<String> {
-        let Some(diagnosis) = self.diagnosis else {
-            let may_name_one = !self.has_robot && self.comparison.is_none();
+        let Some(diagnosis) = &self.diagnosis else {
+            let may_name_one = self.model.is_none() && self.comparison.is_none();
             return may_name_one
                 .then(|| NAME_A_ROBOT.to_owned())
                 .into_iter()
@@ -100,7 +91,7 @@ impl HeadlineParts<'_> {
         let checks = findings.iter();
         let checks = checks.filter_map(|finding| finding.check.as_ref());
         let mut next: Vec<String> = Vec::new();
-        if let Some(FitResult::LoadCases(fit)) = self.fit.map(|fit| &fit.numbers) {
+        if let Some(FitResult::LoadCases(fit)) = self.fit.as_ref().map(|fit| &fit.numbers) {
             next.extend(fit.next.iter().map(next_load_case));
         }
         for check in checks.map(|check| format!("To check by hand: {check}.")) {

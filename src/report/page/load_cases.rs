@@ -6,7 +6,7 @@ use crate::analysis::{
 };
 use crate::report::{LoadCaseFitReport, bad_load_case_value_words, load_case_figures};
 
-use super::build::{NO_DIAGNOSIS, in_words};
+use super::build::NO_DIAGNOSIS;
 use super::figures::page_figure;
 use super::map::{MappedModel, add_map};
 use super::model::{PageDiagnosis, PageFit, PageModel};
@@ -39,7 +39,7 @@ pub(super) fn add_load_case_model(
         Ok(fit) => fit,
         Err(error @ AnalysisError::Argument(_)) => return Err(error),
         Err(error) => {
-            page.left_out.push(format!("Fit: {}.", in_words(&error)));
+            page.leave_out("Fit", &error);
             return Ok(());
         }
     };
@@ -79,10 +79,7 @@ pub(super) fn add_load_case_model(
         Ok(diagnosis) => {
             page.diagnosis = Some(PageDiagnosis::of_load_cases(&diagnosis, settings.seed));
         }
-        Err(error) => {
-            let why = format!("Diagnosis: {}.", in_words(&error));
-            page.left_out.push(why);
-        }
+        Err(error) => page.leave_out("Diagnosis", &error),
     }
     Ok(())
 }
