@@ -140,12 +140,7 @@ impl<'a> ExportModel<'a> {
             };
             for factor in all.iter().filter(|p| p.is_factor()).filter(|p| own(p)) {
                 let value = factors.get(factor);
-                rows.push(ParameterRow::new(
-                    factor.to_string(),
-                    Some(value),
-                    factor.unit(),
-                    None,
-                ));
+                rows.push(ParameterRow::of(factor, Some(value)));
             }
             let PlacedModel { model, .. } = self.placed(pose)?;
             let hinges = model
@@ -156,18 +151,11 @@ impl<'a> ExportModel<'a> {
             for (hinge, spring) in hinges {
                 let compliance = 1.0 / hinge.stiffness_nm_per_rad;
                 if compliance > STIFFEST && compliance.is_finite() {
-                    rows.push(ParameterRow::new(
-                        spring.to_string(),
-                        Some(compliance),
-                        spring.unit(),
-                        None,
-                    ));
+                    rows.push(ParameterRow::of(spring, Some(compliance)));
                 }
             }
             let unknown = UnknownSprings::of(self.resolved).springs;
-            let row =
-                |one: ModelParameter| ParameterRow::new(one.to_string(), None, one.unit(), None);
-            rows.extend(unknown.into_iter().map(row));
+            rows.extend(unknown.iter().map(|one| ParameterRow::of(one, None)));
         }
         rows.extend(self.effects.iter().cloned());
         Ok(rows)

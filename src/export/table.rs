@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::readings::escape_formula;
+use crate::robot::ModelParameter;
 use crate::structure::Compliance6;
 
 use super::xml::{number, rounded};
@@ -97,6 +98,11 @@ impl ParameterRow {
                     high95: ci95.and_then(|[low, _]| inverse(low)),
                 }),
         }
+    }
+
+    /// A parameter of the robot, without an interval.
+    pub(super) fn of(parameter: &ModelParameter, value: Option<f64>) -> Self {
+        Self::new(parameter.to_string(), value, parameter.unit(), None)
     }
 
     /// In a line, for comments.
