@@ -70,7 +70,7 @@ pub(super) fn run(args: &ConfigArgs, global: &Global) -> Result<Outcome, Failure
     let loaded = Config::load(global.no_config);
     let is_path = matches!(args.what, ConfigCommand::Path);
     let mut notes = Vec::new();
-    let config = match loaded {
+    let mut config = match loaded {
         // Where a file lies is asked for when it is wrong, too.
         Err(error) if is_path => {
             notes.push(Failure::from(error).message());
@@ -78,7 +78,6 @@ pub(super) fn run(args: &ConfigArgs, global: &Global) -> Result<Outcome, Failure
         }
         loaded => loaded?,
     };
-    let mut config = config;
     if let ConfigCommand::Show {
         session: Some(folder),
         ..
@@ -116,17 +115,13 @@ fn in_force(
     value: Option<&SetValue>,
     option: Option<&str>,
 ) -> SettingReport {
-    let default = || {
-        (
-            setting.default.map(str::to_owned),
-            SettingOrigin::Default,
-            None,
-        )
-    };
     let (value, origin, place) = match (option, value) {
         (Some(word), _) => (Some(word.to_owned()), SettingOrigin::Option, None),
         (None, Some(set)) => (Some(set.value.clone()), set.origin, Some(set.place.clone())),
-        (None, None) => default(),
+        (None, None) => {
+            let default = setting.default.map(str::to_owned);
+            (default, SettingOrigin::Default, None)
+        }
     };
     SettingReport {
         name: setting.name.to_owned(),
