@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use crate::mismatch::{
     ConfigurationSizes, Diagnosis, EstimatedValue, FactorChange, Finding, LawAtPlace, MisfitShares,
-    NextMeasurement, Omnibus, PartUnits, Quality, SpecimenScale, Stratum, Verdict, VerdictGrade,
+    NextMeasurement, Omnibus, PartUnit, PartUnits, Quality, SpecimenScale, Stratum, Verdict,
+    VerdictGrade,
 };
 use crate::physics::ParameterSpec;
 use crate::specimen::SpecimenTable;
@@ -174,15 +175,21 @@ pub struct SpecimenNoise {
     pub run_slope_sd: f64,
 }
 
+impl SiValue {
+    fn new(unit: &PartUnit, scaled: f64, interval: Option<[f64; 2]>) -> Self {
+        Self {
+            value: scaled * unit.si,
+            unit: unit.si_name.clone(),
+            ci95: interval.map(|ends| ends.map(|end| end * unit.si)),
+        }
+    }
+}
+
 fn answer(units: &PartUnits, scaled: f64) -> SpecimenValue {
     let unit = units.of_answer();
     SpecimenValue {
         value: unit.in_table(scaled),
-        si: SiValue {
-            value: scaled * unit.si,
-            unit: unit.si_name,
-            ci95: None,
-        },
+        si: SiValue::new(&unit, scaled, None),
         unit: unit.name,
     }
 }
@@ -197,16 +204,11 @@ fn quality(units: &PartUnits, quality: &Quality) -> SpecimenQuality {
 /// The slope of a configuration.
 fn slope(units: &PartUnits, slope: &FactorChange) -> SpecimenSlope {
     let unit = units.of_slope();
-    let interval = slope.after.interval_95();
     SpecimenSlope {
         name: slope.name.clone(),
         before: unit.in_table(slope.before.value),
         after: unit.in_table(slope.after.value),
-        si: SiValue {
-            value: slope.after.value * unit.si,
-            ci95: interval.map(|ends| ends.map(|end| end * unit.si)),
-            unit: unit.si_name,
-        },
+        si: SiValue::new(&unit, slope.after.value, slope.after.interval_95()),
         unit: unit.name,
     }
 }
@@ -221,13 +223,10 @@ fn parameter(
     let interval = value_interval(spec, fitted);
     let in_table = interval.map(|ends| ends.map(|end| unit.in_table(end)));
     let value = unit.in_table(fitted.value);
+    let si = SiValue::new(&unit, fitted.value, interval);
     SpecimenParameter {
         fitted: FittedParameter::new(value, unit.name, in_table, STEPPED),
-        si: SiValue {
-            value: fitted.value * unit.si,
-            unit: unit.si_name,
-            ci95: interval.map(|ends| ends.map(|end| end * unit.si)),
-        },
+        si,
     }
 }
 
