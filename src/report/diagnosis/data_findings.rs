@@ -5,11 +5,11 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{BadReading, BadReadingKind, BadRun};
-use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::significant;
 use crate::test_point::{Branch, Direction, PoseId};
 
 use super::phrases::paragraph;
+use super::summary::um;
 
 /// Bad readings that the page names; the JSON has all.
 const NAMED: usize = 12;
@@ -105,7 +105,6 @@ impl DataFindingReport {
 
     fn of_run(report: &DiagnosisReport, bad: &BadRun) -> Self {
         let (pose, direction) = (bad.pose.clone(), bad.direction);
-        let um = |metres: f64| metres / METRES_PER_MICROMETRE;
         Self {
             kind: match bad.kind {
                 _ if bad.exchanged_with.is_some() => DataFindingKind::Exchanged,
@@ -137,7 +136,6 @@ impl DataFindingReport {
     }
 
     fn new(report: &DiagnosisReport, bad: &BadReading) -> Self {
-        let um = |metres: f64| metres / METRES_PER_MICROMETRE;
         Self {
             kind: match bad.kind {
                 BadReadingKind::Any => DataFindingKind::BadReading,
@@ -285,12 +283,12 @@ fn kind_of_slip(kind: BadReadingKind) -> &'static str {
 }
 
 fn bad_run(bad: &BadRun) -> String {
-    let um_per_n = |compliance: f64| significant(compliance / METRES_PER_MICROMETRE, 4);
+    let um_per_n = |compliance: f64| significant(um(compliance), 4);
     let of_cells = || {
         format!(
             "where all other cells predict {} ± {} um/N (k = 2)",
             um_per_n(bad.expected),
-            significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
+            significant(um(2.0 * bad.u), 2),
         )
     };
     let expected = match (bad.repeat, &bad.exchanged_with) {
@@ -303,7 +301,7 @@ fn bad_run(bad: &BadRun) -> String {
         (Some(_), _) => format!(
             "where the other repeats predict {} ± {} um/N (k = 2){}",
             um_per_n(bad.expected),
-            significant(2.0 * bad.u / METRES_PER_MICROMETRE, 2),
+            significant(um(2.0 * bad.u), 2),
             kind_of_slip(bad.kind)
         ),
         (None, None) => "against its load; no structure does that: look at the sign of force and displacement there".to_owned(),
@@ -326,7 +324,7 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
         text.push_str(&paragraph(&bad_run(one), "- ", "  "));
     }
     for one in bad.iter().take(NAMED) {
-        let um = |metres: f64| significant(metres / METRES_PER_MICROMETRE, 4);
+        let shown = |metres: f64| significant(um(metres), 4);
         let slip = kind_of_slip(one.kind);
         let others = if one.has_repeats {
             "the other repeats"
@@ -346,9 +344,9 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
             one.repeat,
             one.step,
             one.branch,
-            um(one.value_m),
-            um(one.expected_m),
-            significant(2.0 * one.u_m / METRES_PER_MICROMETRE, 2),
+            shown(one.value_m),
+            shown(one.expected_m),
+            significant(um(2.0 * one.u_m), 2),
         );
         text.push_str(&paragraph(&said, "- ", "  "));
     }

@@ -5,13 +5,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
-use crate::mismatch::{EstimatedValue, KnownEffect, LawAtPlace};
+use crate::mismatch::{KnownEffect, LawAtPlace};
 use crate::report::{AlignedTable, significant, text::interval};
 
 use super::page::head;
 use super::phrases::paragraph;
-use super::summary::{FittedParameter, STEPPED};
-use super::value_interval;
+use super::summary::FittedParameter;
 
 /// Physics that was given with `--effect` or `--model`.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -36,19 +35,13 @@ pub struct KnownParameter {
 
 impl From<&KnownEffect> for KnownEffectReport {
     fn from(known: &KnownEffect) -> Self {
-        let law = known.given.law;
-        let fitted = |place: usize, values: &[EstimatedValue]| {
-            let value = values[place];
-            let interval = value_interval(&law.parameters[place], &value);
-            let unit = law.parameters[place].unit().to_owned();
-            FittedParameter::new(value.value, unit, interval, STEPPED)
-        };
-        let parameters = law.parameters.iter().zip(&known.given.values).enumerate();
+        let parameters = known.given.law.parameters.iter();
+        let parameters = parameters.zip(&known.given.values).enumerate();
         let parameters = parameters.map(|(place, (spec, &given))| {
             let parameter = KnownParameter {
                 given,
-                before: fitted(place, &known.before),
-                after: fitted(place, &known.after),
+                before: FittedParameter::of_law(spec, &known.before[place]),
+                after: FittedParameter::of_law(spec, &known.after[place]),
             };
             (spec.name, parameter)
         });

@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    Contrast, ExplainedShare, FactorChange, Finding, HeldOut, Impossible, LawAtPlace, Location,
-    MisfitShares, NextMeasurement, Omnibus, Quality, ReadingTrace, Rival, Stratum, StratumTest,
-    Verdict, VerdictGrade,
+    Contrast, EstimatedValue, ExplainedShare, FactorChange, Finding, HeldOut, Impossible,
+    LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus, Quality, ReadingTrace, Rival,
+    Stratum, StratumTest, Verdict, VerdictGrade,
 };
-use crate::physics::{FileLine, Law};
+use crate::physics::{FileLine, Law, ParameterSpec};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{LoadCaseDiagnosisReport, SpecimenSummary};
 use crate::test_point::{Direction, PoseId};
@@ -25,7 +25,7 @@ use super::known_effects::KnownEffectReport;
 use super::noise::NoiseReport;
 use super::page::headline;
 use super::sessions::SessionReport;
-use super::{check, factor_value, parameter_interval, phrases};
+use super::{check, factor_value, phrases, value_interval};
 
 /// What `diagnose` gives: of a session, of a table without a robot, or of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -363,13 +363,10 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
 
 impl From<&Finding> for FindingReport {
     fn from(finding: &Finding) -> Self {
-        let specs = finding.effect.law.parameters.iter().enumerate();
-        let parameters = specs.zip(&finding.values).map(|((place, spec), value)| {
-            let interval = parameter_interval(finding, place);
-            let unit = spec.unit().to_owned();
-            let fitted = FittedParameter::new(value.value, unit, interval, STEPPED);
-            (spec.name, fitted)
-        });
+        let specs = finding.effect.law.parameters.iter();
+        let parameters = specs.zip(&finding.values);
+        let parameters =
+            parameters.map(|(spec, value)| (spec.name, FittedParameter::of_law(spec, value)));
         Self {
             law: (&finding.effect).into(),
             kind: finding.effect.law.into(),
@@ -395,6 +392,12 @@ pub(in crate::report) const STEPPED: &str =
     "the readings change with this parameter by steps, so that no standard error can be given";
 
 impl FittedParameter {
+    /// A value of a law.
+    pub(super) fn of_law(spec: &ParameterSpec, value: &EstimatedValue) -> Self {
+        let interval = value_interval(spec, value);
+        Self::new(value.value, spec.unit().to_owned(), interval, STEPPED)
+    }
+
     /// A value with its interval, or the reason why there is none.
     pub(in crate::report) fn new(
         value: f64,
