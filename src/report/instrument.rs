@@ -13,7 +13,7 @@ use crate::instrument::description::{
 };
 use crate::instrument::port::{Binding, PortInfo};
 use crate::instrument::{
-    Channel, CommandRole, InstrumentDescription, Mark, Rejected, Sample, raw_text,
+    Channel, CommandRole, InstrumentDescription, Rejected, Sample, raw_text,
 };
 
 /// The known gauges.
