@@ -161,11 +161,7 @@ fn push_points(panel: &mut Panel, rows: &[LawRow<'_>]) {
         ),
     ];
     for (label, points, style) in looks {
-        if !points.is_empty() {
-            panel
-                .series
-                .push(Series::labelled(label, style, Marks::Points(points)));
-        }
+        panel.push(Series::labelled(label, style, Marks::Points(points)));
     }
 }
 

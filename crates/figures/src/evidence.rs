@@ -237,12 +237,8 @@ fn push_filled(
             colour,
         })
         .collect();
-    if !bars.is_empty() {
-        let style = Style::new(colour, Marker::Square);
-        panel
-            .series
-            .push(Series::labelled(label, style, Marks::Polygons(bars)));
-    }
+    let style = Style::new(colour, Marker::Square);
+    panel.push(Series::labelled(label, style, Marks::Polygons(bars)));
 }
 
 /// Bars of impossible candidates: an outline with hatching.
@@ -256,12 +252,8 @@ fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_p
         lines.extend((0..4).map(|i| [corners[i], corners[(i + 1) % 4]]));
         lines.extend(hatching([&corners[0], &corners[2]], ROW_PX, units_per_px));
     }
-    if !lines.is_empty() {
-        let style = Style::new(Colour::INK, Marker::Square).stroke(0.8);
-        panel
-            .series
-            .push(Series::new(style, Marks::Segments(lines)));
-    }
+    let style = Style::new(Colour::INK, Marker::Square).stroke(0.8);
+    panel.push(Series::new(style, Marks::Segments(lines)));
 }
 
 fn bar(place: usize, candidate: &EvidenceCandidate) -> Vec<[f64; 2]> {

@@ -87,13 +87,11 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
         .enumerate()
         .filter_map(|(place, factor)| Some(bar(place as f64, factor.bounds?)))
         .collect();
-    if !bounds.is_empty() {
-        panel.series.push(Series::labelled(
-            "allowed by the bounds",
-            Style::new(Colour::FAINT, Marker::Square),
-            Marks::Polygons(bounds),
-        ));
-    }
+    panel.push(Series::labelled(
+        "allowed by the bounds",
+        Style::new(Colour::FAINT, Marker::Square),
+        Marks::Polygons(bounds),
+    ));
     for fate in FactorFate::ALL {
         let points: Vec<FigurePoint> = input
             .factors
@@ -105,18 +103,10 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
                 ..FigurePoint::new(factor.value, place as f64)
             })
             .collect();
-        if !points.is_empty() {
-            let (label, style) = fate.mark_style();
-            let others = other_parts(&input.factors, fate);
-            if !others.is_empty() {
-                panel
-                    .series
-                    .push(Series::new(style, Marks::Segments(others)));
-            }
-            panel
-                .series
-                .push(Series::labelled(label, style, Marks::Points(points)));
-        }
+        let (label, style) = fate.mark_style();
+        let others = other_parts(&input.factors, fate);
+        panel.push(Series::new(style, Marks::Segments(others)));
+        panel.push(Series::labelled(label, style, Marks::Points(points)));
     }
     let without = input
         .factors

@@ -121,6 +121,13 @@ impl Panel {
             notes: Vec::new(),
         }
     }
+
+    /// Adds marks over those that there are; a series without any leaves no entry in the legend.
+    pub(super) fn push(&mut self, series: Series) {
+        if !series.marks.is_empty() {
+            self.series.push(series);
+        }
+    }
 }
 
 /// One axis.
@@ -296,6 +303,19 @@ pub enum Marks {
     LevelAt(f64),
     /// A line from bottom to top at a horizontal value.
     UprightAt(f64),
+}
+
+impl Marks {
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::Points(points) => points.is_empty(),
+            Self::Line(points) | Self::Steps(points) => points.is_empty(),
+            Self::Segments(pairs) | Self::Arrows(pairs) => pairs.is_empty(),
+            Self::Band(points) => points.is_empty(),
+            Self::Polygons(areas) => areas.is_empty(),
+            Self::LevelAt(_) | Self::UprightAt(_) => false,
+        }
+    }
 }
 
 /// A point with its bars.

@@ -93,19 +93,15 @@ fn vertical(input: &HeldOutError) -> Axis {
 }
 
 fn push_floor(panel: &mut Panel, input: &HeldOutError) {
-    let floors: Vec<[[f64; 2]; 2]> = (0..input.poses.len())
-        .map(|place| {
-            let x = place as f64;
-            [[x - 0.38, NOISE_ALONE], [x + 0.38, NOISE_ALONE]]
-        })
-        .collect();
-    if !floors.is_empty() {
-        panel.series.push(Series::labelled(
-            "noise alone",
-            Style::new(Colour::INK, Marker::Dash).stroke(1.4).dashed(),
-            Marks::Segments(floors),
-        ));
-    }
+    let floors = (0..input.poses.len()).map(|place| {
+        let x = place as f64;
+        [[x - 0.38, NOISE_ALONE], [x + 0.38, NOISE_ALONE]]
+    });
+    panel.push(Series::labelled(
+        "noise alone",
+        Style::new(Colour::INK, Marker::Dash).stroke(1.4).dashed(),
+        Marks::Segments(floors.collect()),
+    ));
 }
 
 fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {

@@ -232,22 +232,15 @@ fn panel(
     if let Some(marked) = &input.marked {
         let here = marked.points.iter();
         let here = here.filter(|(of_pose, of, _)| (of_pose, *of) == (pose, direction));
-        let points: Vec<FigurePoint> = here
-            .map(|(.., [force_n, displacement_m])| {
-                FigurePoint::new(*force_n, displacement_m / METRES_PER_MICROMETRE)
-            })
-            .collect();
-        if !points.is_empty() {
-            panel.series.push(Series::labelled(
-                marked.name.clone(),
-                Style::new(
-                    qualitative(MARKED_COLOUR),
-                    Marker::nth(2 * input.sessions.len()),
-                )
-                .marker_size(4.0),
-                Marks::Points(points),
-            ));
-        }
+        let points = here.map(|(.., [force_n, displacement_m])| {
+            FigurePoint::new(*force_n, displacement_m / METRES_PER_MICROMETRE)
+        });
+        let marker = Marker::nth(2 * input.sessions.len());
+        panel.push(Series::labelled(
+            marked.name.clone(),
+            Style::new(qualitative(MARKED_COLOUR), marker).marker_size(4.0),
+            Marks::Points(points.collect()),
+        ));
     }
     panel
 }

@@ -141,16 +141,13 @@ fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
     let ideal = sizes
         .iter()
         .filter_map(|size| Some([size.size_standard_errors, 100.0 * size.ideal?]));
-    let ideal: Vec<[f64; 2]> = ideal.collect();
-    if !ideal.is_empty() {
-        panel.series.push(Series::labelled(
-            "right names with known noise",
-            Style::new(qualitative(4), Marker::Square)
-                .stroke(0.8)
-                .dashed(),
-            Marks::Line(ideal),
-        ));
-    }
+    panel.push(Series::labelled(
+        "right names with known noise",
+        Style::new(qualitative(4), Marker::Square)
+            .stroke(0.8)
+            .dashed(),
+        Marks::Line(ideal.collect()),
+    ));
     panel
 }
 
@@ -163,16 +160,13 @@ fn point(size: &PowerAtSize, rate: &Rate, aside: f64) -> FigurePoint {
 }
 
 fn push_curve(panel: &mut Panel, label: &str, style: Style, points: Vec<FigurePoint>) {
-    if points.is_empty() {
-        return;
-    }
     let line = points.iter().map(|point| [point.x, point.y]).collect();
-    panel.series.push(Series::labelled(
+    panel.push(Series::labelled(
         label,
         style.stroke(1.1),
         Marks::Line(line),
     ));
-    panel.series.push(Series::labelled(
+    panel.push(Series::labelled(
         label,
         style.marker_size(3.0),
         Marks::Points(points),

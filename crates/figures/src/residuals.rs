@@ -197,13 +197,11 @@ fn panel(
                 })
             })
             .collect();
-        if !points.is_empty() {
-            panel.series.push(Series::labelled(
-                direction.to_string(),
-                mark_style(direction),
-                Marks::Points(points),
-            ));
-        }
+        panel.push(Series::labelled(
+            direction.to_string(),
+            mark_style(direction),
+            Marks::Points(points),
+        ));
     }
     panel
 }

@@ -231,13 +231,9 @@ fn push_joints(panel: &mut Panel, input: &RobotDrawing, view: RobotView) {
             hollow: true,
             ..point
         };
-        let points: Vec<FigurePoint> = joints
-            .filter_map(|joint| at(joint.node).map(hollow))
-            .collect();
-        if !points.is_empty() {
-            let marks = Marks::Points(points);
-            panel.series.push(Series::new(joint_style(slides), marks));
-        }
+        let points = joints.filter_map(|joint| at(joint.node).map(hollow));
+        let marks = Marks::Points(points.collect());
+        panel.push(Series::new(joint_style(slides), marks));
     }
     if input.force_n.is_none() {
         let marks = Marks::Points(at(input.end).into_iter().collect());

@@ -175,9 +175,6 @@ fn push_by_fate(
                 }
             })
             .collect();
-        if points.is_empty() {
-            continue;
-        }
         let (label, style) = if held_out {
             (
                 format!("{what}, held out"),
@@ -189,7 +186,7 @@ fn push_by_fate(
                 Style::new(qualitative(0), Marker::Circle),
             )
         };
-        panel.series.push(Series::labelled(
+        panel.push(Series::labelled(
             label,
             style.marker_size(4.2),
             Marks::Points(points),

@@ -191,20 +191,16 @@ fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]
                 .collect(),
         )
     };
-    if !input.stated.is_empty() {
-        panel.series.push(Series::labelled(
-            input.stated_by.clone(),
-            Style::new(qualitative(1), Marker::Square).marker_size(6.5),
-            marked(&input.stated),
-        ));
-    }
-    if !input.extremes.is_empty() {
-        panel.series.push(Series::labelled(
-            "extreme point",
-            Style::new(Colour::BLACK, Marker::Circle),
-            marked(&input.extremes),
-        ));
-    }
+    panel.push(Series::labelled(
+        input.stated_by.clone(),
+        Style::new(qualitative(1), Marker::Square).marker_size(6.5),
+        marked(&input.stated),
+    ));
+    panel.push(Series::labelled(
+        "extreme point",
+        Style::new(Colour::BLACK, Marker::Circle),
+        marked(&input.extremes),
+    ));
     // Names stand outside the cloud.
     for point in named(input) {
         panel.notes.push(FigureNote {
