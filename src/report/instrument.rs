@@ -12,9 +12,7 @@ use crate::instrument::description::{
     SignConvention, Timing, UnitSource,
 };
 use crate::instrument::port::{Binding, PortInfo};
-use crate::instrument::{
-    Channel, CommandRole, InstrumentDescription, Rejected, Sample, raw_text,
-};
+use crate::instrument::{Channel, CommandRole, InstrumentDescription, Rejected, Sample, raw_text};
 
 /// The known gauges.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

@@ -6,6 +6,7 @@ use super::figure::{
 };
 use super::palette::{Colour, Marker, diverging};
 use super::ticks::signed;
+use super::value_table::HALF;
 use stiffbench_numeric::least_squares::STRONG_CORRELATION;
 
 /// What the figure shows.
@@ -39,12 +40,10 @@ pub fn correlation(input: &Correlation) -> Figure {
             unknown += usize::from(entry.is_none());
             strong +=
                 usize::from(column > row && entry.is_some_and(|e| e.abs() > STRONG_CORRELATION));
-            polygons.push(Polygon {
-                corners: square(column as f64, row as f64),
-                colour,
-            });
+            let at = [column as f64, row as f64];
+            polygons.push(Polygon::square(at, HALF, colour));
             notes.push(FigureNote {
-                at: [column as f64, row as f64],
+                at,
                 text: entry.map_or_else(|| "–".to_owned(), |entry| signed(entry, 2)),
                 colour: colour.readable_ink(),
                 size_px,
@@ -78,17 +77,6 @@ pub fn correlation(input: &Correlation) -> Figure {
         panels: vec![panel],
         ..Figure::new("Correlation of the fitted parameters", caption)
     }
-}
-
-/// A cell with a thin gap to its neighbours.
-fn square(x: f64, y: f64) -> Vec<[f64; 2]> {
-    let half = 0.485;
-    vec![
-        [x - half, y - half],
-        [x + half, y - half],
-        [x + half, y + half],
-        [x - half, y + half],
-    ]
 }
 
 #[cfg(test)]

@@ -189,13 +189,11 @@ fn panel(candidates: &[&EvidenceCandidate], band: AlikeBand) -> Panel {
                 band.width
             ),
             Style::new(Colour::FAINT, Marker::Square),
-            Marks::Polygons(vec![Polygon {
-                corners: rectangle(
-                    [band.lowest(), band.best],
-                    [-0.5, candidates.len() as f64 - 0.5],
-                ),
-                colour: Colour::FAINT,
-            }]),
+            Marks::Polygons(vec![Polygon::rectangle(
+                [band.lowest(), band.best],
+                [-0.5, candidates.len() as f64 - 0.5],
+                Colour::FAINT,
+            )]),
         ));
     }
     for look in BarLook::FILLED {
@@ -232,10 +230,7 @@ fn push_filled(
         .iter()
         .enumerate()
         .filter(|(_, candidate)| BarLook::of(candidate, band) == look)
-        .map(|(place, candidate)| Polygon {
-            corners: bar(place, candidate),
-            colour,
-        })
+        .map(|(place, candidate)| bar(place, candidate, colour))
         .collect();
     let style = Style::new(colour, Marker::Square);
     panel.push(Series::labelled(label, style, Marks::Polygons(bars)));
@@ -248,7 +243,7 @@ fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_p
         if !matches!(candidate.standing, CandidateDecision::Impossible { .. }) {
             continue;
         }
-        let corners = bar(place, candidate);
+        let Polygon { corners, .. } = bar(place, candidate, Colour::INK);
         lines.extend((0..4).map(|i| [corners[i], corners[(i + 1) % 4]]));
         lines.extend(hatching([&corners[0], &corners[2]], ROW_PX, units_per_px));
     }
@@ -256,17 +251,14 @@ fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_p
     panel.push(Series::new(style, Marks::Segments(lines)));
 }
 
-fn bar(place: usize, candidate: &EvidenceCandidate) -> Vec<[f64; 2]> {
+fn bar(place: usize, candidate: &EvidenceCandidate, colour: Colour) -> Polygon {
     let value = candidate.log_bayes_factor;
     let place = place as f64;
-    rectangle(
+    Polygon::rectangle(
         [value.min(0.0), value.max(0.0)],
         [place - HALF_BAR, place + HALF_BAR],
+        colour,
     )
-}
-
-fn rectangle([left, right]: [f64; 2], [top, bottom]: [f64; 2]) -> Vec<[f64; 2]> {
-    vec![[left, top], [right, top], [right, bottom], [left, bottom]]
 }
 
 /// What stands beside a bar.

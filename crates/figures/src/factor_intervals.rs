@@ -85,7 +85,11 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
         .factors
         .iter()
         .enumerate()
-        .filter_map(|(place, factor)| Some(bar(place as f64, factor.bounds?)))
+        .filter_map(|(place, factor)| {
+            let place = place as f64;
+            let across = [place - 0.3, place + 0.3];
+            Some(Polygon::rectangle(factor.bounds?, across, Colour::FAINT))
+        })
         .collect();
     panel.push(Series::labelled(
         "allowed by the bounds",
@@ -146,14 +150,6 @@ fn other_parts(factors: &[DrawnFactor], fate: FactorFate) -> Vec<[[f64; 2]; 2]> 
         others.map(move |part| part.map(|end| [end, place as f64]))
     });
     parts.collect()
-}
-
-fn bar(place: f64, [low, high]: [f64; 2]) -> Polygon {
-    let [above, below] = [place - 0.3, place + 0.3];
-    Polygon {
-        corners: vec![[low, above], [high, above], [high, below], [low, below]],
-        colour: Colour::FAINT,
-    }
 }
 
 #[cfg(test)]

@@ -367,6 +367,25 @@ pub struct Polygon {
     pub colour: Colour,
 }
 
+impl Polygon {
+    /// A rectangle between two horizontal and two vertical values.
+    pub(super) fn rectangle(
+        [left, right]: [f64; 2],
+        [top, bottom]: [f64; 2],
+        colour: Colour,
+    ) -> Self {
+        Self {
+            corners: vec![[left, top], [right, top], [right, bottom], [left, bottom]],
+            colour,
+        }
+    }
+
+    /// A square around a place.
+    pub(super) fn square([x, y]: [f64; 2], half: f64, colour: Colour) -> Self {
+        Self::rectangle([x - half, x + half], [y - half, y + half], colour)
+    }
+}
+
 /// A text at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FigureNote {

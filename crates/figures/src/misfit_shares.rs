@@ -88,14 +88,11 @@ pub fn misfit_waterfall(input: &MisfitWaterfall) -> Figure {
         },
     );
     for (place, bar) in bars.iter().enumerate() {
-        let [top, bottom] = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
-        let [low, high] = bar.ends.map(|end| 100.0 * end);
+        let across = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
+        let along = bar.ends.map(|end| 100.0 * end);
         panel.series.push(Series::new(
             Style::new(bar.colour, Marker::Square),
-            Marks::Polygons(vec![Polygon {
-                corners: vec![[low, top], [high, top], [high, bottom], [low, bottom]],
-                colour: bar.colour,
-            }]),
+            Marks::Polygons(vec![Polygon::rectangle(along, across, bar.colour)]),
         ));
     }
     panel.notes = bars

@@ -11,7 +11,7 @@ pub(super) const SIGNED_SHARE: f64 = 0.25;
 /// Sizes of the numbers in the squares that are tried, px.
 const NUMBER_PX: [f64; 3] = [9.5, 8.5, 7.5];
 /// Half the side of a square: a thin gap parts it from its neighbours.
-const HALF: f64 = 0.485;
+pub(super) const HALF: f64 = 0.485;
 /// Shades of the colour bar.
 const SHADES: usize = 80;
 
@@ -40,10 +40,7 @@ impl ValueTable<'_> {
             let at = [column as f64, row as f64 + self.first_row];
             let value = (self.value)(row, column);
             let colour = value.map_or(Colour::FAINT, |value| diverging(value / self.limit));
-            squares.push(Polygon {
-                corners: square(at),
-                colour,
-            });
+            squares.push(Polygon::square(at, HALF, colour));
             match value {
                 None => hatching.extend(hatched(at)),
                 Some(value) => numbers.push((at, value)),
@@ -91,15 +88,6 @@ pub(super) fn number(value: f64) -> String {
     signed(value, usize::from(value.abs() < 9.95))
 }
 
-fn square([x, y]: [f64; 2]) -> Vec<[f64; 2]> {
-    vec![
-        [x - HALF, y - HALF],
-        [x + HALF, y - HALF],
-        [x + HALF, y + HALF],
-        [x - HALF, y + HALF],
-    ]
-}
-
 /// Three slanting lines over a square.
 fn hatched([x, y]: [f64; 2]) -> [[[f64; 2]; 2]; 3] {
     [
@@ -116,10 +104,7 @@ pub(super) fn colour_bar(axis: Axis, range: [f64; 2], colour: impl Fn(f64) -> Co
     let shades = (0..SHADES).map(|shade| {
         let [from, middle] = [0.0, 0.5].map(|part| value(shade as f64 + part));
         // A shade reaches to the end and is covered by the next: side by side they would show seams.
-        Polygon {
-            corners: vec![[-0.5, from], [0.5, from], [0.5, range[1]], [-0.5, range[1]]],
-            colour: colour(middle),
-        }
+        Polygon::rectangle([-0.5, 0.5], [from, range[1]], colour(middle))
     });
     let shades = shades.collect();
     let mut panel = Panel::new(
