@@ -131,7 +131,7 @@ fn runs_of_squares(bins: &PlaneBins, scale: &ColourScale) -> Vec<Polygon> {
     let half = 0.5 * bins.side_m();
     let mut runs: Vec<([usize; 2], Polygon)> = Vec::new();
     for (place, value) in bins.drawn() {
-        let [z, y] = bins.centre_m(place);
+        let centre_m = bins.centre_m(place);
         let colour = scale.colour(value);
         if let Some((last, polygon)) = runs.last_mut()
             && *last == [place[0].wrapping_sub(1), place[1]]
@@ -139,17 +139,11 @@ fn runs_of_squares(bins: &PlaneBins, scale: &ColourScale) -> Vec<Polygon> {
         {
             *last = place;
             for corner in &mut polygon.corners[1..3] {
-                corner[0] = z + half;
+                corner[0] = centre_m[0] + half;
             }
             continue;
         }
-        let corners = vec![
-            [z - half, y - half],
-            [z + half, y - half],
-            [z + half, y + half],
-            [z - half, y + half],
-        ];
-        runs.push((place, Polygon { corners, colour }));
+        runs.push((place, Polygon::square(centre_m, half, colour)));
     }
     runs.into_iter().map(|(_, polygon)| polygon).collect()
 }

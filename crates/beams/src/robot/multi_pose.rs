@@ -201,7 +201,7 @@ impl<'a> MultiPosePredictor<'a> {
             Some(general) => general,
             none => none.insert(Predictor::of(self.model.clone())?),
         };
-        general.rate(factors);
+        general.prepare(factors);
         general.place(pose)?;
         self.solutions[index] = Some(general.compliance());
         let width = self.parameters.len();

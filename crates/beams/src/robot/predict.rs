@@ -85,14 +85,9 @@ impl<'a> Predictor<'a> {
             .map_err(|source| self.wrapped(source))
     }
 
-    /// Takes other factors for the poses to come; nothing is factorised before [`Predictor::place`].
-    pub(super) fn rate(&mut self, factors: &FittingFactors) {
-        self.model.set_factors(factors);
-    }
-
-    /// Takes other factors for the poses to come: nothing is solved before [`Predictor::place`].
+    /// Takes other factors for the poses to come: nothing is factorised or solved before [`Predictor::place`].
     pub fn prepare(&mut self, factors: &FittingFactors) {
-        self.rate(factors);
+        self.model.set_factors(factors);
     }
 
     /// Compliance of the end where it was placed, 6 × 6, SI.
