@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use jiff::Timestamp;
 
 use crate::analysis::{
@@ -37,8 +37,8 @@ pub(super) struct DataExportArgs {
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
     /// Format of the tables; CSV and datapackage.json are always written
-    #[arg(long, value_enum, default_value_t = TableFormatArg::Csv)]
-    format: TableFormatArg,
+    #[arg(long, value_enum, default_value_t = TableFormat::Csv)]
+    format: TableFormat,
     /// Write ro-crate-metadata.json too, for research data repositories
     #[arg(long)]
     ro_crate: bool,
@@ -50,27 +50,6 @@ pub(super) struct DataExportArgs {
     log: LogArgs,
 }
 
-/// Formats of tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TableFormatArg {
-    /// A file a table, with units and hashes in datapackage.json
-    Csv,
-    /// Also one spreadsheet, a sheet a table, with units and provenance on the sheet about
-    Xlsx,
-    /// Also a Parquet file a table; needs the build feature parquet
-    Parquet,
-}
-
-impl From<TableFormatArg> for TableFormat {
-    fn from(format: TableFormatArg) -> Self {
-        match format {
-            TableFormatArg::Csv => Self::Csv,
-            TableFormatArg::Xlsx => Self::Xlsx,
-            TableFormatArg::Parquet => Self::Parquet,
-        }
-    }
-}
-
 /// What is exported.
 struct Exported {
     tables: Vec<TidyTable>,
@@ -80,7 +59,7 @@ struct Exported {
 
 /// Writes the tables of a session.
 pub(super) fn run(args: &DataExportArgs, global: &Global) -> Result<Outcome, Failure> {
-    let format = TableFormat::from(args.format);
+    let format = args.format;
     #[cfg(not(feature = "parquet"))]
     if format == TableFormat::Parquet {
         return Err(CliError::NoParquet.into());

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 
 use crate::analysis::{ArgumentError, Inputs, is_dash, sha256};
 use crate::export::ExportModel;
@@ -39,7 +39,7 @@ pub(super) enum ModelCommand {
 pub(super) struct ModelExportArgs {
     /// Format of the file
     #[arg(long, value_enum)]
-    format: FormatArg,
+    format: ExportFormat,
     /// Which robot, mechanism and factors.
     #[command(flatten)]
     model: ModelArgs,
@@ -52,33 +52,6 @@ pub(super) struct ModelExportArgs {
     /// Write to this file instead of standard output, which is - too
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-}
-
-/// Formats of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FormatArg {
-    /// MuJoCo: bodies, springs of joints and beams, friction, play
-    Mjcf,
-    /// Gazebo: bodies, joints with springs and friction
-    Sdf,
-    /// ROS: bodies, joints with friction; the rest as comments
-    Urdf,
-    /// Parameters with units and intervals, and the compliance in each pose, a row a value
-    Csv,
-    /// The same as JSON
-    Json,
-}
-
-impl From<FormatArg> for ExportFormat {
-    fn from(format: FormatArg) -> Self {
-        match format {
-            FormatArg::Mjcf => Self::Mjcf,
-            FormatArg::Sdf => Self::Sdf,
-            FormatArg::Urdf => Self::Urdf,
-            FormatArg::Csv => Self::Csv,
-            FormatArg::Json => Self::Json,
-        }
-    }
 }
 
 /// Runs a subcommand of `model`.
@@ -133,18 +106,18 @@ fn export(args: &ModelExportArgs) -> Result<Outcome, Failure> {
     let pose = pose.as_ref();
     let table = model.table(pose)?;
     let (text, notes) = match args.format {
-        FormatArg::Mjcf => model.mjcf(pose)?,
-        FormatArg::Sdf => model.sdf(pose)?,
-        FormatArg::Urdf => model.urdf(pose)?,
-        FormatArg::Csv => (table.csv(), Vec::new()),
-        FormatArg::Json => (format!("{:#}\n", serde_json::json!(table)), Vec::new()),
+        ExportFormat::Mjcf => model.mjcf(pose)?,
+        ExportFormat::Sdf => model.sdf(pose)?,
+        ExportFormat::Urdf => model.urdf(pose)?,
+        ExportFormat::Csv => (table.csv(), Vec::new()),
+        ExportFormat::Json => (format!("{:#}\n", serde_json::json!(table)), Vec::new()),
     };
     warnings.extend(notes);
     warnings.extend(pose.map_or_else(Vec::new, |(_, pose)| limits_passed(&resolved.robot, pose)));
     warnings.extend(table.notes.iter().cloned());
     let inputs = Inputs::default().with_model(&resolved);
     let mut report = ModelExportReport {
-        format: args.format.into(),
+        format: args.format,
         file: args.out.clone().filter(|file| !is_dash(file)),
         text: None,
         table,

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -24,14 +25,14 @@ pub struct DataExportReport {
 }
 
 /// Format of tables for other programs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TableFormat {
-    /// A CSV file a table, and `datapackage.json`.
+    /// A file a table, with units and hashes in datapackage.json.
     Csv,
-    /// Also one spreadsheet, a sheet a table.
+    /// Also one spreadsheet, a sheet a table, with units and provenance on the sheet about.
     Xlsx,
-    /// Also a Parquet file a table.
+    /// Also a Parquet file a table; needs the build feature parquet.
     Parquet,
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -21,17 +22,17 @@ pub struct ModelExportReport {
 }
 
 /// Format of a model for other programs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ExportFormat {
-    /// MuJoCo.
+    /// MuJoCo: bodies, springs of joints and beams, friction, play.
     Mjcf,
-    /// Gazebo.
+    /// Gazebo: bodies, joints with springs and friction.
     Sdf,
-    /// ROS.
+    /// ROS: bodies, joints with friction; the rest as comments.
     Urdf,
-    /// A table.
+    /// Parameters with units and intervals, and the compliance in each pose, a row a value.
     Csv,
-    /// A table.
+    /// The same as JSON.
     Json,
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::builder::NonEmptyStringValueParser;
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 
 use crate::analysis::ArgumentError;
 use crate::cli::args::ModelArgs;
@@ -56,7 +56,7 @@ pub(super) struct MakeArgs {
     pub(super) out: Option<PathBuf>,
     /// Form of the file [default: markdown for a file that ends in .md, typst for .typ, else html]
     #[arg(long, value_enum)]
-    pub(super) format: Option<FormatWord>,
+    pub(super) format: Option<PageFormat>,
     /// Write the figures into this folder too
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,
@@ -101,7 +101,7 @@ impl MakeArgs {
     /// For a name that promises a form that is not written.
     pub(super) fn format(&self) -> Result<PageFormat, ArgumentError> {
         if let Some(format) = self.format {
-            return Ok(format.into());
+            return Ok(format);
         }
         let ending = self.out.as_ref().and_then(|out| out.extension());
         let ending = ending.map(|ending| ending.to_string_lossy().to_lowercase());
@@ -135,25 +135,4 @@ pub(super) struct VerifyArgs {
     /// The template of the report, if it was not the usual one
     #[arg(long, value_name = "FILE")]
     pub(super) template: Option<PathBuf>,
-}
-
-/// Form of a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum FormatWord {
-    /// One HTML file with figures and data
-    Html,
-    /// Text with tables, for pasting
-    Markdown,
-    /// Source for PDF by the typesetter Typst
-    Typst,
-}
-
-impl From<FormatWord> for PageFormat {
-    fn from(word: FormatWord) -> Self {
-        match word {
-            FormatWord::Html => Self::Html,
-            FormatWord::Markdown => Self::Markdown,
-            FormatWord::Typst => Self::Typst,
-        }
-    }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use clap::ValueEnum;
 use minijinja::{
     AutoEscape, Environment, Output, State, UndefinedBehavior, Value, context, escape_formatter,
 };
@@ -30,14 +31,14 @@ pub struct PageTemplate {
     pub format: PageFormat,
 }
 
-/// The form of a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The form of a report; one of HTML can be verified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum PageFormat {
-    /// One HTML file with figures and data, which can be verified.
+    /// One HTML file with figures and data.
     Html,
-    /// Text with tables.
+    /// Text with tables, for pasting.
     Markdown,
-    /// Source of the typesetter Typst with figures, for PDF.
+    /// Source for PDF by the typesetter Typst.
     Typst,
 }
 
