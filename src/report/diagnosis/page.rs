@@ -299,9 +299,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
     }
     let mut text = head("How sure");
     for answer in answers {
-        let Some(best) = answer.members().first() else {
-            continue;
-        };
+        let best = answer.members()[0];
         let name = match answer {
             DiagnosisAnswer::Single(_) => capital(&phrase_of(best)),
             DiagnosisAnswer::OneOf(members) => format!("One of the {}", members.len()),
@@ -345,9 +343,7 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> String {
     }
     let mut text = head("What else it could be");
     for answer in answers {
-        let Some(best) = answer.members().first() else {
-            continue;
-        };
+        let best = answer.members()[0];
         let sentence = match (best.rivals.first(), answer) {
             (None, DiagnosisAnswer::Single(_)) => format!(
                 "{}: no other law of the library comes near at any place{}.",
