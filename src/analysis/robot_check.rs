@@ -73,7 +73,7 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
         unknown_springs: Vec::new(),
         load_case_columns: load_case_columns(robot),
     };
-    let poses = poses_of(robot);
+    let poses = robot.poses_or_nominal();
     for (name, pose) in &poses {
         check.look_at_pose(robot, source, name, pose);
     }
@@ -100,17 +100,6 @@ pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, Rob
     }
     check.judge_size(source);
     Ok(check)
-}
-
-/// The named poses, or the nominal one.
-fn poses_of(robot: &Robot) -> Vec<(String, Pose)> {
-    if robot.poses.is_empty() {
-        return vec![("nominal".to_owned(), robot.nominal_pose())];
-    }
-    let named = robot.poses.iter();
-    named
-        .map(|named| (named.id.to_string(), named.pose.clone()))
-        .collect()
 }
 
 /// The columns of a table of load cases; of joints those that move the tool.

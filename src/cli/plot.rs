@@ -171,10 +171,7 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<NamedFigure, Fai
             name.clone(),
             resolved.robot.pose(&PoseId::new(name))?.clone(),
         ),
-        None => match resolved.robot.poses.first() {
-            Some(first) => (first.id.to_string(), first.pose.clone()),
-            None => ("nominal".to_owned(), resolved.robot.nominal_pose()),
-        },
+        None => resolved.robot.poses_or_nominal().swap_remove(0),
     };
     let (robot, factors) = (&resolved.robot, &resolved.factors);
     let physics = &resolved.physics;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::analysis::Inputs;
 use crate::plot::{RobotDrawing, robot_pose};
 use crate::report::{pose_drawing, with_equal_views};
-use crate::robot::{FittingFactors, JointModel, MechanismModel, Pose, Robot, Theory};
+use crate::robot::{FittingFactors, JointModel, MechanismModel, Robot, Theory};
 
 use super::args::Global;
 use super::failure::Failure;
@@ -71,18 +71,11 @@ pub(super) fn draw(
 
 /// The complete robot in each pose that it can take.
 fn drawings(robot: &Robot) -> Result<(Vec<String>, Vec<RobotDrawing>), Failure> {
-    let named = robot.poses.iter();
-    let mut poses: Vec<(String, Pose)> = named
-        .map(|named| (named.id.to_string(), named.pose.clone()))
-        .collect();
-    if poses.is_empty() {
-        poses.push(("nominal".to_owned(), robot.nominal_pose()));
-    }
     let mechanism = robot.mechanism(None)?;
     let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
     let mut model = MechanismModel::new(robot, mechanism, &joints, theory, &FittingFactors::UNIT)?;
     let (mut names, mut drawings) = (Vec::new(), Vec::new());
-    for (name, pose) in poses {
+    for (name, pose) in robot.poses_or_nominal() {
         if model.place(&pose).is_ok() {
             drawings.push(pose_drawing(&model, &name));
             names.push(name);

@@ -76,13 +76,8 @@ impl<'a> ExportModel<'a> {
     /// # Errors
     /// For a pose that cannot be reached.
     pub fn table(&self, pose: Option<&(String, Pose)>) -> Result<ExportTable, AnalysisError> {
-        let named = self.robot().poses.iter();
-        let named = named.map(|named| (named.id.to_string(), named.pose.clone()));
-        let mut poses: Vec<(String, Pose)> =
-            pose.map_or_else(|| named.collect(), |pose| vec![pose.clone()]);
-        if poses.is_empty() {
-            poses.push(self.pose(None));
-        }
+        let chosen = pose.map(|pose| vec![pose.clone()]);
+        let poses = chosen.unwrap_or_else(|| self.robot().poses_or_nominal());
         Ok(ExportTable {
             robot: self.robot().name.clone(),
             mechanism: self.resolved.mechanism.clone(),

@@ -318,6 +318,18 @@ impl Robot {
         }
     }
 
+    /// The named poses with their names; without any the nominal one, as `nominal`.
+    #[must_use]
+    pub fn poses_or_nominal(&self) -> Vec<(String, Pose)> {
+        if self.poses.is_empty() {
+            return vec![("nominal".to_owned(), self.nominal_pose())];
+        }
+        let named = self.poses.iter();
+        named
+            .map(|named| (named.id.to_string(), named.pose.clone()))
+            .collect()
+    }
+
     /// Index of a variable.
     ///
     /// # Errors
