@@ -31,21 +31,19 @@ const CROSSING_S: f64 = 0.5;
 /// The same where the play has no friction, N·m.
 const LEAST_CROSSING_NM: f64 = 1.0;
 
-/// What a file says besides the bodies.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct MjcfHeader<'a> {
-    /// Name of the model.
-    pub(super) name: &'a str,
-    /// Comments at the beginning.
-    pub(super) comments: &'a [String],
-    /// Acceleration of free fall, m/s²; zero where the masses are not known.
-    pub(super) gravity_m_per_s2: [f64; 3],
-}
-
 /// The file.
-pub(super) fn mjcf(model: &LumpedModel, header: &MjcfHeader<'_>) -> String {
-    let mut xml = Xml::new(header.comments);
-    xml.open("mujoco", &[("model", header.name.to_owned())]);
+///
+/// # Arguments
+/// - `gravity_m_per_s2`: acceleration of free fall; zero where the masses are not known.
+/// - `comments`: at the beginning.
+pub(super) fn mjcf(
+    name: &str,
+    gravity_m_per_s2: [f64; 3],
+    model: &LumpedModel,
+    comments: &[String],
+) -> String {
+    let mut xml = Xml::new(comments);
+    xml.open("mujoco", &[("model", name.to_owned())]);
     xml.empty(
         "compiler",
         &[
@@ -58,7 +56,7 @@ pub(super) fn mjcf(model: &LumpedModel, header: &MjcfHeader<'_>) -> String {
         &[
             ("timestep", number(TIMESTEP_S)),
             ("integrator", "implicitfast".to_owned()),
-            ("gravity", numbers(header.gravity_m_per_s2)),
+            ("gravity", numbers(gravity_m_per_s2)),
         ],
     );
     let constraint = numbers([CONSTRAINT_S, 1.0]);

@@ -11,7 +11,7 @@ use crate::vector::scale;
 use super::inertia::{Inertia, PLACEHOLDER};
 use super::kinematics::{KinematicTree, STIFFEST, SpringOfJoint};
 use super::lumped::{LumpedModel, LumpedParts};
-use super::mjcf::{MjcfHeader, mjcf};
+use super::mjcf::mjcf;
 use super::sdf::sdf;
 use super::table::{ExportTable, ParameterRow, PoseRow};
 use super::urdf::urdf;
@@ -278,6 +278,7 @@ impl<'a> ExportModel<'a> {
     /// For a pose that cannot be reached.
     pub fn mjcf(&self, pose: Option<&(String, Pose)>) -> Result<NotedFile, AnalysisError> {
         let (name, pose) = self.pose(pose);
+        let robot = self.robot();
         let PlacedModel { model, parts } = self.placed(&pose)?;
         let lumped = LumpedModel::new(model.structure(), &parts);
         let gravity = if self.is_weighed() {
@@ -292,14 +293,7 @@ impl<'a> ExportModel<'a> {
                 "The site `end` is where loads act and displacements are read. Damping is chosen for the time step, not measured.",
             ],
             lumped.bodies.iter().map(|body| &body.inertia),
-            |comments| {
-                let header = MjcfHeader {
-                    name: &self.robot().name,
-                    comments,
-                    gravity_m_per_s2: scale(self.robot().vertical, gravity),
-                };
-                mjcf(&lumped, &header)
-            },
+            |comments| mjcf(&robot.name, scale(robot.vertical, gravity), &lumped, comments),
         )
     }
 
