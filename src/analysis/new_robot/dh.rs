@@ -10,7 +10,7 @@ use crate::toml_text::{Document, DocumentStep};
 use DocumentStep::{Index, Key};
 
 use super::dh_csv::csv_as_toml;
-use super::draft::{Draft, DraftRow, key, number, poses_within, three};
+use super::draft::{Draft, DraftRow, key, made_from, number, poses_within, three};
 use super::{ImportError, ImportProblem, NewRobot};
 
 /// How a controller counts the angles of a six-axis arm.
@@ -235,14 +235,7 @@ impl DhReader<'_> {
         };
         let mut draft = Draft {
             name: table.name.clone().unwrap_or_else(|| "arm".to_owned()),
-            source: format!(
-                "made from {} by `stiffbench robot new --dh`",
-                self.source
-                    .name
-                    .rsplit(['/', '\\'])
-                    .next()
-                    .unwrap_or("a table")
-            ),
+            source: made_from(self.source, "dh"),
             dh: Some(match convention {
                 DhConvention::Standard => "standard",
                 DhConvention::Modified => "modified",

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::robot::format2::SCHEMA;
+use crate::source_text::SourceText;
 use crate::toml_text::quoted;
 
 /// Digits that are kept of a converted number: more than any maker states, few enough to hide the rounding of the conversion.
@@ -47,6 +48,13 @@ impl DraftRow {
     pub(super) fn set(&mut self, key: impl Into<String>, value: impl Into<String>) {
         self.keys.push((key.into(), value.into()));
     }
+}
+
+/// Where a robot file comes from: the name of the file without its folder, and the option that read it.
+pub(super) fn made_from(source: &SourceText, option: &str) -> String {
+    let name = source.name.rsplit(['/', '\\']).next();
+    let name = name.unwrap_or_default();
+    format!("made from {name} by `stiffbench robot new --{option}`")
 }
 
 /// A number rounded to what is worth writing.

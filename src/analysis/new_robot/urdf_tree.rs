@@ -4,8 +4,7 @@ use std::collections::HashMap;
 
 use crate::source_text::SourceText;
 
-use super::draft::Draft;
-use super::draft::poses_within;
+use super::draft::{Draft, made_from, poses_within};
 use super::urdf::{Urdf, read};
 use super::urdf_chain::{ChainWriter, LinkPlace};
 use super::urdf_meshes::missing_meshes;
@@ -199,14 +198,7 @@ impl<'a> UrdfTree<'a> {
             tree: self,
             draft: Draft {
                 name: self.urdf.name.clone(),
-                source: format!(
-                    "made from {} by `stiffbench robot new --urdf`",
-                    self.source
-                        .name
-                        .rsplit(['/', '\\'])
-                        .next()
-                        .unwrap_or("a URDF")
-                ),
+                source: made_from(self.source, "urdf"),
                 ..Draft::default()
             },
             places: HashMap::new(),
