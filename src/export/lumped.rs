@@ -180,7 +180,7 @@ impl LumpedBuilder<'_> {
             }
             let to = edge.vertices[usize::from(edge.vertices[0] == from)];
             if self.bodies[to].is_none() {
-                let body = self.hang(from, to, edge.link);
+                let body = self.hang(self.name(to), (from, to), edge.link);
                 self.bodies[to] = Some(body);
                 leave(to, &edges, &mut next);
             } else {
@@ -278,11 +278,11 @@ impl LumpedBuilder<'_> {
         self.found.bodies.len() - 1
     }
 
-    /// Makes a vertex a body that hangs on another.
-    fn hang(&mut self, from: usize, to: usize, link: LumpedLink) -> usize {
+    /// A body at a vertex that hangs on another.
+    fn hang(&mut self, name: String, (from, to): (usize, usize), link: LumpedLink) -> usize {
         let joints = self.joints(link);
         let (parent, position_m) = (self.body(from), self.position_m(to));
-        let body = self.add(self.name(to), Some(parent), position_m, joints);
+        let body = self.add(name, Some(parent), position_m, joints);
         if let LumpedLink::Beam(element) = link {
             self.add_halves(element, [(from, parent), (to, body)]);
         }
@@ -291,17 +291,11 @@ impl LumpedBuilder<'_> {
 
     /// Closes a loop: what lies between two bodies hangs on the first and is welded to the second.
     fn cut(&mut self, from: usize, to: usize, link: LumpedLink) {
-        let joints = self.joints(link);
         let member = match link {
             LumpedLink::Beam(element) => self.parts.members[element].clone(),
             LumpedLink::Rigid | LumpedLink::Hinge(_) => self.name(to),
         };
-        let (parent, position_m) = (self.body(from), self.position_m(to));
-        let name = format!("cut.{member}");
-        let body = self.add(name, Some(parent), position_m, joints);
-        if let LumpedLink::Beam(element) = link {
-            self.add_halves(element, [(from, parent), (to, body)]);
-        }
+        let body = self.hang(format!("cut.{member}"), (from, to), link);
         let bodies = [body, self.body(to)];
         self.found.welds.push(Weld { member, bodies });
     }
