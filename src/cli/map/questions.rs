@@ -11,7 +11,7 @@ use crate::distribution::{
 use crate::physics::ActingPhysics;
 use crate::plot::{BinValue, Figure};
 use crate::report::{
-    MapAnswers, MapReport, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
+    MapAnswers, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
     sensitivity_text,
 };
 use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
@@ -33,15 +33,8 @@ pub(super) fn run(
     let physics = job.physics(&robot)?;
     let poses = job.pose_set(&robot, Shard::WHOLE)?;
     let poses = StudyPoses::new(poses, job.sampling, job.plane(&robot));
-    let about = MapReport {
-        robot: &robot,
-        factors_name: job.factors_name.clone(),
-        seed: job.seed,
-        poses: &poses,
-        mechanisms: Vec::new(),
-        at_load_n: job.at_load_n,
-        cell,
-    };
+    let mut about = job.report(&robot, &physics, &poses, Vec::new())?;
+    about.cell = cell;
     let mut answer = QuestionResult::default();
     if let Some(load) = asked.load {
         let maps = maps(job, &robot, &physics, |model| {
