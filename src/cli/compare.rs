@@ -12,7 +12,7 @@ use crate::stiffness::{Branches, Comparison, SameGauges, StiffnessAgreement, com
 use super::args::Global;
 use super::calibration_args::CalibrationArgs;
 use super::failure::Failure;
-use super::figure_files::write_figure;
+use super::figure_files::{write_figure, wrote};
 use super::outcome::Outcome;
 use super::report::{PageArgs, write_comparison};
 
@@ -88,11 +88,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         let figure = load_displacement_figure(&[(&a.name, &table_a), (&b.name, &table_b)]);
         let written = write_figure(path, &figure, &inputs);
         let written = written.map_err(|failure| failure.with_warnings(&warnings))?;
-        warnings.extend(
-            written
-                .iter()
-                .map(|path| format!("wrote {}", path.display())),
-        );
+        warnings.extend(wrote(&written));
     }
     if let Some(out) = &args.report {
         let two = robots.is_some();

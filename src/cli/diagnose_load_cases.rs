@@ -15,7 +15,7 @@ use super::args::Global;
 use super::diagnose::{folder, outcome};
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
 use super::failure::Failure;
-use super::figure_files::{write_again, write_figure};
+use super::figure_files::{write_again, write_figure, wrote};
 use super::outcome::{Outcome, envelope};
 
 /// Finds what the free parameters leave out.
@@ -79,11 +79,7 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
                 written.extend(write_figure(&folder.join(name), &figure, &data.inputs)?);
             }
         }
-        warnings.extend(
-            written
-                .iter()
-                .map(|path| format!("wrote {}", path.display())),
-        );
+        warnings.extend(wrote(&written));
     }
     let result = DiagnosisResult::LoadCases(Box::new(report));
     Ok(outcome(text, result)

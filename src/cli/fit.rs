@@ -15,7 +15,7 @@ use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{BootstrapUnit, FitArgs, Global, MethodArg, Sigma};
 use super::failure::Failure;
-use super::figure_files::{write, write_figure};
+use super::figure_files::{write, write_figure, wrote};
 use super::fit_load_cases;
 use super::outcome::Outcome;
 use super::progress::progress;
@@ -99,11 +99,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
             )?);
         }
     }
-    warnings.extend(
-        written
-            .iter()
-            .map(|path| format!("wrote {}", path.display())),
-    );
+    warnings.extend(wrote(&written));
     let open = outcome.estimates.iter().any(|e| {
         matches!(
             e.status,

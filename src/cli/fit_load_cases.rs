@@ -17,7 +17,7 @@ use crate::report::{
 
 use super::args::{FitArgs, Global, MethodArg, Sigma};
 use super::failure::Failure;
-use super::figure_files::{write, write_figure};
+use super::figure_files::{write, write_figure, wrote};
 use super::outcome::Outcome;
 
 /// Fits and reports.
@@ -63,11 +63,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     if let Some(folder) = &args.figures {
         for (name, figure) in load_case_figures(&fit, &data.posed, &data.model.robot) {
             let written = write_figure(&folder.join(name), &figure, &data.inputs)?;
-            warnings.extend(
-                written
-                    .iter()
-                    .map(|path| format!("wrote {}", path.display())),
-            );
+            warnings.extend(wrote(&written));
         }
     }
     let open = fit.estimates.iter().any(|estimate| {

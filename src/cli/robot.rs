@@ -14,7 +14,7 @@ use crate::structure::Compliance6;
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::write_figure;
+use super::figure_files::{write_figure, wrote};
 use super::model::physics_text;
 use super::outcome::Outcome;
 use super::pose_args::limits_passed;
@@ -254,11 +254,8 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     let projection = project(&robot, &plan)?;
     let mut warnings = robot.warnings.clone();
     if let Some(path) = &args.figure {
-        warnings.extend(
-            write_figure(path, &projection.figure(&robot), &inputs)?
-                .iter()
-                .map(|path| format!("wrote {}", path.display())),
-        );
+        let written = write_figure(path, &projection.figure(&robot), &inputs)?;
+        warnings.extend(wrote(&written));
     }
     Ok(Outcome::new(
         "robot-workspace",

@@ -12,7 +12,7 @@ use crate::robot::{FittingFactors, JointModel, MechanismModel, Robot, Theory};
 
 use super::args::Global;
 use super::failure::Failure;
-use super::figure_files::{file_part, write_figure};
+use super::figure_files::{file_part, write_figure, wrote};
 use super::robot_args::RobotCheckArgs;
 use super::screen::Glyphs;
 use super::sketch::sketch;
@@ -55,10 +55,7 @@ pub(super) fn draw(
                 write_figure(&path, &robot_pose(drawing), &inputs)
             })
             .collect::<Result<_, Failure>>()?;
-        let written = written.iter().flatten();
-        drawn.notes = written
-            .map(|path| format!("wrote {}", path.display()))
-            .collect();
+        drawn.notes = wrote(written.iter().flatten()).collect();
     }
     if sketched {
         let named: Vec<(String, RobotDrawing)> = names.into_iter().zip(drawings).collect();

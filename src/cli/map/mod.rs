@@ -17,6 +17,7 @@ use crate::robot::Robot;
 
 use super::args::Global;
 use super::failure::Failure;
+use super::figure_files::wrote;
 use super::outcome::Outcome;
 use super::progress::progress;
 use crate::report::ShardReport;
@@ -96,12 +97,9 @@ fn finish(
         Some(folder) => write_all(folder, &report, figures, (&text, &data, &inputs))?,
         None => Vec::new(),
     };
-    let written = written
-        .iter()
-        .map(|path| format!("wrote {}", path.display()));
     Ok(Outcome::new("map", text, data)
         .with_inputs(inputs)
-        .with_warnings(written.collect()))
+        .with_warnings(wrote(&written).collect()))
 }
 
 /// A share, to a file.

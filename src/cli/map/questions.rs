@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::analysis::ArgumentError;
 use crate::cli::failure::Failure;
+use crate::cli::figure_files::wrote;
 use crate::cli::outcome::Outcome;
 use crate::distribution::{
     PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
@@ -70,11 +71,7 @@ pub(super) fn run(
     if let Some(folder) = out {
         let mut written = write_figures(folder, &answer.figures, &inputs)?;
         written.extend(write_text(folder, &answer.text, &answer.data, &inputs)?);
-        warnings.extend(
-            written
-                .iter()
-                .map(|path| format!("wrote {}", path.display())),
-        );
+        warnings.extend(wrote(&written));
     }
     Ok(Outcome::new("map", answer.text, answer.data)
         .with_inputs(inputs)
