@@ -12,8 +12,8 @@ use super::note::ImportNote;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
 use super::values::{branch, direction, texts};
 use crate::readings::{
-    Assumption, Conversion, PoseJoints, ReadOptions, ReadingTable, ReadingsError, are_one_load,
-    decimal, read_readings,
+    Assumption, Conversion, FileCell, PoseJoints, ReadOptions, ReadingTable, ReadingsError,
+    are_one_load, decimal, read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
 use stiffbench_units_and_text::quantity::Kind;
@@ -171,24 +171,27 @@ fn directions(
     draft: &ImportDraft,
     rows: &[usize],
 ) -> Result<Vec<(Direction, bool)>, TableImportError> {
-    let refused = |line, column: &str, value: &str| TableImportError::BadValue {
-        file: draft.table.source.clone(),
-        line,
-        column: column.to_owned(),
-        value: value.to_owned(),
+    let refused = |cell| TableImportError::BadValue {
+        cell,
         expected: "x, y or z",
     };
     let named = texts(draft, &ColumnRole::Direction, rows)?;
     let column = draft.found.place(&ColumnRole::Direction);
     if let (Some(texts), Some(column), None) = (named, column, &draft.mapping.direction) {
         let of = |(row, text): (&usize, &String)| {
-            let line = draft.table.rows[*row].line;
-            direction(text).ok_or_else(|| refused(line, draft.name(column), text))
+            let cell = || draft.table.cell(&draft.table.rows[*row], column);
+            direction(text).ok_or_else(|| refused(cell()))
         };
         return rows.iter().zip(&texts).map(of).collect();
     }
     let stated = draft.mapping.direction.as_deref().unwrap_or_default();
-    let one = direction(stated).ok_or_else(|| refused(1, "--direction", stated))?;
+    let cell = || FileCell {
+        file: draft.table.source.clone(),
+        line: 1,
+        column: "--direction".to_owned(),
+        value: stated.to_owned(),
+    };
+    let one = direction(stated).ok_or_else(|| refused(cell()))?;
     Ok(vec![one; rows.len()])
 }
 
@@ -338,10 +341,7 @@ fn set_branches(
     ) {
         for (place, text) in texts.iter().enumerate() {
             imported[place].branch = branch(text).ok_or_else(|| TableImportError::BadValue {
-                file: draft.table.source.clone(),
-                line: draft.table.rows[rows[place]].line,
-                column: draft.name(column).to_owned(),
-                value: text.clone(),
+                cell: draft.table.cell(&draft.table.rows[rows[place]], column),
                 expected: "loading or unloading",
             })?;
         }

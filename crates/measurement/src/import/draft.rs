@@ -174,11 +174,7 @@ impl ImportDraft {
     }
 
     pub(super) fn name(&self, index: usize) -> &str {
-        self.table
-            .layout
-            .columns
-            .get(index)
-            .map_or("", |column| &column.name)
+        self.table.name(index)
     }
 
     /// The unit of a column of forces, displacements or times.

@@ -6,7 +6,7 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use super::columns::MissingPart;
-use crate::readings::ReadingsError;
+use crate::readings::{FileCell, ReadingsError};
 use crate::table_files::TableFileError;
 
 /// All that is missing, for one message.
@@ -125,7 +125,7 @@ pub enum TableImportError {
         accepted: &'static str,
     },
     /// A row that lacks one of its values.
-    #[error("{file}, line {line}, column `{column}`: no value{found}")]
+    #[error("{cell}: no value{found}")]
     #[diagnostic(
         code(stiffbench::import::no_value),
         help(
@@ -133,30 +133,20 @@ pub enum TableImportError {
         )
     )]
     NoValue {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
+        /// The field.
+        cell: FileCell,
         /// What stands there, in words; empty of an empty cell.
         found: String,
     },
     /// A cell that holds something else.
-    #[error("{file}, line {line}, column `{column}`: `{value}`, expected {expected}")]
+    #[error("{cell}: `{}`, expected {expected}", .cell.value)]
     #[diagnostic(
         code(stiffbench::import::bad_value),
         help("correct the cell, or name another column with --map")
     )]
     BadValue {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// What stands there.
-        value: String,
+        /// The cell, with what stands there.
+        cell: FileCell,
         /// What should.
         expected: &'static str,
     },

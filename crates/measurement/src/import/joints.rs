@@ -130,12 +130,8 @@ impl JointPoses {
             let pose = PoseId::new(name);
             match self.poses.iter().find(|known| known.pose == pose) {
                 Some(known) if !same(known) => {
-                    let file_row = &draft.table.rows[row];
                     return Err(TableImportError::BadValue {
-                        file: draft.table.source.clone(),
-                        line: file_row.line,
-                        column: draft.name(column).to_owned(),
-                        value: draft.table.text(file_row, column).to_owned(),
+                        cell: draft.table.cell(&draft.table.rows[row], column),
                         expected: "the joint values of the other rows of this pose",
                     });
                 }

@@ -8,18 +8,12 @@ use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 /// An error about a cell without a value.
 pub(super) fn no_value(draft: &ImportDraft, row: usize, column: usize) -> TableImportError {
-    let file_row = &draft.table.rows[row];
-    let text = draft.table.text(file_row, column);
-    TableImportError::NoValue {
-        file: draft.table.source.clone(),
-        line: file_row.line,
-        column: draft.name(column).to_owned(),
-        found: if text.is_empty() {
-            String::new()
-        } else {
-            format!(": `{text}`")
-        },
-    }
+    let cell = draft.table.cell(&draft.table.rows[row], column);
+    let found = match cell.value.as_str() {
+        "" => String::new(),
+        text => format!(": `{text}`"),
+    };
+    TableImportError::NoValue { cell, found }
 }
 
 /// The texts of a column that every row must have; `None` without such a column.

@@ -1,7 +1,7 @@
 //! Load cases of a session with displacement gauges along the base axes: one for each run.
 
 use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable};
-use crate::readings::{ReadingsError, VectorReading, VectorTable};
+use crate::readings::{FileCell, ReadingsError, VectorReading, VectorTable};
 use stiffbench_numeric::statistics::LeastSquaresLine;
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::Branch;
@@ -36,10 +36,14 @@ impl LoadCaseTable {
         for reading in loading {
             for (joint, value) in table.joints.iter().zip(&reading.joints) {
                 if value.is_none() {
-                    return Err(ReadingsError::MissingValue {
+                    let cell = FileCell {
                         file: table.source.clone(),
                         line: reading.line,
                         column: joint.name(),
+                        value: String::new(),
+                    };
+                    return Err(ReadingsError::MissingValue {
+                        cell,
                         expected: "the value of the joint in this pose",
                     });
                 }

@@ -248,22 +248,12 @@ fn number(text: &mut RecordTable<'_>, column: NumberColumn) -> Result<f64, LoadC
 }
 
 fn missing(text: &RecordTable<'_>, index: usize, expected: &'static str) -> LoadCaseError {
-    ReadingsError::MissingValue {
-        file: text.file(),
-        line: text.line,
-        column: text.names[index].clone(),
-        expected,
-    }
-    .into()
+    let cell = text.cell(text.names[index].clone(), b"");
+    ReadingsError::MissingValue { cell, expected }.into()
 }
 
 fn bad(text: &RecordTable<'_>, index: usize, expected: &'static str) -> LoadCaseError {
-    ReadingsError::BadValue {
-        file: text.file(),
-        line: text.line,
-        column: text.names[index].clone(),
-        value: text.text(text.field(index)).into_owned(),
-        expected,
-    }
-    .into()
+    let value = text.text(text.field(index));
+    let cell = text.cell(text.names[index].clone(), value.as_bytes());
+    ReadingsError::BadValue { cell, expected }.into()
 }

@@ -2,7 +2,7 @@
 
 use super::assumption::Assumption;
 use super::column::Column;
-use super::error::ReadingsError;
+use super::error::{FileCell, ReadingsError};
 use super::header::ColumnHeader;
 use super::order::{note_repeated_rows, put_in_order, refuse_duplicates};
 use super::reading::Reading;
@@ -54,9 +54,12 @@ fn check_half_empty(
     for column in [Column::Seq, Column::Step, Column::Target] {
         if let (true, Some(line)) = (table.has(column), first_missing[column as usize]) {
             return Err(ReadingsError::MissingValue {
-                file: table.source.clone(),
-                line,
-                column: header.name(column),
+                cell: FileCell {
+                    file: table.source.clone(),
+                    line,
+                    column: header.name(column),
+                    value: String::new(),
+                },
                 expected: "a number, as in the other lines",
             });
         }
@@ -71,10 +74,12 @@ fn fill_times(table: &mut ReadingTable) -> Result<(), ReadingsError> {
             continue;
         };
         let time: jiff::Timestamp = text.utc.parse().map_err(|_| ReadingsError::BadValue {
-            file: table.source.clone(),
-            line: reading.line,
-            column: Column::Utc.name().to_owned(),
-            value: text.utc.to_string(),
+            cell: FileCell {
+                file: table.source.clone(),
+                line: reading.line,
+                column: Column::Utc.name().to_owned(),
+                value: text.utc.to_string(),
+            },
             expected: "a time like 2026-03-02T09:30:00Z",
         })?;
         let since = time.duration_since(*first.get_or_insert(time));
@@ -325,7 +330,7 @@ pub(super) mod tests {
             "pose,direction,repeat,force_N,displacement_um,utc\nP1,x,1,0,0,8/14/2026 10:46 AM\n";
         let error = read_readings("t.csv", local.as_bytes(), &ReadOptions::default()).unwrap_err();
         assert!(
-            matches!(error, ReadingsError::BadValue { line: 2, ref column, .. } if column == "utc")
+            matches!(error, ReadingsError::BadValue { ref cell, .. } if cell.line == 2 && cell.column == "utc")
         );
     }
 
@@ -335,7 +340,7 @@ pub(super) mod tests {
             "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,0\nP1,x,1,10,1,\n";
         let error = read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap_err();
         assert!(
-            matches!(error, ReadingsError::MissingValue { line: 3, ref column, .. } if column == "step")
+            matches!(error, ReadingsError::MissingValue { ref cell, .. } if cell.line == 3 && cell.column == "step")
         );
         // A column without any value is as good as none.
         let text = "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,\n";

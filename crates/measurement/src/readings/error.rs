@@ -1,7 +1,31 @@
 //! What can be wrong with a table of readings.
 
+use std::fmt;
+
 use miette::Diagnostic;
 use thiserror::Error;
+
+/// A field of a table, as messages name it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileCell {
+    /// The file.
+    pub file: String,
+    /// The line.
+    pub line: u32,
+    /// The column, as named in the file.
+    pub column: String,
+    /// The text found.
+    pub value: String,
+}
+
+impl fmt::Display for FileCell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            file, line, column, ..
+        } = self;
+        write!(f, "{file}, line {line}, column `{column}`")
+    }
+}
 
 /// Why a table of readings could not be read or written.
 ///
@@ -168,23 +192,19 @@ pub enum ReadingsError {
         found: usize,
     },
     /// A field that must hold something is empty.
-    #[error("{file}, line {line}, column `{column}`: nothing, expected {expected}")]
+    #[error("{cell}: nothing, expected {expected}")]
     #[diagnostic(
         code(stiffbench::readings::missing_value),
         help("fill the field, or leave the line out")
     )]
     MissingValue {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column, as named in the file.
-        column: String,
+        /// The field.
+        cell: FileCell,
         /// What belongs there.
         expected: &'static str,
     },
     /// A field holds something else than what belongs there.
-    #[error("{file}, line {line}, column `{column}`: `{value}`, expected {expected}")]
+    #[error("{cell}: `{}`, expected {expected}", .cell.value)]
     #[diagnostic(
         code(stiffbench::readings::bad_value),
         help(
@@ -192,50 +212,30 @@ pub enum ReadingsError {
         )
     )]
     BadValue {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column, as named in the file.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
         /// What belongs there.
         expected: &'static str,
     },
     /// NaN, infinity, or a number too large to hold.
-    #[error("{file}, line {line}, column `{column}`: `{value}` is not a finite number")]
+    #[error("{cell}: `{}` is not a finite number", .cell.value)]
     #[diagnostic(
         code(stiffbench::readings::not_finite),
         help("leave out the line, or the value if the column is optional")
     )]
     NotFinite {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column, as named in the file.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
     },
     /// The decimal sign changes within the file, or a number has both.
-    #[error(
-        "{file}, line {line}, column `{column}`: `{value}` does not have the decimal {sign} of line {first_line}"
-    )]
+    #[error("{cell}: `{}` does not have the decimal {sign} of line {first_line}", .cell.value)]
     #[diagnostic(
         code(stiffbench::readings::mixed_decimals),
         help("use one decimal sign throughout and no grouping of thousands")
     )]
     MixedDecimals {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column, as named in the file.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
         /// `point` or `comma`.
         sign: &'static str,
         /// The line that settled the sign.
@@ -361,14 +361,14 @@ impl ReadingsError {
             | Self::DuplicateColumn { line, .. }
             | Self::WrongUnit { line, .. }
             | Self::FieldCount { line, .. }
-            | Self::MissingValue { line, .. }
-            | Self::BadValue { line, .. }
-            | Self::NotFinite { line, .. }
-            | Self::MixedDecimals { line, .. }
             | Self::DuplicateReading { line, .. }
             | Self::SeveralSessions { line, .. }
             | Self::UnknownPose { line, .. }
             | Self::GaugeLog { line, .. } => Some(*line),
+            Self::MissingValue { cell, .. }
+            | Self::BadValue { cell, .. }
+            | Self::NotFinite { cell }
+            | Self::MixedDecimals { cell, .. } => Some(cell.line),
             Self::Empty { .. }
             | Self::Spreadsheet { .. }
             | Self::TooLong { .. }

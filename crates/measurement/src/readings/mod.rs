@@ -35,7 +35,7 @@ mod write;
 pub use assumption::{Assumption, AssumptionNote, Excluded};
 pub use column::Column;
 pub use csv::{ReadOptions, read_readings};
-pub use error::ReadingsError;
+pub use error::{FileCell, ReadingsError};
 pub use formula::{escape_formula, unescape_formula};
 pub use gauge_log::{GaugeLogOptions, LoadSign, read_gauge_log};
 pub use joint_values::{JointColumn, JointUnit, PoseJoints};

@@ -305,12 +305,8 @@ impl<'a> RowReader<'a> {
         column: Column,
         expected: &'static str,
     ) -> ReadingsError {
-        ReadingsError::MissingValue {
-            file: table.file(),
-            line: table.line,
-            column: self.header.name(column),
-            expected,
-        }
+        let cell = table.cell(self.header.name(column), b"");
+        ReadingsError::MissingValue { cell, expected }
     }
 
     fn bad(
@@ -320,13 +316,8 @@ impl<'a> RowReader<'a> {
         value: &[u8],
         expected: &'static str,
     ) -> ReadingsError {
-        ReadingsError::BadValue {
-            file: table.file(),
-            line: table.line,
-            column: self.header.name(column),
-            value: text_of(value).0.into_owned(),
-            expected,
-        }
+        let cell = table.cell(self.header.name(column), value);
+        ReadingsError::BadValue { cell, expected }
     }
 }
 

@@ -9,7 +9,7 @@ use std::io::Read;
 use super::assumption::Assumption;
 use super::csv::ReadOptions;
 use super::encoding::Encoding;
-use super::error::ReadingsError;
+use super::error::{FileCell, ReadingsError};
 use super::formula::unescape_formula;
 use super::number::{Conversion, NumberFault, NumberReader};
 use super::rows::{Delimiter, Rows, text_of};
@@ -107,6 +107,16 @@ impl<'a> RecordTable<'a> {
         }
     }
 
+    /// A field of the current record, for messages.
+    pub(crate) fn cell(&self, column: String, value: &[u8]) -> FileCell {
+        FileCell {
+            file: self.file(),
+            line: self.line,
+            column,
+            value: text_of(value).0.into_owned(),
+        }
+    }
+
     /// A field as a number in SI.
     pub(crate) fn number(
         &mut self,
@@ -124,27 +134,15 @@ impl<'a> RecordTable<'a> {
         column: String,
         fault: NumberFault,
     ) -> ReadingsError {
-        let (file, line) = (self.file(), self.line);
-        let value = text_of(self.field(index)).0.into_owned();
+        let cell = self.cell(column, self.field(index));
         match fault {
             NumberFault::NotANumber => ReadingsError::BadValue {
-                file,
-                line,
-                column,
-                value,
+                cell,
                 expected: "a number",
             },
-            NumberFault::NotFinite => ReadingsError::NotFinite {
-                file,
-                line,
-                column,
-                value,
-            },
+            NumberFault::NotFinite => ReadingsError::NotFinite { cell },
             NumberFault::OtherDecimalSign(sign, first_line) => ReadingsError::MixedDecimals {
-                file,
-                line,
-                column,
-                value,
+                cell,
                 sign: sign.word(),
                 first_line,
             },

@@ -314,21 +314,13 @@ impl VectorRow<'_, '_> {
     }
 
     fn missing(&self, column: &str, expected: &'static str) -> ReadingsError {
-        ReadingsError::MissingValue {
-            file: self.text.file(),
-            line: self.text.line,
-            column: column.to_owned(),
-            expected,
-        }
+        let cell = self.text.cell(column.to_owned(), b"");
+        ReadingsError::MissingValue { cell, expected }
     }
 
     fn bad(&self, column: &str, expected: &'static str) -> ReadingsError {
-        ReadingsError::BadValue {
-            file: self.text.file(),
-            line: self.text.line,
-            column: column.to_owned(),
-            value: self.text_of(column),
-            expected,
-        }
+        let value = self.text_of(column);
+        let cell = self.text.cell(column.to_owned(), value.as_bytes());
+        ReadingsError::BadValue { cell, expected }
     }
 }

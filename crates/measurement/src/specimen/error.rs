@@ -3,6 +3,7 @@
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::readings::FileCell;
 use crate::table_files::TableFileError;
 
 /// Why a table of a specimen could not be read.
@@ -149,20 +150,14 @@ pub enum SpecimenError {
         share: f64,
     },
     /// A field holds something else than what belongs there.
-    #[error("{file}, line {line}, column `{column}`: `{value}`, expected {expected}")]
+    #[error("{cell}: `{}`, expected {expected}", .cell.value)]
     #[diagnostic(
         code(stiffbench::specimen::bad_value),
         help("correct the value, or leave the field empty: the row is then left out and listed")
     )]
     BadValue {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
         /// What belongs there.
         expected: &'static str,
     },
@@ -178,8 +173,8 @@ impl SpecimenError {
             | Self::MissingColumn { line, .. }
             | Self::DuplicateColumn { line, .. }
             | Self::NoUnit { line, .. }
-            | Self::WrongColumnUnit { line, .. }
-            | Self::BadValue { line, .. } => Some(*line),
+            | Self::WrongColumnUnit { line, .. } => Some(*line),
+            Self::BadValue { cell, .. } => Some(cell.line),
             Self::SameColumn { .. } | Self::WrongUnit { .. } | Self::BadTurnShare { .. } => None,
         }
     }

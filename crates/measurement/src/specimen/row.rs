@@ -157,7 +157,7 @@ impl<'a> SpecimenRowReader<'a> {
     fn order(&self, row: &FileRow, place: &ColumnPosition) -> Result<u32, MissingValue> {
         let field = self.present(row, place)?;
         let count = read_count(field.as_bytes());
-        Ok(count.ok_or_else(|| self.bad(row, place, field, "a whole number from 0"))?)
+        Ok(count.ok_or_else(|| self.bad(row, place, "a whole number from 0"))?)
     }
 
     fn branch(&self, row: &FileRow, place: &ColumnPosition) -> Result<Branch, MissingValue> {
@@ -168,24 +168,13 @@ impl<'a> SpecimenRowReader<'a> {
         } else if is(["unloading", "unload"]) {
             Ok(Branch::Unloading)
         } else {
-            Err(self.bad(row, place, field, "loading or unloading").into())
+            Err(self.bad(row, place, "loading or unloading").into())
         }
     }
 
-    fn bad(
-        &self,
-        row: &FileRow,
-        place: &ColumnPosition,
-        value: &str,
-        expected: &'static str,
-    ) -> SpecimenError {
-        SpecimenError::BadValue {
-            file: self.table.source.clone(),
-            line: row.line,
-            column: place.name.clone(),
-            value: value.to_owned(),
-            expected,
-        }
+    fn bad(&self, row: &FileRow, place: &ColumnPosition, expected: &'static str) -> SpecimenError {
+        let cell = self.table.cell(row, place.index);
+        SpecimenError::BadValue { cell, expected }
     }
 
     /// Optional columns that have no value in some rows.

@@ -3,6 +3,8 @@
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::readings::FileCell;
+
 /// Why a table could not be read.
 #[derive(Debug, Error, Diagnostic)]
 pub enum TableFileError {
@@ -105,61 +107,39 @@ pub enum TableFileError {
         row: String,
     },
     /// A cell that should hold a number.
-    #[error("{file}, line {line}, column `{column}`: `{value}`, expected a number")]
+    #[error("{cell}: `{}`, expected a number", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::bad_number),
         help("correct the value, or take the row out of a copy of the file")
     )]
     BadNumber {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
     },
     /// A number that is not finite.
-    #[error("{file}, line {line}, column `{column}`: `{value}` is not finite")]
+    #[error("{cell}: `{}` is not finite", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::not_finite),
         help("correct the value, or take the row out of a copy of the file")
     )]
     NotFinite {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
     },
     /// Numbers with a decimal comma and others with a decimal point.
-    #[error(
-        "{file}, line {line}, column `{column}`: `{value}` has another decimal sign than line {first_line}"
-    )]
+    #[error("{cell}: `{}` has another decimal sign than line {first_line}", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::mixed_decimals),
         help("write all numbers with the same decimal sign")
     )]
     MixedDecimals {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
         /// A line with the other sign.
         first_line: u32,
     },
     /// Numbers whose mark may be that of decimals or of thousands.
-    #[error(
-        "{file}, line {line}, column `{column}`: the mark in `{value}` may be a decimal sign or stand between thousands"
-    )]
+    #[error("{cell}: the mark in `{}` may be a decimal sign or stand between thousands", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::either_decimal),
         help(
@@ -167,35 +147,23 @@ pub enum TableFileError {
         )
     )]
     EitherDecimal {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
     },
     /// Cells of a column with different units.
-    #[error("{file}, line {line}, column `{column}`: the unit is {found}, and {expected} before")]
+    #[error("{cell}: the unit is {}, and {expected} before", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::mixed_units),
         help("write all values of a column in one unit")
     )]
     MixedUnits {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The unit found.
-        found: String,
+        /// The field, with the unit found.
+        cell: FileCell,
         /// The unit of the lines before, or of the column's name.
         expected: String,
     },
     /// A cell among times that is none.
-    #[error("{file}, line {line}, column `{column}`: `{value}`, expected a time like the others")]
+    #[error("{cell}: `{}`, expected a time like the others", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::bad_time),
         help(
@@ -203,32 +171,18 @@ pub enum TableFileError {
         )
     )]
     BadTime {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
     },
     /// Dates in which day and month cannot be distinguished.
-    #[error(
-        "{file}, line {line}, column `{column}`: is `{value}` a day and a month, or a month and a day?"
-    )]
+    #[error("{cell}: is `{}` a day and a month, or a month and a day?", .cell.value)]
     #[diagnostic(
         code(stiffbench::table::day_or_month),
         help("write dates as 2024-01-31")
     )]
     DayOrMonth {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u32,
-        /// The column.
-        column: String,
-        /// The text found.
-        value: String,
+        /// The field, with the text found.
+        cell: FileCell,
     },
     /// A spreadsheet that cannot be opened.
     #[error("{file}: the spreadsheet cannot be read: {problem}")]
@@ -296,14 +250,14 @@ impl TableFileError {
             Self::NotText { line, .. }
             | Self::UnclosedQuote { line, .. }
             | Self::FieldCount { line, .. }
-            | Self::CommaOrDecimal { line, .. }
-            | Self::BadNumber { line, .. }
-            | Self::NotFinite { line, .. }
-            | Self::MixedDecimals { line, .. }
-            | Self::EitherDecimal { line, .. }
-            | Self::MixedUnits { line, .. }
-            | Self::BadTime { line, .. }
-            | Self::DayOrMonth { line, .. } => Some(*line),
+            | Self::CommaOrDecimal { line, .. } => Some(*line),
+            Self::BadNumber { cell }
+            | Self::NotFinite { cell }
+            | Self::MixedDecimals { cell, .. }
+            | Self::EitherDecimal { cell }
+            | Self::MixedUnits { cell, .. }
+            | Self::BadTime { cell }
+            | Self::DayOrMonth { cell } => Some(cell.line),
             _ => None,
         }
     }

@@ -6,7 +6,7 @@ use super::error::TableFileError;
 use super::find::TableParts;
 use super::read::{TableFileOptions, ThreeDigits};
 use super::records::TextRecord;
-use crate::readings::DecimalSign;
+use crate::readings::{DecimalSign, FileCell};
 
 /// The decimal sign and that between thousands, from all numbers of the table.
 pub(super) fn number_marks(
@@ -30,6 +30,12 @@ pub(super) fn number_marks(
             numeric.map(|(column, cell)| (record.line, column, cell))
         })
     };
+    let named = |(line, column, value): (u32, usize, &str)| FileCell {
+        file: source.to_owned(),
+        line,
+        column: columns[column].name.clone(),
+        value: value.to_owned(),
+    };
     for (line, column, cell) in cells() {
         let place = match NumberForm::of(cell).map(|form| form.hint) {
             Some(DecimalHint::Sign(DecimalSign::Point)) => 0,
@@ -49,10 +55,7 @@ pub(super) fn number_marks(
                 (comma, point)
             };
             return Err(TableFileError::MixedDecimals {
-                file: source.to_owned(),
-                line: later.0,
-                column: columns[later.1].name.clone(),
-                value: later.2.to_owned(),
+                cell: named(later),
                 first_line: first.0,
             });
         }
@@ -63,13 +66,9 @@ pub(super) fn number_marks(
                 ThreeDigits::Refuse => comma.or(point),
                 ThreeDigits::Decimal => None,
             };
-            if let Some((line, column, value)) = refused {
-                return Err(TableFileError::EitherDecimal {
-                    file: source.to_owned(),
-                    line,
-                    column: columns[column].name.clone(),
-                    value: value.to_owned(),
-                });
+            if let Some(refused) = refused {
+                let cell = named(refused);
+                return Err(TableFileError::EitherDecimal { cell });
             }
             match (comma, point) {
                 (Some(_), None) => DecimalSign::Comma,

@@ -6,7 +6,9 @@ use super::cell::{CellFault, NumberForm, NumberMarks, is_absent};
 use super::error::TableFileError;
 use super::layout::FileLayout;
 use super::times::{StampFault, StampKind, TimeStamp, seconds_since_first};
-use crate::readings::{Conversion, DecimalSign, NumberFault, NumberReader, unescape_formula};
+use crate::readings::{
+    Conversion, DecimalSign, FileCell, NumberFault, NumberReader, unescape_formula,
+};
 
 /// A row of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,46 +95,22 @@ impl MachineTable {
         let Some(text) = self.present(row, column) else {
             return Ok(None);
         };
-        let (file, line) = (self.source.clone(), row.line);
-        let (name, value) = (self.name(column).to_owned(), text.to_owned());
+        let cell = || self.cell(row, column);
         let mut plain = String::new();
-        match self.marks.plain(text, &mut plain) {
-            Ok(()) => {}
-            Err(CellFault::OtherDecimalSign) => {
-                return Err(TableFileError::MixedDecimals {
-                    file,
-                    line,
-                    column: name,
-                    value,
-                    first_line: self.layout.first_line,
-                });
-            }
-            Err(CellFault::NotANumber) => {
-                return Err(TableFileError::BadNumber {
-                    file,
-                    line,
-                    column: name,
-                    value,
-                });
-            }
-        }
-        let read =
-            NumberReader::new(Some(DecimalSign::Point)).read(plain.as_bytes(), conversion, line);
-        match read {
-            Ok(number) => Ok(Some(number)),
-            Err(NumberFault::NotFinite) => Err(TableFileError::NotFinite {
-                file,
-                line,
-                column: name,
-                value,
-            }),
-            Err(_) => Err(TableFileError::BadNumber {
-                file,
-                line,
-                column: name,
-                value,
-            }),
-        }
+        let marks = self.marks.plain(text, &mut plain);
+        marks.map_err(|fault| match fault {
+            CellFault::OtherDecimalSign => TableFileError::MixedDecimals {
+                cell: cell(),
+                first_line: self.layout.first_line,
+            },
+            CellFault::NotANumber => TableFileError::BadNumber { cell: cell() },
+        })?;
+        let mut reader = NumberReader::new(Some(DecimalSign::Point));
+        let read = reader.read(plain.as_bytes(), conversion, row.line);
+        read.map(Some).map_err(|fault| match fault {
+            NumberFault::NotFinite => TableFileError::NotFinite { cell: cell() },
+            _ => TableFileError::BadNumber { cell: cell() },
+        })
     }
 
     /// A column as numbers in the unit of the file, one for each row; `None` where a row has none.
@@ -153,26 +131,10 @@ impl MachineTable {
     pub fn seconds(&self, column: usize) -> Result<Vec<Option<f64>>, TableFileError> {
         let cells = self.rows.iter().map(|row| self.present(row, column));
         seconds_since_first(cells).map_err(|fault| {
-            let (StampFault::NotATime(index) | StampFault::DayOrMonth(index)) = fault;
-            let row = &self.rows[index];
-            let (file, line) = (self.source.clone(), row.line);
-            let (column, value) = (
-                self.name(column).to_owned(),
-                self.text(row, column).to_owned(),
-            );
+            let cell = |index: usize| self.cell(&self.rows[index], column);
             match fault {
-                StampFault::NotATime(_) => TableFileError::BadTime {
-                    file,
-                    line,
-                    column,
-                    value,
-                },
-                StampFault::DayOrMonth(_) => TableFileError::DayOrMonth {
-                    file,
-                    line,
-                    column,
-                    value,
-                },
+                StampFault::NotATime(row) => TableFileError::BadTime { cell: cell(row) },
+                StampFault::DayOrMonth(row) => TableFileError::DayOrMonth { cell: cell(row) },
             }
         })
     }
@@ -193,15 +155,16 @@ impl MachineTable {
             // The table that is wrong states its own line; a form that differs is stated with the other.
             self.seconds(column)?;
             other.seconds(of_other)?;
-            return Err(other.bad_time(0, of_other));
+            let cell = other.cell(&other.rows[0], of_other);
+            return Err(TableFileError::BadTime { cell });
         };
         let second = first.split_off(self.rows.len());
         Ok([first, second])
     }
 
-    fn bad_time(&self, row: usize, column: usize) -> TableFileError {
-        let row = &self.rows[row];
-        TableFileError::BadTime {
+    /// A cell, for messages.
+    pub(crate) fn cell(&self, row: &FileRow, column: usize) -> FileCell {
+        FileCell {
             file: self.source.clone(),
             line: row.line,
             column: self.name(column).to_owned(),
@@ -209,7 +172,8 @@ impl MachineTable {
         }
     }
 
-    fn name(&self, column: usize) -> &str {
+    /// The name of a column; empty beyond the last.
+    pub(crate) fn name(&self, column: usize) -> &str {
         self.layout
             .columns
             .get(column)

@@ -6,6 +6,7 @@ use super::error::TableFileError;
 use super::find::TableParts;
 use super::names::is_unit;
 use super::records::TextRecord;
+use crate::readings::FileCell;
 
 /// Leaves the numbers in the fields, and notes their units in the record.
 pub(super) fn take_units_off(records: &mut [TextRecord]) {
@@ -61,10 +62,12 @@ pub(super) fn name_units_of_cells(
                 Some(known) if known == unit => {}
                 Some(known) => {
                     return Err(TableFileError::MixedUnits {
-                        file: source.to_owned(),
-                        line: record.line,
-                        column: column.name.clone(),
-                        found: unit.clone(),
+                        cell: FileCell {
+                            file: source.to_owned(),
+                            line: record.line,
+                            column: column.name.clone(),
+                            value: unit.clone(),
+                        },
                         expected: known.clone(),
                     });
                 }
