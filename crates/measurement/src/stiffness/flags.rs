@@ -1,6 +1,6 @@
 //! What looks wrong in a cell. A flag is raised, nothing is taken away.
 
-use std::fmt;
+use thiserror::Error;
 
 use super::significance::TestStatistic;
 use stiffbench_units_and_text::count::counted;
@@ -17,18 +17,24 @@ pub struct ReadingPlace {
 }
 
 /// What a drift of the zero was seen in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ZeroEvidence {
     /// Unloaded readings on one gauge zero.
+    #[error("unloaded readings")]
     UnloadedReadings,
     /// Intercepts of the runs on one gauge zero, without unloaded readings.
+    #[error("intercepts of the runs")]
     Intercepts,
 }
 
 /// Something about the readings of a cell that its stiffness does not show.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum Flag {
     /// A reading far from its repeats.
+    #[error(
+        "reading {} (repeat {}, {target_n} N) is {} from what the other readings predict, pooled standard deviation {}: {}",
+        .place.seq, .place.repeat, signed_um(*.deviation_m), um(*.sd_m), tested(.test, um)
+    )]
     Outlier {
         /// The reading.
         place: ReadingPlace,
@@ -42,6 +48,7 @@ pub enum Flag {
         test: TestStatistic,
     },
     /// Stiffness of the runs moves with the repeat number.
+    #[error("the stiffness of the runs changes by {:+.3} % per repeat: {}", 100.0 * .per_repeat, tested(.test, percent))]
     RepeatTrend {
         /// Relative change per repeat.
         per_repeat: f64,
@@ -49,6 +56,7 @@ pub enum Flag {
         test: TestStatistic,
     },
     /// The zero moves with time while the gauge is not zeroed again.
+    #[error("the {evidence} on one gauge zero move by {} from first to last: {}", signed_um(*.change_m), tested(.test, um))]
     ZeroDrift {
         /// Change from the first to the last run on this zero, m.
         change_m: f64,
@@ -58,6 +66,10 @@ pub enum Flag {
         test: TestStatistic,
     },
     /// The gauge does not come back to where it was before the loads.
+    #[error(
+        "after unloading, the gauge shows {} from its start (mean of {}): {}",
+        signed_um(*.mean_m), counted(.n_runs, "run"), tested(.test, um)
+    )]
     ReturnToZero {
         /// Mean over the runs of unloaded reading after minus before, m.
         mean_m: f64,
@@ -67,6 +79,7 @@ pub enum Flag {
         test: TestStatistic,
     },
     /// Displacement falls back from one load to the next larger one.
+    #[error("the displacement falls back by {} from {from_target_n} N to {to_target_n} N: {}", um(*.drop_m), tested(.test, um))]
     NotMonotonic {
         /// The smaller load, N.
         from_target_n: f64,
@@ -78,6 +91,9 @@ pub enum Flag {
         test: TestStatistic,
     },
     /// Forces measured against the direction of their target.
+    #[error(
+        "{n_opposite} of {n} forces at {target_n} N have the other sign: check the polarity of the force gauge"
+    )]
     ForceSign {
         /// The target, N.
         target_n: f64,
@@ -87,11 +103,16 @@ pub enum Flag {
         n: usize,
     },
     /// The force measured at a load that should not be zero is zero in the mean.
+    #[error("the mean force measured at {target_n} N is zero")]
     ZeroForce {
         /// The target, N.
         target_n: f64,
     },
     /// Displacement against the force.
+    #[error(
+        "at {target_n} N the mean force is {force_n:.2} N and the mean displacement {}: opposite signs, F/δ has no meaning there",
+        um(*.displacement_m)
+    )]
     DisplacementSign {
         /// The target, N.
         target_n: f64,
@@ -101,6 +122,10 @@ pub enum Flag {
         displacement_m: f64,
     },
     /// A mean displacement too small for a ratio with a meaning.
+    #[error(
+        "at {target_n} N the mean displacement {} is within {} of zero (95 % of its scatter, at least half a step): F/δ there is mostly noise",
+        um(*.displacement_m), um(*.limit_m)
+    )]
     DisplacementNotResolved {
         /// The target, N.
         target_n: f64,
@@ -110,16 +135,27 @@ pub enum Flag {
         limit_m: f64,
     },
     /// The slope of displacement on force is negative.
+    #[error(
+        "the slope gives {:.4} N/um: force and displacement move against each other, check the polarity of the gauges",
+        .stiffness_n_per_m / 1e6
+    )]
     NegativeStiffness {
         /// 1/slope, N/m.
         stiffness_n_per_m: f64,
     },
     /// The slope does not stand clear of its uncertainty, so that 1/slope and its interval mean little.
+    #[error(
+        "the slope is only {ratio:.1} times its standard uncertainty (limit 5): the interval of its inverse is not to be trusted"
+    )]
     SlopeNotResolved {
         /// Slope over its standard uncertainty.
         ratio: f64,
     },
     /// The repeats refute the straight line whose slope the stiffness is.
+    #[error(
+        "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({}, {}) = {f:.3e}, p < 0.01). U is that of the line and does not hold the curve: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
+        half(&.halves[0]), half(&.halves[1]), .dof[0], .dof[1]
+    )]
     NotStraight {
         /// Lack of fit: F of the step means about the line against step times run.
         f: f64,
@@ -129,6 +165,7 @@ pub enum Flag {
         halves: [([f64; 2], f64); 2],
     },
     /// Fewer than three loads: curvature, dead zone and offset cannot be distinguished from the slope.
+    #[error("{} under force (limit 3): an offset or curvature cannot be distinguished from the slope", counted(.n, "load"))]
     TooFewLoads {
         /// Distinct loads under force.
         n: usize,
@@ -182,167 +219,34 @@ impl Flag {
     }
 }
 
-fn um(metres: f64) -> f64 {
-    metres * 1e6
+/// A length in micrometres, to hundredths.
+fn um(metres: f64) -> String {
+    format!("{:.2} um", metres * 1e6)
+}
+
+/// The same of a change, with its sign.
+fn signed_um(metres: f64) -> String {
+    format!("{:+.2} um", metres * 1e6)
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.3} % per repeat", 100.0 * share)
+}
+
+/// The stiffness of a half of the loads.
+fn half(([from, to], stiffness_n_per_m): &([f64; 2], f64)) -> String {
+    format!("{:.4} N/um from {from} to {to} N", stiffness_n_per_m / 1e6)
 }
 
 /// The words that close every tested flag: rule, threshold, power.
-fn tested(f: &mut fmt::Formatter<'_>, test: &TestStatistic, detectable: &str) -> fmt::Result {
-    write!(
-        f,
-        "{:.2} standard errors, limit {:.2} for 5 % over {}; 80 % of cases of {detectable} would be found",
+fn tested(test: &TestStatistic, detectable: fn(f64) -> String) -> String {
+    format!(
+        "{:.2} standard errors, limit {:.2} for 5 % over {}; 80 % of cases of {} would be found",
         test.statistic,
         test.limit,
-        counted(test.n_tested, "comparison")
+        counted(test.n_tested, "comparison"),
+        detectable(test.detectable)
     )
-}
-
-impl fmt::Display for Flag {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Outlier { .. }
-            | Self::RepeatTrend { .. }
-            | Self::ZeroDrift { .. }
-            | Self::ReturnToZero { .. }
-            | Self::NotMonotonic { .. } => self.write_tested(f),
-            Self::ForceSign {
-                target_n,
-                n_opposite,
-                n,
-            } => write!(
-                f,
-                "{n_opposite} of {n} forces at {target_n} N have the other sign: check the polarity of the force gauge"
-            ),
-            Self::ZeroForce { target_n } => {
-                write!(f, "the mean force measured at {target_n} N is zero")
-            }
-            Self::DisplacementSign {
-                target_n,
-                force_n,
-                displacement_m,
-            } => write!(
-                f,
-                "at {target_n} N the mean force is {force_n:.2} N and the mean displacement {:.2} um: opposite signs, F/δ has no meaning there",
-                um(*displacement_m)
-            ),
-            Self::DisplacementNotResolved {
-                target_n,
-                displacement_m,
-                limit_m,
-            } => write!(
-                f,
-                "at {target_n} N the mean displacement {:.2} um is within {:.2} um of zero (95 % of its scatter, at least half a step): F/δ there is mostly noise",
-                um(*displacement_m),
-                um(*limit_m)
-            ),
-            Self::NegativeStiffness { stiffness_n_per_m } => write!(
-                f,
-                "the slope gives {:.4} N/um: force and displacement move against each other, check the polarity of the gauges",
-                stiffness_n_per_m / 1e6
-            ),
-            Self::SlopeNotResolved { ratio } => write!(
-                f,
-                "the slope is only {ratio:.1} times its standard uncertainty (limit 5): the interval of its inverse is not to be trusted"
-            ),
-            Self::NotStraight {
-                f: statistic,
-                dof: [dof, of_repeats],
-                halves: [lower, upper],
-            } => {
-                let half = |([from, to], stiffness): &([f64; 2], f64)| {
-                    format!("{:.4} N/um from {from} to {to} N", stiffness / 1e6)
-                };
-                write!(
-                    f,
-                    "the loads do not lie on a straight line: K is {} and {} (lack of fit against the repeats, F({dof}, {of_repeats}) = {statistic:.3e}, p < 0.01). U is that of the line and does not hold the curve: state K with a range of loads (stiffbench stiffness --from-load N --to-load N)",
-                    half(lower),
-                    half(upper)
-                )
-            }
-            Self::TooFewLoads { n } => write!(
-                f,
-                "{} under force (limit 3): an offset or curvature cannot be distinguished from the slope",
-                counted(n, "load")
-            ),
-        }
-    }
-}
-
-impl Flag {
-    fn write_tested(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Outlier {
-                place,
-                target_n,
-                deviation_m,
-                sd_m,
-                test,
-            } => {
-                write!(
-                    f,
-                    "reading {} (repeat {}, {target_n} N) is {:+.2} um from what the other readings predict, pooled standard deviation {:.2} um: ",
-                    place.seq,
-                    place.repeat,
-                    um(*deviation_m),
-                    um(*sd_m)
-                )?;
-                tested(f, test, &format!("{:.2} um", um(test.detectable)))
-            }
-            Self::RepeatTrend { per_repeat, test } => {
-                write!(
-                    f,
-                    "the stiffness of the runs changes by {:+.3} % per repeat: ",
-                    100.0 * per_repeat
-                )?;
-                let detectable = format!("{:.3} % per repeat", 100.0 * test.detectable);
-                tested(f, test, &detectable)
-            }
-            Self::ZeroDrift {
-                change_m,
-                evidence,
-                test,
-            } => {
-                let seen_in = match evidence {
-                    ZeroEvidence::UnloadedReadings => "unloaded readings",
-                    ZeroEvidence::Intercepts => "intercepts of the runs",
-                };
-                write!(
-                    f,
-                    "the {seen_in} on one gauge zero move by {:+.2} um from first to last: ",
-                    um(*change_m)
-                )?;
-                tested(f, test, &format!("{:.2} um", um(test.detectable)))
-            }
-            Self::ReturnToZero {
-                mean_m,
-                n_runs,
-                test,
-            } => {
-                write!(
-                    f,
-                    "after unloading, the gauge shows {:+.2} um from its start (mean of {}): ",
-                    um(*mean_m),
-                    counted(n_runs, "run")
-                )?;
-                tested(f, test, &format!("{:.2} um", um(test.detectable)))
-            }
-            Self::NotMonotonic {
-                from_target_n,
-                to_target_n,
-                drop_m,
-                test,
-            } => {
-                write!(
-                    f,
-                    "the displacement falls back by {:.2} um from {from_target_n} N to {to_target_n} N: ",
-                    um(*drop_m)
-                )?;
-                tested(f, test, &format!("{:.2} um", um(test.detectable)))
-            }
-            // The others have no test; `fmt` writes them.
-            _ => Ok(()),
-        }
-    }
 }
 
 #[cfg(test)]
