@@ -275,21 +275,19 @@ impl fmt::Display for Excluded {
             ("blank", &self.blank),
             ("comments", &self.comments),
         ];
-        let mut any = false;
-        for (word, lines) in groups {
-            let Some(first) = lines.first() else { continue };
-            let separator = if any { "; " } else { "" };
-            write!(
-                f,
-                "{separator}{word}: {} (first in line {first})",
-                lines.len()
-            )?;
-            any = true;
-        }
-        if any {
-            Ok(())
-        } else {
-            f.write_str("nothing is left out")
-        }
+        let groups = groups.map(|(word, lines)| (word, lines.len(), lines.first().copied()));
+        f.write_str(&left_out(&groups))
     }
+}
+
+/// Groups of lines that gave no reading: a word, how many, and the first.
+pub(crate) fn left_out(groups: &[(&str, usize, Option<u32>)]) -> String {
+    let said = groups.iter().filter_map(|(word, count, first)| {
+        Some(format!("{word}: {count} (first in line {})", (*first)?))
+    });
+    let said: Vec<String> = said.collect();
+    if said.is_empty() {
+        return "nothing is left out".to_owned();
+    }
+    said.join("; ")
 }

@@ -55,6 +55,7 @@ pub use vector_table::{VectorTable, is_vector_table, read_vector_readings};
 pub use write::{ReadingsWriter, write_readings};
 
 // What reads any table of numbers, for readers of other tables.
+pub(crate) use assumption::left_out;
 pub(crate) use column::split_unit;
 pub(crate) use encoding::is_spreadsheet;
 pub(crate) use number::{

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::readings::left_out;
 use crate::table_files::FileLayout;
 
 /// Something that the file leaves open and the reader decided.
@@ -165,16 +166,6 @@ impl fmt::Display for ExcludedLines {
                 self.comments.first().copied(),
             ),
         ];
-        let said: Vec<String> = groups
-            .into_iter()
-            .filter_map(|(word, count, first)| {
-                Some(format!("{word}: {count} (first in line {})", first?))
-            })
-            .collect();
-        if said.is_empty() {
-            f.write_str("nothing is left out")
-        } else {
-            f.write_str(&said.join("; "))
-        }
+        f.write_str(&left_out(&groups))
     }
 }
