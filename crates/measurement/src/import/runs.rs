@@ -1,6 +1,6 @@
 //! Runs in the path of the load: where it comes back near zero, or to the smallest load, another begins.
 
-use std::fmt;
+use thiserror::Error;
 
 use crate::readings::are_one_load;
 
@@ -57,36 +57,26 @@ pub(super) fn runs_of(loads: &[f64]) -> Vec<u32> {
 }
 
 /// Why runs that were found in the path of the load may be others.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum RunDoubt {
     /// Loads begin at the largest.
+    #[error("the loads begin at the largest")]
     Descending,
     /// Within a run the load goes up and down more than once.
+    #[error("within one of them the load goes up and down more than once")]
     SeveralTurns,
     /// The runs do not reach the same load.
+    #[error(
+        "they do not reach the same load, as after preloading or with a return to zero behind each load"
+    )]
     UnequalLoads,
-}
-
-impl fmt::Display for RunDoubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Descending => "the loads begin at the largest",
-            Self::SeveralTurns => "within one of them the load goes up and down more than once",
-            Self::UnequalLoads => "they do not reach the same load, as after preloading or with a return to zero behind each load",
-        })
-    }
 }
 
 /// Why the runs of a cell may be others than those found.
 pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
     /// Runs that are meant alike reach this share of the largest load.
     const ALIKE: f64 = 0.8;
-    let size = |loads: &[f64]| {
-        loads
-            .iter()
-            .fold(0.0_f64, |size, load| size.max(load.abs()))
-    };
-    let largest = size(loads);
+    let largest = largest_size(loads);
     let of_runs = runs.chunk_by(|a, b| a == b).scan(0, |begin, run| {
         let here = &loads[*begin..*begin + run.len()];
         *begin += run.len();
@@ -104,16 +94,22 @@ pub(super) fn doubt_of(loads: &[f64], runs: &[u32]) -> Option<RunDoubt> {
     {
         return Some(RunDoubt::SeveralTurns);
     }
-    let unequal = of_runs.iter().any(|run| size(run) < ALIKE * largest);
+    let unequal = of_runs
+        .iter()
+        .any(|run| largest_size(run) < ALIKE * largest);
     unequal.then_some(RunDoubt::UnequalLoads)
 }
 
 /// Whether the load of a run goes up and down more than once.
 pub(super) fn turns_more_than_once(loads: &[f64]) -> bool {
-    let largest = loads
+    turns(loads, NEAR_ZERO * largest_size(loads)) > 1
+}
+
+/// The size of the largest load.
+fn largest_size(loads: &[f64]) -> f64 {
+    loads
         .iter()
-        .fold(0.0_f64, |size, load| size.max(load.abs()));
-    turns(loads, NEAR_ZERO * largest) > 1
+        .fold(0.0_f64, |size, load| size.max(load.abs()))
 }
 
 /// How often the size of the load turns by more than `least`.

@@ -1,6 +1,6 @@
 //! Measured stiffness of every cell.
 
-use std::fmt;
+use thiserror::Error;
 
 use super::budget::{BudgetInputs, combine};
 use super::checks::{CellWork, check};
@@ -70,37 +70,20 @@ impl CellStiffness {
 }
 
 /// Why a cell of the readings is not in the table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum SkipReason {
     /// None of its readings was accepted.
+    #[error("of its {}, none is accepted and finite", counted(.n_readings, "reading"))]
     NothingAccepted {
         /// Number of its readings.
         n_readings: usize,
     },
     /// Its accepted readings are all of another branch.
+    #[error("of its {}, none is of a branch that was asked for", counted(.n_accepted, "accepted reading"))]
     OtherBranch {
         /// Number of accepted readings.
         n_accepted: usize,
     },
-}
-
-impl fmt::Display for SkipReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NothingAccepted { n_readings } => {
-                write!(
-                    f,
-                    "of its {}, none is accepted and finite",
-                    counted(n_readings, "reading")
-                )
-            }
-            Self::OtherBranch { n_accepted } => write!(
-                f,
-                "of its {}, none is of a branch that was asked for",
-                counted(n_accepted, "accepted reading")
-            ),
-        }
-    }
 }
 
 /// A cell without readings to work with.
