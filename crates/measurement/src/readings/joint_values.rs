@@ -3,7 +3,7 @@
 use toml::{Table, Value};
 
 use super::column::split_unit;
-use super::number::{Conversion, write_decimal};
+use super::number::{self, Conversion};
 use super::toml_values::{decimal, in_si};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -31,13 +31,16 @@ impl JointUnit {
     /// A value in the unit it is written in, with up to 15 significant digits.
     #[must_use]
     pub fn written(self, value_si: f64) -> String {
-        let (value, shift) = match self {
+        let (value, shift) = self.scaled(value_si);
+        number::decimal(value, shift)
+    }
+
+    /// A value as a number, and by how many places its decimal point moves to the right in the unit it is written in.
+    fn scaled(self, value_si: f64) -> (f64, i32) {
+        match self {
             Self::Angle => (value_si.to_degrees(), 0),
             Self::Length => (value_si, 3),
-        };
-        let mut text = String::new();
-        write_decimal(value, shift, &mut text);
-        text
+        }
     }
 
     /// What a unit measures of a joint, and its conversion; `None` for a unit that is neither of an angle nor of a length.
@@ -111,10 +114,7 @@ pub(super) fn joint_values_table(poses: &[PoseJoints]) -> Option<Value> {
     for pose in poses {
         let mut joints = Table::new();
         for (column, value) in &pose.values {
-            let (value, shift) = match column.unit {
-                JointUnit::Angle => (value.to_degrees(), 0),
-                JointUnit::Length => (*value, 3),
-            };
+            let (value, shift) = column.unit.scaled(*value);
             let key = format!("{}_{}", column.variable, column.unit.word());
             joints.insert(key, decimal(value, shift).into());
         }

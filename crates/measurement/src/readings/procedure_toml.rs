@@ -5,8 +5,7 @@ use toml::Table;
 use super::joint_values::{joint_values_table, read_joint_values};
 use super::session_file::{ProcedureRecord, ReadingLimits, SettleRecord};
 use super::toml_values::{
-    decimal, one_of, put, put_list, put_number, put_text, quantities, quantity, rate, seed, word,
-    words,
+    decimal, one_of, put, put_list, put_number, quantities, quantity, rate, seed, word, words,
 };
 use stiffbench_units_and_text::load_direction::{LoadDirection, meant_direction};
 use stiffbench_units_and_text::nearest::nearest;
@@ -188,13 +187,9 @@ fn read_answer_within(table: &toml_text::Table<'_>) -> Read<Vec<(String, f64)>> 
 /// The procedure as a table, with everything that is known.
 pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
     let mut table = Table::new();
-    put(
-        &mut table,
-        "schema",
-        Some(toml::Value::from(PROCEDURE_SCHEMA)),
-    );
-    put_text(&mut table, "name", procedure.name.as_ref());
-    put_text(&mut table, "text", procedure.text.as_ref());
+    put(&mut table, "schema", Some(PROCEDURE_SCHEMA));
+    put(&mut table, "name", procedure.name.as_deref());
+    put(&mut table, "text", procedure.text.as_deref());
     let names = procedure.poses.iter().map(PoseId::as_str);
     put_list(&mut table, "poses", names);
     if !procedure.specimens.is_empty() {
@@ -219,11 +214,7 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         procedure.loads_n.iter().map(|n| decimal(*n, 0)),
     );
     put_list(&mut table, "branches", words(&procedure.branches));
-    put(
-        &mut table,
-        "repeats",
-        procedure.repeats.map(toml::Value::from),
-    );
+    put(&mut table, "repeats", procedure.repeats);
     put(&mut table, "repeat_order", procedure.repeat_order.map(word));
     put(&mut table, "load_order", procedure.load_order.map(word));
     put(&mut table, "seed", procedure.seed.map(seed));
@@ -241,18 +232,18 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         put_number(&mut inner, "dwell_s", settle.dwell_s, 0);
         put_number(&mut inner, "spread_um", settle.spread_m, 6);
         put_number(&mut inner, "slope_um_per_s", settle.slope_m_per_s, 6);
-        put(&mut table, "settle", Some(toml::Value::Table(inner)));
+        put(&mut table, "settle", Some(inner));
     }
     let limits = &procedure.limits;
     if *limits != ReadingLimits::default() {
-        put(&mut table, "limits", Some(limits_value(limits)));
+        put(&mut table, "limits", Some(limits_table(limits)));
     }
     if !procedure.answer_within_s.is_empty() {
         let mut inner = Table::new();
         for (question, time_s) in &procedure.answer_within_s {
             put_number(&mut inner, &format!("{question}_s"), Some(*time_s), 0);
         }
-        put(&mut table, "answer_within", Some(toml::Value::Table(inner)));
+        put(&mut table, "answer_within", Some(inner));
     }
     put(
         &mut table,
@@ -266,16 +257,12 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         }
     }
     if !names.is_empty() {
-        put(
-            &mut table,
-            "load_directions",
-            Some(toml::Value::Table(names)),
-        );
+        put(&mut table, "load_directions", Some(names));
     }
     table
 }
 
-fn limits_value(limits: &ReadingLimits) -> toml::Value {
+fn limits_table(limits: &ReadingLimits) -> Table {
     let mut table = Table::new();
     for (key, value, shift) in [
         ("force_warn_N", limits.force_warn_n, 0),
@@ -285,7 +272,7 @@ fn limits_value(limits: &ReadingLimits) -> toml::Value {
     ] {
         put_number(&mut table, key, value, shift);
     }
-    toml::Value::Table(table)
+    table
 }
 
 /// A direction in the list of directions.

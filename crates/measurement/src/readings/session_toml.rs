@@ -7,7 +7,7 @@ use super::session_file::{
     Environment, ImportRecord, InstrumentRecord, Instruments, LOAD_CASE_SESSION_SCHEMA,
     ReadSession, SESSION_SCHEMA, SessionFileError, SessionHeader,
 };
-use super::toml_values::{date, day, put, put_number, put_text, quantity};
+use super::toml_values::{date, day, put, put_number, quantity};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::{
@@ -55,29 +55,25 @@ impl SessionHeader {
 
     fn with_schema(&self, schema: &str) -> String {
         let mut table = Table::new();
-        put(&mut table, "schema", Some(toml::Value::from(schema)));
-        put_text(&mut table, "id", self.id.as_ref());
-        put_text(&mut table, "robot", self.robot.as_ref());
-        put_text(&mut table, "robot_sha256", self.robot_sha256.as_ref());
-        put_text(&mut table, "mechanism", self.mechanism.as_ref());
-        put_text(&mut table, "factors", self.factors.as_ref());
-        put_text(&mut table, "origin", self.origin.as_ref());
-        put_text(&mut table, "operator", self.operator.as_ref());
-        put_text(&mut table, "specimen", self.specimen.as_ref());
-        put_text(&mut table, "place", self.place.as_ref());
-        put_text(&mut table, "software", self.software.as_ref());
+        put(&mut table, "schema", Some(schema));
+        put(&mut table, "id", self.id.as_deref());
+        put(&mut table, "robot", self.robot.as_deref());
+        put(&mut table, "robot_sha256", self.robot_sha256.as_deref());
+        put(&mut table, "mechanism", self.mechanism.as_deref());
+        put(&mut table, "factors", self.factors.as_deref());
+        put(&mut table, "origin", self.origin.as_deref());
+        put(&mut table, "operator", self.operator.as_deref());
+        put(&mut table, "specimen", self.specimen.as_deref());
+        put(&mut table, "place", self.place.as_deref());
+        put(&mut table, "software", self.software.as_deref());
         let environment = self.environment.as_ref().map(environment_table);
-        put(
-            &mut table,
-            "environment",
-            environment.map(toml::Value::Table),
-        );
+        put(&mut table, "environment", environment);
         let procedure = self.procedure.as_ref().map(procedure_table);
-        put(&mut table, "procedure", procedure.map(toml::Value::Table));
+        put(&mut table, "procedure", procedure);
         let mut gauges = Table::new();
         let gauge = |record: &Option<InstrumentRecord>, unit: &str, shift: i32| {
             let record = record.as_ref()?;
-            Some(toml::Value::Table(instrument_table(record, unit, shift)))
+            Some(instrument_table(record, unit, shift))
         };
         put(&mut gauges, "force", gauge(&self.instruments.force, "N", 0));
         let displacement = gauge(&self.instruments.displacement, "um", 6);
@@ -89,10 +85,10 @@ impl SessionHeader {
             put(&mut gauges, key, gauge(record, "um", 6));
         }
         if !gauges.is_empty() {
-            put(&mut table, "instruments", Some(toml::Value::Table(gauges)));
+            put(&mut table, "instruments", Some(gauges));
         }
         let import = self.import.as_ref().map(import_table);
-        put(&mut table, "import", import.map(toml::Value::Table));
+        put(&mut table, "import", import);
         table.to_string()
     }
 }
@@ -148,9 +144,13 @@ fn read_import(section: &Section<'_>, unknown: &mut Unknown) -> Read<ImportRecor
 
 fn import_table(record: &ImportRecord) -> Table {
     let mut table = Table::new();
-    put_text(&mut table, "source", record.source.as_ref());
-    put_text(&mut table, "source_sha256", record.source_sha256.as_ref());
-    put_text(&mut table, "mapping_sha256", record.mapping_sha256.as_ref());
+    put(&mut table, "source", record.source.as_deref());
+    put(&mut table, "source_sha256", record.source_sha256.as_deref());
+    put(
+        &mut table,
+        "mapping_sha256",
+        record.mapping_sha256.as_deref(),
+    );
     table
 }
 
@@ -233,21 +233,21 @@ fn environment_table(environment: &Environment) -> Table {
         environment.humidity_percent,
         0,
     );
-    put_text(&mut table, "text", environment.text.as_ref());
+    put(&mut table, "text", environment.text.as_deref());
     table
 }
 
 fn instrument_table(record: &InstrumentRecord, unit: &str, shift: i32) -> Table {
     let mut table = Table::new();
     let key = |stem: &str| format!("{stem}_{unit}");
-    put_text(&mut table, "model", record.model.as_ref());
-    put_text(&mut table, "description", record.description.as_ref());
-    put_text(&mut table, "serial", record.serial.as_ref());
+    put(&mut table, "model", record.model.as_deref());
+    put(&mut table, "description", record.description.as_deref());
+    put(&mut table, "serial", record.serial.as_deref());
     put_number(&mut table, &key("range"), record.range, shift);
     put_number(&mut table, &key("resolution"), record.resolution, shift);
     put_number(&mut table, &key("U"), record.expanded_uncertainty, shift);
     put_number(&mut table, "k", record.k, 0);
-    put_text(&mut table, "certificate", record.certificate.as_ref());
+    put(&mut table, "certificate", record.certificate.as_deref());
     put(&mut table, "calibrated", record.calibrated.map(date));
     put(&mut table, "due", record.due.map(date));
     table

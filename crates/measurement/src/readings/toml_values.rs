@@ -4,7 +4,7 @@ use jiff::civil::Date;
 use toml::de::DeValue;
 use toml::{Table, Value};
 
-use super::number::{Conversion, NumberReader, write_decimal};
+use super::number::{Conversion, NumberReader};
 use super::session_file::Word;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::toml_text::{self, Read};
@@ -77,19 +77,15 @@ pub(super) fn day(value: &toml_text::TomlValue<'_>) -> Read<Date> {
         .map_err(|_| value.wrong("a date like 2026-03-02"))
 }
 
-pub(super) fn put(table: &mut Table, key: &str, value: Option<Value>) {
+pub(super) fn put(table: &mut Table, key: &str, value: Option<impl Into<Value>>) {
     if let Some(value) = value {
-        table.insert(key.to_owned(), value);
+        table.insert(key.to_owned(), value.into());
     }
-}
-
-pub(super) fn put_text(table: &mut Table, key: &str, text: Option<&String>) {
-    put(table, key, text.map(|text| Value::from(text.as_str())));
 }
 
 /// A number with its decimal point `shift` places further right.
 pub(super) fn put_number(table: &mut Table, key: &str, value: Option<f64>, shift: i32) {
-    put(table, key, value.map(|value| decimal(value, shift).into()));
+    put(table, key, value.map(|value| decimal(value, shift)));
 }
 
 /// TOML has no whole number beyond that of 63 bits; a seed from there is written as text.
@@ -102,11 +98,7 @@ pub(super) fn put_list<T: Into<Value>>(
     key: &str,
     items: impl Iterator<Item = T>,
 ) {
-    put(
-        table,
-        key,
-        Some(Value::Array(items.map(Into::into).collect())),
-    );
+    put(table, key, Some(items.collect::<Vec<_>>()));
 }
 
 pub(super) fn words<W: Word>(members: &[W]) -> impl Iterator<Item = Value> {
@@ -117,10 +109,9 @@ pub(super) fn word<W: Word>(member: W) -> Value {
     Value::from(member.word())
 }
 
-/// The number nearest to the decimal digits of `value`, their point moved; see [`write_decimal`].
+/// The number nearest to the decimal digits of `value`, their point moved; see [`super::number::write_decimal`].
 pub(super) fn decimal(value: f64, shift: i32) -> f64 {
-    let mut text = String::new();
-    write_decimal(value, shift, &mut text);
+    let text = super::number::decimal(value, shift);
     // What is not finite has no digits to move and is not accepted back either.
     text.parse().unwrap_or(value)
 }
