@@ -2,9 +2,7 @@
 
 use super::error::LoadCaseError;
 use super::table::{LoadCaseNote, VectorQuantity};
-use crate::readings::{
-    Conversion, JointColumn, JointUnit, ReadOptions, ReadingsError, RecordTable, split_unit,
-};
+use crate::readings::{Conversion, JointPlace, JointUnit, RecordTable, split_unit};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
@@ -19,13 +17,6 @@ pub(super) struct NumberColumn {
     pub(super) conversion: Conversion,
 }
 
-/// A column of the values of a variable.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct VariableColumn {
-    pub(super) at: NumberColumn,
-    pub(super) column: JointColumn,
-}
-
 /// Where the columns of a file are.
 #[derive(Debug, Default)]
 pub(super) struct LoadCaseColumns {
@@ -34,7 +25,7 @@ pub(super) struct LoadCaseColumns {
     pub(super) axes: Option<usize>,
     pub(super) status: Option<usize>,
     pub(super) origin: Option<usize>,
-    pub(super) joints: Vec<VariableColumn>,
+    pub(super) joints: Vec<JointPlace>,
     /// By quantity, in the order of [`VectorQuantity::ALL`], and axis.
     pub(super) vectors: [[Option<NumberColumn>; 3]; 5],
     pub(super) notes: Vec<LoadCaseNote>,
@@ -102,16 +93,9 @@ fn meaning(name: &str) -> ColumnMeaning<'_> {
 /// Whether the header of a table has a column of a vector; a text that is no table has none.
 #[must_use]
 pub fn is_load_case_table(bytes: &[u8]) -> bool {
-    let header = || -> Result<Vec<String>, ReadingsError> {
-        let mut text = RecordTable::open("", bytes, ReadOptions::default())?;
-        text.next_header()?;
-        Ok(text.names)
-    };
-    header().is_ok_and(|names| {
-        names
-            .iter()
-            .any(|name| matches!(meaning(name), ColumnMeaning::Vector(..)))
-    })
+    let names = RecordTable::names_of(bytes);
+    let mut names = names.iter();
+    names.any(|name| matches!(meaning(name), ColumnMeaning::Vector(..)))
 }
 
 impl LoadCaseColumns {
@@ -177,7 +161,7 @@ impl LoadCaseColumns {
         };
         let place = &mut self.vectors[quantity as usize][axis.index()];
         if let Some(first) = place {
-            return Err(duplicate(text, quantity.name(), first.index, index));
+            return Err(text.duplicate(quantity.name(), first.index, index).into());
         }
         *place = Some(NumberColumn { index, conversion });
         if Conversion::from_unit(quantity.kind(), quantity.unit()) != Some(conversion) {
@@ -196,7 +180,7 @@ impl LoadCaseColumns {
         variable: &str,
         unit: &str,
     ) -> Result<(), LoadCaseError> {
-        let Some((joint, conversion)) = JointUnit::of(unit) else {
+        let Some(known) = JointUnit::of(unit) else {
             return Err(LoadCaseError::WrongUnit {
                 file: text.file(),
                 line: text.header_line,
@@ -209,18 +193,8 @@ impl LoadCaseColumns {
                 ),
             });
         };
-        let mut known = self.joints.iter();
-        if let Some(first) = known.find(|known| known.column.variable == variable) {
-            return Err(duplicate(text, "a joint", first.at.index, index));
-        }
-        self.joints.push(VariableColumn {
-            at: NumberColumn { index, conversion },
-            column: JointColumn {
-                variable: variable.to_owned(),
-                unit: joint,
-            },
-        });
-        Ok(())
+        let joints = &mut self.joints;
+        Ok(JointPlace::add(joints, text, index, variable, known)?)
     }
 
     /// Whether there is a column of a quantity.
@@ -274,20 +248,4 @@ impl LoadCaseColumns {
             advice,
         })
     }
-}
-
-fn duplicate(
-    text: &RecordTable<'_>,
-    what: &'static str,
-    first: usize,
-    second: usize,
-) -> LoadCaseError {
-    ReadingsError::DuplicateColumn {
-        file: text.file(),
-        line: text.header_line,
-        column: what,
-        first: text.names[first].clone(),
-        second: text.names[second].clone(),
-    }
-    .into()
 }

@@ -99,9 +99,13 @@ impl LoadCaseReader {
         }
         let mut joints = Vec::with_capacity(columns.joints.len());
         for joint in &columns.joints {
+            let column = NumberColumn {
+                index: joint.index,
+                conversion: joint.conversion,
+            };
             joints.push(required(
                 text,
-                joint.at,
+                column,
                 "the value of the joint in this pose",
             )?);
         }

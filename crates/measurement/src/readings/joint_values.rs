@@ -3,7 +3,9 @@
 use toml::{Table, Value};
 
 use super::column::split_unit;
+use super::error::ReadingsError;
 use super::number::{self, Conversion};
+use super::text_table::RecordTable;
 use super::toml_values::{decimal, in_si};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -65,6 +67,40 @@ impl JointColumn {
     #[must_use]
     pub fn name(&self) -> String {
         format!("joint_{}_{}", self.variable, self.unit.word())
+    }
+}
+
+/// Where the values of a variable stand in a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct JointPlace {
+    pub(crate) index: usize,
+    pub(crate) conversion: Conversion,
+    pub(crate) column: JointColumn,
+}
+
+impl JointPlace {
+    /// Adds a column of a variable.
+    ///
+    /// # Errors
+    /// [`ReadingsError::DuplicateColumn`] if the variable has one already.
+    pub(crate) fn add(
+        known: &mut Vec<Self>,
+        text: &RecordTable<'_>,
+        index: usize,
+        variable: &str,
+        (unit, conversion): (JointUnit, Conversion),
+    ) -> Result<(), ReadingsError> {
+        let mut alike = known.iter();
+        if let Some(first) = alike.find(|known| known.column.variable == variable) {
+            return Err(text.duplicate("a joint", first.index, index));
+        }
+        let variable = variable.to_owned();
+        known.push(Self {
+            index,
+            conversion,
+            column: JointColumn { variable, unit },
+        });
+        Ok(())
     }
 }
 

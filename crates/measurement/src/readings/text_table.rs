@@ -47,6 +47,16 @@ impl<'a> RecordTable<'a> {
         })
     }
 
+    /// The names in the first record of a table; none of a text that is no table.
+    pub(crate) fn names_of(bytes: &[u8]) -> Vec<String> {
+        let names = || -> Result<Vec<String>, ReadingsError> {
+            let mut text = RecordTable::open("", bytes, ReadOptions::default())?;
+            text.next_header()?;
+            Ok(text.names)
+        };
+        names().unwrap_or_default()
+    }
+
     /// The input, as the caller named it.
     pub(crate) fn file(&self) -> String {
         self.rows.file().to_owned()
@@ -104,6 +114,22 @@ impl<'a> RecordTable<'a> {
         match text {
             Cow::Borrowed(text) => Cow::Borrowed(unescape_formula(text)),
             Cow::Owned(text) => Cow::Owned(unescape_formula(&text).to_owned()),
+        }
+    }
+
+    /// The error for two columns that mean the same.
+    pub(crate) fn duplicate(
+        &self,
+        column: &'static str,
+        first: usize,
+        second: usize,
+    ) -> ReadingsError {
+        ReadingsError::DuplicateColumn {
+            file: self.file(),
+            line: self.header_line,
+            column,
+            first: self.names[first].clone(),
+            second: self.names[second].clone(),
         }
     }
 

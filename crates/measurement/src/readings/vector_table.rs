@@ -5,7 +5,7 @@ use std::io::Read;
 use super::column::split_unit;
 use super::csv::ReadOptions;
 use super::error::ReadingsError;
-use super::joint_values::{JointColumn, JointUnit};
+use super::joint_values::{JointColumn, JointPlace, JointUnit};
 use super::number::{Conversion, read_count};
 use super::reading::ReadingStatus;
 use super::text_table::RecordTable;
@@ -63,16 +63,9 @@ impl VectorTable {
 /// Whether a table has the columns of a session with gauges along the base axes; a text that is no table has not.
 #[must_use]
 pub fn is_vector_table(bytes: &[u8]) -> bool {
-    let header = || -> Result<Vec<String>, ReadingsError> {
-        let mut text = RecordTable::open("", bytes, ReadOptions::default())?;
-        text.next_header()?;
-        Ok(text.names)
-    };
-    header().is_ok_and(|names| {
-        NEEDED
-            .iter()
-            .all(|needed| names.iter().any(|name| name == needed))
-    })
+    let names = RecordTable::names_of(bytes);
+    let mut needed = NEEDED.iter();
+    needed.all(|needed| names.iter().any(|name| name == needed))
 }
 
 /// Reads the table that [`super::VectorReadingsWriter`] writes.
@@ -129,22 +122,15 @@ pub fn read_vector_readings(source: &str, input: impl Read) -> Result<VectorTabl
     Ok(table)
 }
 
-/// A column of joint values.
-struct JointAt {
-    index: usize,
-    conversion: Conversion,
-    column: JointColumn,
-}
-
 /// The columns `joint_VARIABLE_UNIT`.
-fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointAt>, ReadingsError> {
-    let mut columns: Vec<JointAt> = Vec::new();
+fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointPlace>, ReadingsError> {
+    let mut columns = Vec::new();
     for (index, name) in text.names.iter().enumerate() {
         let Some(named) = name.strip_prefix("joint_") else {
             continue;
         };
         let (variable, unit) = split_unit(named).unwrap_or((named, ""));
-        let Some((unit, conversion)) = JointUnit::of(unit).filter(|_| !variable.is_empty()) else {
+        let Some(known) = JointUnit::of(unit).filter(|_| !variable.is_empty()) else {
             return Err(ReadingsError::WrongUnit {
                 file: text.file(),
                 line: text.header_line,
@@ -153,26 +139,7 @@ fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointAt>, ReadingsError> 
                 accepted: "deg, rad; of a sliding joint mm, m",
             });
         };
-        let known = columns
-            .iter()
-            .find(|known| known.column.variable == variable);
-        if let Some(known) = known {
-            return Err(ReadingsError::DuplicateColumn {
-                file: text.file(),
-                line: text.header_line,
-                column: "a joint",
-                first: text.names[known.index].clone(),
-                second: name.clone(),
-            });
-        }
-        columns.push(JointAt {
-            index,
-            conversion,
-            column: JointColumn {
-                variable: variable.to_owned(),
-                unit,
-            },
-        });
+        JointPlace::add(&mut columns, text, index, variable, known)?;
     }
     Ok(columns)
 }
@@ -180,30 +147,25 @@ fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointAt>, ReadingsError> 
 /// The current record.
 struct VectorRow<'t, 'a> {
     text: &'t mut RecordTable<'a>,
-    joints: &'t [JointAt],
+    joints: &'t [JointPlace],
 }
 
 impl VectorRow<'_, '_> {
     fn reading(&mut self) -> Result<VectorReading, ReadingsError> {
-        let force = Conversion::NONE;
         let mut force_n = [0.0; 3];
         for (part, column) in force_n
             .iter_mut()
             .zip(["force_x_N", "force_y_N", "force_z_N"])
         {
             *part = self
-                .number(column, force)?
+                .number(column, Conversion::NONE)?
                 .ok_or_else(|| self.missing(column, "a number"))?;
         }
         let axes = self.text_of("axes");
         if !matches!(axes.as_str(), "" | BASE_AXES) {
             return Err(self.bad("axes", "`base`"));
         }
-        let um = Conversion::from_unit(Kind::Displacement, "um").unwrap_or(Conversion::NONE);
-        let mut displacement_m = [None; 3];
-        for (part, column) in displacement_m.iter_mut().zip(DISPLACEMENTS) {
-            *part = self.number(column, um)?;
-        }
+        let displacement_m = self.micrometres(DISPLACEMENTS)?;
         if displacement_m == [None; 3] {
             return Err(self.missing(DISPLACEMENTS[0], "a displacement along x, y or z"));
         }
@@ -217,10 +179,7 @@ impl VectorRow<'_, '_> {
             "displacement_y_zero_um",
             "displacement_z_zero_um",
         ];
-        let mut displacement_zero_m = [None; 3];
-        for (part, column) in displacement_zero_m.iter_mut().zip(zeros) {
-            *part = self.number(column, um)?;
-        }
+        let displacement_zero_m = self.micrometres(zeros)?;
         let mut joints = Vec::with_capacity(self.joints.len());
         for joint in self.joints {
             let value = self.number_at(joint.index, joint.conversion)?;
@@ -266,6 +225,16 @@ impl VectorRow<'_, '_> {
             flag: self.text_of("flag"),
             note: self.text_of("note"),
         })
+    }
+
+    /// Displacements in SI, one of each column.
+    fn micrometres(&mut self, columns: [&str; 3]) -> Result<[Option<f64>; 3], ReadingsError> {
+        let um = Conversion::from_unit(Kind::Displacement, "um").unwrap_or(Conversion::NONE);
+        let mut parts = [None; 3];
+        for (part, column) in parts.iter_mut().zip(columns) {
+            *part = self.number(column, um)?;
+        }
+        Ok(parts)
     }
 
     fn index(&self, column: &str) -> Option<usize> {
