@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use indexmap::IndexSet;
+
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::statistics::Estimate;
 use crate::stiffness::{
@@ -141,12 +143,7 @@ fn is_without_scatter(cell: &CellStiffness) -> bool {
 
 /// The flags of a cell, those of one rule in one line with their number.
 pub(super) fn flag_lines(cell: &CellStiffness) -> Vec<String> {
-    let mut rules: Vec<&str> = Vec::new();
-    for flag in &cell.flags {
-        if !rules.contains(&flag.rule()) {
-            rules.push(flag.rule());
-        }
-    }
+    let rules: IndexSet<&str> = cell.flags.iter().map(Flag::rule).collect();
     let line = |rule: &str| {
         let mut of_rule = cell.flags.iter().filter(|flag| flag.rule() == rule);
         let first = of_rule.next()?;

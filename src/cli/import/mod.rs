@@ -79,6 +79,7 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
     let in_doubt = !warnings.is_empty() || imported.notes.iter().any(ImportNote::is_doubt);
     let of_import = imported.notes.iter().map(ToString::to_string);
     notes.extend(of_import.chain(warnings));
+    let poses = imported.table.poses();
     let report = ImportReport {
         folder: args.out.clone(),
         source: shown(&args.file),
@@ -87,7 +88,7 @@ pub(super) fn run(args: &ImportArgs, global: &Global) -> Result<Outcome, Failure
         columns,
         readings: imported.table.readings.len(),
         runs: imported.table.runs.len(),
-        poses: poses(&imported),
+        poses: poses.iter().map(ToString::to_string).collect(),
         stiffness,
     };
     let inputs = Inputs::default().with_session(&session);
@@ -193,17 +194,6 @@ fn answered(mapping: &mut ImportMapping, missing: &MissingPart, answer: &str) {
         MissingPart::JointUnit { .. } => mapping.units.joint = answer,
         MissingPart::Direction => mapping.direction = answer,
     }
-}
-
-fn poses(imported: &ImportedReadings) -> Vec<String> {
-    let mut poses: Vec<String> = Vec::new();
-    for reading in &imported.table.readings {
-        let pose = reading.pose.to_string();
-        if !poses.contains(&pose) {
-            poses.push(pose);
-        }
-    }
-    poses
 }
 
 /// Writes the folder; returns the hash of the mapping and what a user should know.

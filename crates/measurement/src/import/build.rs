@@ -1,6 +1,6 @@
 //! Rows of a table to readings.
 
-use std::collections::HashMap;
+use indexmap::{IndexMap, IndexSet};
 
 use super::columns::ColumnRole;
 use super::draft::ImportDraft;
@@ -150,17 +150,15 @@ fn unused_words(draft: &ImportDraft, rows: &[usize]) -> Vec<ImportNote> {
         !column.is_numeric && !used.any(|(place, _)| place == index)
     });
     let notes = unused.filter_map(|(index, column)| {
-        let mut words: Vec<String> = Vec::new();
-        for row in rows {
-            let word = draft.table.present(&draft.table.rows[*row], index)?;
-            if !words.iter().any(|known| known == word) {
-                words.push(word.to_owned());
-            }
-        }
+        let words = rows.iter().map(|row| {
+            let row = &draft.table.rows[*row];
+            draft.table.present(row, index)
+        });
+        let words: IndexSet<&str> = words.collect::<Option<_>>()?;
         let recur = words.len() > 1 && words.len() <= MOST && 2 * words.len() < rows.len();
         recur.then(|| ImportNote::UnusedWords {
             column: column.name.clone(),
-            words,
+            words: words.into_iter().map(str::to_owned).collect(),
         })
     });
     notes.collect()
@@ -252,16 +250,11 @@ fn grouped<K: std::hash::Hash + Eq>(
     rows: &[ImportedRow],
     key: impl Fn(&ImportedRow) -> K,
 ) -> Vec<Vec<usize>> {
-    let mut places: HashMap<K, usize> = HashMap::new();
-    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut groups: IndexMap<K, Vec<usize>> = IndexMap::new();
     for (index, row) in rows.iter().enumerate() {
-        let place = *places.entry(key(row)).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
-        });
-        groups[place].push(index);
+        groups.entry(key(row)).or_default().push(index);
     }
-    groups
+    groups.into_values().collect()
 }
 
 fn number_runs(
@@ -280,17 +273,9 @@ fn number_runs(
             notes.push(ImportNote::RunsNumbered { column });
         }
         for group in &groups {
-            let mut seen: Vec<&String> = Vec::new();
+            let mut seen: IndexSet<&String> = IndexSet::new();
             for index in group {
-                let text = &texts[*index];
-                let place = seen
-                    .iter()
-                    .position(|known| *known == text)
-                    .unwrap_or_else(|| {
-                        seen.push(text);
-                        seen.len() - 1
-                    });
-                let numbered = place as u32 + 1;
+                let numbered = seen.insert_full(&texts[*index]).0 as u32 + 1;
                 imported[*index].repeat = numbers.as_ref().map_or(numbered, |n| n[*index]);
             }
         }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use indexmap::IndexSet;
+
 use crate::readings::{Assumption, JointColumn};
 use stiffbench_units_and_text::count::counted;
 use stiffbench_units_and_text::quantity::Kind;
@@ -248,13 +250,8 @@ impl LoadCaseTable {
     /// The names of the poses, in the order in which they first appear.
     #[must_use]
     pub fn poses(&self) -> Vec<PoseId> {
-        let mut poses: Vec<PoseId> = Vec::new();
-        for case in &self.cases {
-            if !poses.contains(&case.pose) {
-                poses.push(case.pose.clone());
-            }
-        }
-        poses
+        let poses: IndexSet<&PoseId> = self.cases.iter().map(|case| &case.pose).collect();
+        poses.into_iter().cloned().collect()
     }
 
     /// Whether each case stands for a run of several loads.
