@@ -140,23 +140,15 @@ impl DiagnosisProblem<'_> {
     /// What must be there before anything can be decided.
     pub(super) fn lacking(&self) -> Vec<String> {
         let mut lacking = Vec::new();
-        let loaded = self
-            .observations
-            .loads
-            .iter()
-            .filter(|load| load.force_n != 0.0)
-            .count();
-        if loaded == 0 && !self.observations.free_zeros {
+        let observations = self.observations;
+        let is_loaded = observations.loads.iter().any(|load| load.force_n != 0.0);
+        // A line through many readings shows its own scatter.
+        let is_line = observations.free_zeros;
+        if !is_loaded && !is_line {
             lacking.push("no reading is under load".to_owned());
         }
-        let several = self
-            .observations
-            .cells
-            .iter()
-            .any(|cell| cell.runs.len() > 1);
-        // A line through many readings shows its own scatter.
-        let is_line = self.observations.free_zeros;
-        let is_long = is_line && self.observations.len() >= ENOUGH_OF_A_LINE;
+        let several = observations.cells.iter().any(|cell| cell.runs.len() > 1);
+        let is_long = is_line && observations.len() >= ENOUGH_OF_A_LINE;
         if !several && !is_long {
             let or = if is_line {
                 format!(", or {ENOUGH_OF_A_LINE} readings along the line")
@@ -167,14 +159,13 @@ impl DiagnosisProblem<'_> {
                 "no load sequence was repeated: the scatter and missing physics cannot be distinguished; at least three repeats are needed{or}"
             ));
         }
-        if self.observations.displacement_was_set() {
+        if observations.displacement_was_set() {
             lacking.push("a force that was set: the displacement is a straight line of time in every branch, so it was set and the force answers: diagnose with --response force".to_owned());
         }
-        let parameters = self.baseline.parameters().len();
-        if self.observations.len() < 3 * parameters + 6 {
+        let (readings, parameters) = (observations.len(), self.baseline.parameters().len());
+        if readings < 3 * parameters + 6 {
             lacking.push(format!(
-                "{} readings are too few for {parameters} factors",
-                self.observations.len()
+                "{readings} readings are too few for {parameters} factors"
             ));
         }
         lacking
@@ -294,11 +285,8 @@ impl DiagnosisProblem<'_> {
         let mut rest = model.clone();
         rest.effects.pop();
         let without = self.predicted(&mut predictor, &rest)?;
-        Ok(with
-            .iter()
-            .zip(&without)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max))
+        let changes = with.iter().zip(&without).map(|(a, b)| (a - b).abs());
+        Ok(changes.fold(0.0, f64::max))
     }
 
     /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation.
