@@ -35,14 +35,11 @@ impl FieldDelimiter {
             Self::Blanks => None,
         }
     }
+}
 
-    fn word(self) -> &'static str {
-        match self {
-            Self::Tab => "tab",
-            Self::Semicolon => "semicolon",
-            Self::Comma => "comma",
-            Self::Blanks => "blanks",
-        }
+impl fmt::Display for FieldDelimiter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 
@@ -66,15 +63,9 @@ pub enum TextEncoding {
     Spreadsheet,
 }
 
-impl TextEncoding {
-    fn word(self) -> &'static str {
-        match self {
-            Self::Utf8 => "UTF-8",
-            Self::Utf8Marked => "UTF-8 with byte order mark",
-            Self::Utf16 => "UTF-16",
-            Self::Windows1252 => "windows-1252",
-            Self::Spreadsheet => "spreadsheet",
-        }
+impl fmt::Display for TextEncoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 
@@ -130,7 +121,7 @@ impl fmt::Display for FileLayout {
         if let Some(program) = self.program {
             write!(f, "{program}, ")?;
         }
-        f.write_str(self.encoding.word())?;
+        self.encoding.fmt(f)?;
         if let Some(sheet) = &self.sheet {
             write!(f, " (sheet `{sheet}`)")?;
         }
@@ -140,7 +131,7 @@ impl fmt::Display for FileLayout {
             } else {
                 "point"
             };
-            write!(f, ", delimiter {}, decimal {decimal}", delimiter.word())?;
+            write!(f, ", delimiter {delimiter}, decimal {decimal}")?;
         }
         match self.thousands {
             Some(sign) if sign.is_whitespace() => f.write_str(", thousands by blanks")?,
