@@ -12,8 +12,8 @@ use super::note::ImportNote;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
 use super::values::{branch, direction, texts};
 use crate::readings::{
-    Assumption, Conversion, FileCell, PoseJoints, ReadOptions, ReadingTable, ReadingsError,
-    are_one_load, decimal, read_readings,
+    Assumption, FileCell, PoseJoints, ReadOptions, ReadingTable, ReadingsError, are_one_load,
+    decimal, read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
 use stiffbench_units_and_text::quantity::Kind;
@@ -64,9 +64,8 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
         let [force_n, displacement_m] = values[place].map(|value| sign * value);
         let file_row = &draft.table.rows[*row];
         let warmth = |column| {
-            draft
-                .table
-                .number(file_row, column, temperature_unit(draft, column))
+            let conversion = draft.conversion(column, Kind::Temperature);
+            draft.table.number(file_row, column, conversion)
         };
         imported.push(ImportedRow {
             pose: places[place].clone(),
@@ -204,9 +203,7 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
         }
         return Ok(rows.iter().map(|row| seconds[*row]).collect());
     }
-    let unit = draft.unit(column, Kind::Time);
-    let conversion = unit.and_then(|unit| Conversion::from_unit(Kind::Time, &unit));
-    let conversion = conversion.unwrap_or(Conversion::NONE);
+    let conversion = draft.conversion(column, Kind::Time);
     let time = |row: &usize| {
         draft
             .table
@@ -220,12 +217,6 @@ pub(super) fn are_all_equal(times: &[Option<f64>]) -> bool {
     let mut known = times.iter().flatten();
     let first = known.next();
     known.clone().next().is_some() && known.all(|time| Some(time) == first)
-}
-
-fn temperature_unit(draft: &ImportDraft, column: usize) -> Conversion {
-    let unit = draft.table.layout.columns[column].unit.as_deref();
-    let known = unit.and_then(|unit| Conversion::from_unit(Kind::Temperature, unit));
-    known.unwrap_or(Conversion::NONE)
 }
 
 /// Force and displacement as they stand in the file.

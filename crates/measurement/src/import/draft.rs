@@ -8,6 +8,7 @@ use super::joints::joint_unit;
 use super::keywords::is_of;
 use super::mapping::ImportMapping;
 use super::pairs::PairedLog;
+use crate::readings::Conversion;
 use crate::table_files::{MachineTable, read_table_file};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
@@ -41,14 +42,15 @@ impl ImportDraft {
         log: Option<(&str, &[u8])>,
         mapping: &ImportMapping,
     ) -> Result<Self, TableImportError> {
-        check_unit(mapping.units.force.as_ref(), Kind::Force, "force")?;
-        check_unit(
-            mapping.units.displacement.as_ref(),
-            Kind::Displacement,
-            "displacement",
-        )?;
-        check_unit(mapping.units.time.as_ref(), Kind::Time, "time")?;
-        check_unit(mapping.units.joint.as_ref(), Kind::Angle, "joint value")?;
+        let units = &mapping.units;
+        for (unit, kind, quantity) in [
+            (&units.force, Kind::Force, "force"),
+            (&units.displacement, Kind::Displacement, "displacement"),
+            (&units.time, Kind::Time, "time"),
+            (&units.joint, Kind::Angle, "joint value"),
+        ] {
+            check_unit(unit.as_ref(), kind, quantity)?;
+        }
         let mut table = read_table_file(source, bytes, &mapping.of_file())?;
         let mut of_force = mapping.clone();
         if log.is_some() {
@@ -188,6 +190,13 @@ impl ImportDraft {
             _ => None,
         };
         unit_of(stated, &self.table.layout.columns[index], kind)
+    }
+
+    /// How a column of this kind becomes SI; as it is without a unit.
+    pub(super) fn conversion(&self, index: usize, kind: Kind) -> Conversion {
+        let unit = self.unit(index, kind);
+        let conversion = unit.and_then(|unit| Conversion::from_unit(kind, &unit));
+        conversion.unwrap_or(Conversion::NONE)
     }
 
     /// Whether the mapping or a column states a unit of this kind.

@@ -99,9 +99,7 @@ fn column(
     flip: FlippedSign,
 ) -> Result<(usize, Vec<Option<f64>>), TableImportError> {
     let column = draft.found.place(role).unwrap_or(0);
-    let unit = draft.unit(column, kind);
-    let conversion = unit.and_then(|unit| Conversion::from_unit(kind, &unit));
-    let conversion = conversion.unwrap_or(Conversion::NONE);
+    let conversion = draft.conversion(column, kind);
     let sign = sign(draft, flip);
     let mut values = Vec::with_capacity(draft.table.rows.len());
     for row in &draft.table.rows {
