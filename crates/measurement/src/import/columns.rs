@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
+use thiserror::Error;
 
 /// What a column holds.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -85,19 +86,22 @@ pub struct ColumnGuess {
 }
 
 /// Something that an import needs and the file does not state.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum MissingPart {
     /// No column, or several, can be the force.
+    #[error("the column of the force{}", one_of(.candidates))]
     ForceColumn {
         /// Columns that could be it.
         candidates: Vec<String>,
     },
     /// No column, or several, can be the displacement.
+    #[error("the column of the displacement{}", one_of(.candidates))]
     DisplacementColumn {
         /// Columns that could be it.
         candidates: Vec<String>,
     },
     /// The unit of the force.
+    #[error("the unit of the force{}{}", of_column(.column.as_ref()), not_known(.unknown.as_ref(), "force", Kind::Force))]
     ForceUnit {
         /// Its column, where that is known.
         column: Option<String>,
@@ -105,6 +109,10 @@ pub enum MissingPart {
         unknown: Option<String>,
     },
     /// The unit of the displacement.
+    #[error(
+        "the unit of the displacement{}{}",
+        of_column(.column.as_ref()), not_known(.unknown.as_ref(), "displacement", Kind::Displacement)
+    )]
     DisplacementUnit {
         /// Its column, where that is known.
         column: Option<String>,
@@ -112,11 +120,13 @@ pub enum MissingPart {
         unknown: Option<String>,
     },
     /// Whether joint values are degrees or radians.
+    #[error("the unit of the joint values in `{column}`")]
     JointUnit {
         /// The first column with joint values.
         column: String,
     },
     /// The direction of the loads.
+    #[error("the direction of the loads (x, y or z)")]
     Direction,
 }
 
@@ -135,50 +145,27 @@ impl MissingPart {
     }
 }
 
-impl fmt::Display for MissingPart {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let column = |f: &mut fmt::Formatter<'_>, what: &str, candidates: &[String]| {
-            write!(f, "the column of the {what}")?;
-            if candidates.is_empty() {
-                return Ok(());
-            }
-            let names = candidates.iter().map(String::as_str);
-            write!(f, " (one of {})", listed_names(names))
-        };
-        match self {
-            Self::ForceColumn { candidates } => column(f, "force", candidates),
-            Self::DisplacementColumn { candidates } => column(f, "displacement", candidates),
-            Self::ForceUnit { column, unknown } => {
-                unit(f, "force", Kind::Force, [column.as_ref(), unknown.as_ref()])
-            }
-            Self::DisplacementUnit { column, unknown } => {
-                let texts = [column.as_ref(), unknown.as_ref()];
-                unit(f, "displacement", Kind::Displacement, texts)
-            }
-            Self::JointUnit { column } => write!(f, "the unit of the joint values in `{column}`"),
-            Self::Direction => f.write_str("the direction of the loads (x, y or z)"),
-        }
+/// Which columns could be the one that is missing.
+fn one_of(candidates: &[String]) -> String {
+    if candidates.is_empty() {
+        return String::new();
     }
+    let names = candidates.iter().map(String::as_str);
+    format!(" (one of {})", listed_names(names))
 }
 
-/// A unit that is missing, of a column if that is known.
-fn unit(
-    f: &mut fmt::Formatter<'_>,
-    what: &str,
-    kind: Kind,
-    [column, unknown]: [Option<&String>; 2],
-) -> fmt::Result {
-    write!(f, "the unit of the {what}")?;
-    match column {
-        Some(column) => write!(f, " in `{column}`")?,
-        None => f.write_str(", which no column states")?,
-    }
-    if let Some(unknown) = unknown {
-        write!(
-            f,
-            " (unit `{unknown}` is not known for a {what}; known are {})",
-            kind.units()
-        )?;
-    }
-    Ok(())
+/// Where a unit is missing, if that is known.
+fn of_column(column: Option<&String>) -> String {
+    column.map_or_else(
+        || ", which no column states".to_owned(),
+        |column| format!(" in `{column}`"),
+    )
+}
+
+/// What stands in place of a unit.
+fn not_known(unit: Option<&String>, what: &str, kind: Kind) -> String {
+    let known = kind.units();
+    unit.map_or_else(String::new, |unit| {
+        format!(" (unit `{unit}` is not known for a {what}; known are {known})")
+    })
 }
