@@ -18,7 +18,7 @@ pub struct LnParts {
 }
 
 /// Covariance of ln K between cells measured with the same two gauges: V = diag(i²) + f fᵀ + d dᵀ.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LnStiffnessCovariance {
     /// Row and column of the matrix: the cells with an uncertainty.
     pub cells: Vec<Cell>,
@@ -35,13 +35,7 @@ pub struct LnStiffnessCovariance {
 impl LnStiffnessCovariance {
     /// The structure over `cells`; a cell without parts is listed in `left_out`.
     pub(super) fn new<'a>(cells: impl Iterator<Item = (&'a Cell, Option<LnParts>)>) -> Self {
-        let mut covariance = Self {
-            cells: Vec::new(),
-            independent: Vec::new(),
-            force_calibration: Vec::new(),
-            displacement_calibration: Vec::new(),
-            left_out: Vec::new(),
-        };
+        let mut covariance = Self::default();
         for (cell, parts) in cells {
             match parts.and_then(|parts| Some((parts, parts.independent?))) {
                 Some((parts, independent)) => {
