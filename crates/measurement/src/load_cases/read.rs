@@ -6,7 +6,9 @@ use std::io::Read;
 use super::columns::{LoadCaseColumns, NumberColumn};
 use super::error::LoadCaseError;
 use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
-use crate::readings::{ReadOptions, ReadingsError, RecordTable, read_count};
+use crate::readings::{
+    ReadOptions, ReadingStatus, ReadingsError, RecordTable, STATUS_WORDS, meaning_of, read_count,
+};
 use stiffbench_units_and_text::test_point::PoseId;
 
 /// Load cases from a table.
@@ -171,11 +173,12 @@ impl LoadCaseReader {
 
 /// Whether a row counts.
 fn counts(text: &RecordTable<'_>, index: usize) -> Result<bool, LoadCaseError> {
-    let word = text.text(text.field(index)).to_lowercase();
-    match word.as_str() {
-        "" | "accepted" => Ok(true),
-        "superseded" | "rejected" => Ok(false),
-        _ => Err(bad(text, index, "accepted, superseded or rejected")),
+    let word = text.field(index);
+    let status = meaning_of(word, &STATUS_WORDS);
+    match status {
+        Some(status) => Ok(status == ReadingStatus::Accepted),
+        None if word.is_empty() => Ok(true),
+        None => Err(bad(text, index, "accepted, superseded or rejected")),
     }
 }
 

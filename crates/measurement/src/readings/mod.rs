@@ -62,5 +62,6 @@ pub(crate) use joint_values::JointPlace;
 pub(crate) use number::{
     Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,
 };
+pub(crate) use reading::{BRANCH_WORDS, STATUS_WORDS, meaning_of};
 pub(crate) use targets::are_one_load;
 pub(crate) use text_table::RecordTable;

@@ -19,6 +19,28 @@ pub enum ReadingStatus {
     Rejected,
 }
 
+/// Words of a column `status`.
+pub(crate) const STATUS_WORDS: [(&str, ReadingStatus); 3] = [
+    ("accepted", ReadingStatus::Accepted),
+    ("superseded", ReadingStatus::Superseded),
+    ("rejected", ReadingStatus::Rejected),
+];
+
+/// Words of a column of branches.
+pub(crate) const BRANCH_WORDS: [(&str, Branch); 4] = [
+    ("loading", Branch::Loading),
+    ("load", Branch::Loading),
+    ("unloading", Branch::Unloading),
+    ("unload", Branch::Unloading),
+];
+
+/// What a word means among those that are known; capitals do not count.
+pub(crate) fn meaning_of<T: Copy>(word: &[u8], known: &[(&str, T)]) -> Option<T> {
+    let mut known = known.iter();
+    let found = known.find(|(known, _)| word.eq_ignore_ascii_case(known.as_bytes()));
+    found.map(|(_, meaning)| *meaning)
+}
+
 impl fmt::Display for ReadingStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)

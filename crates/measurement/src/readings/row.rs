@@ -6,7 +6,7 @@ use super::column::Column;
 use super::error::ReadingsError;
 use super::header::ColumnHeader;
 use super::number::read_count;
-use super::reading::{Reading, ReadingStatus, ReadingText};
+use super::reading::{BRANCH_WORDS, Reading, ReadingStatus, ReadingText, STATUS_WORDS, meaning_of};
 use super::rows::text_of;
 use super::table::RunNumbers;
 use super::text_table::RecordTable;
@@ -166,33 +166,18 @@ impl<'a> RowReader<'a> {
         let Some(word) = self.noted(table, Column::Branch) else {
             return Ok(Branch::Loading);
         };
-        if word.eq_ignore_ascii_case(b"loading") || word.eq_ignore_ascii_case(b"load") {
-            Ok(Branch::Loading)
-        } else if word.eq_ignore_ascii_case(b"unloading") || word.eq_ignore_ascii_case(b"unload") {
-            Ok(Branch::Unloading)
-        } else {
-            Err(self.bad(table, Column::Branch, word, "loading or unloading"))
-        }
+        let expected = "loading or unloading";
+        meaning_of(word, &BRANCH_WORDS)
+            .ok_or_else(|| self.bad(table, Column::Branch, word, expected))
     }
 
     fn status(&mut self, table: &RecordTable<'_>) -> Result<ReadingStatus, ReadingsError> {
         let Some(word) = self.noted(table, Column::Status) else {
             return Ok(ReadingStatus::Accepted);
         };
-        if word.eq_ignore_ascii_case(b"accepted") {
-            Ok(ReadingStatus::Accepted)
-        } else if word.eq_ignore_ascii_case(b"superseded") {
-            Ok(ReadingStatus::Superseded)
-        } else if word.eq_ignore_ascii_case(b"rejected") {
-            Ok(ReadingStatus::Rejected)
-        } else {
-            Err(self.bad(
-                table,
-                Column::Status,
-                word,
-                "accepted, superseded or rejected",
-            ))
-        }
+        let expected = "accepted, superseded or rejected";
+        meaning_of(word, &STATUS_WORDS)
+            .ok_or_else(|| self.bad(table, Column::Status, word, expected))
     }
 
     fn repeat(&mut self, table: &RecordTable<'_>) -> Result<u32, ReadingsError> {

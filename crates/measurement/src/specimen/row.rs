@@ -3,7 +3,7 @@
 use super::assumption::{Incomplete, SpecimenAssumption};
 use super::columns::{ColumnPosition, MeasuredColumn, SpecimenColumns};
 use super::error::SpecimenError;
-use crate::readings::read_count;
+use crate::readings::{BRANCH_WORDS, meaning_of, read_count};
 use crate::table_files::{FileRow, MachineTable};
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -162,14 +162,8 @@ impl<'a> SpecimenRowReader<'a> {
 
     fn branch(&self, row: &FileRow, place: &ColumnPosition) -> Result<Branch, MissingValue> {
         let field = self.present(row, place)?;
-        let is = |words: [&str; 2]| words.iter().any(|word| field.eq_ignore_ascii_case(word));
-        if is(["loading", "load"]) {
-            Ok(Branch::Loading)
-        } else if is(["unloading", "unload"]) {
-            Ok(Branch::Unloading)
-        } else {
-            Err(self.bad(row, place, "loading or unloading").into())
-        }
+        let branch = meaning_of(field.as_bytes(), &BRANCH_WORDS);
+        Ok(branch.ok_or_else(|| self.bad(row, place, "loading or unloading"))?)
     }
 
     fn bad(&self, row: &FileRow, place: &ColumnPosition, expected: &'static str) -> SpecimenError {
