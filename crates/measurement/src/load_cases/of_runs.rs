@@ -1,18 +1,15 @@
 //! Load cases of a session with displacement gauges along the base axes: one for each run.
 
+use indexmap::IndexMap;
+
 use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable};
-use crate::readings::{FileCell, ReadingsError, VectorReading, VectorTable};
+use crate::readings::{FileCell, ReadingsError, VectorReading, VectorTable, largest_load};
 use stiffbench_numeric::statistics::LeastSquaresLine;
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Components of a force relative to its size that are rounding.
 const NO_COMPONENT: f64 = 1e-9;
-
-/// A run: one load history on one zero of the gauges.
-struct VectorRun<'t> {
-    readings: Vec<&'t VectorReading>,
-}
 
 impl LoadCaseTable {
     /// One load case for each run of a session: its displacement per force, a least-squares line over the steps of the loading branch, at
@@ -32,7 +29,8 @@ impl LoadCaseTable {
             .iter()
             .copied()
             .filter(|reading| reading.branch == Branch::Loading);
-        let mut runs: Vec<VectorRun<'_>> = Vec::new();
+        // One load history on one zero of the gauges each.
+        let mut runs: IndexMap<_, Vec<&VectorReading>> = IndexMap::new();
         for reading in loading {
             for (joint, value) in table.joints.iter().zip(&reading.joints) {
                 if value.is_none() {
@@ -48,16 +46,13 @@ impl LoadCaseTable {
                     });
                 }
             }
-            match runs.iter_mut().find(|run| run.has(reading)) {
-                Some(run) => run.readings.push(reading),
-                None => runs.push(VectorRun {
-                    readings: vec![reading],
-                }),
-            }
+            let cell = (&reading.pose, &reading.direction);
+            let run = runs.entry((cell, &reading.run, &reading.zero));
+            run.or_default().push(reading);
         }
         let cases: Vec<LoadCase> = runs
-            .iter()
-            .filter_map(|run| run.load_case(preload_n))
+            .values()
+            .filter_map(|run| load_case(run, preload_n))
             .collect();
         if cases.is_empty() {
             return Err(ReadingsError::NoReadings {
@@ -65,7 +60,7 @@ impl LoadCaseTable {
                 line: 1,
             });
         }
-        let used = runs.iter().map(|run| run.readings.len()).sum::<usize>();
+        let used = runs.values().map(Vec::len).sum::<usize>();
         let mut notes = vec![LoadCaseNote::Runs {
             runs: cases.len(),
             readings: used,
@@ -90,66 +85,51 @@ impl LoadCaseTable {
     }
 }
 
-impl VectorRun<'_> {
-    fn has(&self, reading: &VectorReading) -> bool {
-        let key = |of: &VectorReading| (of.pose.clone(), of.run.clone(), of.zero.clone());
-        let first = self.readings[0];
-        first.direction == reading.direction && key(first) == key(reading)
+/// `None` for a run that was never loaded beyond its zero.
+fn load_case(run: &[&VectorReading], preload_n: f64) -> Option<LoadCase> {
+    let first = run.first()?;
+    let (largest, unit) = largest_load(run)?;
+    let largest_n = largest.force_size_n();
+    let along = |reading: &VectorReading| dot(reading.force_n, unit);
+    let unloaded = run.iter().find(|of| of.target_n == 0.0);
+    let zero_n = unloaded.map_or(preload_n, |of| along(of));
+    let load_n = along(largest) - zero_n;
+    if load_n.abs() <= NO_COMPONENT * largest_n {
+        return None;
     }
-
-    /// `None` for a run that was never loaded beyond its zero.
-    fn load_case(&self, preload_n: f64) -> Option<LoadCase> {
-        let first = self.readings[0];
-        let largest = self.readings.iter();
-        let largest = largest.max_by(|a, b| a.force_size_n().total_cmp(&b.force_size_n()))?;
-        let largest_n = largest.force_size_n();
-        if largest_n == 0.0 {
+    let displacement_m = [0, 1, 2].map(|axis| {
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        let mut step = None;
+        for reading in run {
+            // Of a load that was held, the first reading.
+            if step == Some(reading.step) {
+                continue;
+            }
+            step = Some(reading.step);
+            points.extend(reading.displacement_m[axis].map(|read| (along(reading), read)));
+        }
+        if points.is_empty() {
             return None;
         }
-        // Loads count along the direction, against it below zero.
-        let sense = if largest.target_n < 0.0 { -1.0 } else { 1.0 };
-        let unit = largest.force_n.map(|part| sense * part / largest_n);
-        let along = |reading: &VectorReading| dot(reading.force_n, unit);
-        let unloaded = self.readings.iter().find(|of| of.target_n == 0.0);
-        let zero_n = unloaded.map_or(preload_n, |of| along(of));
-        let load_n = along(largest) - zero_n;
-        if load_n.abs() <= NO_COMPONENT * largest_n {
-            return None;
+        if unloaded.is_none() {
+            points.push((preload_n, 0.0));
         }
-        let displacement_m = [0, 1, 2].map(|axis| {
-            let mut points: Vec<(f64, f64)> = Vec::new();
-            let mut step = None;
-            for reading in &self.readings {
-                // Of a load that was held, the first reading.
-                if step == Some(reading.step) {
-                    continue;
-                }
-                step = Some(reading.step);
-                points.extend(reading.displacement_m[axis].map(|read| (along(reading), read)));
-            }
-            if points.is_empty() {
-                return None;
-            }
-            if unloaded.is_none() {
-                points.push((preload_n, 0.0));
-            }
-            Some(LeastSquaresLine::through(points.into_iter())?.slope * load_n)
-        });
-        displacement_m
-            .iter()
-            .any(Option::is_some)
-            .then(|| LoadCase {
-                line: first.line,
-                pose: first.pose.clone(),
-                joints: first.joints.iter().copied().flatten().collect(),
-                repeat: first.repeat.max(1),
-                axes: LoadAxes::Base,
-                // Without a minus in front of zero.
-                force_n: unit.map(|share| share * load_n + 0.0),
-                moment_nm: [0.0; 3],
-                displacement_m,
-                rotation_rad: [None; 3],
-                position_m: [None; 3],
-            })
-    }
+        Some(LeastSquaresLine::through(points.into_iter())?.slope * load_n)
+    });
+    displacement_m
+        .iter()
+        .any(Option::is_some)
+        .then(|| LoadCase {
+            line: first.line,
+            pose: first.pose.clone(),
+            joints: first.joints.iter().copied().flatten().collect(),
+            repeat: first.repeat.max(1),
+            axes: LoadAxes::Base,
+            // Without a minus in front of zero.
+            force_n: unit.map(|share| share * load_n + 0.0),
+            moment_nm: [0.0; 3],
+            displacement_m,
+            rotation_rad: [None; 3],
+            position_m: [None; 3],
+        })
 }

@@ -65,3 +65,4 @@ pub(crate) use number::{
 pub(crate) use reading::{BRANCH_WORDS, STATUS_WORDS, meaning_of};
 pub(crate) use targets::are_one_load;
 pub(crate) use text_table::RecordTable;
+pub(crate) use vector_reading::largest_load;

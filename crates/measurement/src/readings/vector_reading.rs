@@ -73,6 +73,19 @@ impl VectorReading {
     }
 }
 
+/// The reading with the largest force, and the direction of its load, along which loads count, against it below zero; `None` if all forces are zero.
+pub(crate) fn largest_load<'r>(
+    readings: &[&'r VectorReading],
+) -> Option<(&'r VectorReading, [f64; 3])> {
+    let largest = readings.iter().copied();
+    let largest = largest.max_by(|a, b| a.force_size_n().total_cmp(&b.force_size_n()))?;
+    let largest_n = largest.force_size_n();
+    let sense = if largest.target_n < 0.0 { -1.0 } else { 1.0 };
+    // Without a minus in front of zero.
+    let unit = largest.force_n.map(|part| sense * part / largest_n + 0.0);
+    (largest_n != 0.0).then_some((largest, unit))
+}
+
 /// Columns that hold the analyst's own marks; all others make the result.
 pub const MARK_COLUMNS: [&str; 3] = ["status", "flag", "note"];
 

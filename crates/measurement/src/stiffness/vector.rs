@@ -1,11 +1,12 @@
 //! Compliance along each base axis of readings of several displacement gauges.
 
+use indexmap::{IndexMap, IndexSet};
 use stiffbench_numeric::statistics::{Estimate, LeastSquaresLine, mean, standard_deviation};
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::curve::Branches;
-use crate::readings::VectorReading;
+use crate::readings::{VectorReading, largest_load};
 
 /// Components of a unit vector below this are none.
 const NO_COMPONENT: f64 = 1e-9;
@@ -51,37 +52,24 @@ pub fn vector_stiffness(
     branches: Branches,
     preload_n: f64,
 ) -> Vec<VectorStiffness> {
-    let mut groups: Vec<Vec<&VectorReading>> = Vec::new();
+    let mut groups: IndexMap<(&PoseId, &str), Vec<&VectorReading>> = IndexMap::new();
     let included = readings
         .iter()
         .filter(|reading| branches.include(reading.branch));
     for reading in included {
-        let same = |group: &&mut Vec<&VectorReading>| {
-            let first = group[0];
-            (&first.pose, &first.direction) == (&reading.pose, &reading.direction)
-        };
-        match groups.iter_mut().find(same) {
-            Some(group) => group.push(reading),
-            None => groups.push(vec![reading]),
-        }
+        let cell = (&reading.pose, reading.direction.as_str());
+        groups.entry(cell).or_default().push(reading);
     }
     groups
-        .iter()
+        .values()
         .filter_map(|group| of_group(group, preload_n))
         .collect()
 }
 
 /// `None` for a group whose forces are all zero.
 fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness> {
-    let largest = group.iter();
-    let largest = largest.max_by(|a, b| a.force_size_n().total_cmp(&b.force_size_n()))?;
+    let (largest, unit) = largest_load(group)?;
     let largest_n = largest.force_size_n();
-    if largest_n == 0.0 {
-        return None;
-    }
-    // Loads count along the direction, against it below zero.
-    let sense = if largest.target_n < 0.0 { -1.0 } else { 1.0 };
-    let unit = largest.force_n.map(|part| sense * part / largest_n + 0.0);
     let force = |reading: &VectorReading| dot(reading.force_n, unit);
     let largest_target =
         group
@@ -95,13 +83,9 @@ fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness>
                 }
             });
     // A zero that was set anew within a run begins a line of its own.
-    let mut labels: Vec<(&str, &str)> = Vec::new();
-    for reading in group {
-        let label = (reading.run.as_str(), reading.zero.as_str());
-        if !labels.contains(&label) {
-            labels.push(label);
-        }
-    }
+    let labels = group.iter();
+    let labels = labels.map(|reading| (reading.run.as_str(), reading.zero.as_str()));
+    let labels: IndexSet<(&str, &str)> = labels.collect();
     let runs = |of: &dyn Fn(&VectorReading) -> Option<f64>| -> Vec<Vec<ForcePoint>> {
         let of_run = |(run, zero): &(&str, &str)| {
             let run = group
