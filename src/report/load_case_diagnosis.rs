@@ -6,15 +6,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::elastostatics::{
-    ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
+    BadLoadCaseValue, ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseUnexplained,
+    WrongFactor,
 };
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::test_point::PoseId;
 
-use super::bad_load_case_values::{
-    BadLoadCaseValueReport, WrongFactorReport, bad_load_case_value_words, wrong_factor_words,
-};
+use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 use super::load_case_fit::LoadCaseFitReport;
 use super::text::{AlignedTable, share_of_tables, significant};
 use crate::count::counted;
@@ -29,21 +27,21 @@ pub struct LoadCaseDiagnosisReport {
     /// The verdict in a sentence.
     pub headline: String,
     /// Values that contradict others, and were left out.
-    pub bad_values: Vec<BadLoadCaseValueReport>,
+    pub bad_values: Vec<BadLoadCaseValue>,
     /// Readings that seem to have another unit or sign; `null` for none.
-    pub wrong_factor: Option<WrongFactorReport>,
+    pub wrong_factor: Option<WrongFactor>,
     /// What the load cases lack, where they cannot decide.
     pub lacking: Vec<String>,
     /// Names of the laws that were not tested: load cases do not show them.
     pub not_tested: Vec<&'static str>,
     /// What is missing; with the verdict `unknown` what explains part of it.
-    pub findings: Vec<LoadCaseFindingReport>,
+    pub findings: Vec<LoadCaseFinding>,
     /// Chance that noise alone gives any candidate as much as the first finding, or as the best candidate if there is none.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
     /// What the final model leaves; `null` where the load cases cannot decide.
     #[serde(rename = "left_over")]
-    pub unexplained: Option<LoadCaseUnexplainedReport>,
+    pub unexplained: Option<LoadCaseUnexplained>,
     /// Share of the misfit that the findings explain; `null` where too little misfit is visible.
     pub share_of_misfit: Option<f64>,
     /// The same in poses left out in turn.
@@ -92,70 +90,6 @@ pub struct DiagnosisErrors {
     pub after_unseen_um: Option<f64>,
 }
 
-/// Something that acts beside the free parameters.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct LoadCaseFindingReport {
-    /// Its name: of a spring that of the parameter, for example `joint.J3.z`, which `--free` takes.
-    pub name: String,
-    /// Name of the law.
-    pub physics: &'static str,
-    /// Where, in words.
-    pub place: String,
-    /// `physics` or `setup`.
-    pub kind: &'static str,
-    /// Its size in `unit`.
-    pub value: f64,
-    /// Its standard error.
-    pub se: f64,
-    /// 95 % interval; an end that is `null` is infinite.
-    pub ci95: [Option<f64>; 2],
-    /// ASCII unit.
-    pub unit: &'static str,
-    /// Largest change of a displacement, µm.
-    pub end_effect_um: f64,
-    /// Its length in standard errors, beside the others.
-    pub standard_errors: f64,
-    /// Natural logarithm of the Bayes factor against the model without it.
-    pub log_bayes_factor: f64,
-    /// Candidates that the load cases do not distinguish from it.
-    pub alternatives: Vec<LoadCaseRivalReport>,
-    /// The nearest that they distinguish.
-    pub rivals: Vec<LoadCaseRivalReport>,
-}
-
-/// A rival of a finding.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct LoadCaseRivalReport {
-    /// Its name.
-    pub name: String,
-    /// Where, in words.
-    pub place: String,
-    /// Natural logarithm of the Bayes factor of the finding against it.
-    pub log_bayes_factor_to_winner: f64,
-    /// Cosine of the angle between the two effects.
-    pub cosine: f64,
-}
-
-/// What the final model leaves.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct LoadCaseUnexplainedReport {
-    /// Chance that noise alone leaves as much structure.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub p: f64,
-    /// The test that shows most.
-    pub test: &'static str,
-    /// Pose of the largest residual.
-    pub pose: PoseId,
-    /// Its component.
-    pub component: &'static str,
-    /// Its size in `unit`.
-    pub size: f64,
-    /// `um` or `urad`.
-    pub unit: &'static str,
-    /// Its size in standard errors.
-    pub standard_errors: f64,
-}
-
 fn micro(value: f64) -> f64 {
     value / METRES_PER_MICROMETRE
 }
@@ -168,13 +102,13 @@ impl LoadCaseDiagnosisReport {
             verdict: diagnosis.verdict,
             grade: diagnosis.grade,
             headline: headline(diagnosis),
-            bad_values: diagnosis.bad_values.iter().map(Into::into).collect(),
-            wrong_factor: diagnosis.wrong_factor.as_ref().map(Into::into),
+            bad_values: diagnosis.bad_values.clone(),
+            wrong_factor: diagnosis.wrong_factor.clone(),
             lacking: diagnosis.lacking.clone(),
             not_tested: diagnosis.not_tested.clone(),
-            findings: diagnosis.findings.iter().map(Into::into).collect(),
+            findings: diagnosis.findings.clone(),
             p_family: diagnosis.p_family,
-            unexplained: diagnosis.unexplained.as_ref().map(Into::into),
+            unexplained: diagnosis.unexplained.clone(),
             share_of_misfit: diagnosis.share_of_misfit,
             share_unseen: diagnosis.share_unseen,
             rms: DiagnosisErrors {
@@ -218,11 +152,7 @@ impl LoadCaseDiagnosisReport {
         }
         if !self.findings.is_empty() {
             let _ = write!(text, "\n{}", self.findings_table());
-            let sets: String = self
-                .findings
-                .iter()
-                .map(LoadCaseFindingReport::sets)
-                .collect();
+            let sets: String = self.findings.iter().map(sets).collect();
             if !sets.is_empty() {
                 let _ = write!(text, "\n{sets}");
             }
@@ -266,7 +196,7 @@ impl LoadCaseDiagnosisReport {
                 left.test,
                 left.pose,
                 left.component,
-                significant(left.size, 3),
+                significant(micro(left.size), 3),
                 left.unit,
                 left.standard_errors
             );
@@ -307,42 +237,43 @@ impl LoadCaseDiagnosisReport {
             "log Bayes factor",
         ]);
         for finding in &self.findings {
-            let end = |value: Option<f64>| {
-                value.map_or_else(|| "infinite".to_owned(), |v| significant(v, 3))
+            let end = |value: f64| {
+                if value.is_finite() {
+                    significant(value, 3)
+                } else {
+                    "infinite".to_owned()
+                }
             };
-            let [low, high] = finding.ci95.map(end);
+            let [low, high] = finding.interval_95.map(end);
             table.row([
                 finding.name.clone(),
-                finding.physics.to_owned(),
+                finding.law.to_owned(),
                 significant(finding.value, 3),
                 format!("{low} to {high}"),
                 finding.unit.to_owned(),
-                significant(finding.end_effect_um, 3),
+                significant(micro(finding.end_effect_m), 3),
                 format!("{:.1}", finding.standard_errors),
-                format!("{:.1}", finding.log_bayes_factor),
+                format!("{:.1}", finding.log_bayes),
             ]);
         }
         table.text()
     }
 }
 
-impl LoadCaseFindingReport {
-    /// What cannot be distinguished from it, as a sentence.
-    fn sets(&self) -> String {
-        if self.alternatives.is_empty() {
-            return String::new();
-        }
-        let names: Vec<String> = self
-            .alternatives
-            .iter()
-            .map(|rival| format!("{} ({})", rival.name, rival.place))
-            .collect();
-        format!(
-            "These poses do not distinguish {} from {}.\n",
-            self.name,
-            names.join(", ")
-        )
+/// What cannot be distinguished from a finding, as a sentence.
+fn sets(finding: &LoadCaseFinding) -> String {
+    if finding.alternatives.is_empty() {
+        return String::new();
     }
+    let alternatives = finding.alternatives.iter();
+    let names: Vec<String> = alternatives
+        .map(|rival| format!("{} ({})", rival.name, rival.place))
+        .collect();
+    format!(
+        "These poses do not distinguish {} from {}.\n",
+        finding.name,
+        names.join(", ")
+    )
 }
 
 /// What a rejected candidate would have to be, and what is plausible.
@@ -418,15 +349,12 @@ fn found_words(diagnosis: &LoadCaseDiagnosis) -> String {
         .unexplained
         .as_ref()
         .map_or_else(String::new, |left| {
-            let (size, unit) = (
-                micro(left.size),
-                if left.is_rotation { "urad" } else { "um" },
-            );
             format!(
-                "largest residual in pose {}, {}: {} {unit}",
+                "largest residual in pose {}, {}: {} {}",
                 left.pose,
                 left.component,
-                significant(size.abs(), 3)
+                significant(micro(left.size).abs(), 3),
+                left.unit
             )
         });
     match diagnosis.grade {
@@ -459,55 +387,5 @@ fn found_words(diagnosis: &LoadCaseDiagnosis) -> String {
             "No missing physics was detected among {} candidates.",
             diagnosis.candidates
         ),
-    }
-}
-
-impl From<&LoadCaseFinding> for LoadCaseFindingReport {
-    fn from(finding: &LoadCaseFinding) -> Self {
-        let finite = |end: f64| end.is_finite().then_some(end);
-        Self {
-            name: finding.name.clone(),
-            physics: finding.law,
-            place: finding.place.clone(),
-            kind: if finding.is_set_up {
-                "setup"
-            } else {
-                "physics"
-            },
-            value: finding.value,
-            se: finding.standard_error,
-            ci95: finding.interval_95.map(finite),
-            unit: finding.unit,
-            end_effect_um: micro(finding.end_effect_m),
-            standard_errors: finding.standard_errors,
-            log_bayes_factor: finding.log_bayes,
-            alternatives: finding.alternatives.iter().map(Into::into).collect(),
-            rivals: finding.rivals.iter().map(Into::into).collect(),
-        }
-    }
-}
-
-impl From<&LoadCaseRival> for LoadCaseRivalReport {
-    fn from(rival: &LoadCaseRival) -> Self {
-        Self {
-            name: rival.name.clone(),
-            place: rival.place.clone(),
-            log_bayes_factor_to_winner: rival.log_bayes_to_winner,
-            cosine: rival.cosine,
-        }
-    }
-}
-
-impl From<&LoadCaseUnexplained> for LoadCaseUnexplainedReport {
-    fn from(left: &LoadCaseUnexplained) -> Self {
-        Self {
-            p: left.p,
-            test: left.test,
-            pose: left.pose.clone(),
-            component: left.component,
-            size: micro(left.size),
-            unit: if left.is_rotation { "urad" } else { "um" },
-            standard_errors: left.standard_errors,
-        }
     }
 }

@@ -6,7 +6,8 @@ use serde::Serialize;
 
 use crate::analysis::DerivedQuantity;
 use crate::elastostatics::{
-    FittedComponent, FittedFrames, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase, PoseError,
+    FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase,
+    PoseError,
 };
 use crate::fit::{FactorCorrelations, FactorEstimate};
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -70,22 +71,9 @@ pub struct FramesReport {
     /// The measured point from the tool centre, in the axes of the tool, mm.
     pub tool_point_mm: [f64; 3],
     /// The nine parameters with their standard errors.
-    pub parameters: Vec<FrameParameterReport>,
+    pub parameters: Vec<FrameParameter>,
     /// Root mean square error of the rigid robot, with frames of its own, in poses left out of its fit, um.
     pub rigid_unseen_um: Option<f64>,
-}
-
-/// How well a parameter of the frames is known.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct FrameParameterReport {
-    /// Its name: `base_frame.x`, `base_frame.rx` (about the axes of the tracker), `tool_point.x`.
-    pub name: &'static str,
-    /// `um` or `urad`.
-    pub unit: &'static str,
-    /// Standard error; `null` where the poses do not determine it.
-    pub se: Option<f64>,
-    /// Half of the 95 % interval.
-    pub half_width_95: Option<f64>,
 }
 
 /// A further load case.
@@ -253,24 +241,12 @@ pub(super) fn stiffness_unit(compliance: &str) -> String {
 impl From<&FittedFrames> for FramesReport {
     fn from(fitted: &FittedFrames) -> Self {
         let tracker = TrackerReport::from(&fitted.frames);
-        let parameters = fitted.parameters.iter();
         Self {
             base_mm: tracker.base_mm,
             rotation_vector_deg: tracker.rotation_vector_deg,
             rotation: fitted.frames.rotation,
             tool_point_mm: tracker.tool_point_mm,
-            parameters: parameters
-                .map(|one| FrameParameterReport {
-                    name: one.name,
-                    unit: if one.name.contains(".r") {
-                        "urad"
-                    } else {
-                        "um"
-                    },
-                    se: one.standard_error.map(micro),
-                    half_width_95: one.half_width_95.map(micro),
-                })
-                .collect(),
+            parameters: fitted.parameters.to_vec(),
             rigid_unseen_um: fitted.rigid_unseen_m.map(micro),
         }
     }

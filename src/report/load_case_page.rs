@@ -221,10 +221,9 @@ fn frames_table(fitted: &FittedFrames) -> String {
     ];
     let mut rows = AlignedTable::new(&["frame", "value", "unit", "standard error", "unit"]);
     for (one, value) in fitted.parameters.iter().zip(values.as_flattened()) {
-        let [unit, small] = if one.name.contains(".r") {
-            ["deg", "urad"]
-        } else {
-            ["mm", "um"]
+        let unit = match one.unit {
+            "urad" => "deg",
+            _ => "mm",
         };
         let error = one
             .standard_error
@@ -234,7 +233,7 @@ fn frames_table(fitted: &FittedFrames) -> String {
             format!("{value:.4}"),
             unit.to_owned(),
             optional(error, 2),
-            small.to_owned(),
+            one.unit.to_owned(),
         ]);
     }
     format!(

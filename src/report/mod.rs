@@ -43,9 +43,7 @@ mod text;
 mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
-pub use bad_load_case_values::{
-    BadLoadCaseValueReport, WrongFactorReport, bad_load_case_value_words, wrong_factor_words,
-};
+pub use bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
@@ -72,10 +70,7 @@ pub use fit_report::{
 };
 pub use import::{ImportReport, columns_text};
 pub use instrument::*;
-pub use load_case_diagnosis::{
-    DiagnosisErrors, LoadCaseDiagnosisReport, LoadCaseFindingReport, LoadCaseRivalReport,
-    LoadCaseUnexplainedReport, ParameterAfter,
-};
+pub use load_case_diagnosis::{DiagnosisErrors, LoadCaseDiagnosisReport, ParameterAfter};
 pub use load_case_figures::load_case_figures;
 pub use load_case_fit::{
     ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport, LoadCaseParameterReport,

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::elastostatics::{
     BadLoadCaseValue, LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel,
-    PosedLoadCases, ValueWitness, WrongFactor, bad_load_case_values, fit_load_cases,
-    plan_load_cases, usual_choice, wrong_factor,
+    PosedLoadCases, WrongFactor, bad_load_case_values, fit_load_cases, plan_load_cases,
+    usual_choice, wrong_factor,
 };
 use stiffbench_diagnosis::fit::FactorStatus;
 use stiffbench_diagnosis::mismatch::Verdict;
@@ -133,8 +133,7 @@ fn found(tables: u64, repeats: u32, wrong: impl Fn(f64) -> f64) -> usize {
             let line = case.line;
             let bad = bad_values(&robot, &table);
             let [one] = &bad[..] else { return false };
-            let of_repeats = matches!(one.witness, ValueWitness::Repeats(_));
-            assert_eq!(of_repeats, repeats > 1);
+            assert_eq!(one.repeats.is_empty(), repeats == 1);
             let off = (one.expected - good).abs();
             one.line == line && one.value == wrong(good) && off < 6.0 * one.standard_error
         })

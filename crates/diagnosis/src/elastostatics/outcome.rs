@@ -21,12 +21,17 @@ pub enum ScatterSource {
     Residuals,
 }
 
+/// The unit in which JSON and words state a displacement or a rotation.
+pub(super) fn micro_unit(is_rotation: bool) -> &'static str {
+    if is_rotation { "urad" } else { "um" }
+}
+
 /// A length in µm, or an angle in µrad.
 #[expect(
     clippy::trivially_copy_pass_by_ref,
     reason = "serde passes a reference"
 )]
-fn in_micro<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn in_micro<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     (value / METRES_PER_MICROMETRE).serialize(serializer)
 }
 
@@ -131,13 +136,18 @@ pub struct FittedFrames {
 }
 
 /// How well one of the nine parameters of the frames is known.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "FrameParameterReport")]
 pub struct FrameParameter {
-    /// Its name, for example `base_frame.rx`.
+    /// Its name: `base_frame.x`, `base_frame.rx` (about the axes of the tracker), `tool_point.x`.
     pub name: &'static str,
-    /// Standard error, m or rad; `None` where the poses do not determine it.
+    /// `um` or `urad`.
+    pub unit: &'static str,
+    /// Standard error, m or rad, in JSON in `unit`; `null` where the poses do not determine it.
+    #[serde(rename = "se", serialize_with = "in_micro_if_any")]
     pub standard_error: Option<f64>,
-    /// Half of its 95 % interval, m or rad.
+    /// Half of its 95 % interval, m or rad, in JSON in `unit`.
+    #[serde(serialize_with = "in_micro_if_any")]
     pub half_width_95: Option<f64>,
 }
 

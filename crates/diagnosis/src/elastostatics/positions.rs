@@ -9,7 +9,7 @@ use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::{FRAME_NAMES, PositionFrames};
 use super::held_out::{WeighedProblem, leave_poses_out};
-use super::outcome::{FittedFrames, FrameParameter};
+use super::outcome::{FittedFrames, FrameParameter, micro_unit};
 use super::problem::{LoadCaseModel, LoadCaseProblem, frames_alone};
 
 /// Force that is named as what would determine a spring, N.
@@ -82,6 +82,7 @@ pub(super) fn fitted_frames(
         let error = found.and_then(|found| found.standard_error);
         FrameParameter {
             name: FRAME_NAMES[place],
+            unit: micro_unit(FRAME_NAMES[place].contains(".r")),
             standard_error: error,
             half_width_95: error
                 .zip(quantile)

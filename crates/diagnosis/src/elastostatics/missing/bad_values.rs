@@ -4,6 +4,9 @@
 //! the last that is too far for noise are bad: so two bad values do not hide each other (generalized extreme studentized deviate: Rosner,
 //! Technometrics 25, 1983).
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::FactorStatus;
@@ -14,7 +17,7 @@ use super::far_value::{FarValue, scatter_of, single_values};
 use super::find::{baseline_columns, solve};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
-use crate::elastostatics::outcome::LoadCaseFit;
+use crate::elastostatics::outcome::{LoadCaseFit, in_micro, micro_unit};
 use crate::elastostatics::posed::PosedLoadCases;
 use crate::elastostatics::problem::LoadCaseModel;
 use crate::elastostatics::scatter::{
@@ -40,19 +43,12 @@ const REST_IS_NOISE: f64 = 0.05;
 /// Or the value stands alone: so many times as far off as the next, in standard errors. What a model lacks spreads over many values.
 const STANDS_ALONE: f64 = 4.0;
 
-/// Who contradicts a value.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ValueWitness {
-    /// Its repeats, on these lines.
-    Repeats(Vec<u32>),
-    /// The fit to all others: the value may be right and the model wrong.
-    Fit,
-}
-
 /// A value that contradicts others.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "BadLoadCaseValueReport")]
 pub struct BadLoadCaseValue {
     /// Its place among the rows.
+    #[serde(skip)]
     pub row: usize,
     /// Line of the table.
     pub line: u32,
@@ -60,16 +56,19 @@ pub struct BadLoadCaseValue {
     pub pose: PoseId,
     /// Its name, for example `displacement x`.
     pub component: &'static str,
-    /// Whether it is a rotation, rad; else a displacement, m.
-    pub is_rotation: bool,
-    /// What was read, m or rad.
+    /// `um` or `urad`: the unit of what follows in JSON; here m or rad.
+    pub unit: &'static str,
+    /// What was read.
+    #[serde(serialize_with = "in_micro")]
     pub value: f64,
-    /// What the witnesses let expect, m or rad.
+    /// What the others let expect.
+    #[serde(serialize_with = "in_micro")]
     pub expected: f64,
-    /// Standard error of the difference between both, m or rad.
+    /// Standard error of the difference between both.
+    #[serde(serialize_with = "in_micro")]
     pub standard_error: f64,
-    /// Who contradicts it.
-    pub witness: ValueWitness,
+    /// Lines of its repeats, which contradict it; none where only the fit to all others does: the value may be right and the model wrong.
+    pub repeats: Vec<u32>,
     /// Chance that noise takes any value of such a table as far.
     pub p_family: f64,
 }
@@ -101,7 +100,8 @@ struct TestedValue {
     /// Value less expected, m or rad.
     off: f64,
     standard_error: f64,
-    witness: ValueWitness,
+    /// Lines of the repeats that contradict it; none where the fit does.
+    repeats: Vec<u32>,
     p: f64,
 }
 
@@ -149,11 +149,11 @@ pub fn bad_load_case_values(
             line: case.line,
             pose: posed.labels[case.label].clone(),
             component: read.name(),
-            is_rotation: read.is_rotation(),
+            unit: micro_unit(read.is_rotation()),
             value: read.value,
             expected: read.value - one.off,
             standard_error: one.standard_error,
-            witness: one.witness,
+            repeats: one.repeats,
             p_family: one.p,
         }
     });
@@ -314,7 +314,7 @@ fn farthest(
             row,
             off,
             standard_error,
-            witness: ValueWitness::Repeats(others.map(|other| read[*other].0).collect()),
+            repeats: others.map(|other| read[*other].0).collect(),
             p: far.p_family(&scatter, tests, together),
         };
         Some(((off / standard_error).abs(), tested))
@@ -470,7 +470,7 @@ impl FittedRows {
             row,
             off,
             standard_error,
-            witness: ValueWitness::Fit,
+            repeats: Vec::new(),
             p,
         })
     }

@@ -16,7 +16,7 @@ mod undecided;
 mod unexplained;
 mod wrong_factor;
 
-pub use bad_values::{BadLoadCaseValue, ValueWitness, bad_load_case_values};
+pub use bad_values::{BadLoadCaseValue, bad_load_case_values};
 pub use candidates::{CandidateKind, SPRINGS_OF_LOAD_CASES};
 pub use find::diagnose_load_cases;
 pub use outcome::{

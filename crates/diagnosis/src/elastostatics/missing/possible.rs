@@ -9,6 +9,7 @@ use super::find::Basis;
 use super::findings::LoadCaseSearch;
 use super::held_out_shares::displacement_rms;
 use super::outcome::LoadCaseUnexplained;
+use crate::elastostatics::outcome::micro_unit;
 use crate::elastostatics::posed::PosedLoadCases;
 
 /// A candidate with a size that it cannot have.
@@ -105,7 +106,7 @@ pub(super) fn negative_springs(
         pose: posed.labels[case.label].clone(),
         component: read.name(),
         size: *residual,
-        is_rotation: read.is_rotation(),
+        unit: micro_unit(read.is_rotation()),
         standard_errors: (residual / sd?.max(f64::MIN_POSITIVE)).abs(),
     })
 }

@@ -11,6 +11,7 @@ use crate::search::{WhiteSpace, dot};
 
 use super::candidates::MissingCandidate;
 use super::outcome::LoadCaseUnexplained;
+use crate::elastostatics::outcome::micro_unit;
 use crate::elastostatics::posed::PosedLoadCases;
 
 /// Samples of noise from which the chance of the smallest p is counted (1): a standard error of a tenth at one percent.
@@ -146,7 +147,7 @@ pub(super) fn unexplained(
         pose: posed.labels[case.label].clone(),
         component: read.name(),
         size: *residual,
-        is_rotation: read.is_rotation(),
+        unit: micro_unit(read.is_rotation()),
         standard_errors: (white / scale).abs(),
     })
 }

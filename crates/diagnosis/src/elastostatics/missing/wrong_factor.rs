@@ -2,6 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use stiffbench_numeric::least_squares::minimise;
 use stiffbench_units_and_text::test_point::PoseId;
 
@@ -28,11 +31,12 @@ const NEAR: f64 = 0.1;
 const OF_UNITS: [f64; 3] = [25.4, 4.448_221_6, 9.806_65];
 
 /// Readings that agree with all others once they are multiplied.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "WrongFactorReport")]
 pub struct WrongFactor {
-    /// The pose; `None` of a component in all poses.
+    /// The pose; `null` of a component in all poses.
     pub pose: Option<PoseId>,
-    /// The component; `None` of all components of a pose.
+    /// The component; `null` of all components of a pose.
     pub component: Option<&'static str>,
     /// What they must be multiplied by: a power of ten, a factor between units, or -1.
     pub factor: f64,
