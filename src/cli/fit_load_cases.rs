@@ -84,7 +84,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     if let Some(file) = &args.next {
         warnings.push(write_next(file, data, &planned, &table)?);
     }
-    let mut report = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
+    let mut report = LoadCaseFitReport::new(&fit, planned);
     report.derived = derive(&args.derive, &fit.estimates, fit.correlation.as_ref())?;
     let text =
         load_case_fit_text(&fit) + &derived_text(&report.derived) + &next_load_cases_text(&report);

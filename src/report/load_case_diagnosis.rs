@@ -137,7 +137,7 @@ impl LoadCaseDiagnosisReport {
             } else {
                 "residuals"
             },
-            baseline: (&diagnosis.baseline).into(),
+            baseline: LoadCaseFitReport::new(&diagnosis.baseline, Vec::new()),
             seed,
             version: env!("CARGO_PKG_VERSION"),
         }

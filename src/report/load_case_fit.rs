@@ -1,6 +1,5 @@
 //! A fit to load cases as the data of `stiffbench fit --json`.
 
-use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -11,8 +10,8 @@ use crate::elastostatics::{
 };
 use crate::fit::{FactorCorrelations, FactorEstimate};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::robot::{FittingFactors, Robot};
-use crate::test_point::{Direction, PoseId};
+use crate::robot::FittingFactors;
+use crate::test_point::PoseId;
 
 use super::fit_report::{FitReport, ParameterReport};
 use super::simulation::TrackerReport;
@@ -53,7 +52,7 @@ pub struct LoadCaseFitReport {
     /// Why the search ended.
     pub termination: String,
     /// Further load cases that would determine best what is open, one after the other.
-    pub next: Vec<NextLoadCase>,
+    pub next: Vec<PlannedLoadCase>,
     /// Quantities that were derived from the parameters.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub derived: Vec<DerivedQuantity>,
@@ -74,33 +73,6 @@ pub struct FramesReport {
     pub parameters: Vec<FrameParameter>,
     /// Root mean square error of the rigid robot, with frames of its own, in poses left out of its fit, um.
     pub rigid_unseen_um: Option<f64>,
-}
-
-/// A further load case.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct NextLoadCase {
-    /// Name of the pose in the robot file or the table, else a new one.
-    pub pose: PoseId,
-    /// Values of the variables of the robot file in this pose, degrees or m.
-    pub joints_deg: IndexMap<String, f64>,
-    /// Axis of the base along which to load.
-    pub direction: Direction,
-    /// Size of the force, N.
-    #[serde(rename = "force_N")]
-    pub force_n: f64,
-    /// What becomes of the standard errors of the open parameters.
-    pub errors: Vec<NextStandardError>,
-}
-
-/// The standard error of a parameter before and with a further load case, in its unit; of a factor that of its logarithm.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct NextStandardError {
-    /// The parameter.
-    pub name: String,
-    /// Now.
-    pub now: f64,
-    /// With this load case.
-    pub then: f64,
 }
 
 /// A parameter; of a spring with its stiffness.
@@ -158,8 +130,10 @@ fn micro(value: f64) -> f64 {
     value / METRES_PER_MICROMETRE
 }
 
-impl From<&LoadCaseFit> for LoadCaseFitReport {
-    fn from(fit: &LoadCaseFit) -> Self {
+impl LoadCaseFitReport {
+    /// A fit with the load cases that would determine what it leaves open.
+    #[must_use]
+    pub fn new(fit: &LoadCaseFit, next: Vec<PlannedLoadCase>) -> Self {
         let [before_um, fitted_um, unseen_um] = fit.rms_m().map(|rms| rms.map(micro));
         Self {
             mechanism: fit.mechanism.clone(),
@@ -178,38 +152,9 @@ impl From<&LoadCaseFit> for LoadCaseFitReport {
             poses: fit.poses.clone(),
             components: fit.components.iter().map(Into::into).collect(),
             termination: fit.termination.clone(),
-            next: Vec::new(),
+            next,
             derived: Vec::new(),
         }
-    }
-}
-
-impl LoadCaseFitReport {
-    /// With load cases that would determine what is open.
-    #[must_use]
-    pub fn with_next(mut self, planned: &[PlannedLoadCase], robot: &Robot) -> Self {
-        let next = planned.iter().map(|one| NextLoadCase {
-            pose: one.name.clone(),
-            joints_deg: robot
-                .variables
-                .iter()
-                .zip(&one.pose.angles_deg)
-                .map(|(variable, angle)| (variable.name.clone(), (angle * 1e6).round() / 1e6))
-                .collect(),
-            direction: one.direction,
-            force_n: one.force_n,
-            errors: one
-                .errors
-                .iter()
-                .map(|(name, now, then)| NextStandardError {
-                    name: name.clone(),
-                    now: *now,
-                    then: *then,
-                })
-                .collect(),
-        });
-        self.next = next.collect();
-        self
     }
 }
 

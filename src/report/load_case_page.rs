@@ -362,7 +362,7 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
             place + 1,
             significant(next.force_n, 3),
             next.direction,
-            next.pose,
+            next.name,
             joints.join(", "),
             errors.collect::<Vec<_>>().join(", ")
         );

@@ -74,7 +74,6 @@ pub use load_case_diagnosis::{DiagnosisErrors, LoadCaseDiagnosisReport, Paramete
 pub use load_case_figures::load_case_figures;
 pub use load_case_fit::{
     ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport, LoadCaseParameterReport,
-    NextLoadCase, NextStandardError,
 };
 pub use load_case_page::{load_case_fit_text, next_load_cases_text};
 #[cfg(feature = "parquet")]

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::elastostatics::{
     BadLoadCaseValue, LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel,
-    PosedLoadCases, WrongFactor, bad_load_case_values, fit_load_cases, plan_load_cases,
-    usual_choice, wrong_factor,
+    NextStandardError, PosedLoadCases, WrongFactor, bad_load_case_values, fit_load_cases,
+    plan_load_cases, usual_choice, wrong_factor,
 };
 use stiffbench_diagnosis::fit::FactorStatus;
 use stiffbench_diagnosis::mismatch::Verdict;
@@ -316,7 +316,7 @@ fn a_plan_begins_at_the_standard_errors_of_the_fit() {
         let fit = fit_load_cases(model, options).unwrap();
         let planned = plan_load_cases(model, &fit, 1).unwrap();
         let mut compared = 0;
-        for (name, now, then) in &planned[0].errors {
+        for NextStandardError { name, now, then } in &planned[0].errors {
             let estimate = fit.estimate(name).unwrap();
             if let (Some(own), FactorStatus::Free) =
                 (estimate.standard_uncertainty, &estimate.status)

@@ -4,9 +4,10 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::elastostatics::PlannedLoadCase;
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
-use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, NextLoadCase, significant};
+use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, significant};
 
 use super::ReportPage;
 use super::blocks::{TextBlock, under};
@@ -226,7 +227,7 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
     })
 }
 
-fn next_load_case(next: &NextLoadCase) -> String {
+fn next_load_case(next: &PlannedLoadCase) -> String {
     let joints = next.joints_deg.iter();
     let joints: Vec<String> = joints
         .map(|(name, value)| format!("{name} {value}"))
@@ -235,7 +236,7 @@ fn next_load_case(next: &NextLoadCase) -> String {
         "To measure next: {} N along {} in pose {} ({}).",
         significant(next.force_n, 3),
         next.direction,
-        next.pose,
+        next.name,
         joints.join(", ")
     )
 }

@@ -44,7 +44,7 @@ pub(super) fn add_load_case_model(
         }
     };
     let (planned, _) = data.plan(&fit)?;
-    let numbers = LoadCaseFitReport::from(&fit).with_next(&planned, &data.model.robot);
+    let numbers = LoadCaseFitReport::new(&fit, planned);
     let figures = load_case_figures(&fit, &data.posed, &data.model.robot);
     page.figures.fit = figures
         .iter()

@@ -1,6 +1,9 @@
 //! Which further pose and load would determine the parameters that load cases leave open.
 
+use indexmap::IndexMap;
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use stiffbench_beams::robot::{FittingFactors, JointMotion, Pose, Robot, RobotError};
 use stiffbench_measurement::load_cases::{
@@ -35,20 +38,37 @@ const USUAL_FORCE_N: f64 = 70.0;
 const USUAL_COMPLIANCE: f64 = 1e-5;
 
 /// A further load case, and what it does for a parameter.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "NextLoadCase")]
 pub struct PlannedLoadCase {
-    /// Name: that of the robot file or of the table, else a new one.
+    /// Name of the pose in the robot file or the table, else a new one.
+    #[serde(rename = "pose")]
     pub name: PoseId,
     /// The pose.
+    #[serde(skip)]
     pub pose: Pose,
-    /// The direction of the load, along an axis of the base.
+    /// Values of the variables of the robot file in this pose, degrees or m, without what rounding left.
+    pub joints_deg: IndexMap<String, f64>,
+    /// Axis of the base along which to load.
     pub direction: Direction,
     /// Size of the force, N.
+    #[serde(rename = "force_N")]
     pub force_n: f64,
-    /// For each open parameter its name, its standard error now and with this and all earlier planned load cases, in its unit (of a factor
-    /// that of its logarithm). It is that of the fit, in which parameters at a bound stay there; where no load shows a parameter that of
-    /// what its bounds allow.
-    pub errors: Vec<(String, f64, f64)>,
+    /// What becomes of the standard errors of the open parameters.
+    pub errors: Vec<NextStandardError>,
+}
+
+/// The standard error of a parameter before and with this and all earlier planned load cases, in its unit; of a factor that of its logarithm.
+///
+/// It is that of the fit, in which parameters at a bound stay there; where no load shows a parameter that of what its bounds allow.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct NextStandardError {
+    /// The parameter.
+    pub name: String,
+    /// Now.
+    pub now: f64,
+    /// With this load case.
+    pub then: f64,
 }
 
 /// Information on the free parameters, in the units of their bounds.
@@ -121,7 +141,6 @@ pub fn plan_load_cases(
     )?;
     let usual = model.posed.usual_force_n();
     let force_n = if usual > 0.0 { usual } else { USUAL_FORCE_N };
-    let names = |i: usize| fit.estimates[free[i]].name.clone();
     let at_bound: Vec<bool> = free
         .iter()
         .map(|&place| matches!(fit.estimates[place].status, FactorStatus::AtBound { .. }))
@@ -153,13 +172,20 @@ pub fn plan_load_cases(
         planned.push(PlannedLoadCase {
             name: pose.name.clone(),
             pose: pose.pose.clone(),
+            joints_deg: robot
+                .variables
+                .iter()
+                .zip(&pose.pose.angles_deg)
+                .map(|(variable, angle)| (variable.name.clone(), (angle * 1e6).round() / 1e6))
+                .collect(),
             direction,
             force_n,
             errors: open
                 .iter()
                 .map(|&i| {
                     let [now, then] = [&known, &with].map(|one| one.error_of_fit(i, &at_bound));
-                    (names(i), now, then)
+                    let name = fit.estimates[free[i]].name.clone();
+                    NextStandardError { name, now, then }
                 })
                 .collect(),
         });
