@@ -172,6 +172,13 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
+/// Root mean square; `None` for no values.
+#[must_use]
+pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let squares: Vec<f64> = values.into_iter().map(|value| value * value).collect();
+    mean(&squares).map(f64::sqrt)
+}
+
 /// Sample standard deviation with n - 1; `None` for fewer than two values.
 #[must_use]
 pub fn standard_deviation(values: &[f64]) -> Option<f64> {

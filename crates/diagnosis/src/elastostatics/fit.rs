@@ -5,7 +5,7 @@ use stiffbench_numeric::least_squares::{
     CovarianceSettings, LeastSquaresError, LeastSquaresFit, ParameterCovariance, ParameterSet,
     ParameterStatus, SigmaMode, covariance, minima, spread,
 };
-use stiffbench_numeric::statistics::f_upper_tail;
+use stiffbench_numeric::statistics::{f_upper_tail, root_mean_square};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::{FactorCorrelations, FactorEstimate, FactorStatus, FitParameters};
@@ -386,9 +386,7 @@ fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit)
     let rms = |label: usize, error: &dyn Fn(usize) -> Option<f64>| {
         let rows = model.posed.rows().enumerate();
         let own = rows.filter(|(_, (case, read))| case.label == label && !read.is_rotation());
-        let errors: Vec<f64> = own.filter_map(|(row, _)| error(row)).collect();
-        let squares: f64 = errors.iter().map(|error| error * error).sum();
-        (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
+        root_mean_square(own.filter_map(|(row, _)| error(row)))
     };
     let components = &outcome.components;
     let labels = model.posed.labels.iter().enumerate();
@@ -402,13 +400,7 @@ fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit)
             fitted_m: rms(label, &|row| {
                 Some(components[row].predicted - components[row].measured)
             })?,
-            without_its_pose_m: rms(label, &|row| {
-                let one = &components[row];
-                let unseen = one
-                    .without_its_pose
-                    .or(one.held_out.then_some(one.predicted));
-                Some(unseen? - one.measured)
-            }),
+            without_its_pose_m: rms(label, &|row| components[row].unseen_error()),
         })
     };
     labels.filter_map(of_pose).collect()

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use stiffbench_beams::robot::{FittingFactors, TrackerFrames};
+use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -103,6 +104,14 @@ pub struct FittedComponent {
     pub held_out: bool,
 }
 
+impl FittedComponent {
+    /// Predicted less measured, m or rad, by a fit that did not know the pose; `None` without one.
+    pub(super) fn unseen_error(&self) -> Option<f64> {
+        let predicted = self.held_out.then_some(self.predicted);
+        Some(self.without_its_pose.or(predicted)? - self.measured)
+    }
+}
+
 /// Root mean square errors of the displacements of a pose, m, in JSON um.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PoseError {
@@ -196,19 +205,12 @@ impl LoadCaseFit {
     pub fn rms_m(&self) -> [Option<f64>; 3] {
         let rms = |of: &dyn Fn(&FittedComponent) -> Option<f64>| {
             let displacements = self.components.iter().filter(|one| !one.is_rotation);
-            let errors: Vec<f64> = displacements.filter_map(of).collect();
-            let squares: f64 = errors.iter().map(|error| error * error).sum();
-            (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
+            root_mean_square(displacements.filter_map(of))
         };
         [
             self.over_poses(&|pose| pose.before_m),
             rms(&|one| (!one.held_out).then_some(one.predicted - one.measured)),
-            rms(&|one| {
-                let unseen = one
-                    .without_its_pose
-                    .or(one.held_out.then_some(one.predicted));
-                Some(unseen? - one.measured)
-            }),
+            rms(&FittedComponent::unseen_error),
         ]
     }
 
@@ -233,9 +235,7 @@ impl LoadCaseFit {
     pub fn rigid_of(&self, held_out: bool) -> Option<f64> {
         let own = self.components.iter();
         let own = own.filter(|one| one.held_out == held_out && !one.is_rotation);
-        let errors: Vec<f64> = own.map(|one| one.rigid - one.measured).collect();
-        let squares: f64 = errors.iter().map(|error| error * error).sum();
-        (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
+        root_mean_square(own.map(|one| one.rigid - one.measured))
     }
 
     /// Number of poses that took no part in the fit.

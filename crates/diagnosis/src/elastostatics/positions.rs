@@ -2,7 +2,7 @@
 
 use stiffbench_beams::robot::ModelParameter;
 use stiffbench_numeric::least_squares::{ParameterCovariance, minimise};
-use stiffbench_numeric::statistics::student_t_quantile;
+use stiffbench_numeric::statistics::{root_mean_square, student_t_quantile};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::compliances::ComplianceSolver;
@@ -56,10 +56,7 @@ impl RigidRobot {
     /// Root mean square error in poses that a fit did not know, m.
     fn unseen_m(&self, measured: &[f64]) -> Option<f64> {
         let errors = self.unseen.iter().zip(measured);
-        let squares: Vec<f64> = errors
-            .filter_map(|(unseen, measured)| Some(((*unseen)? - measured).powi(2)))
-            .collect();
-        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+        root_mean_square(errors.filter_map(|(unseen, measured)| Some((*unseen)? - measured)))
     }
 }
 

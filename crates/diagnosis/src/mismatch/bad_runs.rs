@@ -4,7 +4,7 @@
 //! the scatter of all others is a run read with another sign, another decimal point, another scale or another set-up. What repeats in every run cannot enter,
 //! and neither does a jump or a single reading of the run that explains more. A cell is judged by itself: a structure yields along its load.
 
-use stiffbench_numeric::statistics::{mean, normal_upper_tail};
+use stiffbench_numeric::statistics::{mean, normal_upper_tail, root_mean_square};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::bad_readings::{BadReadingKind, ScreenedReadings, screened_readings, slip};
@@ -13,7 +13,7 @@ use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
-use super::reading_screen::{ReadingScreen, root_mean_square};
+use super::reading_screen::ReadingScreen;
 use super::tails::{Beside, Tails, chance_if_normal};
 use super::wrong_cells::wrong_cells;
 use crate::search::constants::{
@@ -146,8 +146,7 @@ fn worst_run(
     let ratio = |one: &RunSlope| one.ratio.abs();
     let suspect = slopes.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
     let others = slopes.iter().filter(|one| one.run != suspect.run);
-    let others: Vec<f64> = others.map(|one| one.ratio).collect();
-    let others = root_mean_square(&others)?;
+    let others = root_mean_square(others.map(|one| one.ratio))?;
     let as_far = chance_if_normal(suspect.ratio, others, Beside::NOTHING, slopes.len());
     if as_far > CLEARLY_GOOD * BAD_READING_LEVEL {
         return None;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_numeric::statistics::{mean, median};
+use stiffbench_numeric::statistics::{mean, median, root_mean_square};
 
 use super::baseline::Baseline;
 use super::deleted_residuals::{Tested, deleted_residuals};
@@ -249,7 +249,7 @@ impl SuspectBeside {
         let both = [&self.alike[..], &self.unlike[..]].concat();
         let sizes = [&self.alike, &both]
             .into_iter()
-            .filter_map(|values| root_mean_square(values));
+            .filter_map(|values| root_mean_square(values.iter().copied()));
         let others = sizes.fold(f64::INFINITY, f64::min);
         chance_if_normal(self.own.ratio, others, self.beside, self.count)
     }
@@ -270,12 +270,6 @@ impl SuspectBeside {
         };
         (deviation, p)
     }
-}
-
-/// `None` of no values.
-pub(super) fn root_mean_square(values: &[f64]) -> Option<f64> {
-    let squares: Vec<f64> = values.iter().map(|x| x * x).collect();
-    mean(&squares).map(f64::sqrt)
 }
 
 impl Tested {
