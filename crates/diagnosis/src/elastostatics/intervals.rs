@@ -95,21 +95,17 @@ pub(super) fn add_intervals<'a>(
         let low = lower
             .closed()
             .or_else(|| is_rigid(lower.value()).then_some(bounds[0]));
-        match (low, upper.closed()) {
-            (Some(low), Some(high)) => estimate.interval_95 = Some([low, high].map(of)),
-            (Some(low), None) if !matches!(estimate.status, FactorStatus::AtBound { .. }) => {
-                let words = format!("the data only bound it from below: {:.3e}", of(low));
-                estimate.status = FactorStatus::NotIdentified { words };
+        let words = match (low, upper.closed()) {
+            (Some(low), Some(high)) => {
+                estimate.interval_95 = Some([low, high].map(of));
+                continue;
             }
-            (None, Some(high)) if !matches!(estimate.status, FactorStatus::AtBound { .. }) => {
-                let words = format!("the data only bound it from above: {:.3e}", of(high));
-                estimate.status = FactorStatus::NotIdentified { words };
-            }
-            (None, None) if !matches!(estimate.status, FactorStatus::AtBound { .. }) => {
-                let words = "every value within its bounds fits as well".to_owned();
-                estimate.status = FactorStatus::NotIdentified { words };
-            }
-            _ => {}
+            (Some(low), None) => format!("the data only bound it from below: {:.3e}", of(low)),
+            (None, Some(high)) => format!("the data only bound it from above: {:.3e}", of(high)),
+            (None, None) => "every value within its bounds fits as well".to_owned(),
+        };
+        if !matches!(estimate.status, FactorStatus::AtBound { .. }) {
+            estimate.status = FactorStatus::NotIdentified { words };
         }
     }
     Ok(())
