@@ -42,7 +42,7 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
     };
     let diagnosis = data.diagnose(&settings, args.seed)?;
     let report = LoadCaseDiagnosisReport::new(&diagnosis, args.seed);
-    let text = report.text();
+    let text = report.text(&diagnosis);
     let mut warnings = data.warnings.clone();
     warnings.extend(doubts_about_load_case_fit(&data.posed, &diagnosis.baseline));
     let unknown = diagnosis.baseline.estimates.iter();

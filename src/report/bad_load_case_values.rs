@@ -1,15 +1,14 @@
 //! Bad values of load cases in words.
 
 use crate::elastostatics::{BadLoadCaseValue, WrongFactor};
-use crate::quantity::METRES_PER_MICROMETRE;
 
-use super::text::{share_of_tables, significant};
+use super::text::{micro, share_of_tables, significant};
 
 /// What is bad about a value, what it would have to be, and how sure that is; without a full stop.
 #[must_use]
 pub fn bad_load_case_value_words(bad: &BadLoadCaseValue) -> String {
-    let micro = |value: f64| {
-        let value = significant(value / METRES_PER_MICROMETRE, 4);
+    let in_unit = |value: f64| {
+        let value = significant(micro(value), 4);
         format!("{value} {}", bad.unit)
     };
     let hint = match bad.decimal_places() {
@@ -33,8 +32,8 @@ pub fn bad_load_case_value_words(bad: &BadLoadCaseValue) -> String {
         bad.line,
         bad.pose,
         bad.component,
-        micro(bad.value),
-        micro(bad.expected),
+        in_unit(bad.value),
+        in_unit(bad.expected),
         share_of_tables(bad.p_family)
     )
 }

@@ -10,11 +10,10 @@ use crate::elastostatics::{
     WrongFactor,
 };
 use crate::mismatch::{Verdict, VerdictGrade};
-use crate::quantity::METRES_PER_MICROMETRE;
 
 use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{AlignedTable, share_of_tables, significant};
+use super::text::{AlignedTable, micro, share_of_tables, significant};
 use crate::count::counted;
 
 /// A diagnosis of load cases.
@@ -52,12 +51,6 @@ pub struct LoadCaseDiagnosisReport {
     pub parameters_after: Vec<ParameterAfter>,
     /// How many candidates were tried.
     pub candidates: usize,
-    /// How many candidates that fit a part are not named.
-    #[serde(skip)]
-    pub taken_back: usize,
-    /// Candidates that fitted best with an implausible size, in words.
-    #[serde(skip)]
-    pub implausible: Vec<String>,
     /// `repeats` or `residuals`.
     pub scatter_from: &'static str,
     /// The fit without the findings.
@@ -88,10 +81,6 @@ pub struct DiagnosisErrors {
     pub before_unseen_um: Option<f64>,
     /// Of the final model in poses left out in turn.
     pub after_unseen_um: Option<f64>,
-}
-
-fn micro(value: f64) -> f64 {
-    value / METRES_PER_MICROMETRE
 }
 
 impl LoadCaseDiagnosisReport {
@@ -126,12 +115,6 @@ impl LoadCaseDiagnosisReport {
                 })
                 .collect(),
             candidates: diagnosis.candidates,
-            taken_back: diagnosis.taken_back,
-            implausible: diagnosis
-                .implausible
-                .iter()
-                .map(implausible_words)
-                .collect(),
             scatter_from: if diagnosis.from_repeats {
                 "repeats"
             } else {
@@ -143,9 +126,9 @@ impl LoadCaseDiagnosisReport {
         }
     }
 
-    /// The diagnosis for people.
+    /// The diagnosis that it states, for people.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn text(&self, diagnosis: &LoadCaseDiagnosis) -> String {
         let mut text = format!("{}\n", self.headline);
         for lack in &self.lacking {
             let _ = writeln!(text, "- lacking: {lack}");
@@ -201,18 +184,20 @@ impl LoadCaseDiagnosisReport {
                 left.standard_errors
             );
         }
-        if !self.implausible.is_empty() {
+        let implausible = diagnosis.implausible.iter();
+        let implausible: Vec<String> = implausible.map(implausible_words).collect();
+        if !implausible.is_empty() {
             let _ = writeln!(
                 text,
                 "No explanation, because the size would be implausible: {}.",
-                self.implausible.join(", ")
+                implausible.join(", ")
             );
         }
-        if self.taken_back > 0 && !self.findings.is_empty() {
+        if diagnosis.taken_back > 0 && !self.findings.is_empty() {
             let _ = writeln!(
                 text,
                 "Not named: {} that fit a part, but lower the error in poses left out no further or are more than three.",
-                counted(self.taken_back, "further candidate")
+                counted(diagnosis.taken_back, "further candidate")
             );
         }
         let _ = writeln!(

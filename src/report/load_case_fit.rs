@@ -9,12 +9,12 @@ use crate::elastostatics::{
     PoseError,
 };
 use crate::fit::{FactorCorrelations, FactorEstimate};
-use crate::quantity::METRES_PER_MICROMETRE;
 use crate::robot::FittingFactors;
 use crate::test_point::PoseId;
 
 use super::fit_report::{FitReport, ParameterReport};
 use super::simulation::TrackerReport;
+use super::text::micro;
 
 /// What `fit` gives: of stiffness values, or of load cases.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -123,11 +123,6 @@ pub struct ComponentReport {
     pub unseen: Option<f64>,
     /// Whether its pose took no part in the fit.
     pub held_out: bool,
-}
-
-/// A length in µm, or an angle in µrad.
-fn micro(value: f64) -> f64 {
-    value / METRES_PER_MICROMETRE
 }
 
 impl LoadCaseFitReport {

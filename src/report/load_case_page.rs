@@ -2,14 +2,15 @@
 
 use std::fmt::Write;
 
-use crate::elastostatics::{FittedFrames, LoadCaseAgreement, LoadCaseFit, ScatterSource};
+use crate::elastostatics::{
+    FittedFrames, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase, ScatterSource,
+};
 use crate::fit::{FactorEstimate, FactorStatus};
-use crate::quantity::METRES_PER_MICROMETRE;
 
 use super::correlation::correlation_text;
 use super::fit::{rank_text, status_words};
 use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
-use super::text::{AlignedTable, interval, significant};
+use super::text::{AlignedTable, interval, micro, significant};
 use crate::count::{counted, degrees_of_freedom};
 
 /// A standard error that a planned load case leaves above this share of itself is not printed.
@@ -106,7 +107,6 @@ fn parameters(fit: &LoadCaseFit) -> String {
 }
 
 fn spring(estimate: &FactorEstimate) -> [String; 8] {
-    let micro = |value: f64| value / METRES_PER_MICROMETRE;
     let inverse = |compliance: f64| {
         if compliance > 0.0 {
             significant(1.0 / compliance, 4)
@@ -150,13 +150,13 @@ fn open(fit: &LoadCaseFit) -> String {
 }
 
 fn scatter(agreement: &LoadCaseAgreement) -> String {
-    let micro = |value: f64| significant(value / METRES_PER_MICROMETRE, 3);
+    let words = |value: f64| significant(micro(value), 3);
     let displacement = agreement
         .displacement_sd_m
-        .map(|sd| format!("{} um of a displacement", micro(sd)));
+        .map(|sd| format!("{} um of a displacement", words(sd)));
     let rotation = agreement
         .rotation_sd_rad
-        .map(|sd| format!("{} urad of a rotation", micro(sd)));
+        .map(|sd| format!("{} urad of a rotation", words(sd)));
     let load = (agreement.load_sd > 0.0).then(|| {
         format!(
             "{} % of what a load moves",
@@ -225,14 +225,11 @@ fn frames_table(fitted: &FittedFrames) -> String {
             "urad" => "deg",
             _ => "mm",
         };
-        let error = one
-            .standard_error
-            .map(|error| error / METRES_PER_MICROMETRE);
         rows.row([
             one.name.to_owned(),
             format!("{value:.4}"),
             unit.to_owned(),
-            optional(error, 2),
+            optional(one.standard_error.map(micro), 2),
             one.unit.to_owned(),
         ]);
     }
@@ -243,7 +240,7 @@ fn frames_table(fitted: &FittedFrames) -> String {
 }
 
 fn errors(fit: &LoadCaseFit) -> String {
-    let um = |value: Option<f64>| optional(value.map(|m| m / METRES_PER_MICROMETRE), 4);
+    let um = |value: Option<f64>| optional(value.map(micro), 4);
     let mut rows = AlignedTable::new(&["pose", "rigid, um", "fitted, um", "without its pose, um"]);
     for pose in &fit.poses {
         rows.row([
@@ -334,10 +331,6 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
         "\nLoad cases that would determine best what is open, one after the other (standard errors now and then):\n"
             .to_owned();
     for (place, next) in report.next.iter().enumerate() {
-        let joints = next.joints_deg.iter();
-        let joints: Vec<String> = joints
-            .map(|(name, value)| format!("{name} {value}"))
-            .collect();
         let errors = next
             .errors
             .iter()
@@ -363,9 +356,18 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
             significant(next.force_n, 3),
             next.direction,
             next.name,
-            joints.join(", "),
+            joint_words(next),
             errors.collect::<Vec<_>>().join(", ")
         );
     }
     text
+}
+
+/// The pose of a planned load case by its joints.
+pub(super) fn joint_words(next: &PlannedLoadCase) -> String {
+    let joints = next.joints_deg.iter();
+    let joints: Vec<String> = joints
+        .map(|(name, value)| format!("{name} {value}"))
+        .collect();
+    joints.join(", ")
 }

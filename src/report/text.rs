@@ -3,6 +3,8 @@
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 
+use crate::quantity::METRES_PER_MICROMETRE;
+
 /// A table of text cells; the first column is left-aligned, the others right-aligned.
 #[derive(Debug)]
 pub struct AlignedTable(Table);
@@ -36,6 +38,11 @@ impl AlignedTable {
     pub fn text(&self) -> String {
         format!("{}\n", self.0)
     }
+}
+
+/// A length in µm, or an angle in µrad.
+pub(super) fn micro(value: f64) -> f64 {
+    value / METRES_PER_MICROMETRE
 }
 
 /// A text as a cell: no bar in it ends the cell, and no line the row.

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::elastostatics::PlannedLoadCase;
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
+use crate::report::load_case_page::joint_words;
 use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, significant};
 
 use super::ReportPage;
@@ -228,16 +229,12 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
 }
 
 fn next_load_case(next: &PlannedLoadCase) -> String {
-    let joints = next.joints_deg.iter();
-    let joints: Vec<String> = joints
-        .map(|(name, value)| format!("{name} {value}"))
-        .collect();
     format!(
         "To measure next: {} N along {} in pose {} ({}).",
         significant(next.force_n, 3),
         next.direction,
         next.name,
-        joints.join(", ")
+        joint_words(next)
     )
 }
 

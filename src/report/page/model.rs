@@ -123,7 +123,7 @@ impl PageDiagnosis {
         let numbers = LoadCaseDiagnosisReport::new(diagnosis, seed);
         Self {
             headline: with_micro_signs(&numbers.headline),
-            text: text_blocks(&numbers.text()),
+            text: text_blocks(&numbers.text(diagnosis)),
             numbers: DiagnosisResult::LoadCases(Box::new(numbers)),
         }
     }
