@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::least_squares::SigmaMode;
 use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
 use crate::stiffness::Branches;
 use crate::test_point::{Direction, PoseId};
@@ -268,6 +269,15 @@ pub(super) enum Sigma {
     Known,
     /// The scatter about the fit
     Estimated,
+}
+
+impl From<Sigma> for SigmaMode {
+    fn from(sigma: Sigma) -> Self {
+        match sigma {
+            Sigma::Known => Self::Known,
+            Sigma::Estimated => Self::Estimated,
+        }
+    }
 }
 
 /// What the bootstrap resamples.

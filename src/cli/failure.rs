@@ -7,6 +7,7 @@ use miette::Diagnostic;
 use serde_json::{Value, json};
 
 use super::args::Global;
+use crate::analysis::ArgumentError;
 use crate::report::ErrorReport;
 
 use super::excerpt::excerpt;
@@ -340,5 +341,21 @@ impl Failure {
             }
         }
         ExitCode::from(exit)
+    }
+}
+
+/// Options without effect are a misunderstanding, and worth an error.
+///
+/// # Arguments
+/// - `options`: each with whether it was given.
+/// - `help`: what to write instead of such an option.
+pub(super) fn refuse_given(
+    options: &[(&str, bool)],
+    problem: &str,
+    help: impl Fn(&str) -> String,
+) -> Result<(), ArgumentError> {
+    match options.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(ArgumentError::new(*option, problem, help(option))),
     }
 }

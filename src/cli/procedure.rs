@@ -10,7 +10,7 @@ use crate::procedure::Procedure;
 use crate::shipped::DEFAULT_PROCEDURE;
 use crate::test_point::PoseId;
 
-use super::failure::Failure;
+use super::failure::{Failure, refuse_given};
 
 /// Which procedure, and what differs from it.
 #[derive(Debug, Clone, Default, Args)]
@@ -77,13 +77,9 @@ pub(super) fn single_loads(
         ("--directions", args.directions.is_some()),
         ("--force-tolerance-n", args.force_tolerance_n.is_some()),
     ];
-    if let Some((of_series, _)) = series.iter().find(|(_, given)| *given) {
-        return Err(ArgumentError::new(
-            (*of_series).to_owned(),
-            "it belongs to series of loads",
-            format!("leave it out, or leave out {option}"),
-        ));
-    }
+    refuse_given(&series, "it belongs to series of loads", |_| {
+        format!("leave it out, or leave out {option}")
+    })?;
     let poses = args.poses.as_ref();
     let poses = poses.map(|poses| poses.iter().map(|name| PoseId::new(name)).collect());
     let loads = args.loads_n.as_ref().map(|loads| loads.iter());
