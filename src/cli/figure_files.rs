@@ -72,6 +72,27 @@ pub fn write_figure(
     Ok(written)
 }
 
+/// Writes figures into a folder, each under its name; returns what was written.
+///
+/// # Errors
+/// As [`write_figure`].
+pub(super) fn write_figures(
+    folder: &Path,
+    figures: Vec<(impl AsRef<Path>, Figure)>,
+    inputs: &Inputs,
+) -> Result<Vec<PathBuf>, Failure> {
+    let mut written = Vec::new();
+    for (name, figure) in figures {
+        written.extend(write_figure(&folder.join(name), &figure, inputs)?);
+    }
+    Ok(written)
+}
+
+/// What to say of files that were written.
+pub(super) fn wrote(files: &[PathBuf]) -> impl Iterator<Item = String> {
+    files.iter().map(|file| format!("wrote {}", file.display()))
+}
+
 /// Writes a new file whole, and makes its folder if there is none.
 ///
 /// # Errors

@@ -8,14 +8,13 @@ use crate::analysis::{
     ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, derive,
     doubts_about_fit, open_together, read_text,
 };
-use crate::fit::{FactorStatus, FitOutcome, PaperFit};
-use crate::least_squares::SigmaMode;
+use crate::fit::{FitOutcome, PaperFit};
 use crate::report::{ComparedFit, FitReport, ModelComparison, fit_figures};
 use crate::stiffness::Method as StiffnessMethod;
 
-use super::args::{BootstrapUnit, FitArgs, Global, MethodArg, Sigma};
-use super::failure::Failure;
-use super::figure_files::{write, write_figure, wrote};
+use super::args::{BootstrapUnit, FitArgs, Global, MethodArg};
+use super::failure::{Failure, refuse_given};
+use super::figure_files::{write, write_figures, wrote};
 use super::fit_load_cases;
 use super::outcome::Outcome;
 use super::progress::progress;
@@ -76,36 +75,13 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     }
     if let Some(folder) = &args.figures {
         let table = prepared.session.as_ref().map(|(_, table)| table);
-        let figures = fit_figures(
-            &outcome,
-            table,
-            args.parameters.choice(&prepared.model)?.range,
-        );
-        written.extend(write_figure(
-            &folder.join("stiffness"),
-            &figures.comparison,
-            &prepared.inputs,
-        )?);
-        written.extend(write_figure(
-            &folder.join("factors"),
-            &figures.factors,
-            &prepared.inputs,
-        )?);
-        if let Some(correlation) = &figures.correlation {
-            written.extend(write_figure(
-                &folder.join("correlation"),
-                correlation,
-                &prepared.inputs,
-            )?);
-        }
+        let range = args.parameters.choice(&prepared.model)?.range;
+        let figures = fit_figures(&outcome, table, range);
+        written.extend(write_figures(folder, figures, &prepared.inputs)?);
     }
     warnings.extend(wrote(&written));
-    let open = outcome.estimates.iter().any(|e| {
-        matches!(
-            e.status,
-            FactorStatus::AtBound { .. } | FactorStatus::NotIdentified { .. }
-        )
-    });
+    let mut estimates = outcome.estimates.iter();
+    let open = estimates.any(|one| one.status.why_open().is_some());
     Ok(Outcome::new("fit", text, data)
         .with_inputs(prepared.inputs)
         .with_warnings(warnings)
@@ -210,24 +186,18 @@ fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), ArgumentError> {
         MethodArg::LeastSquares => (&of_paper, "paper"),
         MethodArg::Paper => (&of_least_squares, "least-squares"),
     };
-    match ignored.iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((option, _)) => Err(ArgumentError::new(
-            (*option).to_owned(),
-            format!("it belongs to --method {method}"),
-            format!("add --method {method}, or leave {option} out"),
-        )),
-    }
+    refuse_given(
+        ignored,
+        &format!("it belongs to --method {method}"),
+        |option| format!("add --method {method}, or leave {option} out"),
+    )
 }
 
 fn least_squares(args: &FitArgs, data: &FitData, global: &Global) -> Result<FitOutcome, Failure> {
     let settings = FitSettings {
         train: args.train.clone(),
         choice: Some(args.parameters.choice(&data.model)?),
-        sigma: args.sigma.map(|sigma| match sigma {
-            Sigma::Known => SigmaMode::Known,
-            Sigma::Estimated => SigmaMode::Estimated,
-        }),
+        sigma: args.sigma.map(Into::into),
         bootstrap: args.bootstrap,
         bootstrap_over: match args.bootstrap_over {
             BootstrapUnit::Runs => BootstrapOver::Runs,

@@ -7,18 +7,20 @@ use crate::analysis::{
     doubts_about_load_case_fit,
 };
 use crate::elastostatics::PlannedLoadCase;
-use crate::fit::FactorStatus;
-use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, write_load_cases};
 use crate::report::{
     FitResult, LoadCaseFitReport, bad_load_case_value_words, derived_text, load_case_figures,
     load_case_fit_text, next_load_cases_text, wrong_factor_words,
 };
 
-use super::args::{FitArgs, Global, MethodArg, Sigma};
-use super::failure::Failure;
-use super::figure_files::{write, write_figure, wrote};
+use super::args::{FitArgs, Global, MethodArg};
+use super::failure::{Failure, refuse_given};
+use super::figure_files::{write, write_figures, wrote};
 use super::outcome::Outcome;
+
+/// Why options that need runs are refused.
+pub(super) const LOAD_CASES_WITHOUT_RUNS: &str =
+    "the data are load cases: loads and displacements as vectors, without runs";
 
 /// Fits and reports.
 pub(super) fn run(
@@ -39,10 +41,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
         choice: args
             .parameters
             .choice_beside(&data.model, data.usual_choice()?)?,
-        sigma: args.sigma.map(|sigma| match sigma {
-            Sigma::Known => SigmaMode::Known,
-            Sigma::Estimated => SigmaMode::Estimated,
-        }),
+        sigma: args.sigma.map(Into::into),
         keep_bad_values: true,
     };
     let fit = data.fit(&settings)?;
@@ -58,20 +57,14 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     }
     if let Some(file) = &args.save_factors {
         write(file, fit.factors.to_toml().as_bytes())?;
-        warnings.push(format!("wrote {}", file.display()));
+        warnings.extend(wrote(std::slice::from_ref(file)));
     }
     if let Some(folder) = &args.figures {
-        for (name, figure) in load_case_figures(&fit, &data.posed, &data.model.robot) {
-            let written = write_figure(&folder.join(name), &figure, &data.inputs)?;
-            warnings.extend(wrote(&written));
-        }
+        let figures = load_case_figures(&fit, &data.posed, &data.model.robot);
+        warnings.extend(wrote(&write_figures(folder, figures, &data.inputs)?));
     }
-    let open = fit.estimates.iter().any(|estimate| {
-        matches!(
-            estimate.status,
-            FactorStatus::AtBound { .. } | FactorStatus::NotIdentified { .. }
-        )
-    });
+    let mut estimates = fit.estimates.iter();
+    let open = estimates.any(|one| one.status.why_open().is_some());
     if args.next.is_some() && fit.frames.is_some() {
         return Err(ArgumentError::new(
             "--next",
@@ -139,12 +132,7 @@ fn refuse_what_needs_cells(args: &FitArgs) -> Result<(), ArgumentError> {
         ("--global-search", args.global_search),
         ("--against", !args.against.is_empty()),
     ];
-    match of_cells.iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((option, _)) => Err(ArgumentError::new(
-            (*option).to_owned(),
-            "the data are load cases: loads and displacements as vectors, without runs",
-            "leave it out; load cases are fitted by least squares",
-        )),
-    }
+    refuse_given(&of_cells, LOAD_CASES_WITHOUT_RUNS, |_| {
+        "leave it out; load cases are fitted by least squares".to_owned()
+    })
 }

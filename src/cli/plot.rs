@@ -129,19 +129,20 @@ fn of_fit(
     }
     let table = prepared.session.as_ref().map(|(_, table)| table);
     let figures = fit_figures(&outcome, table, ParameterChoice::default().range);
-    match args.figure {
-        FigureName::Factors => Ok(("factors", figures.factors, prepared.inputs)),
-        FigureName::Correlation => match figures.correlation {
-            Some(figure) => Ok(("correlation", figure, prepared.inputs)),
-            None => Err(ArgumentError::new(
-                "correlation",
-                "the data determine fewer than two factors, so there is no correlation",
-                "train on more poses",
-            )
-            .into()),
-        },
-        _ => Ok(("stiffness", figures.comparison, prepared.inputs)),
-    }
+    let wanted = match args.figure {
+        FigureName::Factors => "factors",
+        FigureName::Correlation => "correlation",
+        _ => "stiffness",
+    };
+    let found = figures.into_iter().find(|(name, _)| *name == wanted);
+    let (name, figure) = found.ok_or_else(|| {
+        ArgumentError::new(
+            "correlation",
+            "the data determine fewer than two factors, so there is no correlation",
+            "train on more poses",
+        )
+    })?;
+    Ok((name, figure, prepared.inputs))
 }
 
 /// Residuals of the readings behind a fit.

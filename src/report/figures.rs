@@ -2,7 +2,7 @@
 
 use crate::analysis::{AnalysisError, FitData};
 use crate::distribution::MapPlane;
-use crate::fit::{FactorStatus, FitOutcome, WeightBasis};
+use crate::fit::{FactorCorrelations, FactorStatus, FitOutcome, WeightBasis};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, FactorFate, FactorIntervals,
     Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint, ResidualMeasure,
@@ -58,24 +58,13 @@ fn curve(cell: &CellStiffness) -> LoadCurvePoints {
     }
 }
 
-/// Figures of a fit.
-#[derive(Debug)]
-pub struct FitFigures {
-    /// Measured against predicted.
-    pub comparison: Figure,
-    /// Factors with intervals and bounds.
-    pub factors: Figure,
-    /// Correlations, if the fit has any.
-    pub correlation: Option<Figure>,
-}
-
-/// Measured against predicted stiffness, factors, correlation.
+/// Measured against predicted stiffness, factors with intervals and bounds, and correlations if the fit has any, each with the name of its file.
 #[must_use]
 pub fn fit_figures(
     outcome: &FitOutcome,
     table: Option<&StiffnessTable>,
     range: [f64; 2],
-) -> FitFigures {
+) -> Vec<(&'static str, Figure)> {
     let cells = outcome.cells.iter().map(|cell| {
         let row = table.and_then(|table| table.cell(&cell.cell));
         let interval = cell.ln_uncertainty.map(|u| {
@@ -112,35 +101,33 @@ pub fn fit_figures(
             FactorStatus::NotIdentified { .. } => FactorFate::NotIdentified,
         },
     });
-    FitFigures {
-        comparison: stiffness_comparison(&StiffnessComparison {
-            prediction: format!("fitted model of mechanism {}", outcome.mechanism),
-            pooled: outcome
-                .agreement
-                .as_ref()
-                .is_some_and(|agreement| matches!(agreement.basis, WeightBasis::Pooled { .. })),
-            cells: cells.collect(),
-        }),
-        factors: factor_intervals(&FactorIntervals {
-            factors: drawn.collect(),
-        }),
-        correlation: correlation_figure(outcome),
-    }
+    let comparison = stiffness_comparison(&StiffnessComparison {
+        prediction: format!("fitted model of mechanism {}", outcome.mechanism),
+        pooled: outcome
+            .agreement
+            .as_ref()
+            .is_some_and(|agreement| matches!(agreement.basis, WeightBasis::Pooled { .. })),
+        cells: cells.collect(),
+    });
+    let factors = factor_intervals(&FactorIntervals {
+        factors: drawn.collect(),
+    });
+    [("stiffness", comparison), ("factors", factors)]
+        .into_iter()
+        .chain(correlation_figure(outcome.correlation.as_ref()))
+        .collect()
 }
 
-/// Correlations of the fitted factors.
-#[must_use]
-pub fn correlation_figure(outcome: &FitOutcome) -> Option<Figure> {
-    correlations_drawn(outcome.correlation.as_ref())
-}
-
-/// Correlations of the parameters of any fit, if it has two or more.
-pub(super) fn correlations_drawn(found: Option<&crate::fit::FactorCorrelations>) -> Option<Figure> {
+/// Correlations of the parameters of any fit, if it has two or more, with the name of their file.
+pub(super) fn correlation_figure(
+    found: Option<&FactorCorrelations>,
+) -> Option<(&'static str, Figure)> {
     let found = found.filter(|correlation| correlation.names.len() > 1)?;
-    Some(correlation(&Correlation {
+    let figure = correlation(&Correlation {
         names: found.names.clone(),
         matrix: found.matrix.clone(),
-    }))
+    });
+    Some(("correlation", figure))
 }
 
 /// Residuals of the readings from the fitted model, each gauge zero by itself.

@@ -7,7 +7,7 @@ use crate::plot::{
 };
 use crate::robot::Robot;
 
-use super::figures::correlations_drawn;
+use super::figures::correlation_figure;
 use super::robot_pose::drawn_axes;
 
 /// Measured against predicted displacements, what is left of them as vectors, and the correlations of the parameters, each with the name of
@@ -36,11 +36,9 @@ pub fn load_case_figures(
         axes: drawn_axes(robot),
         vectors: residual_vectors(fit, posed, robot),
     });
-    let correlation = correlations_drawn(fit.correlation.as_ref());
-    let correlation = correlation.map(|figure| ("correlation", figure));
     [("components", components), ("residual-vectors", residuals)]
         .into_iter()
-        .chain(correlation)
+        .chain(correlation_figure(fit.correlation.as_ref()))
         .collect()
 }
 

@@ -59,10 +59,7 @@ pub use diagnosis::{
 pub use diagnosis_figures::diagnosis_figures;
 pub use doctor::{CheckReport, CheckState, DoctorReport};
 pub use explain::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
-pub use figures::{
-    FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
-    workspace_figure,
-};
+pub use figures::{fit_figures, load_displacement_figure, residuals_figure, workspace_figure};
 pub use fit::derived_text;
 pub use fit_report::{
     ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,

@@ -80,11 +80,8 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         "load-displacement",
         &load_displacement_figure(&[("demo session", &table)]),
     )?;
-    let figures = fit_figures(&outcome, Some(&table), ParameterChoice::default().range);
-    figure("stiffness", &figures.comparison)?;
-    figure("factors", &figures.factors)?;
-    if let Some(correlation) = &figures.correlation {
-        figure("correlation", correlation)?;
+    for (name, drawn) in fit_figures(&outcome, Some(&table), ParameterChoice::default().range) {
+        figure(name, &drawn)?;
     }
     bar.inc(1);
     figure("residuals", &residuals(&prepared, &outcome)?)?;

@@ -63,10 +63,10 @@ pub(super) fn figures_of_fit(
     range: [f64; 2],
 ) -> Vec<PageFigure> {
     let figures = fit_figures(outcome, table, range);
-    vec![
-        page_figure("stiffness", &figures.comparison),
-        page_figure("factors", &figures.factors),
-    ]
+    let shown = figures.iter().filter(|(name, _)| *name != "correlation");
+    shown
+        .map(|(name, figure)| page_figure(*name, figure))
+        .collect()
 }
 
 /// Where model and readings differ, before and after what was found.
