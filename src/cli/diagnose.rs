@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::analysis::{
     ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
@@ -23,7 +23,7 @@ use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
 use super::diagnose_load_cases;
 use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
-use super::figure_files::{write_again, write_figure};
+use super::figure_files::{write_again, write_figures};
 use super::outcome::{Outcome, envelope};
 use super::progress::progress;
 
@@ -84,21 +84,27 @@ fn of_sessions(
     warnings.extend(model.warnings.iter().chain(&report.warnings).cloned());
     let mut text = diagnosis_page(&report);
     let whole = format!("{text}\n{}", diagnosis_appendix(&report));
-    let with_inputs = format!("{}{whole}", inputs.text());
     let mut data = Box::new(DiagnosisSummary::from(&report));
     if let Some(folder) = folder(args)? {
-        let result = model_file(&report, &model, &folder).map_err(Failure::from);
-        let written = result.and_then(|model| {
-            let page = Page {
-                text: &with_inputs,
-                inputs: &inputs,
-                data: &data,
-                model: model.as_ref(),
-                warnings: &warnings,
-            };
-            write_all(args, &report, &folder, &page)
-        });
-        match written {
+        let write = || -> Result<Vec<PathBuf>, Failure> {
+            let model = model_file(&report, &model, &folder)?;
+            let fields = [("data", json!(data)), ("warnings", json!(warnings))];
+            let mut written = write_diagnosis(&folder, &whole, &inputs, fields)?;
+            let model = model.map(|model| ("model.toml", model.to_toml()));
+            let procedures = report.procedures.iter();
+            let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
+            for (name, text) in model.into_iter().chain(procedures) {
+                let path = folder.join(name);
+                write_again(&path, text.as_bytes())?;
+                written.push(path);
+            }
+            if !args.no_figures {
+                let figures = diagnosis_figures(&report);
+                written.extend(write_figures(&folder, figures, &inputs)?);
+            }
+            Ok(written)
+        };
+        match write() {
             Ok(written) => {
                 let _ = writeln!(
                     text,
@@ -223,45 +229,30 @@ pub(super) fn folder(args: &DiagnoseArgs) -> Result<Option<PathBuf>, CliError> {
     Ok(Some(folder))
 }
 
-/// What is written besides figures.
-struct Page<'a> {
-    text: &'a str,
-    inputs: &'a Inputs,
-    data: &'a DiagnosisSummary,
-    model: Option<&'a ModelFile>,
-    warnings: &'a [String],
-}
-
-/// Writes the page, the data, the model and the figures.
-fn write_all(
-    args: &DiagnoseArgs,
-    report: &DiagnosisReport,
+/// Writes the page and the data of a diagnosis; returns what was written.
+///
+/// # Arguments
+/// - `fields`: of the data besides its inputs.
+pub(super) fn write_diagnosis<const N: usize>(
     folder: &Path,
-    page: &Page<'_>,
+    text: &str,
+    inputs: &Inputs,
+    fields: [(&str, Value); N],
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut object = envelope("diagnosis", true);
-    object["inputs"] = json!(page.inputs);
-    object["data"] = json!(page.data);
-    object["warnings"] = json!(page.warnings);
-    let mut files = vec![
-        ("verdict.txt", page.text.to_owned()),
+    object["inputs"] = json!(inputs);
+    for (name, value) in fields {
+        object[name] = value;
+    }
+    let files = [
+        ("verdict.txt", format!("{}{text}", inputs.text())),
         ("diagnosis.json", format!("{object:#}\n")),
     ];
-    if let Some(model) = page.model {
-        files.push(("model.toml", model.to_toml()));
-    }
-    let procedures = report.procedures.iter();
-    files.extend(procedures.map(|(name, text)| (name.as_str(), text.clone())));
     let mut written = Vec::new();
     for (name, text) in files {
         let path = folder.join(name);
         write_again(&path, text.as_bytes())?;
         written.push(path);
-    }
-    if !args.no_figures {
-        for (name, figure) in diagnosis_figures(report) {
-            written.extend(write_figure(&folder.join(name), &figure, page.inputs)?);
-        }
     }
     Ok(written)
 }

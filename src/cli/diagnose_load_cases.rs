@@ -1,7 +1,5 @@
 //! `stiffbench diagnose` of load cases.
 
-use std::path::PathBuf;
-
 use serde_json::json;
 
 use crate::analysis::{
@@ -12,11 +10,12 @@ use crate::report::{
 };
 
 use super::args::Global;
-use super::diagnose::{folder, outcome};
+use super::diagnose::{folder, outcome, write_diagnosis};
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
-use super::failure::Failure;
-use super::figure_files::{write_again, write_figure, wrote};
-use super::outcome::{Outcome, envelope};
+use super::failure::{Failure, refuse_given};
+use super::figure_files::{write_figures, wrote};
+use super::fit_load_cases::LOAD_CASES_WITHOUT_RUNS;
+use super::outcome::Outcome;
 
 /// Finds what the free parameters leave out.
 pub(super) fn run(
@@ -58,26 +57,13 @@ fn of_data(args: &DiagnoseArgs, data: &LoadCaseData, global: &Global) -> Result<
         warnings.extend(diagnosis.baseline.warnings.iter().cloned());
     }
     if let Some(folder) = folder(args)? {
-        let mut object = envelope("diagnosis", true);
-        object["inputs"] = json!(data.inputs);
-        object["data"] = json!(report);
-        object["warnings"] = json!(warnings);
-        let page = format!("{}{text}", data.inputs.text());
-        let mut written: Vec<PathBuf> = Vec::new();
-        for (name, content) in [
-            ("verdict.txt", page),
-            ("diagnosis.json", format!("{object:#}\n")),
-        ] {
-            write_again(&folder.join(name), content.as_bytes())?;
-            written.push(folder.join(name));
-        }
+        let fields = [("data", json!(report)), ("warnings", json!(warnings))];
+        let mut written = write_diagnosis(&folder, &text, &data.inputs, fields)?;
         if !args.no_figures {
             let bad = diagnosis.bad_values.iter().map(|one| one.row);
             let posed = data.posed.without_rows(&bad.collect::<Vec<_>>());
-            for (name, figure) in load_case_figures(&diagnosis.baseline, &posed, &data.model.robot)
-            {
-                written.extend(write_figure(&folder.join(name), &figure, &data.inputs)?);
-            }
+            let figures = load_case_figures(&diagnosis.baseline, &posed, &data.model.robot);
+            written.extend(write_figures(&folder, figures, &data.inputs)?);
         }
         warnings.extend(wrote(&written));
     }
@@ -94,12 +80,7 @@ fn refuse_what_needs_runs(args: &DiagnoseArgs) -> Result<(), ArgumentError> {
         ("--earlier", !args.earlier.is_empty()),
         ("--noise records", args.noise == NoiseChoice::Records),
     ];
-    match of_runs.iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((option, _)) => Err(ArgumentError::new(
-            (*option).to_owned(),
-            "the data are load cases: loads and displacements as vectors, without runs",
-            "leave it out: the scatter of load cases comes from repeats or from the residuals over the poses",
-        )),
-    }
+    refuse_given(&of_runs, LOAD_CASES_WITHOUT_RUNS, |_| {
+        "leave it out: the scatter of load cases comes from repeats or from the residuals over the poses".to_owned()
+    })
 }

@@ -10,11 +10,11 @@ use crate::physics::Law;
 use crate::report::{DiagnosisResult, SpecimenSummary};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
-use super::diagnose::{data, outcome};
+use super::diagnose::{data, outcome, write_diagnosis};
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::Failure;
 use super::figure_files::write_again;
-use super::outcome::{Outcome, envelope};
+use super::outcome::Outcome;
 
 /// Reads the table and states what a straight line leaves out.
 pub(super) fn run(
@@ -38,15 +38,7 @@ pub(super) fn run(
     let text = summary.text();
     let data = DiagnosisResult::Specimen(Box::new(summary));
     if let Some(folder) = &args.out {
-        let mut object = envelope("diagnosis", true);
-        object["inputs"] = json!(inputs);
-        object["data"] = json!(data);
-        let text = format!("{}{text}", inputs.text());
-        write_again(&folder.join("verdict.txt"), text.as_bytes())?;
-        write_again(
-            &folder.join("diagnosis.json"),
-            format!("{object:#}\n").as_bytes(),
-        )?;
+        write_diagnosis(folder, &text, &inputs, [("data", json!(data))])?;
         let model = PartModel::new(&table, &scale, (&observations, &baseline), &diagnosis)?;
         if let Some(model) = model {
             let verdict = diagnosis.verdict.to_string();
