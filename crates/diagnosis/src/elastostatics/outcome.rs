@@ -75,6 +75,13 @@ pub struct LoadCaseAgreement {
     pub condition: f64,
 }
 
+impl LoadCaseAgreement {
+    /// Standard deviations of displacements, m, and of rotations, rad; none of what was not read.
+    pub(super) fn sd(&self) -> [Option<f64>; 2] {
+        [self.displacement_sd_m, self.rotation_sd_rad]
+    }
+}
+
 /// A component with what the model says of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedComponent {

@@ -16,7 +16,7 @@ use crate::fit::{FactorEstimate, FactorStatus};
 
 use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
 use super::error::LoadCaseFitError;
-use super::outcome::LoadCaseFit;
+use super::outcome::{LoadCaseAgreement, LoadCaseFit};
 use super::problem::LoadCaseModel;
 
 /// Poses that are tried beside the named ones and those of the table, spread evenly over the limits.
@@ -124,10 +124,9 @@ pub fn plan_load_cases(
     let (robot, mechanism) = (model.robot, model.mechanism);
     let mut solver = ComplianceSolver::new(robot, mechanism, &parameters, &fit.factors)?;
     let agreement = fit.agreement.as_ref();
-    let scatter = agreement.and_then(|agreement| agreement.displacement_sd_m);
-    let scatter = scatter.filter(|sd| *sd > 0.0).unwrap_or(USUAL_SCATTER_M);
-    let of_rotations = agreement.and_then(|agreement| agreement.rotation_sd_rad);
-    let of_rotations = of_rotations.filter(|sd| *sd > 0.0);
+    let sd = agreement.map_or([None; 2], LoadCaseAgreement::sd);
+    let [scatter, of_rotations] = sd.map(|sd| sd.filter(|sd| *sd > 0.0));
+    let scatter = scatter.unwrap_or(USUAL_SCATTER_M);
     let mut known = ParameterInformation {
         matrix: DMatrix::identity(free.len(), free.len()),
         prior: prior_widths(fit, &free),

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use stiffbench_numeric::statistics::root_mean_square;
+
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use crate::search::constants::ROUNDING;
 use crate::search::{Covariance, LowRankBlock, dot};
@@ -32,14 +34,10 @@ pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
 /// Root mean square of displacements, m, and of rotations, rad; one of what was not read.
 pub(super) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
     [false, true].map(|rotation| {
-        let values: Vec<f64> = posed
-            .rows()
-            .filter(|(_, read)| read.is_rotation() == rotation)
-            .map(|(_, read)| read.value)
-            .collect();
-        let squares: f64 = values.iter().map(|value| value * value).sum();
-        let size = (squares / values.len().max(1) as f64).sqrt();
-        if size > 0.0 { size } else { 1.0 }
+        let rows = posed.rows();
+        let own = rows.filter(|(_, read)| read.is_rotation() == rotation);
+        let size = root_mean_square(own.map(|(_, read)| read.value));
+        size.filter(|size| *size > 0.0).unwrap_or(1.0)
     })
 }
 
@@ -216,7 +214,7 @@ impl LoadScatter {
 }
 
 /// Kind of each row: 0 of displacements, 1 of rotations.
-fn kinds(posed: &PosedLoadCases) -> Vec<usize> {
+pub(super) fn kinds(posed: &PosedLoadCases) -> Vec<usize> {
     let rows = posed.rows();
     rows.map(|(_, read)| usize::from(read.is_rotation()))
         .collect()

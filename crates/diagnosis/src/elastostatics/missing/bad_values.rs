@@ -17,11 +17,11 @@ use super::far_value::{FarValue, scatter_of, single_values};
 use super::find::{baseline_columns, solve};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
-use crate::elastostatics::outcome::{LoadCaseFit, in_micro, micro_unit};
+use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit, in_micro, micro_unit};
 use crate::elastostatics::posed::PosedLoadCases;
 use crate::elastostatics::problem::LoadCaseModel;
 use crate::elastostatics::scatter::{
-    LEAST_SCATTER, ScatterCase, repeated_rows, sizes, smallest_step,
+    LEAST_SCATTER, ScatterCase, kinds, repeated_rows, sizes, smallest_step,
 };
 
 /// Most bad values of a table: one with more has another fault, which more names would not make plainer.
@@ -343,15 +343,9 @@ fn improbable(
     }
     // Displacements and rotations in units of their usual size.
     let sizes = sizes(posed);
-    let kinds: Vec<usize> = posed
-        .rows()
-        .map(|(_, read)| usize::from(read.is_rotation()))
-        .collect();
+    let kinds = kinds(posed);
     let agreement = fit.agreement.as_ref();
-    let scatter = [
-        agreement.and_then(|one| one.displacement_sd_m),
-        agreement.and_then(|one| one.rotation_sd_rad),
-    ];
+    let scatter = agreement.map_or([None; 2], LoadCaseAgreement::sd);
     // What is left of readings without noise is rounding of the arithmetic.
     let is_exact = |kind: usize| scatter[kind].is_some_and(|sd| sd <= LEAST_SCATTER * sizes[kind]);
     if (0..2).any(is_exact) {

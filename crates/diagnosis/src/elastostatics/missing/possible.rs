@@ -95,11 +95,7 @@ pub(super) fn negative_springs(
     let rows = posed.rows().zip(&basis.residuals);
     let ((case, read), residual) = rows.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let agreement = basis.baseline.agreement.as_ref()?;
-    let sd = if read.is_rotation() {
-        agreement.rotation_sd_rad
-    } else {
-        agreement.displacement_sd_m
-    };
+    let sd = agreement.sd()[usize::from(read.is_rotation())];
     Some(LoadCaseUnexplained {
         p,
         test: "springs that would have to be negative",
