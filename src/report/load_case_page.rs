@@ -52,58 +52,61 @@ pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
 }
 
 fn parameters(fit: &LoadCaseFit) -> String {
-    let mut text = String::new();
-    let moved = |estimate: &&FactorEstimate| {
-        estimate.status != FactorStatus::Fixed || !estimate.parameter.is_factor()
-    };
-    let springs = fit
-        .estimates
-        .iter()
-        .filter(|one| !one.parameter.is_factor());
-    let mut rows = AlignedTable::new(&[
-        "spring",
-        "compliance, 1e-6",
-        "standard error",
-        "95 % interval",
-        "stiffness",
-        "95 % interval",
-        "unit",
-        "status",
-    ]);
-    let mut any = false;
-    for estimate in springs {
-        any = true;
-        rows.row(spring(estimate));
-    }
-    if any {
-        text.push_str(&rows.text());
-        text.push('\n');
-    }
-    let factors = fit.estimates.iter().filter(|one| one.parameter.is_factor());
-    let mut factors = factors.filter(moved).peekable();
-    if factors.peek().is_some() {
-        let mut rows = AlignedTable::new(&[
+    let estimates = fit.estimates.iter();
+    let (factors, springs): (Vec<_>, Vec<_>) = estimates.partition(|one| one.parameter.is_factor());
+    let moved = factors
+        .into_iter()
+        .filter(|one| one.status != FactorStatus::Fixed);
+    let springs = table_if_any(
+        [
+            "spring",
+            "compliance, 1e-6",
+            "standard error",
+            "95 % interval",
+            "stiffness",
+            "95 % interval",
+            "unit",
+            "status",
+        ],
+        springs.into_iter().map(spring),
+    );
+    let factors = table_if_any(
+        [
             "factor",
             "start",
             "value",
             "standard error",
             "95 % interval",
             "status",
-        ]);
-        for estimate in factors {
-            rows.row([
-                estimate.name.clone(),
-                significant(estimate.start, 4),
-                significant(estimate.value, 4),
-                optional(estimate.standard_uncertainty, 2),
-                interval(estimate.interval_95, 4),
-                status_words(estimate.status.word(), estimate.moved()),
-            ]);
-        }
-        text.push_str(&rows.text());
-        text.push('\n');
+        ],
+        moved.map(factor),
+    );
+    springs + &factors
+}
+
+/// A table with an empty line after it; nothing without rows.
+fn table_if_any<const N: usize>(
+    heads: [&str; N],
+    rows: impl Iterator<Item = [String; N]>,
+) -> String {
+    let mut rows = rows.peekable();
+    if rows.peek().is_none() {
+        return String::new();
     }
-    text
+    let mut table = AlignedTable::new(&heads);
+    rows.for_each(|row| table.row(row));
+    table.text() + "\n"
+}
+
+fn factor(estimate: &FactorEstimate) -> [String; 6] {
+    [
+        estimate.name.clone(),
+        significant(estimate.start, 4),
+        significant(estimate.value, 4),
+        optional(estimate.standard_uncertainty, 2),
+        interval(estimate.interval_95, 4),
+        status_words(estimate.status.word(), estimate.moved()),
+    ]
 }
 
 fn spring(estimate: &FactorEstimate) -> [String; 8] {
