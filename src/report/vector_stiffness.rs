@@ -9,7 +9,7 @@ use crate::statistics::Estimate;
 use crate::stiffness::{VectorStiffness, format_value_uncertainty};
 use crate::test_point::PoseId;
 
-use super::text::AlignedTable;
+use super::text::{AlignedTable, significant};
 
 /// Metres per newton in a micrometre and in a millimetre per newton.
 const UM_PER_N: f64 = 1e-6;
@@ -158,28 +158,22 @@ fn static_text(rows: &[StaticComplianceRow]) -> String {
 /// A value and its expanded uncertainty with as many digits as that has.
 fn value_and_u(value: &Reported) -> [String; 2] {
     let none = || "-".to_owned();
-    match (value.value, value.expanded_uncertainty) {
-        (Some(number), expanded) => {
-            let rounded = expanded.and_then(|expanded| format_value_uncertainty(number, expanded));
-            match rounded {
-                Some(rounded) => [rounded.value, rounded.uncertainty],
-                None => [super::text::significant(number, 4), none()],
-            }
-        }
-        (None, _) => [none(), none()],
+    let Some(number) = value.value else {
+        return [none(), none()];
+    };
+    let expanded = value.expanded_uncertainty;
+    match expanded.and_then(|expanded| format_value_uncertainty(number, expanded)) {
+        Some(rounded) => [rounded.value, rounded.uncertainty],
+        None => [significant(number, 4), none()],
     }
 }
 
 fn axis_values(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> AxisValues {
-    let value = |axis: usize| match &values[axis] {
-        Some(estimate) => Reported::from_estimate(estimate, si_per_unit, unit),
+    let [x, y, z] = values.map(|value| match value {
+        Some(estimate) => Reported::from_estimate(&estimate, si_per_unit, unit),
         None => Reported::missing(unit, "not read along this axis"),
-    };
-    AxisValues {
-        x: value(0),
-        y: value(1),
-        z: value(2),
-    }
+    });
+    AxisValues { x, y, z }
 }
 
 impl From<&VectorStiffness> for VectorStiffnessCell {
