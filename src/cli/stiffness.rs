@@ -38,17 +38,18 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     warnings.extend(doubts_about_stiffness(&table));
     let excluded = &session.table.excluded;
     let left_out = excluded.superseded.len() + excluded.rejected.len();
-    if left_out > 0 {
-        warnings.push(format!(
-            "not counted: {} superseded or rejected",
-            counted(left_out, "reading")
-        ));
-    }
+    warnings.extend(not_counted(left_out));
     let text = stiffness_text(&table, args.budget);
     Ok(Outcome::new("stiffness", text, table)
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(flagged)))
+}
+
+/// What to say of readings that were left out because of their status, if any were.
+fn not_counted(left_out: usize) -> Option<String> {
+    let readings = counted(left_out, "reading");
+    (left_out > 0).then(|| format!("not counted: {readings} superseded or rejected"))
 }
 
 /// The compliance along each axis of a session with several displacement gauges.
@@ -58,12 +59,7 @@ fn of_vectors(session: VectorSession, branches: Branches) -> Outcome {
     let inputs = Inputs::default().with_table(&session);
     let mut warnings = session.warnings;
     let left_out = session.table.readings.len() - session.table.accepted().count();
-    if left_out > 0 {
-        warnings.push(format!(
-            "not counted: {} superseded or rejected",
-            counted(left_out, "reading")
-        ));
-    }
+    warnings.extend(not_counted(left_out));
     let text = report.text();
     Outcome::new("stiffness-vectors", text, report)
         .with_inputs(inputs)
