@@ -108,11 +108,11 @@ pub fn chi_squared_quantile(p: f64, dof: f64) -> Option<f64> {
 pub fn f_upper_tail(value: f64, dof_numerator: f64, dof_denominator: f64) -> Option<f64> {
     let distribution = FisherSnedecor::new(dof_numerator, dof_denominator).ok()?;
     let product = value * dof_numerator;
-    match product.is_finite() {
-        true => Some(distribution.sf(value)),
-        // The library has no answer where this product overflows.
-        false => (product > 0.0).then_some(0.0),
+    if product.is_finite() {
+        return Some(distribution.sf(value));
     }
+    // The library has no answer where this product overflows.
+    (product > 0.0).then_some(0.0)
 }
 
 /// 95 % interval of a share from hits among trials (Clopper and Pearson, Biometrika 26 (1934)): never too narrow.
