@@ -88,11 +88,6 @@ pub(super) fn write_figures(
     Ok(written)
 }
 
-/// What to say of files that were written.
-pub(super) fn wrote(files: &[PathBuf]) -> impl Iterator<Item = String> {
-    files.iter().map(|file| format!("wrote {}", file.display()))
-}
-
 /// Writes a new file whole, and makes its folder if there is none.
 ///
 /// # Errors
