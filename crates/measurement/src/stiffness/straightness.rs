@@ -27,7 +27,8 @@ impl CellWork {
         let variance_m2 = scatter.sum_of_squares_m2 / scatter.dof
             + steps_m2 * self.curve.runs.len() as f64
             + rounding_m * rounding_m;
-        let f = squares_m2 / dof / variance_m2;
+        // Displacements that are too large to be squared tell nothing.
+        let f = Some(squares_m2 / dof / variance_m2).filter(|f| (f * dof).is_finite())?;
         f_upper_tail(f, dof, scatter.dof).filter(|p| *p < LEVEL)?;
         let apart = |halves: &[([f64; 2], f64); 2]| (halves[0].1 - halves[1].1).abs();
         // Loads of both signs may bend at zero, or alike on either side of it.
