@@ -47,6 +47,8 @@ fn object(desk: &Desk, arguments: &str) -> Value {
 
 /// Whether a printed number is another one, rounded to its last digit that is not a filling zero.
 fn is_rounded(printed: &str, exact: f64) -> bool {
+    // A stiffness in doubt is marked.
+    let printed = printed.trim_end_matches(" ?");
     let decimals = printed.split_once('.').map(|(_, decimals)| decimals.len());
     let zeros = printed.len() - printed.trim_end_matches('0').len();
     let place = decimals.map_or(zeros as i32, |decimals| -(decimals as i32));

@@ -54,11 +54,11 @@ pub trait KeptTable: Sized {
     fn numbers_and_lines(&self) -> Vec<(u32, u32)>;
 
     /// Changed values and changed marks of the reading at a place in this table, of the journal, and at its place in the other.
-    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<Change>; 2];
+    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<ChangedField>; 2];
 }
 
 /// A column with what the journal and what the table has there.
-type Change = (String, String, String);
+type ChangedField = (String, String, String);
 
 impl KeptTable for ReadingTable {
     fn read_back(bytes: &[u8]) -> Result<Self, ReadingsError> {
@@ -70,7 +70,7 @@ impl KeptTable for ReadingTable {
         readings.map(|of| (of.seq, of.line)).collect()
     }
 
-    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<Change>; 2] {
+    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<ChangedField>; 2] {
         let (kept, read) = (&self.readings[kept], &table.readings[read]);
         let both = [
             (values(self, kept), values(table, read)),
@@ -97,7 +97,7 @@ impl KeptTable for VectorTable {
     }
 
     /// By the names of the journal's columns.
-    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<Change>; 2] {
+    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<ChangedField>; 2] {
         let field = |table: &Self, at: usize, column: &str| {
             let index = table.names.iter().position(|name| name == column);
             index.map_or_else(String::new, |index| table.rows[at][index].clone())

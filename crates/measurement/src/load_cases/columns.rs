@@ -2,7 +2,7 @@
 
 use super::error::LoadCaseError;
 use super::table::{LoadCaseNote, VectorQuantity};
-use crate::readings::{Conversion, JointPlace, JointUnit, RecordTable, split_unit};
+use crate::readings::{Conversion, JointUnit, PlacedJointColumn, RecordTable, split_unit};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
@@ -25,7 +25,7 @@ pub(super) struct LoadCaseColumns {
     pub(super) axes: Option<usize>,
     pub(super) status: Option<usize>,
     pub(super) origin: Option<usize>,
-    pub(super) joints: Vec<JointPlace>,
+    pub(super) joints: Vec<PlacedJointColumn>,
     /// By quantity, in the order of [`VectorQuantity::ALL`], and axis.
     pub(super) vectors: [[Option<NumberColumn>; 3]; 5],
     pub(super) notes: Vec<LoadCaseNote>,
@@ -194,7 +194,9 @@ impl LoadCaseColumns {
             });
         };
         let joints = &mut self.joints;
-        Ok(JointPlace::add(joints, text, index, variable, known)?)
+        Ok(PlacedJointColumn::add(
+            joints, text, index, variable, known,
+        )?)
     }
 
     /// Whether there is a column of a quantity.

@@ -72,13 +72,13 @@ impl JointColumn {
 
 /// Where the values of a variable stand in a table.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct JointPlace {
+pub(crate) struct PlacedJointColumn {
     pub(crate) index: usize,
     pub(crate) conversion: Conversion,
     pub(crate) column: JointColumn,
 }
 
-impl JointPlace {
+impl PlacedJointColumn {
     /// Adds a column of a variable.
     ///
     /// # Errors

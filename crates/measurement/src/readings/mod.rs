@@ -58,7 +58,7 @@ pub use write::{ReadingsWriter, write_readings};
 pub(crate) use assumption::left_out;
 pub(crate) use column::split_unit;
 pub(crate) use encoding::is_spreadsheet;
-pub(crate) use joint_values::JointPlace;
+pub(crate) use joint_values::PlacedJointColumn;
 pub(crate) use number::{
     Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,
 };

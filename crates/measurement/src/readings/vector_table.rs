@@ -5,7 +5,7 @@ use std::io::Read;
 use super::column::split_unit;
 use super::csv::ReadOptions;
 use super::error::ReadingsError;
-use super::joint_values::{JointColumn, JointPlace, JointUnit};
+use super::joint_values::{JointColumn, JointUnit, PlacedJointColumn};
 use super::number::{Conversion, read_count};
 use super::reading::ReadingStatus;
 use super::text_table::RecordTable;
@@ -123,7 +123,7 @@ pub fn read_vector_readings(source: &str, input: impl Read) -> Result<VectorTabl
 }
 
 /// The columns `joint_VARIABLE_UNIT`.
-fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointPlace>, ReadingsError> {
+fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<PlacedJointColumn>, ReadingsError> {
     let mut columns = Vec::new();
     for (index, name) in text.names.iter().enumerate() {
         let Some(named) = name.strip_prefix("joint_") else {
@@ -139,7 +139,7 @@ fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointPlace>, ReadingsErro
                 accepted: "deg, rad; of a sliding joint mm, m",
             });
         };
-        JointPlace::add(&mut columns, text, index, variable, known)?;
+        PlacedJointColumn::add(&mut columns, text, index, variable, known)?;
     }
     Ok(columns)
 }
@@ -147,7 +147,7 @@ fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<JointPlace>, ReadingsErro
 /// The current record.
 struct VectorRow<'t, 'a> {
     text: &'t mut RecordTable<'a>,
-    joints: &'t [JointPlace],
+    joints: &'t [PlacedJointColumn],
 }
 
 impl VectorRow<'_, '_> {

@@ -5,6 +5,10 @@ use thiserror::Error;
 use super::significance::TestStatistic;
 use stiffbench_units_and_text::count::counted;
 
+/// An outlier as many times as far off as its limit puts the stiffness in doubt: it moves the slope of five runs of eight readings by 1.2 standard
+/// errors, where U is 2.8.
+const FAR: f64 = 2.0;
+
 /// A reading, by the numbers that find it again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadingPlace {
@@ -193,16 +197,16 @@ impl Flag {
         }
     }
 
-    /// Whether the stiffness itself is in doubt.
+    /// Whether the stiffness itself is in doubt. An outlier at its limit moves the slope of a cell by less than its U.
     #[must_use]
     pub fn spoils_stiffness(&self) -> bool {
-        matches!(
-            self,
-            Self::Outlier { .. }
-                | Self::NegativeStiffness { .. }
-                | Self::SlopeNotResolved { .. }
-                | Self::NotStraight { .. }
-        )
+        match self {
+            Self::Outlier { test, .. } => test.statistic > FAR * test.limit,
+            Self::NegativeStiffness { .. }
+            | Self::SlopeNotResolved { .. }
+            | Self::NotStraight { .. } => true,
+            _ => false,
+        }
     }
 
     /// The test behind the flag, if it is a question of scatter.
