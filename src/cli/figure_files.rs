@@ -99,7 +99,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
 /// Writes a result of which an earlier one of the same kind may be there: that one is replaced.
 ///
 /// # Errors
-/// As [`write`], but for an earlier one.
+/// As [`write()`], but for an earlier one.
 pub fn write_again(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     put(path, bytes, true)
 }
