@@ -1,7 +1,9 @@
 //! `stiffbench stiffness`.
 
-use crate::analysis::{Inputs, LoadedSession, OpenSettings, VectorSession, doubts_about_stiffness};
-use crate::readings::Reading;
+use crate::analysis::{
+    ArgumentError, Inputs, LoadedSession, OpenSettings, VectorSession, doubts_about_stiffness,
+};
+use crate::readings::{Reading, VectorReading};
 use crate::report::{VectorStiffnessReport, stiffness_text};
 use crate::stiffness::Branches;
 
@@ -17,20 +19,17 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         ..args.calibration.open_settings(global)?
     };
     let branches = Branches::from(args.branches);
-    if let Some(session) = VectorSession::open(&args.data, &options)? {
+    let range_n = args.from_load..=args.to_load;
+    if let Some(mut session) = VectorSession::open(&args.data, &options)? {
+        let loads = |reading: &VectorReading| range_n.contains(&reading.target_n.abs());
+        let note = keep(&mut session.table.readings, loads)?;
+        session.warnings.extend(note);
         return Ok(of_vectors(session, branches));
     }
     let mut session = LoadedSession::open(&args.data, &options)?;
-    let all = session.table.readings.len();
-    let range_n = args.from_load..=args.to_load;
-    let counts = |reading: &Reading| range_n.contains(&reading.target_n.abs());
-    session.table.readings.retain(counts);
-    let beyond = all - session.table.readings.len();
-    if beyond > 0 {
-        let beyond = counted(beyond, "reading");
-        let note = format!("not counted: {beyond} at loads outside --from-load, --to-load");
-        session.warnings.push(note);
-    }
+    let loads = |reading: &Reading| range_n.contains(&reading.target_n.abs());
+    let note = keep(&mut session.table.readings, loads)?;
+    session.warnings.extend(note);
     let table = session.stiffness(branches)?;
     let flagged = table.cells.iter().any(|cell| !cell.flags.is_empty());
     let inputs = Inputs::default().with_session(&session);
@@ -44,6 +43,25 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(flagged)))
+}
+
+/// Keeps the readings whose loads count; what to say of the others.
+fn keep<R>(
+    readings: &mut Vec<R>,
+    loads: impl Fn(&R) -> bool,
+) -> Result<Option<String>, ArgumentError> {
+    let all = readings.len();
+    readings.retain(loads);
+    if readings.is_empty() {
+        return Err(ArgumentError::new(
+            "--from-load, --to-load",
+            "no reading has a load in this range",
+            "state sizes of loads in N, without a sign: the smallest, then the largest",
+        ));
+    }
+    let beyond = counted(all - readings.len(), "reading");
+    let note = format!("not counted: {beyond} at loads outside --from-load, --to-load");
+    Ok((readings.len() < all).then_some(note))
 }
 
 /// What to say of readings that were left out because of their status, if any were.
