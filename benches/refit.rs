@@ -33,12 +33,7 @@ fn refit(criterion: &mut Criterion) {
     let cells: Vec<Cell> = robot
         .poses
         .iter()
-        .flat_map(|named| {
-            Direction::ALL.map(|direction| Cell {
-                pose: named.id.clone(),
-                direction,
-            })
-        })
+        .flat_map(|named| Direction::ALL.map(|direction| Cell::new(named.id.clone(), direction)))
         .collect();
     let mut model = CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
     let truth = model.stiffness(&start).unwrap();

@@ -23,7 +23,7 @@ use super::files::{
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
 use super::load_cases::LoadedLoadCases;
-use super::vectors::{SessionTable, origin_of};
+use super::vectors::{SessionTable, VectorSession, origin_of};
 
 /// Stiffness lists that come with the program.
 const SHIPPED_LISTS: [(&str, &str); 3] = [
@@ -202,6 +202,17 @@ pub fn session_header(
 }
 
 impl LoadedSession {
+    /// Opens readings of one gauge ([`LoadedSession::open`]) or of several along the base axes.
+    ///
+    /// # Errors
+    /// As [`LoadedSession::open`].
+    pub fn open_series(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+        match VectorSession::open(path, options)? {
+            Some(vectors) => Ok(vectors.by_component()),
+            None => Self::open(path, options),
+        }
+    }
+
     /// Opens a session folder, a readings file, or a gauge's own log.
     ///
     /// # Errors

@@ -96,7 +96,7 @@ fn zero_drifts(records: &[Record]) -> ZeroDrifts {
             Event::Reading(taken) => {
                 if let Some(direction) = taken.direction.axis() {
                     let pose = PoseId::new(&taken.pose);
-                    cells.insert(taken.cell, Cell { pose, direction });
+                    cells.insert(taken.cell, Cell::new(pose, direction));
                 }
             }
             Event::Zero(zero) => {

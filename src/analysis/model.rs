@@ -152,7 +152,8 @@ pub fn resolve(
     let Some(session) = session else {
         return resolve_beside(choice, None);
     };
-    let model = resolve_beside(choice, Some((session.header.as_ref(), &session.folder)))?;
+    let mut model = resolve_beside(choice, Some((session.header.as_ref(), &session.folder)))?;
+    add_missing_poses(&mut model.robot, &session.table.pose_joints);
     let poses = model.robot.poses.iter().map(|named| named.id.clone());
     check_poses(&session.table, &poses.collect::<Vec<_>>())?;
     Ok(model)

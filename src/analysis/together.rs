@@ -17,6 +17,7 @@ use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
 use super::model::{ModelChoice, ResolvedModel, resolve};
 use super::procedure::add_pose;
+use super::vectors::VectorSession;
 
 /// One of several sessions that are analysed together.
 #[derive(Debug, Clone, PartialEq)]
@@ -247,7 +248,7 @@ pub fn open_together(
 ) -> Result<Vec<LoadedSession>, AnalysisError> {
     let mut sessions = vec![first];
     for path in further {
-        if LoadedLoadCases::is_at(path) {
+        if LoadedLoadCases::is_at(path) && VectorSession::open(path, options)?.is_none() {
             return Err(ArgumentError::new(
                 path.display().to_string(),
                 format!(
@@ -258,7 +259,7 @@ pub fn open_together(
             )
             .into());
         }
-        sessions.push(LoadedSession::open(path, options)?);
+        sessions.push(LoadedSession::open_series(path, options)?);
     }
     Ok(sessions)
 }

@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::readings::{
-    OverdueGauge, SessionHeader, VectorReading, VectorTable, is_vector_table, read_vector_readings,
+    OverdueGauge, ReadingTable, SessionHeader, VectorReading, VectorTable, is_vector_table,
+    read_vector_readings,
 };
 use crate::stiffness::{Branches, VectorStiffness, vector_stiffness};
 
-use super::data::{OpenSettings, check_calibration, last_day, readings_file, session_header};
+use super::data::{
+    LoadedSession, OpenSettings, check_calibration, last_day, readings_file, session_header,
+};
 use super::error::AnalysisError;
 use super::files::{folder_of, is_there, read_bytes, shown};
 use super::hash::sha256;
@@ -102,6 +105,23 @@ impl VectorSession {
             overdue,
             differs_from_journal,
         }))
+    }
+
+    /// The same with a reading for each gauge, as a session of one gauge has them.
+    #[must_use]
+    pub fn by_component(self) -> LoadedSession {
+        SessionTable {
+            table: ReadingTable::of_vectors(&self.table),
+            name: self.name,
+            sha256: self.sha256,
+            origin: self.origin,
+            header: self.header,
+            folder: self.folder,
+            warnings: self.warnings,
+            calibration: self.calibration,
+            overdue: self.overdue,
+            differs_from_journal: self.differs_from_journal,
+        }
     }
 
     /// Compliance along each axis for every pose and direction of load.

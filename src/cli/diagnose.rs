@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use crate::analysis::{
     ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
-    NoiseSource, ResolvedModel, diagnose_together, laws, noise_of, open_together, sha256,
+    NoiseSource, ResolvedModel, VectorSession, diagnose_together, laws, noise_of, open_together,
+    sha256,
 };
 use crate::mismatch::Verdict;
 use crate::physics::{Law, ModelFile};
@@ -45,11 +46,12 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         return diagnose_specimen::run(args, &options, without);
     }
     let settings = args.calibration.open_settings(global)?;
-    if LoadedLoadCases::is_at(data(args)?) {
+    if LoadedLoadCases::is_at(data(args)?) && VectorSession::open(data(args)?, &settings)?.is_none()
+    {
         let loaded = LoadedLoadCases::open(data(args)?, &settings)?;
         return diagnose_load_cases::run(args, &loaded, global);
     }
-    let first = LoadedSession::open(data(args)?, &settings)?;
+    let first = LoadedSession::open_series(data(args)?, &settings)?;
     let sessions = open_together(first, &args.further, &settings)?;
     let warnings: Vec<String> = sessions
         .iter()
@@ -200,7 +202,7 @@ fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseS
     let bar = progress(global, "scatter of earlier sessions", sessions);
     let mut earlier = Vec::new();
     for path in &args.earlier {
-        let session = LoadedSession::open(path, &global.open_settings())?;
+        let session = LoadedSession::open_series(path, &global.open_settings())?;
         let model = args.model.resolve_for(&session)?;
         earlier.push(noise_of(
             session,

@@ -230,13 +230,14 @@ fn acts(effect: &Effect, table: &ReadingTable) -> bool {
         direction,
         repeat,
         step,
+        ..
     } = &effect.place
     else {
         return true;
     };
     table.readings.iter().any(|reading| {
         reading.pose == *pose
-            && reading.direction == *direction
+            && reading.cell().is_loaded_along(direction)
             && reading.repeat == *repeat
             && reading.step >= *step
     })

@@ -157,10 +157,7 @@ fn experiment(rows: &[Printed]) -> MeasuredStiffness {
         .filter(|row| row.table == "VI" && row.mechanism_or_model == "experiment")
         .filter_map(|row| {
             Some(MeasuredCell {
-                cell: Cell {
-                    pose: PoseId::new(&row.pose),
-                    direction: direction(&row.physical_direction)?,
-                },
+                cell: Cell::new(PoseId::new(&row.pose), direction(&row.physical_direction)?),
                 stiffness_n_per_m: row.value * 1e6,
                 ln_uncertainty: None,
                 reading_noise: None,

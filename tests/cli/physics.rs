@@ -2,6 +2,7 @@
 
 use std::fs::File;
 
+use stiffbench::load_direction::LoadDirection;
 use stiffbench::physics::{ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads};
 use stiffbench::readings::{ReadOptions, Reading, read_readings};
 use stiffbench::robot::Robot;
@@ -64,7 +65,8 @@ fn predicted(mechanics: &Mechanics<'_>, physics: &ActingPhysics, run: &[&Reading
         .position(|p| first.pose == PoseId::new(p));
     let run = RunLoads {
         pose: &first.pose,
-        direction: first.direction,
+        load: LoadDirection::of_axis(first.direction),
+        read: first.direction,
         repeat: first.repeat,
         release_n: None,
         loads: &loads,

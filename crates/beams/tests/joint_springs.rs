@@ -12,6 +12,7 @@ use stiffbench_beams::robot::{
     Theory, Variable,
 };
 use stiffbench_beams::structure::{Compliance6, SolutionPath};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
 use crate::support::arms::{self, ArmEnd, ArmJoint, number, rows, spring};
@@ -444,7 +445,8 @@ fn under_law(robot: &Robot, pose: &Pose, effect: &str, direction: Direction, for
     };
     let run = RunLoads {
         pose: &"P1".into(),
-        direction,
+        load: LoadDirection::of_axis(direction),
+        read: direction,
         repeat: 1,
         release_n: None,
         loads: &[load(force_n)],

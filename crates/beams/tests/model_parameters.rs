@@ -7,6 +7,7 @@ use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Predictor, Robot, RobotError,
     Theory,
 };
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
 use stiffbench_test_files::shipped_robot;
@@ -147,7 +148,8 @@ fn a_law_in_a_joint_acts_upon_the_springs_of_the_others() {
         Direction::ALL.map(|direction| {
             let run = RunLoads {
                 pose: &robot.poses[1].id,
-                direction,
+                load: LoadDirection::of_axis(direction),
+                read: direction,
                 repeat: 1,
                 release_n: None,
                 loads: &loads,

@@ -10,6 +10,7 @@ use stiffbench_beams::physics::{
 };
 use stiffbench_beams::robot::{FittingFactors, Predictor, Robot};
 use stiffbench_test_files::shipped_robot;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 /// Forces of the run, N: loading, unloading, then across zero, back, and across again.
@@ -50,7 +51,8 @@ fn displacements(
     });
     let run = RunLoads {
         pose: &pose,
-        direction,
+        load: LoadDirection::of_axis(direction),
+        read: direction,
         repeat: 1,
         release_n: None,
         loads: &loads,

@@ -114,9 +114,10 @@ fn a_jump_that_stays_is_no_bad_reading() {
     let arm = Arm::new("load-hold-unload");
     let jump = Place::Run {
         pose: arm.plan.poses[1].clone(),
-        direction: arm.plan.cells[0].direction,
+        direction: (arm.plan.cells[0].direction).into(),
         repeat: 2,
         step: 3,
+        gauge: None,
     };
     let jump = Effect::new(laws::SLIP, jump, vec![40e-6]).unwrap();
     let truth = with_noise(vec![jump], NOISE);

@@ -38,9 +38,10 @@ fn scaled(readings: &Observations, runs: std::ops::Range<usize>, factor: f64) ->
 fn effects(arm: &Arm) -> [Effect; 3] {
     let slip = Place::Run {
         pose: arm.plan.poses[1].clone(),
-        direction: arm.plan.cells[0].direction,
+        direction: (arm.plan.cells[0].direction).into(),
         repeat: 2,
         step: 3,
+        gauge: None,
     };
     [
         Effect::new(

@@ -247,7 +247,7 @@ fn nothing_is_named_where_nothing_is_missing() {
 fn two_effects_are_found_together() {
     let arm = Arm::new("load-hold-unload");
     let mut both = arm.twelve(effect(laws::JOINT_BACKLASH, joint("S2"), &[1e-5, 3.0]));
-    let second = arm.twelve(effect(laws::DRIFT_PER_SECOND, Place::Clock, &[1e-8]));
+    let second = arm.twelve(effect(laws::DRIFT_PER_SECOND, Place::Clock(None), &[1e-8]));
     both.effects.extend(second.effects);
     let diagnosis = arm.diagnose(&both, 5, Vec::new());
     let names: Vec<&str> = diagnosis
@@ -266,7 +266,7 @@ fn an_effect_whose_law_is_taken_out_is_called_unknown() {
     let arm = Arm::new("load-unload");
     let truth = arm.twelve(effect(
         laws::GAUGE_PERIODIC,
-        Place::DisplacementGauge,
+        Place::DisplacementGauge(None),
         &[1e-6, 1.5e-4, 0.7],
     ));
     let diagnosis = arm.diagnose(&truth, 3, vec![laws::GAUGE_PERIODIC]);

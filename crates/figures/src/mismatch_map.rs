@@ -369,10 +369,7 @@ mod tests {
     use stiffbench_units_and_text::test_point::Direction;
 
     fn input(measure: ResidualMeasure) -> MismatchMap {
-        let cell = |pose: &str, direction| Cell {
-            pose: pose.into(),
-            direction,
-        };
+        let cell = |pose: &str, direction| Cell::new(pose.into(), direction);
         let step = |target_n, branch| MapLoadStep { target_n, branch };
         let of = |value| Some(MapValue { value, n: 5 });
         MismatchMap {

@@ -232,10 +232,10 @@ mod tests {
 
     fn point(sequence: usize, residual_m: f64, time_s: Option<f64>) -> ResidualPoint {
         ResidualPoint {
-            cell: Cell {
-                pose: ["P1", "P2"][sequence % 2].into(),
-                direction: Direction::ALL[sequence % 3],
-            },
+            cell: Cell::new(
+                ["P1", "P2"][sequence % 2].into(),
+                Direction::ALL[sequence % 3],
+            ),
             force_n: -10.0 * sequence as f64,
             residual_m,
             standard_uncertainty_m: (sequence > 0).then_some(2e-6),

@@ -202,10 +202,7 @@ mod tests {
 
     fn cell(measured: f64, predicted: f64, held_out: bool) -> ComparedCell {
         ComparedCell {
-            cell: Cell {
-                pose: "P1".into(),
-                direction: Direction::Y,
-            },
+            cell: Cell::new("P1".into(), Direction::Y),
             measured_n_per_m: measured,
             measured_ci95_n_per_m: Some([0.8 * measured, 1.25 * measured]),
             n_runs: 5,

@@ -117,10 +117,7 @@ fn measured_against_predicted() {
             let share = [0.03, 0.05, 0.08, 0.04][place];
             let measured_n_per_m = 1e6 * measured[place];
             cells.push(ComparedCell {
-                cell: Cell {
-                    pose: pose.into(),
-                    direction,
-                },
+                cell: Cell::new(pose.into(), direction),
                 measured_n_per_m,
                 measured_ci95_n_per_m: Some([
                     measured_n_per_m / (1.0 + share),
@@ -152,10 +149,7 @@ fn residuals_four_ways() {
                     let sequence = points.len();
                     let u = 1.5e-6 + 0.03e-6 / measured[place];
                     points.push(ResidualPoint {
-                        cell: Cell {
-                            pose: pose.into(),
-                            direction,
-                        },
+                        cell: Cell::new(pose.into(), direction),
                         force_n: -10.0 * f64::from(step),
                         residual_m: u * noise(&mut random) - 0.1 * u * f64::from(step),
                         standard_uncertainty_m: Some(u),
@@ -408,10 +402,7 @@ fn crowded_figures_stay_readable() {
             let measured_n_per_m =
                 1e4 * [1.0, 3.0, 9.0][direction.index()] + 500.0 * f64::from(pose);
             cells.push(ComparedCell {
-                cell: Cell {
-                    pose: PoseId::new(&format!("extended reach {pose}")),
-                    direction,
-                },
+                cell: Cell::new(PoseId::new(&format!("extended reach {pose}")), direction),
                 measured_n_per_m,
                 measured_ci95_n_per_m: None,
                 n_runs: 3,

@@ -66,10 +66,7 @@ fn map(poses: usize, by_pose: bool, measure: ResidualMeasure) -> MismatchMap {
     let mut cells: Vec<Cell> = POSES[..poses]
         .iter()
         .flat_map(|pose| Direction::ALL.map(|direction| (*pose, direction)))
-        .map(|(pose, direction)| Cell {
-            pose: pose.into(),
-            direction,
-        })
+        .map(|(pose, direction)| Cell::new(pose.into(), direction))
         .collect();
     if !by_pose {
         cells.sort_by_key(|cell| cell.direction);

@@ -123,6 +123,7 @@ fn table() -> impl Strategy<Value = ReadingTable> {
                 zero: zeros.number(&pose, direction, repeat, labels.1),
                 pose,
                 direction,
+                load: None,
                 branch,
                 step,
                 repeat,

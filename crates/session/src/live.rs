@@ -23,10 +23,7 @@ pub(super) fn cell_view(
         Some(axis) if !of_vectors => (state.table_readings(), axis),
         _ => (state.readings_along_load(number), Direction::X),
     };
-    let cell = &Cell {
-        pose: planned.pose.clone(),
-        direction,
-    };
+    let cell = &Cell::new(planned.pose.clone(), direction);
     let table = stiffness_table(&readings, gauges, StiffnessOptions::default());
     let accepted: Vec<&Reading> = readings
         .iter()

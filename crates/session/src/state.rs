@@ -463,6 +463,7 @@ fn row(
         zero: number(zeros, &zero),
         pose: pose.clone(),
         direction,
+        load: None,
         branch: taken.branch,
         step: taken.step,
         repeat: taken.repeat,

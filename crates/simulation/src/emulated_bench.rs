@@ -124,7 +124,7 @@ impl EmulatedBench {
         let poses = poses.map(|(place, name)| (name, mechanics.pose(place).clone()));
         let mut drift = LawSet::default();
         for effect in &physics.effects {
-            if effect.place == Place::Clock {
+            if matches!(effect.place, Place::Clock(_)) {
                 drift.push(effect, None);
             }
         }

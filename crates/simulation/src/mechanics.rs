@@ -1,6 +1,7 @@
 //! What the structure does under the loads of a cell.
 
 use stiffbench_beams::physics::{JointRotations, LawSet, LoadPoint, PoseMechanics, RunLoads};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 /// A load as it acted, with what clock and thermometer showed.
@@ -51,7 +52,8 @@ impl CellMechanics<'_> {
             let points: Vec<LoadPoint> = places.iter().map(|&place| loads[place].point).collect();
             let run = RunLoads {
                 pose: self.pose,
-                direction: self.direction,
+                load: LoadDirection::of_axis(self.direction),
+                read: self.direction,
                 repeat,
                 release_n: self.release_n,
                 loads: &points,

@@ -53,6 +53,7 @@ impl Recorder {
             zero: self.zeros.number(pose, direction, repeat, zero),
             pose: pose.clone(),
             direction,
+            load: None,
             branch: load.branch,
             step: load.point.step,
             repeat,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::nearest::nearest;
-use crate::test_point::Direction;
+use crate::test_point::{Direction, DirectionName};
 
 /// How far the length of a vector may be from 1: digits that were left out.
 const LENGTH_SLACK: f64 = 0.02;
@@ -99,6 +99,18 @@ pub fn meant_direction(word: &str) -> Option<&'static str> {
 }
 
 impl LoadDirection {
+    /// Along an axis.
+    #[must_use]
+    pub fn of_axis(axis: Direction) -> &'static Self {
+        const AXES: [LoadDirection; 3] = [
+            LoadDirection::Axis(Direction::X),
+            LoadDirection::Axis(Direction::Y),
+            LoadDirection::Axis(Direction::Z),
+        ];
+        static ALL: [LoadDirection; 3] = AXES;
+        &ALL[axis.index()]
+    }
+
     /// The three base axes, in order.
     #[must_use]
     pub fn axes() -> Vec<Self> {
@@ -148,6 +160,24 @@ impl LoadDirection {
         match self {
             Self::Axis(axis) => axis.unit_vector(),
             Self::Oblique(oblique) => oblique.unit,
+        }
+    }
+
+    /// What it is called.
+    #[must_use]
+    pub fn called(&self) -> DirectionName {
+        match self {
+            Self::Axis(axis) => (*axis).into(),
+            Self::Oblique(_) => DirectionName::new(&self.to_string()),
+        }
+    }
+
+    /// Whether it is called so.
+    #[must_use]
+    pub fn is_called(&self, name: &DirectionName) -> bool {
+        match self {
+            Self::Axis(axis) => ["x", "y", "z"][axis.index()] == name.as_str(),
+            Self::Oblique(_) => self.called() == *name,
         }
     }
 

@@ -44,6 +44,42 @@ impl Serialize for PoseId {
     }
 }
 
+/// Name of the direction of a load, as the procedure has it: an axis, or a name of its own.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, schemars::JsonSchema)]
+pub struct DirectionName(Arc<str>);
+
+impl DirectionName {
+    /// A direction by its name.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self(Arc::from(name))
+    }
+
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for DirectionName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.0)
+    }
+}
+
+impl From<Direction> for DirectionName {
+    fn from(axis: Direction) -> Self {
+        Self::new(["x", "y", "z"][axis.index()])
+    }
+}
+
+impl Serialize for DirectionName {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0)
+    }
+}
+
 /// Axis of load and displacement, of the robot's base.
 #[derive(
     Debug,
@@ -141,17 +177,45 @@ impl fmt::Display for Branch {
     }
 }
 
-/// One cell of the experiment: all readings of one pose along one direction.
+/// One cell of the experiment: all readings of one pose along one direction, under loads along one.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, schemars::JsonSchema)]
 pub struct Cell {
     /// The pose held.
     pub pose: PoseId,
-    /// The direction of load and displacement.
+    /// The direction of the displacement, and of the load where it has no other.
     pub direction: Direction,
+    /// The direction of the load, where the displacement was read along another axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<DirectionName>,
+}
+
+impl Cell {
+    /// A pose and direction of load and displacement.
+    #[must_use]
+    pub fn new(pose: PoseId, direction: Direction) -> Self {
+        Self {
+            pose,
+            direction,
+            load: None,
+        }
+    }
+
+    /// Whether its loads have a direction of this name.
+    #[must_use]
+    pub fn is_loaded_along(&self, name: &DirectionName) -> bool {
+        match &self.load {
+            Some(load) => load == name,
+            None => *name == DirectionName::from(self.direction),
+        }
+    }
 }
 
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.pose, self.direction)
+        write!(f, "{} {}", self.pose, self.direction)?;
+        match &self.load {
+            Some(load) => write!(f, " under {load}"),
+            None => Ok(()),
+        }
     }
 }

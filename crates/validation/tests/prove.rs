@@ -256,7 +256,12 @@ fn of_two_effects_each_needs_its_own_finding() {
     });
     let both = answer("named", false, &[compliant(&[]), drift]);
     let compliance = || finding(joint(laws::JOINT_COMPLIANCE, "A3", 1e-6), None);
-    let drifting = |law| finding(Effect::new(law, Place::Clock, vec![1e-8]).unwrap(), None);
+    let drifting = |law| {
+        finding(
+            Effect::new(law, Place::Clock(None), vec![1e-8]).unwrap(),
+            None,
+        )
+    };
     let right = vec![compliance(), drifting(laws::DRIFT_PER_SECOND)];
     let score = scored(&said(Verdict::Explained, right), &both);
     assert_eq!(score.outcome, VerdictOutcome::Right);

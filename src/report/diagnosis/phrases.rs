@@ -29,8 +29,12 @@ fn place_words(place: &Place) -> String {
             direction,
             repeat,
             step,
+            gauge,
         } => {
-            format!("in pose {pose}, direction {direction}, repeat {repeat}, at load step {step}")
+            let of_gauge = gauge.map_or_else(String::new, |axis| format!(", gauge along {axis}"));
+            format!(
+                "in pose {pose}, direction {direction}{of_gauge}, repeat {repeat}, at load step {step}"
+            )
         }
         other => other.to_string(),
     }

@@ -81,10 +81,12 @@ fn seen<'a>(
             pose,
             direction,
             repeat,
+            gauge,
             ..
         } => {
-            let here = (&reading.cell.pose, reading.cell.direction, reading.repeat);
-            here == (pose, *direction, *repeat)
+            let of_run = (&reading.cell.pose, reading.repeat) == (pose, *repeat);
+            let is_read = gauge.is_none_or(|axis| axis == reading.cell.direction);
+            of_run && is_read && reading.cell.is_loaded_along(direction)
         }
         _ => !large_only || reading.force_n.abs() >= LARGE_LOAD * largest_n,
     };

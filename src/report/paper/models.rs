@@ -37,10 +37,7 @@ impl PaperModels {
         )?;
         let cells = |poses: &[&str]| -> Vec<Cell> {
             let of_pose = |pose: &&str| {
-                Direction::ALL.map(|direction| Cell {
-                    pose: PoseId::new(pose),
-                    direction,
-                })
+                Direction::ALL.map(|direction| Cell::new(PoseId::new(pose), direction))
             };
             poses.iter().flat_map(of_pose).collect()
         };
@@ -195,10 +192,7 @@ fn of_model(
     reason: &'static str,
 ) -> Result<f64, &'static str> {
     let direction = direction(&row.physical_direction).ok_or("no direction")?;
-    let cell = Cell {
-        pose: PoseId::new(&row.pose),
-        direction,
-    };
+    let cell = Cell::new(PoseId::new(&row.pose), direction);
     let stiffness = ours
         .iter()
         .find(|(known, _)| *known == cell)

@@ -155,6 +155,7 @@ mod tests {
     use crate::physics::{JointRotations, LoadPoint, RunLoads};
     use crate::robot::Theory;
     use stiffbench_test_files::shipped_robot;
+    use stiffbench_units_and_text::load_direction::LoadDirection;
     use stiffbench_units_and_text::test_point::Direction;
 
     fn acting(mechanism: &str, effects: &[&str]) -> Result<ActingPhysics, EffectError> {
@@ -213,7 +214,8 @@ mod tests {
             }];
             let run = RunLoads {
                 pose: &"P2".into(),
-                direction,
+                load: LoadDirection::of_axis(direction),
+                read: direction,
                 repeat: 1,
                 release_n: None,
                 loads: &loads,

@@ -2,7 +2,8 @@
 
 use crate::robot::{Mechanism, Robot};
 use stiffbench_numeric::vector::dot;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 
 use super::action::{GaugeError, LawAction, OfLoad, OfRepeat, Values, values_of};
 use super::effect::{Effect, EffectError};
@@ -40,19 +41,35 @@ impl LoadPoint {
     }
 }
 
-/// The loads of one run, in the order in which they were applied; its history begins virgin.
+/// The loads of one run, in the order in which they were applied, and one axis along which the displacement is read; its history begins virgin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunLoads<'a> {
     /// The pose held.
     pub pose: &'a PoseId,
-    /// The direction of load and reading.
-    pub direction: Direction,
+    /// The direction of the loads.
+    pub load: &'a LoadDirection,
+    /// The axis along which the displacement is read.
+    pub read: Direction,
     /// The repeat.
     pub repeat: u32,
     /// Force to which each load is released before the next, N; `None` where the loads follow each other.
     pub release_n: Option<f64>,
     /// The loads.
     pub loads: &'a [LoadPoint],
+}
+
+impl RunLoads<'_> {
+    /// A load as it acts along the axis of the reading: what stands there takes that part of it.
+    #[must_use]
+    pub fn as_read(&self, load: &LoadPoint) -> LoadPoint {
+        match self.load {
+            LoadDirection::Axis(axis) if *axis == self.read => *load,
+            other => LoadPoint {
+                force_n: load.force_n * other.along(self.read),
+                ..*load
+            },
+        }
+    }
 }
 
 /// Effects ready to act on readings, by where they act in the composition.
@@ -94,14 +111,17 @@ impl<F> Acting<F> {
 enum EffectScope {
     /// All.
     All,
-    /// Those along a direction.
+    /// Those along a direction: forces of loads, displacements of a gauge.
     Direction(Direction),
+    /// Those of one of several gauges.
+    Gauge(Direction),
     /// Those of one run, from one step on.
     Run {
         pose: PoseId,
-        direction: Direction,
+        direction: DirectionName,
         repeat: u32,
         step: u32,
+        gauge: Option<Direction>,
     },
 }
 
@@ -116,19 +136,22 @@ impl EffectScope {
                 direction,
                 repeat,
                 step,
+                gauge,
             } => Self::Run {
                 pose: pose.clone(),
-                direction: *direction,
+                direction: direction.clone(),
                 repeat: *repeat,
                 step: *step,
+                gauge: *gauge,
             },
+            Place::DisplacementGauge(Some(axis)) | Place::Clock(Some(axis)) => Self::Gauge(*axis),
             Place::Joint(_)
             | Place::Axis(_)
             | Place::Element(_)
             | Place::ForceGauge
-            | Place::DisplacementGauge
+            | Place::DisplacementGauge(None)
             | Place::Structure
-            | Place::Clock
+            | Place::Clock(None)
             | Place::Length { .. }
             | Place::JointAngle { .. }
             | Place::Group { .. }
@@ -136,32 +159,43 @@ impl EffectScope {
         }
     }
 
+    /// Whether it acts on a reading.
     fn covers(&self, run: &RunLoads<'_>, load: &LoadPoint) -> bool {
         match self {
             Self::All => true,
-            Self::Direction(direction) => *direction == run.direction,
+            Self::Direction(axis) | Self::Gauge(axis) => *axis == run.read,
             Self::Run {
                 pose,
                 direction,
                 repeat,
                 step,
+                gauge,
             } => {
                 load.step >= *step
                     && *repeat == run.repeat
-                    && *direction == run.direction
+                    && gauge.is_none_or(|axis| axis == run.read)
+                    && run.load.is_called(direction)
                     && pose == run.pose
             }
         }
     }
+
+    /// Whether it acts on the force of a load.
+    fn covers_force(&self, run: &RunLoads<'_>, load: &LoadPoint) -> bool {
+        match self {
+            Self::Direction(axis) => *run.load == *axis,
+            _ => self.covers(run, load),
+        }
+    }
 }
 
-/// Loads along an axis of a pose.
-struct AxisLoads {
+/// Loads along a direction and an axis along which a gauge reads, in a pose.
+struct LoadsAndReading {
     /// The direction in which the gauge reads.
     read: [f64; 3],
-    /// The force that acts for 1 N along the axis.
+    /// The force that acts for 1 N along the direction of the load.
     force: [f64; 3],
-    /// What gives along the axis without joints that turn, m/N.
+    /// What gives along the reading without joints that turn, m/N.
     linear_m_per_n: f64,
 }
 
@@ -280,8 +314,7 @@ impl LawSet {
         if joint_rotations.now.len() != self.joints.len() {
             joint_rotations.begin(self.joints.len());
         }
-        let along = run.direction.index();
-        let reach = self.reach(pose, along);
+        let reach = self.reach(pose, run);
         for (load, displacement) in run.loads.iter().zip(out.iter_mut()) {
             if let Some(release_n) = run.release_n.filter(|_| joint_rotations.loaded) {
                 let acting_n = self.acting_n(run, &LoadPoint::release(release_n));
@@ -296,11 +329,13 @@ impl LawSet {
                 .iter()
                 .filter(|added| added.scope.covers(run, load))
             {
-                sum += (added.function)(&added.values, load);
+                sum += (added.function)(&added.values, &run.as_read(load));
             }
             let read = load.position_m.unwrap_or(sum);
             for error in &self.gauge_errors {
-                sum += error.function.error_m(&error.values, read);
+                if error.scope.covers(run, load) {
+                    sum += error.function.error_m(&error.values, read);
+                }
             }
             *displacement = sum;
         }
@@ -319,43 +354,46 @@ impl LawSet {
         let here = self
             .forces
             .iter()
-            .filter(|force| force.scope.covers(run, load));
+            .filter(|force| force.scope.covers_force(run, load));
         load.force_n
             + here
                 .map(|force| (force.function)(&force.values, load))
                 .sum::<f64>()
     }
 
-    /// A force along an axis as it is turned.
-    pub(super) fn acting(&self, along: usize, acting_n: f64) -> [f64; 3] {
-        turned(&self.turn, along).map(|share| share * acting_n)
+    /// The force that acts for 1 N along the direction of the loads: along an axis as it is turned.
+    pub(super) fn acting(&self, run: &RunLoads<'_>) -> [f64; 3] {
+        match run.load.axis() {
+            Some(axis) => turned(&self.turn, axis.index()),
+            None => run.load.unit_vector(),
+        }
     }
 
     /// The unit vector along which the gauge of an axis reads.
-    pub(super) fn read_along(&self, along: usize) -> [f64; 3] {
-        turned(&self.lean, along)
+    pub(super) fn read_along(&self, axis: Direction) -> [f64; 3] {
+        turned(&self.lean, axis.index())
     }
 
-    /// What all loads along an axis have in common.
-    fn reach(&self, pose: &PoseMechanics, along: usize) -> AxisLoads {
-        let (force, read) = (self.acting(along, 1.0), self.read_along(along));
+    /// What all loads of a run have in common.
+    fn reach(&self, pose: &PoseMechanics, run: &RunLoads<'_>) -> LoadsAndReading {
+        let (force, read) = (self.acting(run), self.read_along(run.read));
         let moved = pose.influence.compliance_m_per_n.map(|row| dot(row, force));
         let mut linear_m_per_n = dot(read, moved);
         for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
             linear_m_per_n += dot(*lever, read) * compliance * dot(*lever, force);
         }
-        AxisLoads {
+        LoadsAndReading {
             read,
             force,
             linear_m_per_n,
         }
     }
 
-    /// Displacement of the end along an axis under the force that acts; moves the twists on.
+    /// Displacement of the end along the reading under the force that acts; moves the twists on.
     fn mechanics_m(
         &self,
         pose: &PoseMechanics,
-        reach: &AxisLoads,
+        reach: &LoadsAndReading,
         acting_n: f64,
         joint_rotations: &mut JointRotations,
     ) -> f64 {

@@ -5,6 +5,9 @@ use crate::robot::{
     Pose, Robot, RobotError, Theory,
 };
 use crate::structure::{RotationInfluence, Solver, Structure, StructureError};
+use stiffbench_numeric::vector::dot;
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::Direction;
 
 /// A mechanism in fixed poses, solved again with any factors: with rigid joints in all poses side by side, what twists do pose by pose
 /// and only where it is asked for.
@@ -16,6 +19,10 @@ pub struct Mechanics<'a> {
     joints: Vec<usize>,
     /// All poses with rigid joints.
     rigid: MultiPosePredictor<'a>,
+    /// The same, differentiated between the axes, where that was asked for.
+    across: Option<MultiPosePredictor<'a>>,
+    /// What compliances are differentiated to, springs without a derivative behind them.
+    differentiated: Vec<ModelParameter>,
     factors: FittingFactors,
     /// What the derivatives to each parameter are multiplied by.
     units: Vec<f64>,
@@ -23,6 +30,12 @@ pub struct Mechanics<'a> {
     sprung: Vec<bool>,
     poses: Vec<Posed<'a>>,
 }
+
+/// Unit vectors half way between y and z, x and z, x and y.
+const BETWEEN_AXES: [[f64; 3]; 3] = {
+    const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    [[0.0, HALF, HALF], [HALF, 0.0, HALF], [HALF, HALF, 0.0]]
+};
 
 /// One pose.
 #[derive(Debug)]
@@ -63,6 +76,55 @@ pub struct PoseMechanics {
     /// Derivative of the compliance along x, y, z to each parameter of the baseline, m/N; to ln a of a factor, to the compliance of a
     /// spring.
     pub compliance_gradient: Vec<[f64; 3]>,
+    /// The same of the compliance of y and z, x and z, x and y; empty unless it was asked for ([`Mechanics::differentiate_across`]).
+    pub cross_gradient: Vec<[f64; 3]>,
+}
+
+impl PoseMechanics {
+    /// Displacement along an axis per force along a direction, m/N.
+    #[must_use]
+    pub fn compliance_m_per_n(&self, read: Direction, load: &LoadDirection) -> f64 {
+        let row = &self.influence.compliance_m_per_n[read.index()];
+        match load.axis() {
+            Some(axis) => row[axis.index()],
+            None => dot(*row, load.unit_vector()),
+        }
+    }
+
+    /// Its derivative to a parameter of the baseline; what lies across the load only if it was asked for.
+    #[must_use]
+    pub fn gradient(&self, parameter: usize, read: Direction, load: &LoadDirection) -> f64 {
+        let own = self.compliance_gradient[parameter];
+        let across = self
+            .cross_gradient
+            .get(parameter)
+            .copied()
+            .unwrap_or_default();
+        let entry = |axis: Direction| {
+            if axis == read {
+                own[axis.index()]
+            } else {
+                across[3 - axis.index() - read.index()]
+            }
+        };
+        match load.axis() {
+            Some(axis) => entry(axis),
+            None => Direction::ALL
+                .into_iter()
+                .map(|axis| load.along(axis) * entry(axis))
+                .sum(),
+        }
+    }
+
+    /// Share of a lever in a displacement along an axis per force along a direction, m²: the product of the lever along both.
+    #[must_use]
+    pub fn lever_product_m2(lever_m: [f64; 3], read: Direction, load: &LoadDirection) -> f64 {
+        let along = match load.axis() {
+            Some(axis) => lever_m[axis.index()],
+            None => dot(lever_m, load.unit_vector()),
+        };
+        lever_m[read.index()] * along
+    }
 }
 
 impl<'a> Mechanics<'a> {
@@ -130,6 +192,7 @@ impl<'a> Mechanics<'a> {
                     influence: RotationInfluence::default(),
                     base_levers_m: rigid.base_levers_m(),
                     compliance_gradient: vec![[0.0; 3]; parameters.len()],
+                    cross_gradient: Vec::new(),
                 },
                 rigid,
                 twisting: None,
@@ -150,6 +213,8 @@ impl<'a> Mechanics<'a> {
             units: vec![1.0; parameters.len()],
             joints: mechanism.joints(robot),
             rigid: predictor,
+            across: None,
+            differentiated: all,
             factors: factors.clone(),
             poses,
         };
@@ -160,6 +225,27 @@ impl<'a> Mechanics<'a> {
     /// Multiplies derivatives to each parameter from the next solution on: a compliance differentiated in units of its own size.
     pub fn differentiate_in(&mut self, units: Vec<f64>) {
         self.units = units;
+    }
+
+    /// Differentiates compliances between the axes too, from now on: displacements along one axis under a load along another.
+    ///
+    /// # Errors
+    /// [`RobotError`] as in the poses where it was placed.
+    pub fn differentiate_across(&mut self) -> Result<(), RobotError> {
+        if self.across.is_some() {
+            return Ok(());
+        }
+        let count = self.poses.len();
+        let mut across =
+            MultiPosePredictor::new(self.robot, self.mechanism, &self.differentiated, count)?;
+        for (index, posed) in self.poses.iter_mut().enumerate() {
+            across.place(index, &posed.pose)?;
+            across.differentiate_along(index, &BETWEEN_AXES);
+            let parameters = posed.mechanics.compliance_gradient.len();
+            posed.mechanics.cross_gradient = vec![[0.0; 3]; parameters];
+        }
+        self.across = Some(across);
+        self.solve_rigid()
     }
 
     /// Solves all poses with other factors; allocates nothing.
@@ -204,6 +290,28 @@ impl<'a> Mechanics<'a> {
                 }
             }
         }
+        self.solve_across()
+    }
+
+    /// The derivatives between the axes: 2 dᵀ C d = C_ii + 2 C_ij + C_jj for d half way between the axes i and j.
+    fn solve_across(&mut self) -> Result<(), RobotError> {
+        let Some(across) = &mut self.across else {
+            return Ok(());
+        };
+        across.solve(&self.factors, true)?;
+        for (index, posed) in self.poses.iter_mut().enumerate() {
+            let mechanics = &mut posed.mechanics;
+            for missing in 0..3 {
+                let solved = across.gradient(index, missing);
+                let gradient = solved.expect("every pose was placed and solved");
+                let rows = mechanics.cross_gradient.iter_mut();
+                let rows = rows.zip(&mechanics.compliance_gradient).zip(&self.units);
+                for (((row, own), unit), derivative) in rows.zip(gradient) {
+                    let sum: f64 = own.iter().sum();
+                    row[missing] = derivative * unit - 0.5 * (sum - own[missing]);
+                }
+            }
+        }
         Ok(())
     }
 
@@ -221,6 +329,9 @@ impl<'a> Mechanics<'a> {
         }
         posed.mechanics.base_levers_m = posed.rigid.base_levers_m();
         self.rigid.place(index, pose)?;
+        if let Some(across) = &mut self.across {
+            across.place(index, pose)?;
+        }
         self.solve_rigid()
     }
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 
 use crate::structure::Property;
 
@@ -96,14 +96,14 @@ impl PlaceKind {
         }
     }
 
-    /// The place, where there is but one of this kind.
+    /// The place, where there is but one of this kind; of displacement gauges and what a clock moves in them, where there is one gauge.
     #[must_use]
     pub fn only(self) -> Option<Place> {
         match self {
             Self::ForceGauge => Some(Place::ForceGauge),
-            Self::DisplacementGauge => Some(Place::DisplacementGauge),
+            Self::DisplacementGauge => Some(Place::DisplacementGauge(None)),
             Self::Structure => Some(Place::Structure),
-            Self::Clock => Some(Place::Clock),
+            Self::Clock => Some(Place::Clock(None)),
             _ => None,
         }
     }
@@ -124,17 +124,26 @@ impl PlaceKind {
                 (direction != toward).then_some(Place::Toward { direction, toward })
             }
             Self::Run => {
+                let (text, gauge) = gauge_behind(text, '/');
                 // Names of poses may have points in them: the last three parts are the others.
-                let mut parts = text.rsplitn(4, '.');
+                let mut parts = text.rsplitn(3, '.');
                 let step = parts.next()?.parse().ok()?;
                 let repeat = parts.next()?.parse().ok()?;
-                let direction = parts.next()?.parse().ok()?;
-                let pose = PoseId::new(parts.next().filter(|pose| !pose.is_empty())?);
-                Some(Place::Run {
-                    pose,
-                    direction,
+                let cell = parts.next()?;
+                // So have the components of a direction in brackets.
+                let (pose, direction) = if cell.ends_with(')') {
+                    let (pose, rest) = cell.rsplit_once(".(")?;
+                    (pose, &cell[cell.len() - rest.len() - 1..])
+                } else {
+                    cell.rsplit_once('.')?
+                };
+                let is_named = !(pose.is_empty() || direction.is_empty());
+                is_named.then(|| Place::Run {
+                    pose: PoseId::new(pose),
+                    direction: DirectionName::new(direction),
                     repeat,
                     step,
+                    gauge,
                 })
             }
             Self::Length => {
@@ -165,12 +174,27 @@ impl PlaceKind {
                 (!group.is_empty()).then_some(Place::Group { group, property })
             }
             Self::Mechanism => name.map(Place::Mechanism),
-            Self::ForceGauge | Self::DisplacementGauge | Self::Structure | Self::Clock => {
+            Self::DisplacementGauge => match gauge_behind(text, '.') {
+                ("displacement", axis) => Some(Place::DisplacementGauge(axis)),
+                _ => None,
+            },
+            Self::Clock => match gauge_behind(text, '.') {
+                ("clock", axis) => Some(Place::Clock(axis)),
+                _ => None,
+            },
+            Self::ForceGauge | Self::Structure => {
                 let place = self.only()?;
                 (place.compact() == text).then_some(place)
             }
         }
     }
+}
+
+/// A text without the axis of one of several gauges behind it, and the axis.
+fn gauge_behind(text: &str, mark: char) -> (&str, Option<Direction>) {
+    let behind = text.rsplit_once(mark);
+    let with_axis = behind.and_then(|(text, axis)| Some((text, axis.parse().ok()?)));
+    with_axis.map_or((text, None), |(text, axis)| (text, Some(axis)))
 }
 
 /// The place of an effect, as it stands in files.
@@ -194,22 +218,24 @@ pub enum Place {
     Element(String),
     /// The force gauge.
     ForceGauge,
-    /// The displacement gauge.
-    DisplacementGauge,
+    /// The displacement gauge; of several the one along an axis.
+    DisplacementGauge(Option<Direction>),
     /// The whole structure.
     Structure,
-    /// The clock.
-    Clock,
+    /// The clock; of what it moves in several gauges that of the one along an axis.
+    Clock(Option<Direction>),
     /// One run, from one step on.
     Run {
         /// The pose held.
         pose: PoseId,
         /// The direction loaded.
-        direction: Direction,
+        direction: DirectionName,
         /// The repeat.
         repeat: u32,
         /// The step from which on it acts.
         step: u32,
+        /// Of several gauges the axis of the one whose readings it moves.
+        gauge: Option<Direction>,
     },
     /// A length in the robot file.
     Length {
@@ -252,15 +278,26 @@ impl fmt::Display for Place {
             Self::Toward { direction, toward } => write!(f, "{direction} toward {toward}"),
             Self::Element(element) => write!(f, "element {element}"),
             Self::ForceGauge => f.write_str("the force gauge"),
-            Self::DisplacementGauge => f.write_str("the displacement gauge"),
+            Self::DisplacementGauge(None) => f.write_str("the displacement gauge"),
+            Self::DisplacementGauge(Some(axis)) => {
+                write!(f, "the displacement gauge along {axis}")
+            }
             Self::Structure => f.write_str("the structure"),
-            Self::Clock => f.write_str("the clock"),
+            Self::Clock(None) => f.write_str("the clock"),
+            Self::Clock(Some(axis)) => write!(f, "the clock, in the gauge along {axis}"),
             Self::Run {
                 pose,
                 direction,
                 repeat,
                 step,
-            } => write!(f, "{pose} {direction}, repeat {repeat}, from step {step}"),
+                gauge,
+            } => {
+                write!(f, "{pose} {direction}, repeat {repeat}, from step {step}")?;
+                match gauge {
+                    Some(axis) => write!(f, ", gauge along {axis}"),
+                    None => Ok(()),
+                }
+            }
             Self::Length { body, entry } => write!(f, "length {entry} of {body}"),
             Self::JointAngle { joint, pose: None } => write!(f, "angle of joint {joint}"),
             Self::JointAngle {
@@ -295,9 +332,9 @@ impl Place {
             Self::Toward { .. } => PlaceKind::Toward,
             Self::Element(_) => PlaceKind::Element,
             Self::ForceGauge => PlaceKind::ForceGauge,
-            Self::DisplacementGauge => PlaceKind::DisplacementGauge,
+            Self::DisplacementGauge(_) => PlaceKind::DisplacementGauge,
             Self::Structure => PlaceKind::Structure,
-            Self::Clock => PlaceKind::Clock,
+            Self::Clock(_) => PlaceKind::Clock,
             Self::Run { .. } => PlaceKind::Run,
             Self::Length { .. } => PlaceKind::Length,
             Self::JointAngle { .. } => PlaceKind::JointAngle,
@@ -329,15 +366,21 @@ impl Place {
             Self::Direction(direction) => direction.to_string(),
             Self::Toward { direction, toward } => format!("{direction}>{toward}"),
             Self::ForceGauge => "force".to_owned(),
-            Self::DisplacementGauge => "displacement".to_owned(),
+            Self::DisplacementGauge(None) => "displacement".to_owned(),
+            Self::DisplacementGauge(Some(axis)) => format!("displacement.{axis}"),
             Self::Structure => "structure".to_owned(),
-            Self::Clock => "clock".to_owned(),
+            Self::Clock(None) => "clock".to_owned(),
+            Self::Clock(Some(axis)) => format!("clock.{axis}"),
             Self::Run {
                 pose,
                 direction,
                 repeat,
                 step,
-            } => format!("{pose}.{direction}.{repeat}.{step}"),
+                gauge,
+            } => {
+                let run = format!("{pose}.{direction}.{repeat}.{step}");
+                gauge.map_or(run.clone(), |axis| format!("{run}/{axis}"))
+            }
         }
     }
 }
@@ -352,9 +395,17 @@ mod tests {
         let y = Direction::Y;
         let run = Place::Run {
             pose: PoseId::new("P3.low"),
-            direction: Direction::Z,
+            direction: Direction::Z.into(),
             repeat: 2,
             step: 5,
+            gauge: None,
+        };
+        let oblique = Place::Run {
+            pose: PoseId::new("P3.low"),
+            direction: DirectionName::new("(0,0.7071,0.7071)"),
+            repeat: 2,
+            step: 5,
+            gauge: Some(Direction::X),
         };
         let toward = Direction::Z;
         let toward = Place::Toward {
@@ -373,12 +424,27 @@ mod tests {
             ),
             (Place::ForceGauge, "force", json!({"gauge": "force"})),
             (
-                Place::DisplacementGauge,
+                Place::DisplacementGauge(None),
                 "displacement",
                 json!({"gauge": "displacement"}),
             ),
+            (
+                Place::DisplacementGauge(Some(y)),
+                "displacement.y",
+                json!({"gauge": "displacement", "direction": "y"}),
+            ),
             (Place::Structure, "structure", json!({"structure": true})),
-            (Place::Clock, "clock", json!({"clock": true})),
+            (Place::Clock(None), "clock", json!({"clock": true})),
+            (
+                Place::Clock(Some(y)),
+                "clock.y",
+                json!({"clock": true, "direction": "y"}),
+            ),
+            (
+                oblique,
+                "P3.low.(0,0.7071,0.7071).2.5/x",
+                json!({"run": {"pose": "P3.low", "direction": "(0,0.7071,0.7071)", "repeat": 2}, "step": 5, "direction": "x"}),
+            ),
             (
                 run,
                 "P3.low.z.2.5",

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 
 use crate::structure::Property;
 
@@ -34,6 +34,9 @@ pub(super) enum PlaceObject {
     Gauge {
         #[schemars(extend("enum" = ["force", "displacement"]))]
         gauge: &'static str,
+        /// Of several displacement gauges the axis of this one.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        direction: Option<Direction>,
     },
     /// The whole structure.
     Structure {
@@ -44,9 +47,18 @@ pub(super) enum PlaceObject {
     Clock {
         #[schemars(extend("const" = true))]
         clock: bool,
+        /// Of several displacement gauges the axis of the one that it moves.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        direction: Option<Direction>,
     },
     /// One run, from one step on.
-    Run { run: RunObject, step: u32 },
+    Run {
+        run: RunObject,
+        step: u32,
+        /// Of several displacement gauges the axis of the one that it moves.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        direction: Option<Direction>,
+    },
     /// A length in the robot file.
     Length { body: String, entry: String },
     /// A group of elements; of one section constant, if not of all.
@@ -65,7 +77,7 @@ pub(super) enum PlaceObject {
 #[schemars(deny_unknown_fields)]
 pub(super) struct RunObject {
     pose: PoseId,
-    direction: Direction,
+    direction: DirectionName,
     repeat: u32,
 }
 
@@ -84,18 +96,27 @@ impl From<Place> for PlaceObject {
             Place::Direction(direction) => Self::Direction { direction },
             Place::Toward { direction, toward } => Self::Toward { direction, toward },
             Place::Element(element) => Self::Element { element },
-            Place::ForceGauge => Self::Gauge { gauge: "force" },
-            Place::DisplacementGauge => Self::Gauge {
+            Place::ForceGauge => Self::Gauge {
+                gauge: "force",
+                direction: None,
+            },
+            Place::DisplacementGauge(direction) => Self::Gauge {
                 gauge: "displacement",
+                direction,
             },
             Place::Structure => Self::Structure { structure: true },
-            Place::Clock => Self::Clock { clock: true },
+            Place::Clock(direction) => Self::Clock {
+                clock: true,
+                direction,
+            },
             Place::Run {
                 pose,
                 direction,
                 repeat,
                 step,
+                gauge,
             } => Self::Run {
+                direction: gauge,
                 run: RunObject {
                     pose,
                     direction,

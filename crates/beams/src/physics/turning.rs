@@ -203,10 +203,9 @@ impl LawSet {
         if !(self.gauge_errors.is_empty() || stands()) {
             return false;
         }
-        let along = run.direction.index();
         let influence = &pose.influence;
         let lever = influence.levers_m[joint];
-        let (turned, read) = (self.acting(along, 1.0), self.read_along(along));
+        let (turned, read) = (self.acting(run), self.read_along(run.read));
         let moment_m = dot(lever, turned);
         let mut other_twist = 0.0;
         let mut step = |load: &LoadPoint, growth: f64| {

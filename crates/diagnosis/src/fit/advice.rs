@@ -89,10 +89,7 @@ fn candidates(
 ) -> Result<Vec<(Cell, Shares)>, FitError> {
     let mut candidates = Vec::new();
     for named in &problem.robot.poses {
-        let cells = Direction::ALL.map(|direction| Cell {
-            pose: named.id.clone(),
-            direction,
-        });
+        let cells = Direction::ALL.map(|direction| Cell::new(named.id.clone(), direction));
         let mut model = match problem.cell_model(parameters.parameters(), &cells) {
             Ok(model) => model,
             Err(RobotError::Unreachable { .. }) => continue,

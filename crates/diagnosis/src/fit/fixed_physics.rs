@@ -129,12 +129,15 @@ impl CellReadings {
         for repeat in 1..=REPEATS {
             for step in 0..=LOADS {
                 let force_n = -10.0 * f64::from(step);
-                let Cell { pose, direction } = cell.clone();
+                let Cell {
+                    pose, direction, ..
+                } = cell.clone();
                 paper.readings.push(Reading {
                     line: 0,
                     seq: paper.readings.len() as u32 + 1,
                     pose,
                     direction,
+                    load: None,
                     branch: Branch::Loading,
                     step,
                     repeat,

@@ -2,6 +2,7 @@
 
 use stiffbench_beams::physics::{JointRotations, Mechanics, RunLoads};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot, RobotError};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
 use super::error::FitError;
@@ -188,7 +189,8 @@ impl<'a> PhysicsModel<'a> {
             begin = places.end;
             let loads = RunLoads {
                 pose: &cell.pose,
-                direction: cell.direction,
+                load: LoadDirection::of_axis(cell.direction),
+                read: cell.direction,
                 repeat: run[0].repeat,
                 release_n: self.physics.release_n(),
                 loads: &loads[places.clone()],
@@ -238,10 +240,7 @@ mod tests {
     fn cells() -> Vec<Cell> {
         let of_pose = |pose: &str| {
             let pose = PoseId::new(pose);
-            Direction::ALL.map(|direction| Cell {
-                pose: pose.clone(),
-                direction,
-            })
+            Direction::ALL.map(|direction| Cell::new(pose.clone(), direction))
         };
         ["P1", "P3"].into_iter().flat_map(of_pose).collect()
     }

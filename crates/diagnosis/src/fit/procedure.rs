@@ -165,10 +165,7 @@ fn fit_pose(
 ) -> Result<PoseFit, FitError> {
     let mut wanted_n_per_m = [0.0; 3];
     for direction in Direction::ALL {
-        let cell = Cell {
-            pose: pose.clone(),
-            direction,
-        };
+        let cell = Cell::new(pose.clone(), direction);
         let found = problem
             .measured
             .cells
@@ -191,10 +188,7 @@ fn fit_pose(
     } = *problem;
     let significance = significance(robot, mechanism, pose, start, scope, physics, &[])?;
     let sequence = significance.sequence();
-    let cells = Direction::ALL.map(|direction| Cell {
-        pose: pose.clone(),
-        direction,
-    });
+    let cells = Direction::ALL.map(|direction| Cell::new(pose.clone(), direction));
     let mut model = problem.cell_model(&ModelParameter::CLASSES, &cells)?;
     let fit = fit_in_sequence(&mut model, wanted_n_per_m, &sequence, start, scope, trials)?;
     Ok(PoseFit {

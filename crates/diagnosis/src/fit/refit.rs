@@ -99,12 +99,7 @@ pub(super) mod tests {
     pub(in crate::fit) fn cells_of(robot: &Robot) -> Vec<Cell> {
         let poses = robot.poses.iter().map(|named| &named.id);
         poses
-            .flat_map(|pose| {
-                Direction::ALL.map(|direction| Cell {
-                    pose: pose.clone(),
-                    direction,
-                })
-            })
+            .flat_map(|pose| Direction::ALL.map(|direction| Cell::new(pose.clone(), direction)))
             .collect()
     }
 

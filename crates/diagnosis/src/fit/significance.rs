@@ -94,10 +94,7 @@ pub fn significance(
 ) -> Result<SectionSignificance, FitError> {
     let cells: Vec<Cell> = Direction::ALL
         .into_iter()
-        .map(|direction| Cell {
-            pose: pose.clone(),
-            direction,
-        })
+        .map(|direction| Cell::new(pose.clone(), direction))
         .collect();
     let mut parameters = ModelParameter::CLASSES.to_vec();
     for parameter in further.iter().cloned().chain(factors.springs()) {

@@ -141,10 +141,7 @@ pub fn read_stiffness_list(
         let direction: Direction = record[columns.direction]
             .parse()
             .map_err(|_| row.error("direction", columns.direction, "x, y or z"))?;
-        let cell = Cell {
-            pose: PoseId::new(&record[columns.pose]),
-            direction,
-        };
+        let cell = Cell::new(PoseId::new(&record[columns.pose]), direction);
         if cell.pose.as_str().is_empty() {
             return Err(row.error("pose", columns.pose, "the name of a pose"));
         }

@@ -223,6 +223,10 @@ fn run_slopes(
     let mut out = Vec::new();
     for run in 0..observations.runs.len() {
         let cell = &observations.cells[observations.runs[run].cell];
+        // Across the load a compliance may be nothing, and a share of it tells nothing.
+        if !cell.is_along_load() {
+            continue;
+        }
         let others = cell
             .runs
             .clone()
@@ -369,7 +373,7 @@ fn cells_against_their_load(
     let mut out = Vec::new();
     for (number, (cell, u_relative)) in observations.cells.iter().zip(uncertainties).enumerate() {
         let compliance = screen.compliance[cell.readings.start];
-        if compliance >= 0.0 {
+        if compliance >= 0.0 || !cell.is_along_load() {
             continue;
         }
         let p = 2.0 * normal_upper_tail(u_relative.recip());
@@ -395,6 +399,10 @@ fn cells_against_their_load(
         }
     }
     // Where most do, the sign of force or displacement is a convention of the session.
-    let is_convention = 2 * out.len() >= observations.cells.len();
+    let along = observations
+        .cells
+        .iter()
+        .filter(|cell| cell.is_along_load());
+    let is_convention = 2 * out.len() >= along.count();
     if is_convention { Vec::new() } else { out }
 }

@@ -126,6 +126,14 @@ pub trait PoseSolver: Send {
         Ok(())
     }
 
+    /// From now on differentiates displacements across the load too.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] if a pose cannot be solved.
+    fn differentiate_across(&mut self) -> Result<(), MismatchError> {
+        Ok(())
+    }
+
     /// Solves all poses.
     ///
     /// # Errors

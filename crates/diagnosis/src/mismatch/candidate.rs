@@ -149,10 +149,15 @@ impl PlaceScales {
                 let here = columns.filter(|column| column.place.kind() == kind);
                 here.map(|column| (column.place.clone(), session)).collect()
             }
-            PlaceKind::ForceGauge
-            | PlaceKind::DisplacementGauge
-            | PlaceKind::Structure
-            | PlaceKind::Clock => kind
+            PlaceKind::DisplacementGauge | PlaceKind::Clock => {
+                let place = match kind {
+                    PlaceKind::Clock => Place::Clock,
+                    _ => Place::DisplacementGauge,
+                };
+                let places = observations.of_gauges(place).into_iter();
+                places.map(|place| (place, session)).collect()
+            }
+            PlaceKind::ForceGauge | PlaceKind::Structure => kind
                 .only()
                 .into_iter()
                 .map(|place| (place, session))
@@ -267,7 +272,12 @@ fn joint_scale(
 ) -> Option<PlaceScale> {
     let mut best: Option<(f64, f64, f64, f64)> = None;
     let mut moment_nm = 0.0_f64;
-    for cell in &observations.cells {
+    // Across the load a joint moves the end at most by the mean of what it moves along either.
+    for cell in observations
+        .cells
+        .iter()
+        .filter(|cell| cell.is_along_load())
+    {
         let axis = cell.direction.index();
         let influence = &poses.poses[cell.pose].influence;
         let lever = influence.levers_m[joint][axis];
@@ -346,9 +356,10 @@ fn runs(observations: &Observations) -> impl Iterator<Item = Place> + '_ {
         let begins = steps.filter(|&place| loads[place].step != loads[place - 1].step);
         begins.map(move |place| Place::Run {
             pose: observations.poses[cell.pose].clone(),
-            direction: cell.direction,
+            direction: cell.load.called(),
             repeat: run.repeat,
             step: loads[place].step,
+            gauge: (!observations.gauges.is_empty()).then_some(cell.direction),
         })
     })
 }

@@ -227,7 +227,14 @@ impl<'a> Changes<'a> {
         if let LawAction::Gauge(error) = effect.law.action
             && !self.has_gauge_error()
         {
-            error.both_phases_m(&values_of(&effect.values), &self.stood_m, out);
+            let [first, second] = out;
+            error.both_phases_m(
+                &values_of(&effect.values),
+                &self.stood_m,
+                [&mut *first, &mut *second],
+            );
+            self.of_gauge_alone(&effect.place, first);
+            self.of_gauge_alone(&effect.place, second);
             return Some(());
         }
         let mut turned = effect.clone();
@@ -259,6 +266,7 @@ impl<'a> Changes<'a> {
                 for (out, stood_m) in out.iter_mut().zip(&self.stood_m) {
                     *out = error.error_m(&values, *stood_m);
                 }
+                self.of_gauge_alone(&effect.place, out);
                 Some(0..out.len())
             }
             LawAction::History(law) => {
@@ -270,13 +278,26 @@ impl<'a> Changes<'a> {
                 let (range, covered) = self.covered(&effect.place);
                 out[range.clone()].fill(0.0);
                 for readings in covered {
+                    let run = self
+                        .observations
+                        .run_loads(self.observations.readings[readings.start].run);
                     for reading in readings {
-                        out[reading] = added_m(&values, &loads[reading]);
+                        out[reading] = added_m(&values, &run.as_read(&loads[reading]));
                     }
                 }
                 Some(range)
             }
             _ => None,
+        }
+    }
+
+    /// Takes what an effect at one of several gauges does out of the readings of the others.
+    fn of_gauge_alone(&self, place: &Place, out: &mut [f64]) {
+        if let Place::DisplacementGauge(Some(axis)) = place {
+            let others = self.observations.cells.iter();
+            for cell in others.filter(|cell| cell.direction != *axis) {
+                out[cell.readings.clone()].fill(0.0);
+            }
         }
     }
 
@@ -290,14 +311,14 @@ impl<'a> Changes<'a> {
                 direction,
                 repeat,
                 step,
+                gauge,
             } => {
-                let here = observations.cells.iter().find(|cell| {
-                    cell.direction == *direction && observations.poses[cell.pose] == *pose
+                let here = observations.cells.iter().filter(|cell| {
+                    gauge.is_none_or(|axis| axis == cell.direction)
+                        && cell.load.is_called(direction)
+                        && observations.poses[cell.pose] == *pose
                 });
-                let Some(cell) = here else {
-                    return (0..0, Vec::new());
-                };
-                let runs = observations.runs[cell.runs.clone()].iter();
+                let runs = here.flat_map(|cell| &observations.runs[cell.runs.clone()]);
                 let from_step = |readings: Range<usize>| {
                     let is_later = |reading: &usize| observations.loads[*reading].step >= *step;
                     readings
@@ -318,9 +339,9 @@ impl<'a> Changes<'a> {
                 let range = group_of(first.start).start..group_of(last.start).end;
                 (range, covered)
             }
-            Place::Direction(direction) => {
+            Place::Direction(axis) | Place::Clock(Some(axis)) => {
                 let cells = observations.cells.iter();
-                let along = cells.filter(|cell| cell.direction == *direction);
+                let along = cells.filter(|cell| cell.direction == *axis);
                 (all, along.map(|cell| cell.readings.clone()).collect())
             }
             _ => (all.clone(), vec![all]),

@@ -151,12 +151,14 @@ impl ShapeGroup {
                 pose,
                 direction,
                 repeat,
+                gauge,
                 ..
             } => Self::Place(Place::Run {
                 pose: pose.clone(),
-                direction: *direction,
+                direction: direction.clone(),
                 repeat: *repeat,
                 step: 0,
+                gauge: *gauge,
             }),
             _ if candidate.law.search.phase.is_some() => Self::Period,
             _ => Self::Law,

@@ -39,8 +39,10 @@ impl DiagnosisProblem<'_> {
         for cell in &self.observations.cells {
             let pose = &self.observations.poses[cell.pose];
             let here = |seen: &&&ScoredCandidate| {
-                matches!(&seen.candidate.place, Place::Run { pose: own, direction, .. }
-                    if own == pose && *direction == cell.direction)
+                matches!(&seen.candidate.place, Place::Run { pose: own, direction, gauge, .. }
+                    if own == pose
+                        && cell.load.is_called(direction)
+                        && gauge.is_none_or(|axis| axis == cell.direction))
             };
             out.extend(hardest(slips.iter().filter(here).map(|seen| of(seen))));
         }

@@ -1,4 +1,4 @@
-//! What readings of a cell may be without being noise: the mean of every load step.
+//! What readings of a series may be without being noise: the mean of every load step of each gauge.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use stiffbench_units_and_text::test_point::Branch;
 use super::observations::Observations;
 use crate::search::constants::SAME_STEP;
 
-/// Fixed part of one cell: what may be anything without being noise.
+/// Fixed part of one series, cells whose readings have noise in common: what may be anything without being noise.
 pub(super) struct FixedPart {
     pub(super) readings: Range<usize>,
     /// For each reading the number of its step, whose mean is free; empty where no step has a mean of its own.
@@ -40,6 +40,55 @@ impl FixedPart {
             *value -= sums[*step].0 / sums[*step].1;
         }
         values
+    }
+}
+
+impl FixedPart {
+    /// Of the cells of a series.
+    pub(super) fn of_series(observations: &Observations, cells: Range<usize>) -> Self {
+        let mut cells = cells.map(|cell| fixed_part(observations, cell));
+        let Some(mut series) = cells.next() else {
+            return Self {
+                readings: 0..0,
+                step_of: Vec::new(),
+                steps: 0,
+                further: Vec::new(),
+            };
+        };
+        for cell in cells {
+            series.add(cell);
+        }
+        series
+    }
+
+    /// Adds the cell that follows.
+    fn add(&mut self, mut cell: Self) {
+        // Indicators of steps are for all rows or for none.
+        if self.step_of.is_empty() != cell.step_of.is_empty() {
+            self.spell_out();
+            cell.spell_out();
+        }
+        let (own, added) = (self.readings.len(), cell.readings.len());
+        let steps = self.steps;
+        self.step_of
+            .extend(cell.step_of.iter().map(|step| step + steps));
+        self.steps += cell.steps;
+        for column in &mut self.further {
+            column.resize(own + added, 0.0);
+        }
+        self.further.extend(cell.further.into_iter().map(|column| {
+            let mut whole = vec![0.0; own];
+            whole.extend(column);
+            whole
+        }));
+        self.readings.end = cell.readings.end;
+    }
+
+    /// Makes columns of the indicators.
+    fn spell_out(&mut self) {
+        self.further = self.columns();
+        self.step_of.clear();
+        self.steps = 0;
     }
 }
 

@@ -3,9 +3,10 @@
 //! The covariance has a block for each session. The ratios of their noises are those that each session shows alone, which hardly depend on
 //! the physics, for the mean of every load step is free (`restricted_likelihood.rs`). The common scale is estimated with every model.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
-use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::baseline::Baseline;
 use super::error::MismatchError;
@@ -70,6 +71,7 @@ impl Observations {
         };
         let mut out = Self {
             free_zeros: sessions.iter().any(|one| one.1.free_zeros),
+            gauges: gauges_of(sessions.iter().map(|one| one.1)),
             ..Self::without_readings(steps, recorded)
         };
         let (mut zeros, mut clock_s) = (0, 0.0);
@@ -84,6 +86,7 @@ impl Observations {
             out.poses.extend(named);
             out.cells.extend(one.cells.iter().map(|cell| ObservedCell {
                 pose: cell.pose + poses,
+                load: cell.load.clone(),
                 direction: cell.direction,
                 runs: moved(&cell.runs, runs),
                 readings: moved(&cell.readings, readings),
@@ -91,6 +94,7 @@ impl Observations {
             out.runs.extend(one.runs.iter().map(|run| ObservedRun {
                 cell: run.cell + cells,
                 repeat: run.repeat,
+                session_run: run.session_run,
                 readings: moved(&run.readings, readings),
             }));
             out.readings
@@ -190,8 +194,15 @@ impl ReadingNoise {
             run_slope_sd: scaled(self.run_slope_sd, now.run_slope_sd, then.run_slope_sd),
             growth_sd: scaled(self.growth_sd, now.reading_sd_m, then.reading_sd_m),
             correlation: self.correlation,
+            gauges: self.gauges,
         }
     }
+}
+
+/// Axes of the gauges of sessions, where several were read at once in any of them.
+fn gauges_of<'o>(sessions: impl Iterator<Item = &'o Observations>) -> Vec<Direction> {
+    let axes: BTreeSet<Direction> = sessions.flat_map(|one| one.gauges.clone()).collect();
+    axes.into_iter().collect()
 }
 
 /// Steps that all gauges have.
@@ -209,7 +220,7 @@ fn common_steps(mut steps: impl Iterator<Item = GaugeSteps>) -> GaugeSteps {
 mod tests {
     use super::*;
     use crate::mismatch::changes::tests::observations;
-    use crate::mismatch::noise::NoiseCovariance;
+    use crate::mismatch::noise::{GaugeNoise, NoiseCovariance};
     use crate::search::{WhiteSpace, dot};
 
     const FINE: ReadingNoise = ReadingNoise {
@@ -218,6 +229,7 @@ mod tests {
         run_slope_sd: 0.0,
         growth_sd: 0.0,
         correlation: 0.0,
+        gauges: GaugeNoise::ALIKE,
     };
     const COARSE: ReadingNoise = ReadingNoise {
         reading_sd_m: 3e-6,
@@ -225,6 +237,7 @@ mod tests {
         run_slope_sd: 0.01,
         growth_sd: 0.0,
         correlation: 0.5,
+        gauges: GaugeNoise::ALIKE,
     };
 
     fn joined() -> Observations {

@@ -97,7 +97,7 @@ pub(crate) use grade::{GradeBasis, VerdictReach};
 pub use joined_sessions::{ObservedSession, noise_alone};
 pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;
-pub use noise::ReadingNoise;
+pub use noise::{GaugeNoise, ReadingNoise};
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };

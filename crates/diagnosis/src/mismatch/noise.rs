@@ -7,12 +7,19 @@
 //! ```
 //!
 //! The step of the displacement gauge is part of σ; an unloaded reading has exactly zero force and no force step.
+//!
+//! Of several gauges that are read at once each has its σ, its zeros and a slope of its own in each run; the slope of a run and the error of
+//! the force, through the compliances, are common to all: cov(y_i, y_j) = σ_F² C_i C_j within a reading.
 
 use std::ops::Range;
 
+use stiffbench_units_and_text::test_point::Direction;
+
 use super::joined_sessions::NoisePart;
 use super::observations::Observations;
-use crate::search::{Covariance, LowRankBlock, Precision, RowMemory};
+use crate::search::{
+    Covariance, LowRankBlock, MOST_STATES, Precision, RowErrors, RowMemory, RowStates,
+};
 
 /// The noise of readings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,15 +34,45 @@ pub struct ReadingNoise {
     pub growth_sd: f64,
     /// Correlation of the error of a reading with that of the reading before it in its run (1): a first-order autoregressive process.
     pub correlation: f64,
+    /// What several gauges that are read at once have apart and in common.
+    pub gauges: GaugeNoise,
+}
+
+/// How the noise of several gauges that are read at once differs, and what it has in common; of one gauge nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaugeNoise {
+    /// Standard deviation of a reading of the gauge along x, y, z over that of all (1); their geometric mean is one.
+    pub reading_ratios: [f64; 3],
+    /// Standard deviation of the slope that a run has in one gauge alone, relative (1).
+    pub own_slope_sd: f64,
+    /// Standard deviation of the force of a reading beside the step of its gauge, N.
+    pub force_sd_n: f64,
+}
+
+impl GaugeNoise {
+    /// Of one gauge, or of several that are alike.
+    pub const ALIKE: Self = Self {
+        reading_ratios: [1.0; 3],
+        own_slope_sd: 0.0,
+        force_sd_n: 0.0,
+    };
+}
+
+impl Default for GaugeNoise {
+    fn default() -> Self {
+        Self::ALIKE
+    }
 }
 
 impl ReadingNoise {
-    /// Variance of a reading by itself, without the step of the force, m².
+    /// Variance of a reading by itself, without the error of the force, m².
     ///
     /// # Arguments
+    /// - `axis`: along which it was read.
     /// - `slope_m`: its displacement by the baseline.
-    pub(super) fn own_variance(&self, slope_m: f64) -> f64 {
-        self.reading_sd_m.powi(2) + (self.growth_sd * slope_m).powi(2)
+    pub(super) fn own_variance(&self, axis: Direction, slope_m: f64) -> f64 {
+        let ratio = self.gauges.reading_ratios[axis.index()];
+        (ratio * self.reading_sd_m).powi(2) + (self.growth_sd * slope_m).powi(2)
     }
 
     /// How much larger than in another noise the variance is that exceeds it most; not below 1.
@@ -61,6 +98,7 @@ pub(super) struct NoiseCovariance {
     pub(super) noise: ReadingNoise,
     /// Prediction b of the baseline, which a run's slope multiplies, m.
     pub(super) slope_m: Vec<f64>,
+    rows: RowVariances,
     /// The noise of each session.
     parts: Vec<NoisePart>,
 }
@@ -78,13 +116,14 @@ impl NoiseCovariance {
         compliance: &[f64],
     ) -> Self {
         let parts = observations.noise_parts(noise);
-        let variances = variances(&parts, observations, slope_m, compliance);
-        let memory = memory(&parts, observations, &variances, slope_m);
+        let rows = RowVariances::new(&parts, observations, slope_m, compliance);
+        let errors = rows.errors(&parts, observations);
         let blocks = common_parts(&parts, observations, slope_m);
         Self {
-            covariance: Covariance::with_memory(&variances, &memory, blocks),
+            covariance: Covariance::with_errors(&rows.whole, &errors, blocks),
             noise: *noise,
             slope_m: slope_m.to_vec(),
+            rows,
             parts,
         }
     }
@@ -97,10 +136,10 @@ impl NoiseCovariance {
         compliance: &[f64],
     ) -> Precision {
         let parts = observations.noise_parts(noise);
-        let variances = variances(&parts, observations, slope_m, compliance);
-        let memory = memory(&parts, observations, &variances, slope_m);
+        let rows = RowVariances::new(&parts, observations, slope_m, compliance);
+        let errors = rows.errors(&parts, observations);
         let blocks = common_parts(&parts, observations, slope_m);
-        Precision::new(&variances, &memory, blocks)
+        Precision::new(&rows.whole, &errors, blocks)
     }
 
     /// The noise of a reading.
@@ -119,29 +158,46 @@ impl NoiseCovariance {
         let mut positions = observations.displacement_m.clone();
         let mut own = solved.clone();
         self.covariance.own_part(&mut own);
+        let by_force = self.by_force(observations, &solved);
         for group in self.covariance.block_rows() {
             let zero = self.noise_at(group.start).zero_sd_m.powi(2);
             for_each_zero(observations, group, |member| {
                 let members = || group.clone().filter(|&r| member(r));
                 let offset = zero * members().map(|r| solved[r]).sum::<f64>();
                 for r in members() {
-                    positions[r] -= own[r] - self.force_variance(r) * solved[r] + offset;
+                    positions[r] -= own[r] - by_force[r] + offset;
                 }
             });
         }
         positions
     }
 
-    /// Variance of a reading by the step of the force, m².
-    fn force_variance(&self, reading: usize) -> f64 {
-        let weight = self.covariance.weights()[reading];
-        (weight * weight).recip() - self.noise_at(reading).own_variance(self.slope_m[reading])
+    /// The covariance by the error of the force times a vector, one number a reading.
+    fn by_force(&self, observations: &Observations, vector: &[f64]) -> Vec<f64> {
+        if observations.gauges.is_empty() {
+            let weights = self.covariance.weights().iter();
+            let variances = weights.zip(&self.rows.own);
+            let variances = variances.map(|(weight, own)| (weight * weight).recip() - own);
+            return variances
+                .zip(vector)
+                .map(|(variance, value)| variance * value)
+                .collect();
+        }
+        let force_m = &self.rows.force_m;
+        let mut out = vec![0.0; vector.len()];
+        for rows in at_once(observations) {
+            let sum: f64 = rows.iter().map(|&row| force_m[row] * vector[row]).sum();
+            for &row in &rows {
+                out[row] = force_m[row] * sum;
+            }
+        }
+        out
     }
 
     /// Share of its own error in the variance of a reading without zero and slope; the rest is the step of the force.
     pub(super) fn own_share(&self, reading: usize) -> f64 {
         let weight = self.covariance.weights()[reading];
-        let share = self.noise.own_variance(self.slope_m[reading]) * weight * weight;
+        let share = self.rows.own[reading] * weight * weight;
         share.clamp(0.0, 1.0)
     }
 
@@ -162,10 +218,9 @@ impl NoiseCovariance {
         self.covariance.whiten_transposed(scratch);
         let mut own = scratch.clone();
         self.covariance.own_part(&mut own);
-        let products = scratch.iter().zip(&own).enumerate();
-        let reading: f64 = products
-            .map(|(r, (a, b))| a * (b - self.force_variance(r) * a))
-            .sum();
+        let by_force = self.by_force(observations, scratch);
+        let products = scratch.iter().zip(own.iter().zip(&by_force));
+        let reading: f64 = products.map(|(a, (own, force))| a * (own - force)).sum();
         let mut zero = 0.0;
         let mut slope = 0.0;
         for group in self.covariance.block_rows() {
@@ -179,13 +234,13 @@ impl NoiseCovariance {
                 zero += variance * sum * sum;
             });
         }
-        for run in &observations.runs {
-            let sum: f64 = run
-                .readings
-                .clone()
-                .map(|r| scratch[r] * self.slope_m[r])
-                .sum();
-            slope += self.noise_at(run.readings.start).run_slope_sd.powi(2) * sum * sum;
+        for group in self.covariance.block_rows() {
+            let noise = self.noise_at(group.start);
+            for_each_slope(observations, noise, group, |slope_sd, member| {
+                let members = group.clone().filter(|&r| member(r));
+                let sum: f64 = members.map(|r| scratch[r] * self.slope_m[r]).sum();
+                slope += slope_sd.powi(2) * sum * sum;
+            });
         }
         [reading / square, zero / square, slope / square]
     }
@@ -197,57 +252,143 @@ fn part_of(parts: &[NoisePart], reading: usize) -> &NoisePart {
     &parts[place.min(parts.len() - 1)]
 }
 
-/// What each reading has by itself, m²: its own errors and the step of the force.
-fn variances(
-    parts: &[NoisePart],
-    observations: &Observations,
-    slope_m: &[f64],
-    compliance: &[f64],
-) -> Vec<f64> {
-    let of_part = |part: &NoisePart| {
-        let force_step_n = part.steps.force_n.unwrap_or(0.0);
-        let force_variance = force_step_n * force_step_n / 12.0;
-        let noise = part.noise;
-        part.readings.clone().map(move |reading| {
-            let c = compliance[reading];
-            let of_force = if observations.loads[reading].force_n == 0.0 {
-                0.0
-            } else {
-                force_variance * c * c
-            };
-            noise.own_variance(slope_m[reading]) + of_force
-        })
-    };
-    parts.iter().flat_map(of_part).collect()
+/// What each reading has by itself.
+#[derive(Debug, Clone)]
+struct RowVariances {
+    /// By its own errors, m².
+    own: Vec<f64>,
+    /// What an error of the force by one standard deviation moves, m.
+    force_m: Vec<f64>,
+    /// By both, m².
+    whole: Vec<f64>,
 }
 
-/// How each reading remembers the one before it, for its variance: none one of another run; empty without any. Scatter remembers, the steps
-/// of the gauges do not.
-fn memory(
-    parts: &[NoisePart],
-    observations: &Observations,
-    variances: &[f64],
-    slope_m: &[f64],
-) -> Vec<RowMemory> {
-    if parts.iter().all(|part| part.noise.correlation == 0.0) {
-        return Vec::new();
-    }
-    let of_part = |part: &NoisePart| {
-        let step_m = part.steps.displacement_m.unwrap_or(0.0);
-        let (noise, of_step) = (part.noise, step_m * step_m / 12.0);
-        part.readings.clone().map(move |reading| RowMemory {
-            correlation: noise.correlation,
-            share: ((noise.own_variance(slope_m[reading]) - of_step) / variances[reading])
-                .clamp(0.0, 1.0),
-        })
-    };
-    let mut memory: Vec<RowMemory> = parts.iter().flat_map(of_part).collect();
-    for run in &observations.runs {
-        if let Some(first) = memory.get_mut(run.readings.start) {
-            first.correlation = 0.0;
+impl RowVariances {
+    fn new(
+        parts: &[NoisePart],
+        observations: &Observations,
+        slope_m: &[f64],
+        compliance: &[f64],
+    ) -> Self {
+        let mut rows = Self {
+            own: Vec::with_capacity(observations.len()),
+            force_m: Vec::with_capacity(observations.len()),
+            whole: Vec::with_capacity(observations.len()),
+        };
+        for part in parts {
+            let (step_n, noise) = (part.steps.force_n.unwrap_or(0.0), part.noise);
+            let force_variance = step_n * step_n / 12.0 + noise.gauges.force_sd_n.powi(2);
+            for reading in part.readings.clone() {
+                let c = compliance[reading];
+                let of_force = if observations.loads[reading].force_n == 0.0 {
+                    0.0
+                } else {
+                    force_variance * c * c
+                };
+                let axis = observations.cells[observations.cell_of(reading)].direction;
+                let own = noise.own_variance(axis, slope_m[reading]);
+                rows.own.push(own);
+                rows.force_m.push(c.signum() * of_force.sqrt());
+                rows.whole.push(own + of_force);
+            }
         }
+        rows
     }
-    memory
+
+    /// What rows have in common with those before them: scatter remembers, the steps of the gauges do not.
+    fn errors(&self, parts: &[NoisePart], observations: &Observations) -> RowErrors {
+        let no_memory = parts.iter().all(|part| part.noise.correlation == 0.0);
+        if !observations.gauges.is_empty() {
+            if no_memory && self.force_m.iter().all(|moved| *moved == 0.0) {
+                return RowErrors::Memory(Vec::new());
+            }
+            return RowErrors::Common(self.states_in_common(parts, observations));
+        }
+        if no_memory {
+            return RowErrors::Memory(Vec::new());
+        }
+        let all = 0..observations.len();
+        let mut memory: Vec<RowMemory> = all
+            .map(|reading| RowMemory {
+                correlation: part_of(parts, reading).noise.correlation,
+                share: self.remembering_share(parts, reading),
+            })
+            .collect();
+        for run in &observations.runs {
+            if let Some(first) = memory.get_mut(run.readings.start) {
+                first.correlation = 0.0;
+            }
+        }
+        RowErrors::Memory(memory)
+    }
+
+    /// Share of a reading's variance that remembers: its own without the step of the gauge.
+    fn remembering_share(&self, parts: &[NoisePart], reading: usize) -> f64 {
+        let step_m = part_of(parts, reading).steps.displacement_m.unwrap_or(0.0);
+        let of_step = step_m * step_m / 12.0;
+        ((self.own[reading] - of_step) / self.whole[reading]).clamp(0.0, 1.0)
+    }
+
+    /// The rows of several gauges as they come: each gauge with its memory, and the error of the force, which begins anew with each reading.
+    fn states_in_common(
+        &self,
+        parts: &[NoisePart],
+        observations: &Observations,
+    ) -> Vec<RowStates<MOST_STATES>> {
+        const FORCE: usize = MOST_STATES - 1;
+        let mut out = Vec::with_capacity(observations.len());
+        let mut before = None;
+        for rows in at_once(observations) {
+            for (place, &row) in rows.iter().enumerate() {
+                let run = &observations.runs[observations.readings[row].run];
+                let cell = &observations.cells[run.cell];
+                let axis = cell.direction.index();
+                let remembers = part_of(parts, row).noise.correlation;
+                // Between the rows of one reading nothing changes but the state of the gauge at its turn.
+                let mut correlation = [1.0; MOST_STATES];
+                correlation[axis] = remembers;
+                if place == 0 {
+                    correlation[FORCE] = 0.0;
+                    let own = (cell.pose, cell.load.called(), run.session_run);
+                    if before.as_ref() != Some(&own) {
+                        correlation = [0.0; MOST_STATES];
+                        before = Some(own);
+                    }
+                }
+                let mut has = [0.0; MOST_STATES];
+                if remembers != 0.0 {
+                    has[axis] = self.remembering_share(parts, row).sqrt();
+                }
+                has[FORCE] = self.force_m[row] / self.whole[row].sqrt();
+                out.push(RowStates {
+                    row,
+                    correlation,
+                    has,
+                });
+            }
+        }
+        out
+    }
+}
+
+/// Rows of several gauges that were read at once, as they came: series by series, run by run.
+fn at_once(observations: &Observations) -> Vec<Vec<usize>> {
+    let mut out: Vec<Vec<usize>> = Vec::new();
+    for cells in observations.series() {
+        let cells = &observations.cells[cells];
+        let (Some(first), Some(last)) = (cells.first(), cells.last()) else {
+            continue;
+        };
+        let key = |row: &usize| {
+            let reading = &observations.readings[*row];
+            (observations.runs[reading.run].session_run, reading.seq)
+        };
+        let mut rows: Vec<usize> = (first.readings.start..last.readings.end).collect();
+        rows.sort_by_key(key);
+        let readings = rows.chunk_by(|a, b| key(a) == key(b));
+        out.extend(readings.map(<[usize]>::to_vec));
+    }
+    out
 }
 
 /// What the readings of each group have in common.
@@ -275,17 +416,10 @@ fn common_part(
         let each = readings.clone();
         columns.extend(each.map(|r| only(member(r), noise.zero_sd_m)));
     });
-    let mut run = usize::MAX;
-    for first in readings.clone() {
-        if observations.readings[first].run == run {
-            continue;
-        }
-        run = observations.readings[first].run;
-        columns.extend(readings.clone().map(|r| {
-            let is_of_run = observations.readings[r].run == run;
-            only(is_of_run, noise.run_slope_sd * slope_m[r])
-        }));
-    }
+    for_each_slope(observations, noise, &readings, |slope_sd, member| {
+        let each = readings.clone();
+        columns.extend(each.map(|r| only(member(r), slope_sd * slope_m[r])));
+    });
     LowRankBlock {
         rows: readings,
         columns,
@@ -309,14 +443,52 @@ fn for_each_zero(
     }
 }
 
+/// Calls `action` once for each slope of a run of a range, with its standard deviation and the test of membership: the slope that all gauges
+/// have in common, and that of each gauge alone where it has one.
+fn for_each_slope(
+    observations: &Observations,
+    noise: &ReadingNoise,
+    readings: &Range<usize>,
+    mut action: impl FnMut(f64, &dyn Fn(usize) -> bool),
+) {
+    let run_of = |reading: usize| observations.readings[reading].run;
+    let session_run_of = |reading: usize| observations.runs[run_of(reading)].session_run;
+    let mut seen: Vec<u32> = Vec::new();
+    let mut run = usize::MAX;
+    for first in readings.clone() {
+        if run_of(first) == run {
+            continue;
+        }
+        run = run_of(first);
+        let session_run = session_run_of(first);
+        // A run that was found again after another is the same in all gauges, and another one where there is but one.
+        if observations.gauges.is_empty() {
+            action(noise.run_slope_sd, &|reading| run_of(reading) == run);
+        } else if !seen.contains(&session_run) {
+            seen.push(session_run);
+            let is_of_run = |reading: usize| session_run_of(reading) == session_run;
+            action(noise.run_slope_sd, &is_of_run);
+        }
+        if noise.gauges.own_slope_sd > 0.0 {
+            action(noise.gauges.own_slope_sd, &|reading| run_of(reading) == run);
+        }
+    }
+}
+
 /// Ranges of readings that share no zero and no run with the rest.
 ///
 /// Runs that share a zero lie in one cell; a cell with shared zeros is one group, of at most thirty runs at a time: the rank of a
-/// group is bounded, and a zero that spans more is split, which only widens what is allowed to scatter.
+/// group is bounded, and a zero that spans more is split, which only widens what is allowed to scatter. The cells of several gauges that were
+/// read at once are one group.
 pub(super) fn groups(observations: &Observations) -> impl Iterator<Item = Range<usize>> + '_ {
     const MOST_RUNS: usize = 30;
-    observations.cells.iter().flat_map(move |cell| {
+    observations.series().flat_map(move |cells| {
         let mut out: Vec<Range<usize>> = Vec::new();
+        let cell = &observations.cells[cells.start];
+        if cells.len() > 1 {
+            out.push(cell.readings.start..observations.cells[cells.end - 1].readings.end);
+            return out;
+        }
         let mut runs_in_last = 0;
         let mut last_zeros: Vec<u32> = Vec::new();
         for run in &observations.runs[cell.runs.clone()] {

@@ -2,24 +2,52 @@
 
 use std::ops::Range;
 
-use stiffbench_beams::physics::{LoadPoint, RunLoads, TestObject};
+use stiffbench_beams::physics::{LoadPoint, Place, PoseMechanics, RunLoads, TestObject};
 use stiffbench_measurement::readings::{Reading, ReadingTable, SessionHeader, SinceZero};
-use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
 use super::joined_sessions::ObservedSession;
 use super::recorded_history::RecordedHistory;
 
-/// A pose and direction with its readings.
+/// A pose, a direction of loads and an axis of displacements, with its readings.
+///
+/// The cells of several gauges that were read under the same loads follow each other: a series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservedCell {
     /// Index of the pose among the observed poses.
     pub pose: usize,
-    /// The direction.
+    /// The direction of the loads.
+    pub load: LoadDirection,
+    /// The axis along which the displacement was read.
     pub direction: Direction,
     /// Its runs.
     pub runs: Range<usize>,
     /// Its readings.
     pub readings: Range<usize>,
+}
+
+impl ObservedCell {
+    /// Whether the displacement was read along the load.
+    #[must_use]
+    pub fn is_along_load(&self) -> bool {
+        self.load == self.direction
+    }
+
+    /// Its compliance in a structure, m/N.
+    pub(super) fn compliance(&self, pose: &PoseMechanics) -> f64 {
+        pose.compliance_m_per_n(self.direction, &self.load)
+    }
+
+    /// What a lever makes of a load in its displacement, m².
+    pub(super) fn lever_product(&self, lever_m: [f64; 3]) -> f64 {
+        PoseMechanics::lever_product_m2(lever_m, self.direction, &self.load)
+    }
+
+    /// Whether it is of the same pose and load as the cell before it.
+    fn goes_on(&self, before: &Self) -> bool {
+        self.pose == before.pose && self.load == before.load && before.direction < self.direction
+    }
 }
 
 /// Readings with one virgin history.
@@ -29,6 +57,8 @@ pub struct ObservedRun {
     pub cell: usize,
     /// Its repeat.
     pub repeat: u32,
+    /// Its number in its session: the runs of several gauges under the same loads have it in common.
+    pub session_run: u32,
     /// Its readings, in the order in which they were made.
     pub readings: Range<usize>,
 }
@@ -38,6 +68,8 @@ pub struct ObservedRun {
 pub struct ObservedReading {
     /// Index of its run.
     pub run: usize,
+    /// Its number in its session: several gauges that were read at once have it in common.
+    pub seq: u32,
     /// Number of its gauge zero.
     pub zero: u32,
     /// Branch.
@@ -78,6 +110,8 @@ pub struct Observations {
     pub loads: Vec<LoadPoint>,
     /// Their displacements, m.
     pub displacement_m: Vec<f64>,
+    /// Axes of the displacement gauges, where several were read at once; empty of one gauge, whichever axis it was read along.
+    pub gauges: Vec<Direction>,
     /// Steps of the gauges.
     pub steps: GaugeSteps,
     /// Force between loads, if each load is released before the next.
@@ -139,12 +173,23 @@ impl Observations {
             .map(|(reading, since)| (pose_of(reading), reading, since))
             .collect();
         // Stable: within a run the order of the session is kept.
-        rows.sort_by_key(|(pose, reading, _)| (*pose, reading.direction.index(), reading.run));
+        let place_of_load = |reading: &Reading| match reading.load.map(usize::from) {
+            None => reading.direction.index(),
+            Some(place) => match table.load_directions.get(place).map(LoadDirection::axis) {
+                Some(Some(axis)) => axis.index(),
+                _ => Direction::ALL.len() + place,
+            },
+        };
+        rows.sort_by_key(|(pose, reading, _)| {
+            let axis = reading.direction.index();
+            (*pose, place_of_load(reading), axis, reading.run)
+        });
         let instruments = header.map(|header| &header.instruments);
         let mut layout = GrowingArrays::default();
         for (pose, reading, since) in rows {
-            layout.push(pose, reading, since);
+            layout.push((pose, table.load_direction(reading)), reading, since);
         }
+        let gauges = gauges_read_at_once(&layout.readings, &layout.cells);
         let any = |known: fn(&Reading) -> bool| table.accepted().any(known);
         let recorded = Recorded {
             time: any(|reading| reading.time_s.is_some()),
@@ -156,7 +201,10 @@ impl Observations {
         };
         let steps = GaugeSteps {
             force_n: step(instruments.and_then(|i| i.force.as_ref())),
-            displacement_m: step(instruments.and_then(|i| i.displacement.as_ref())),
+            displacement_m: step(instruments.and_then(|i| {
+                let mut along = i.displacement_along.iter().flatten();
+                i.displacement.as_ref().or_else(|| along.next())
+            })),
         };
         let mut observations = Self {
             poses,
@@ -165,6 +213,7 @@ impl Observations {
             readings: layout.readings,
             loads: layout.loads,
             displacement_m: layout.displacement_m,
+            gauges,
             release_n: header.and_then(SessionHeader::release_n),
             ..Self::without_readings(steps, recorded)
         };
@@ -181,6 +230,7 @@ impl Observations {
             readings: Vec::new(),
             loads: Vec::new(),
             displacement_m: Vec::new(),
+            gauges: Vec::new(),
             steps,
             release_n: None,
             recorded,
@@ -212,14 +262,45 @@ impl Observations {
             cell,
             repeat,
             readings,
+            ..
         } = &self.runs[run];
         let cell = &self.cells[*cell];
         RunLoads {
             pose: &self.poses[cell.pose],
-            direction: cell.direction,
+            load: &cell.load,
+            read: cell.direction,
             repeat: *repeat,
             release_n: self.release_of(run),
             loads: &self.loads[readings.clone()],
+        }
+    }
+
+    /// The cells of each pose and direction of loads.
+    pub(super) fn series(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        let mut first = 0;
+        let chunks = self.cells.chunk_by(|before, cell| cell.goes_on(before));
+        chunks.map(move |cells| {
+            let series = first..first + cells.len();
+            first = series.end;
+            series
+        })
+    }
+
+    /// The places of what one of several gauges does by itself: one for each of them, or one for the only one.
+    pub(super) fn of_gauges(&self, place: impl Fn(Option<Direction>) -> Place) -> Vec<Place> {
+        if self.gauges.is_empty() {
+            return vec![place(None)];
+        }
+        self.gauges.iter().map(|axis| place(Some(*axis))).collect()
+    }
+
+    /// A cell by its name.
+    #[must_use]
+    pub fn named(&self, cell: &ObservedCell) -> Cell {
+        Cell {
+            pose: self.poses[cell.pose].clone(),
+            direction: cell.direction,
+            load: (!cell.is_along_load()).then(|| cell.load.called()),
         }
     }
 
@@ -260,6 +341,7 @@ impl Observations {
             ..cells.last().map_or(0, |cell| cell.readings.end);
         let mut out = Self {
             poses: self.poses.clone(),
+            gauges: self.gauges.clone(),
             release_n: self.release_n,
             free_zeros: self.free_zeros,
             sessions: self.sessions.clone(),
@@ -293,6 +375,7 @@ impl Observations {
                     out.runs.push(ObservedRun {
                         cell: out.cells.len(),
                         repeat: run.repeat,
+                        session_run: run.session_run,
                         readings: start..out.readings.len(),
                     });
                 }
@@ -324,6 +407,17 @@ impl Observations {
     }
 }
 
+/// Axes of the gauges of a session, where two or more were read under one load at once.
+fn gauges_read_at_once(readings: &[ObservedReading], cells: &[ObservedCell]) -> Vec<Direction> {
+    let at_once = cells.windows(2).any(|pair| {
+        let seq = |cell: &ObservedCell| readings[cell.readings.start].seq;
+        pair[1].goes_on(&pair[0]) && seq(&pair[0]) == seq(&pair[1])
+    });
+    let axes = Direction::ALL.into_iter().filter(|_| at_once);
+    axes.filter(|axis| cells.iter().any(|cell| cell.direction == *axis))
+        .collect()
+}
+
 /// Arrays as they grow.
 #[derive(Debug, Default)]
 struct GrowingArrays {
@@ -336,16 +430,16 @@ struct GrowingArrays {
 }
 
 impl GrowingArrays {
-    fn push(&mut self, pose: usize, reading: &Reading, since: SinceZero) {
+    fn push(&mut self, (pose, load): (usize, LoadDirection), reading: &Reading, since: SinceZero) {
         let place = self.readings.len();
-        let same_cell = self
-            .cells
-            .last()
-            .is_some_and(|cell| cell.pose == pose && cell.direction == reading.direction);
+        let same_cell = self.cells.last().is_some_and(|cell| {
+            cell.pose == pose && cell.direction == reading.direction && cell.load == load
+        });
         if !same_cell {
             let runs = self.runs.len();
             self.cells.push(ObservedCell {
                 pose,
+                load,
                 direction: reading.direction,
                 runs: runs..runs,
                 readings: place..place,
@@ -357,6 +451,7 @@ impl GrowingArrays {
             self.runs.push(ObservedRun {
                 cell: self.cells.len() - 1,
                 repeat: reading.repeat,
+                session_run: reading.run,
                 readings: place..place,
             });
         }
@@ -369,6 +464,7 @@ impl GrowingArrays {
         };
         self.readings.push(ObservedReading {
             run,
+            seq: reading.seq,
             zero: reading.zero,
             branch: reading.branch,
             hold_number,

@@ -61,6 +61,7 @@ impl<'a> NamedSlip<'a> {
             direction,
             repeat,
             step,
+            gauge,
         } = &finding.effect.place
         else {
             return None;
@@ -68,7 +69,8 @@ impl<'a> NamedSlip<'a> {
         let run = observations.runs.iter().position(|run| {
             let cell = &observations.cells[run.cell];
             observations.poses[cell.pose] == *pose
-                && cell.direction == *direction
+                && cell.load.is_called(direction)
+                && gauge.is_none_or(|axis| axis == cell.direction)
                 && run.repeat == *repeat
         })?;
         let mut readings = observations.runs[run].readings.clone();

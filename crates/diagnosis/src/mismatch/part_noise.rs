@@ -210,12 +210,14 @@ mod tests {
         out.runs = vec![ObservedRun {
             cell: 0,
             repeat: 1,
+            session_run: 0,
             readings: 0..path.len(),
         }];
         for (place, driver) in path.iter().enumerate() {
             let falls = place > 0 && *driver < path[place - 1];
             out.readings.push(ObservedReading {
                 run: 0,
+                seq: 0,
                 zero: 0,
                 branch: if falls {
                     Branch::Unloading
@@ -241,6 +243,7 @@ mod tests {
         out.displacement_m = answers;
         out.cells = vec![ObservedCell {
             pose: 0,
+            load: Direction::X.into(),
             direction: Direction::X,
             runs: 0..1,
             readings: 0..path.len(),

@@ -99,6 +99,7 @@ impl Observations {
         let (first, first_run) = (self.readings.len(), self.runs.len());
         for place in places {
             let load = &cell.loads[place];
+            let seq = place as u32 + 1;
             let new = self.runs.len() == first_run
                 || self.runs.last().is_none_or(|run| run.repeat != load.repeat);
             let at = self.readings.len();
@@ -106,6 +107,7 @@ impl Observations {
                 self.runs.push(ObservedRun {
                     cell: self.cells.len(),
                     repeat: load.repeat,
+                    session_run: self.runs.len() as u32,
                     readings: at..at,
                 });
             }
@@ -118,6 +120,7 @@ impl Observations {
             let (zero, zero_load) = zeroed[place];
             self.readings.push(ObservedReading {
                 run: self.runs.len() - 1,
+                seq,
                 zero,
                 branch: load.branch,
                 hold_number,
@@ -145,6 +148,7 @@ impl Observations {
         }
         self.cells.push(ObservedCell {
             pose,
+            load: cell.direction.into(),
             direction: cell.direction,
             runs: first_run..self.runs.len(),
             readings: first..self.readings.len(),

@@ -104,7 +104,16 @@ impl<'a> ReadingPredictor<'a> {
             *place = self.idle.take(variant);
         }
         if place.is_none() {
-            *place = Some(self.baseline.solver(variant)?);
+            let mut solver = self.baseline.solver(variant)?;
+            if self
+                .observations
+                .cells
+                .iter()
+                .any(|cell| !cell.is_along_load())
+            {
+                solver.differentiate_across()?;
+            }
+            *place = Some(solver);
         }
         if let Some(solver) = place {
             solver.set_structure(effects)?;
@@ -184,9 +193,7 @@ impl<'a> ReadingPredictor<'a> {
         };
         if let Some(solver) = &self.solvers[variant] {
             for cell in &self.observations.cells {
-                let axis = cell.direction.index();
-                let pose: &PoseMechanics = solver.pose(cell.pose);
-                out[cell.readings.clone()].fill(pose.influence.compliance_m_per_n[axis][axis]);
+                out[cell.readings.clone()].fill(cell.compliance(solver.pose(cell.pose)));
             }
         }
         Ok(())
@@ -207,11 +214,11 @@ impl<'a> ReadingPredictor<'a> {
         };
         if let Some(solver) = &self.solvers[variant] {
             for cell in &self.observations.cells {
-                let axis = cell.direction.index();
                 let pose = solver.pose(cell.pose);
-                for (column, gradient) in out.chunks_mut(n).zip(&pose.compliance_gradient) {
+                for (parameter, column) in out.chunks_mut(n).enumerate() {
+                    let gradient = pose.gradient(parameter, cell.direction, &cell.load);
                     for reading in cell.readings.clone() {
-                        column[reading] = gradient[axis] * self.observations.loads[reading].force_n;
+                        column[reading] = gradient * self.observations.loads[reading].force_n;
                     }
                 }
             }

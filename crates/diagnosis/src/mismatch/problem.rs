@@ -308,4 +308,10 @@ fn alike(a: &EstimatedNoise, b: &EstimatedNoise) -> bool {
         && close(a.noise.run_slope_sd, b.noise.run_slope_sd)
         && close(a.noise.growth_sd, b.noise.growth_sd)
         && (a.noise.correlation - b.noise.correlation).abs() <= SAME_COVARIANCE
+        && close(a.noise.gauges.own_slope_sd, b.noise.gauges.own_slope_sd)
+        && close(a.noise.gauges.force_sd_n, b.noise.gauges.force_sd_n)
+        && (0..3).all(|axis| {
+            let ratio = |one: &EstimatedNoise| one.noise.gauges.reading_ratios[axis];
+            close(ratio(a), ratio(b))
+        })
 }

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::earlier_noise::EarlierNoise;
 use super::estimated_noise::EstimatedNoise;
-use super::free_means::{FixedPart, fixed_part};
-use super::noise::{NoiseCovariance, ReadingNoise};
+use super::free_means::FixedPart;
+use super::noise::{GaugeNoise, NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use crate::search::constants::{ASKED_FOR, COARSE, PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD};
 use crate::search::{Precision, SparseRows};
@@ -35,8 +35,9 @@ pub(super) fn estimate_noise(
     warm_start: Option<&ReadingNoise>,
     earlier: Option<&EarlierNoise>,
 ) -> EstimatedNoise {
-    let fixed: Vec<FixedPart> = (0..observations.cells.len())
-        .map(|cell| fixed_part(observations, cell))
+    let series = observations.series();
+    let fixed: Vec<FixedPart> = series
+        .map(|cells| FixedPart::of_series(observations, cells))
         .collect();
     let of_cell = |part: &FixedPart| part.centred(residual_m[part.readings.clone()].to_vec());
     let residual_m: Vec<f64> = fixed.iter().flat_map(of_cell).collect();
@@ -60,16 +61,14 @@ pub(super) fn estimate_noise(
                 .fold(0.0_f64, |largest, d| largest.max(d.abs())),
     };
     let rough = problem.rough_sd();
-    let centre = [
-        (rough * rough).ln(),
-        (rough * rough).ln(),
-        PRIOR_RUN_SLOPE_SD.powi(2).ln(),
-        PRIOR_RUN_SLOPE_SD.powi(2).ln(),
-        0.0,
-    ];
+    let mut centre = [0.0; VALUES];
+    centre[..2].fill((rough * rough).ln());
+    centre[2..4].fill(PRIOR_RUN_SLOPE_SD.powi(2).ln());
+    centre[OWN_SLOPE] = PRIOR_RUN_SLOPE_SD.powi(2).ln();
+    centre[FORCE] = 2.0 * (rough / problem.largest_compliance()).ln();
     let found = match warm_start {
         Some(noise) => {
-            let further = FurtherParts::of(noise);
+            let further = NoiseValues::of(noise, observations);
             let start = problem.values(noise, &centre, further);
             problem.maximise(start, &centre, further)
         }
@@ -93,40 +92,66 @@ pub(super) fn estimate_noise(
     }
 }
 
-/// Parts of the noise beyond reading, zero and slope.
+/// Which of its values a noise has: three logarithms of variances always, those that the readings ask for, and of several gauges the
+/// logarithms of their variances over the common one but the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct FurtherParts {
-    growth: bool,
-    correlation: bool,
-}
+struct NoiseValues([bool; VALUES]);
 
-impl FurtherParts {
-    const NONE: Self = Self {
-        growth: false,
-        correlation: false,
-    };
+impl NoiseValues {
+    /// Without those that readings must ask for.
+    fn least(observations: &Observations) -> Self {
+        let mut parts = Self([false; VALUES]);
+        parts.0[..3].fill(true);
+        // Several sessions keep the proportions that each has alone.
+        if observations.sessions.is_empty() {
+            let ratios = observations.gauges.len().saturating_sub(1);
+            parts.0[FIRST_RATIO..FIRST_RATIO + ratios].fill(true);
+        }
+        parts
+    }
 
     /// Those of a noise.
-    fn of(noise: &ReadingNoise) -> Self {
-        Self {
-            growth: noise.growth_sd > 0.0,
-            correlation: noise.correlation != 0.0,
-        }
+    fn of(noise: &ReadingNoise, observations: &Observations) -> Self {
+        let mut parts = Self::least(observations);
+        parts.0[GROWTH] = noise.growth_sd > 0.0;
+        parts.0[CORRELATION] = noise.correlation != 0.0;
+        parts.0[OWN_SLOPE] = noise.gauges.own_slope_sd > 0.0;
+        parts.0[FORCE] = noise.gauges.force_sd_n > 0.0;
+        parts
     }
 
-    /// For each value that is searched its place among all five: three logarithms of variances, that of the growth, and the inverse hyperbolic
-    /// tangent of the correlation.
+    fn has(self, place: usize) -> bool {
+        self.0[place]
+    }
+
+    /// Each part that readings may ask for beside these.
+    fn more(self, observations: &Observations) -> impl Iterator<Item = Self> {
+        let of_gauges = [OWN_SLOPE, FORCE].into_iter();
+        let of_gauges = of_gauges.filter(|_| !observations.gauges.is_empty());
+        let asked = [GROWTH, CORRELATION].into_iter().chain(of_gauges);
+        let new: Vec<usize> = asked.filter(|place| !self.has(*place)).collect();
+        new.into_iter().map(move |place| {
+            let mut more = self;
+            more.0[place] = true;
+            more
+        })
+    }
+
+    /// For each value that is searched its place among all.
     fn places(self) -> Vec<usize> {
-        let mut places = vec![0, 1, 2];
-        if self.growth {
-            places.push(3);
-        }
-        if self.correlation {
-            places.push(4);
-        }
-        places
+        (0..VALUES).filter(|place| self.has(*place)).collect()
     }
 }
+
+/// Number of values of a noise. Behind the logarithms of the variances of reading, zero and slope stand that of the growth, the inverse
+/// hyperbolic tangent of the correlation, the ratios of two gauges to the first, and the logarithms of the variances of the slope that a
+/// run has in one gauge alone and of the force.
+const VALUES: usize = 9;
+const GROWTH: usize = 3;
+const CORRELATION: usize = 4;
+const FIRST_RATIO: usize = 5;
+const OWN_SLOPE: usize = 7;
+const FORCE: usize = 8;
 
 /// The likeliest noise with some parts.
 struct LikeliestNoise {
@@ -134,11 +159,11 @@ struct LikeliestNoise {
     /// Minus twice the logarithm of the likelihood, and half of its second derivatives.
     misfit: f64,
     hessian: DMatrix<f64>,
-    further: FurtherParts,
+    further: NoiseValues,
 }
 
-/// Centres of the priors of the five values.
-type Centre = [f64; 5];
+/// Centres of the priors of all values.
+type Centre = [f64; VALUES];
 
 struct VarianceProblem<'a> {
     observations: &'a Observations,
@@ -154,8 +179,8 @@ struct VarianceProblem<'a> {
 }
 
 impl VarianceProblem<'_> {
-    fn noise(&self, values: &DVector<f64>, further: FurtherParts) -> ReadingNoise {
-        let mut all = [0.0; 5];
+    fn noise(&self, values: &DVector<f64>, further: NoiseValues) -> ReadingNoise {
+        let mut all = [0.0; VALUES];
         for (value, place) in values.iter().zip(further.places()) {
             all[place] = *value;
         }
@@ -169,30 +194,69 @@ impl VarianceProblem<'_> {
             reading_sd_m: reading.hypot(self.floor_m),
             zero_sd_m: zero,
             run_slope_sd: slope,
-            growth_sd: if further.growth {
-                (0.5 * all[3]).exp()
+            growth_sd: if further.has(GROWTH) {
+                (0.5 * all[GROWTH]).exp()
             } else {
                 0.0
             },
-            correlation: all[4].tanh(),
+            correlation: all[CORRELATION].tanh(),
+            gauges: self.gauge_noise(&all, further),
         }
     }
 
+    fn gauge_noise(&self, all: &Centre, further: NoiseValues) -> GaugeNoise {
+        let mut gauges = match self.observations.sessions.first() {
+            Some(first) => first.noise.gauges,
+            None => GaugeNoise::ALIKE,
+        };
+        if further.has(FIRST_RATIO) {
+            let count = self.observations.gauges.len() - 1;
+            let others = &all[FIRST_RATIO..FIRST_RATIO + count];
+            let logs = std::iter::once(-others.iter().sum::<f64>()).chain(others.iter().copied());
+            for (axis, log) in self.observations.gauges.iter().zip(logs) {
+                gauges.reading_ratios[axis.index()] = (0.5 * log).exp();
+            }
+        }
+        if further.has(OWN_SLOPE) {
+            gauges.own_slope_sd = (0.5 * all[OWN_SLOPE]).exp();
+        }
+        if further.has(FORCE) {
+            gauges.force_sd_n = (0.5 * all[FORCE]).exp();
+        }
+        gauges
+    }
+
+    /// Largest displacement per force of any reading, m/N; never zero.
+    fn largest_compliance(&self) -> f64 {
+        let sizes = self.compliance.iter().map(|c| c.abs());
+        sizes.fold(f64::MIN_POSITIVE, f64::max)
+    }
+
     /// The values that give a noise, within range of `centre`; a zero that may be anything has none.
-    fn values(&self, noise: &ReadingNoise, centre: &Centre, further: FurtherParts) -> DVector<f64> {
+    fn values(&self, noise: &ReadingNoise, centre: &Centre, further: NoiseValues) -> DVector<f64> {
         let reading = noise.reading_sd_m.powi(2) - self.floor_m.powi(2);
         let zero = if self.observations.free_zeros {
             centre[1]
         } else {
             2.0 * noise.zero_sd_m.ln()
         };
-        let all = [
-            reading.max(f64::MIN_POSITIVE).ln(),
-            zero,
-            2.0 * noise.run_slope_sd.ln(),
-            2.0 * noise.growth_sd.max(f64::MIN_POSITIVE).ln(),
-            noise.correlation.atanh(),
-        ];
+        let mut all = [0.0; VALUES];
+        all[0] = reading.max(f64::MIN_POSITIVE).ln();
+        all[1] = zero;
+        all[2] = 2.0 * noise.run_slope_sd.ln();
+        all[GROWTH] = 2.0 * noise.growth_sd.max(f64::MIN_POSITIVE).ln();
+        all[CORRELATION] = noise.correlation.atanh();
+        let gauges = &self.observations.gauges;
+        for (place, axis) in gauges
+            .iter()
+            .skip(1)
+            .take(OWN_SLOPE - FIRST_RATIO)
+            .enumerate()
+        {
+            all[FIRST_RATIO + place] = 2.0 * noise.gauges.reading_ratios[axis.index()].ln();
+        }
+        all[OWN_SLOPE] = 2.0 * noise.gauges.own_slope_sd.max(f64::MIN_POSITIVE).ln();
+        all[FORCE] = 2.0 * noise.gauges.force_sd_n.max(f64::MIN_POSITIVE).ln();
         let places = further.places();
         let values = DVector::from_iterator(places.len(), places.iter().map(|&i| all[i]));
         within_range(&values, centre, further)
@@ -200,28 +264,19 @@ impl VarianceProblem<'_> {
 
     /// The likeliest noise of the first model: the parts that the readings ask for, the one they ask for most first.
     fn with_further_parts(&self, centre: &Centre, from_repeats: bool) -> LikeliestNoise {
-        let start = |further: FurtherParts| {
+        let start = |further: NoiseValues| {
             let places = further.places();
             DVector::from_iterator(places.len(), places.iter().map(|&i| centre[i]))
         };
-        let mut best = self.maximise(start(FurtherParts::NONE), centre, FurtherParts::NONE);
+        let least = NoiseValues::least(self.observations);
+        let mut best = self.maximise(start(least), centre, least);
         // Without repeats what a model leaves cannot be distinguished from noise with a memory; each of several sessions has its own.
         if !from_repeats || !self.observations.sessions.is_empty() {
             return best;
         }
         loop {
-            let more = [
-                FurtherParts {
-                    growth: true,
-                    ..best.further
-                },
-                FurtherParts {
-                    correlation: true,
-                    ..best.further
-                },
-            ];
-            let tried = more.into_iter().filter(|more| *more != best.further);
-            let tried = tried.map(|more| {
+            let more = best.further.more(self.observations);
+            let tried = more.map(|more| {
                 let noise = self.noise(&best.values, best.further);
                 let mut from = self.values(&noise, centre, more);
                 for (value, place) in from.iter_mut().zip(more.places()) {
@@ -284,7 +339,7 @@ impl VarianceProblem<'_> {
     }
 
     /// Minus twice the logarithm of the restricted likelihood, with a wide prior about `centre` for what the data do not determine.
-    fn objective(&self, values: &DVector<f64>, centre: &Centre, further: FurtherParts) -> f64 {
+    fn objective(&self, values: &DVector<f64>, centre: &Centre, further: NoiseValues) -> f64 {
         let noise = self.noise(values, further);
         let precision = self.precision(&noise);
         let (squares, log_determinant, _) = self.restricted_sum(&precision);
@@ -303,7 +358,7 @@ impl VarianceProblem<'_> {
         &self,
         start: DVector<f64>,
         centre: &Centre,
-        further: FurtherParts,
+        further: NoiseValues,
     ) -> LikeliestNoise {
         let size = start.len();
         let mut point = start;
@@ -343,7 +398,7 @@ impl VarianceProblem<'_> {
         point: &DVector<f64>,
         value: f64,
         centre: &Centre,
-        further: FurtherParts,
+        further: NoiseValues,
     ) -> (DVector<f64>, DMatrix<f64>) {
         const H: f64 = 0.02;
         let size = point.len();
@@ -424,10 +479,10 @@ fn restricted_part(
 }
 
 /// Values clamped to [`RANGE`] about a centre, and the correlation to [`MOST_CORRELATED`].
-fn within_range(values: &DVector<f64>, centre: &Centre, further: FurtherParts) -> DVector<f64> {
+fn within_range(values: &DVector<f64>, centre: &Centre, further: NoiseValues) -> DVector<f64> {
     let mut values = values.clone();
     for (value, place) in values.iter_mut().zip(further.places()) {
-        let limit = if place == 4 {
+        let limit = if place == CORRELATION {
             MOST_CORRELATED.atanh()
         } else {
             2.0 * RANGE.ln()

@@ -20,6 +20,8 @@ pub(super) struct RobotSolver<'a> {
     values: BaselineValues,
     solved: Vec<f64>,
     joints: JointsSolved,
+    /// Whether displacements across the load are differentiated too.
+    is_across: bool,
     /// Effects that make another structure, and what they change.
     effects: Vec<Effect>,
     edit: StructureEdit,
@@ -67,6 +69,7 @@ impl<'a> RobotSolver<'a> {
             mechanics,
             solved: Vec::new(),
             joints: JointsSolved::None,
+            is_across: false,
             effects: Vec::new(),
             edit: StructureEdit::default(),
             changed: None,
@@ -130,6 +133,9 @@ impl<'a> RobotSolver<'a> {
             mechanics.differentiate_in(units.map(|unit| unit.unwrap_or(1.0)).collect());
             mechanics.set_factors_rigid(factors)?;
         }
+        if self.is_across {
+            mechanics.differentiate_across()?;
+        }
         if *joints != JointsSolved::None {
             mechanics.solve_joints(|joint| joints.contains(joint))?;
         }
@@ -163,6 +169,11 @@ impl PoseSolver for RobotSolver<'_> {
             )?
         };
         Ok(())
+    }
+
+    fn differentiate_across(&mut self) -> Result<(), MismatchError> {
+        self.is_across = true;
+        Ok(self.mechanics.differentiate_across()?)
     }
 
     fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {

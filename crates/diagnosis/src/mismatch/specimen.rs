@@ -178,6 +178,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
             out.runs.push(ObservedRun {
                 cell: configuration,
                 repeat: number as u32 + 1,
+                session_run: index as u32,
                 readings: empty.clone(),
             });
             add_run(table, scale, index, &mut out);
@@ -186,6 +187,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
         }
         out.cells.push(ObservedCell {
             pose: configuration,
+            load: Direction::X.into(),
             direction: Direction::X,
             runs: first_run..out.runs.len(),
             readings: start..out.readings.len(),
@@ -223,6 +225,7 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
         let time_s = clock(reading);
         out.readings.push(ObservedReading {
             run: out.runs.len() - 1,
+            seq: reading.line,
             zero: run as u32,
             branch: reading.branch,
             hold_number: 0,

@@ -193,10 +193,7 @@ fn readings(observations: &Observations, models: &ModelPair<'_>) -> Vec<ReadingT
             let (reading, load) = (&observations.readings[place], &observations.loads[place]);
             let cell = &observations.cells[observations.cell_of(place)];
             ReadingTrace {
-                cell: Cell {
-                    pose: observations.poses[cell.pose].clone(),
-                    direction: cell.direction,
-                },
+                cell: observations.named(cell),
                 repeat: observations.runs[reading.run].repeat,
                 branch: reading.branch,
                 step: load.step,

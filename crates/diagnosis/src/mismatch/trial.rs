@@ -103,7 +103,13 @@ pub fn simulate(
         let linear_m = mechanics_m[place] * acting.loads[place].force_n;
         *displacement += slopes[reading.run] * linear_m
             + zeros[reading.zero as usize]
-            + noise.own_variance(linear_m).sqrt() * errors[place];
+            + noise
+                .own_variance(
+                    acting.cells[acting.runs[reading.run].cell].direction,
+                    linear_m,
+                )
+                .sqrt()
+                * errors[place];
         let step = truth.noise.displacement_step_m;
         if step > 0.0 {
             *displacement = (*displacement / step).round() * step;

@@ -328,11 +328,21 @@ fn measured(
     let all: Vec<(usize, f64, CellCompliance)> =
         (0..observations.cells.len()).map(of_cell).collect();
     // Where most yield against their load, that is the convention of the session.
-    let against = all.iter().filter(|(_, c, _)| *c < 0.0).count();
-    let sign = if 2 * against >= all.len() { -1.0 } else { 1.0 };
-    let usable = all
-        .into_iter()
-        .filter(|(_, c, cell)| sign * c > 0.0 && cell.u < LEAST_KNOWN_CELL);
+    let along = || {
+        all.iter()
+            .filter(|(place, ..)| observations.cells[*place].is_along_load())
+    };
+    let against = along().filter(|(_, c, _)| *c < 0.0).count();
+    let sign = if 2 * against >= along().count() {
+        -1.0
+    } else {
+        1.0
+    };
+    // Across the load a compliance has either sign.
+    let usable = all.into_iter().filter(|(place, c, cell)| {
+        let is_along = observations.cells[*place].is_along_load();
+        is_along && sign * c > 0.0 && cell.u < LEAST_KNOWN_CELL
+    });
     Ok(usable.map(|(place, _, cell)| (place, cell)).unzip())
 }
 

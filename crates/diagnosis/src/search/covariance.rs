@@ -6,12 +6,12 @@ use nalgebra::DMatrix;
 
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
-use super::serial_correlation::{RowMemory, SerialFilter};
+use super::serial_correlation::{RowErrors, SerialFilter};
 use super::symmetric_root::symmetric_root;
 use super::vectors::RowVector;
 
-/// Largest rank within a block.
-const MOST_COLUMNS: usize = 64;
+/// Rank within a block up to which products need no memory of their own.
+const FEW_COLUMNS: usize = 64;
 
 /// A covariance V = D^(1/2) R D^(1/2) + U Uᵀ within blocks of rows, and the transform W with Wᵀ W = V⁻¹.
 ///
@@ -50,25 +50,25 @@ struct CovarianceBlock {
 impl Covariance {
     /// # Arguments
     /// - `variances`: D, above zero.
-    /// - `blocks`: U, at most 64 columns in each block, in the order of the rows.
+    /// - `blocks`: U, in the order of the rows.
     #[must_use]
     pub fn new(variances: &[f64], blocks: impl IntoIterator<Item = LowRankBlock>) -> Self {
-        Self::with_memory(variances, &[], blocks)
+        Self::with_errors(variances, &RowErrors::Memory(Vec::new()), blocks)
     }
 
-    /// The same with errors that remember the row before them.
+    /// The same with errors that rows have in common with those before them.
     ///
     /// # Arguments
-    /// - `memory`: how each row remembers; a series begins with each block; empty where no row does.
+    /// - `errors`: R; a series begins with each block.
     #[must_use]
-    pub fn with_memory(
+    pub fn with_errors(
         variances: &[f64],
-        memory: &[RowMemory],
+        errors: &RowErrors,
         blocks: impl IntoIterator<Item = LowRankBlock>,
     ) -> Self {
         let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
         let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
-        let serial = SerialFilter::new(memory);
+        let serial = SerialFilter::new(errors);
         log_determinant += serial.log_determinant;
         let of_block = |block| {
             let (block, of_block) = CovarianceBlock::new(block, &weights, &serial);
@@ -283,7 +283,6 @@ impl CovarianceBlock {
                 }
             }
         }
-        debug_assert!(rank <= MOST_COLUMNS);
         let block = Self {
             rows,
             columns,
@@ -301,7 +300,13 @@ impl CovarianceBlock {
     )]
     fn symmetric(&self, part: &mut [f64]) {
         let n = part.len();
-        let mut products = [0.0; MOST_COLUMNS];
+        let (mut few, mut many) = ([0.0; FEW_COLUMNS], Vec::new());
+        let products = if self.rank <= FEW_COLUMNS {
+            &mut few[..self.rank]
+        } else {
+            many.resize(self.rank, 0.0);
+            &mut many[..]
+        };
         for (product, column) in products.iter_mut().zip(self.columns.chunks(n)) {
             *product = sums_side_by_side(column, part);
         }

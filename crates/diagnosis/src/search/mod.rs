@@ -54,6 +54,6 @@ pub use null_noise::{DrawResiduals, NullNoise};
 #[cfg(test)]
 pub(crate) use plain::Plain;
 pub use precision::{Precision, SparseRows};
-pub use serial_correlation::RowMemory;
+pub use serial_correlation::{MOST_STATES, RowErrors, RowMemory, RowStates};
 pub use vectors::{RowVector, dot, norm, push_orthonormal, push_orthonormal_rows, subtract};
 pub use white_space::WhiteSpace;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::covariance::{LowRankBlock, inverse_columns};
-use super::serial_correlation::{RowMemory, SerialFilter};
+use super::serial_correlation::{RowErrors, SerialFilter};
 
 /// V⁻¹ = K - E Eᵀ of a covariance V (`Covariance`): K = D^(-1/2) Fᵀ F D^(-1/2) mixes rows of one series, E is of low rank within blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,15 +22,15 @@ pub struct Precision {
 
 impl Precision {
     /// # Arguments
-    /// - `variances`, `memory`, `blocks`: those of the covariance; the blocks hold all rows.
+    /// - `variances`, `errors`, `blocks`: those of the covariance; the blocks hold all rows.
     #[must_use]
     pub fn new(
         variances: &[f64],
-        memory: &[RowMemory],
+        errors: &RowErrors,
         blocks: impl IntoIterator<Item = LowRankBlock>,
     ) -> Self {
         let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
-        let serial = SerialFilter::new(memory);
+        let serial = SerialFilter::new(errors);
         let mut log_determinant = serial.log_determinant;
         log_determinant += variances.iter().map(|v| v.ln()).sum::<f64>();
         let of_block = |LowRankBlock { rows, mut columns }| {
@@ -141,13 +141,13 @@ impl Precision {
             return;
         };
         self.serial
-            .for_each_row(&block.rows, |row, first, entries| {
-                for (place, entry) in (first..).zip(entries) {
+            .for_each_row(&block.rows, |row, places, entries| {
+                for (behind, (&place, entry)) in places.iter().zip(entries).enumerate() {
                     let (one, left) = (ones[place], entry * weights[place]);
                     for (i, white) in (columns.one_columns..).zip(&further) {
                         sums[i * size + one] += white[row] * left;
                     }
-                    for (before, entry) in (first..place).zip(entries) {
+                    for (&before, entry) in places[..behind].iter().zip(entries) {
                         let (i, j) = (one.max(ones[before]), one.min(ones[before]));
                         let both = left * entry * weights[before];
                         sums[i * size + j] += if i == j { 2.0 * both } else { both };

@@ -21,13 +21,74 @@ fn wave(seed: u64, number: usize) -> Vec<f64> {
 
 /// A covariance as the search has it, and dense.
 fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
-    let (variances, memory, blocks, dense) = parts_of_covariance(seed);
-    (Covariance::with_memory(&variances, &memory, blocks), dense)
+    let (variances, errors, blocks, dense) = parts_of_covariance(seed);
+    (Covariance::with_errors(&variances, &errors, blocks), dense)
 }
 
-/// Variances, memory and blocks of a covariance, and the whole of it, dense; of even seeds rows remember the row before them.
-fn parts_of_covariance(seed: u64) -> (Vec<f64>, Vec<RowMemory>, Vec<LowRankBlock>, DMatrix<f64>) {
+/// The order in which the rows of a block come: those of three gauges, of which one is not read the last time.
+const COMING: [(usize, usize, usize); BLOCK] = [
+    // Row, gauge, reading.
+    (0, 0, 0),
+    (3, 1, 0),
+    (5, 2, 0),
+    (1, 0, 1),
+    (4, 1, 1),
+    (6, 2, 1),
+    (2, 0, 2),
+];
+
+/// Errors of three gauges with memories of their own and the error of the force in common, and their correlations.
+fn common_errors(seed: u64) -> (RowErrors, DMatrix<f64>) {
+    let share = wave(seed, 45);
+    let force = wave(seed, 46);
+    let memory = [0.8, 0.5, -0.4];
+    let mut states = Vec::new();
+    let mut dense = DMatrix::identity(ROWS, ROWS);
+    for block in 0..ROWS / BLOCK {
+        for (place, (row, gauge, reading)) in COMING.into_iter().enumerate() {
+            let mut correlation = [1.0; MOST_STATES];
+            correlation[gauge] = memory[gauge];
+            if place == 0 {
+                correlation = [0.0; MOST_STATES];
+            } else if COMING[place - 1].2 != reading {
+                correlation[MOST_STATES - 1] = 0.0;
+            }
+            let row = block * BLOCK + row;
+            let mut has = [0.0; MOST_STATES];
+            has[gauge] = 0.7 * share[row].abs();
+            has[MOST_STATES - 1] = 0.6 * force[row];
+            states.push(RowStates {
+                row,
+                correlation,
+                has,
+            });
+        }
+        for (row, gauge, reading) in COMING {
+            for (other, of, then) in COMING {
+                let (i, j) = (block * BLOCK + row, block * BLOCK + other);
+                if i == j {
+                    continue;
+                }
+                let mut sum = 0.0;
+                if gauge == of {
+                    let apart = i32::try_from(reading.abs_diff(then)).unwrap();
+                    sum += 0.49 * share[i].abs() * share[j].abs() * memory[gauge].powi(apart);
+                }
+                if reading == then {
+                    sum += 0.36 * force[i] * force[j];
+                }
+                dense[(i, j)] = sum;
+            }
+        }
+    }
+    (RowErrors::Common(states), dense)
+}
+
+/// Variances, errors and blocks of a covariance, and the whole of it, dense; of even seeds rows remember the row before them, of those that five
+/// divides they have the errors of several gauges.
+fn parts_of_covariance(seed: u64) -> (Vec<f64>, RowErrors, Vec<LowRankBlock>, DMatrix<f64>) {
     let variances: Vec<f64> = wave(seed, 40).iter().map(|x| 0.3 + x * x).collect();
+    let several = seed.is_multiple_of(5).then(|| common_errors(seed));
     let memory: Vec<RowMemory> = if seed.is_multiple_of(2) {
         let memory = wave(seed, 43).into_iter().zip(wave(seed, 45)).enumerate();
         let of_row = |(row, (correlation, share)): (usize, (f64, f64))| RowMemory {
@@ -43,6 +104,9 @@ fn parts_of_covariance(seed: u64) -> (Vec<f64>, Vec<RowMemory>, Vec<LowRankBlock
         Vec::new()
     };
     let correlation = |i: usize, j: usize| {
+        if let Some((_, dense)) = &several {
+            return dense[(i, j)];
+        }
         if i == j || memory.is_empty() {
             return f64::from(u8::from(i == j));
         }
@@ -74,7 +138,8 @@ fn parts_of_covariance(seed: u64) -> (Vec<f64>, Vec<RowMemory>, Vec<LowRankBlock
             }
         }
     }
-    (variances, memory, blocks, dense)
+    let errors = several.map_or(RowErrors::Memory(memory), |(errors, _)| errors);
+    (variances, errors, blocks, dense)
 }
 
 /// The same problem for both engines: two columns, one of them with a prior.
@@ -182,7 +247,7 @@ proptest! {
 
 #[test]
 fn a_covariance_with_memory_is_what_it_says() {
-    for seed in [2, 3] {
+    for seed in [2, 3, 5] {
         let (covariance, dense) = covariance(seed);
         let determinant = dense.clone().cholesky().unwrap().ln_determinant();
         assert!((covariance.log_determinant() - determinant).abs() < 1e-9);
@@ -227,9 +292,9 @@ fn products_under_the_inverse_of_a_covariance_are_those_of_the_dense_one() {
     // Steps whose rows come twice in a block, and further columns; the further columns alone.
     let ones: Vec<usize> = (0..ROWS).map(|row| (row * 3) % 5).collect();
     let further = [wave(4, 60), wave(4, 61)];
-    for (seed, steps) in [(2, 5), (3, 5), (4, 5), (2, 0), (3, 0)] {
-        let (variances, memory, blocks, dense) = parts_of_covariance(seed);
-        let precision = Precision::new(&variances, &memory, blocks);
+    for (seed, steps) in [(2, 5), (3, 5), (4, 5), (5, 5), (2, 0), (3, 0), (5, 0)] {
+        let (variances, errors, blocks, dense) = parts_of_covariance(seed);
+        let precision = Precision::new(&variances, &errors, blocks);
         let cholesky = dense.cholesky().unwrap();
         let error = precision.log_determinant() - cholesky.ln_determinant();
         assert!(error.abs() < 1e-9);

@@ -96,10 +96,7 @@ fn place_in_cell(table: &mut ReadingTable, options: &GaugeLogOptions) {
     table.runs = vec![run.clone()];
     table.zeros = vec![run];
     table.assumptions.push(Assumption::CellGiven {
-        cell: Cell {
-            pose: options.pose.clone(),
-            direction: options.direction,
-        },
+        cell: Cell::new(options.pose.clone(), options.direction),
         repeat: options.repeat,
     });
     let absent = Assumption::MISSED

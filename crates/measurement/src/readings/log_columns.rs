@@ -127,6 +127,7 @@ impl LogColumns {
             seq,
             pose: options.pose.clone(),
             direction: options.direction,
+            load: None,
             branch: Branch::Loading,
             step: seq - 1,
             repeat: options.repeat,

@@ -6,6 +6,7 @@
 
 mod assumption;
 mod column;
+mod components;
 mod csv;
 mod defaults;
 mod encoding;

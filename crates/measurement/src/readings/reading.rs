@@ -56,8 +56,10 @@ pub struct Reading {
     pub seq: u32,
     /// The pose held.
     pub pose: PoseId,
-    /// Direction of load and displacement.
+    /// Direction of the displacement, and of the load where it has no other.
     pub direction: Direction,
+    /// Direction of the load where it is another one: its place among [`ReadingTable::load_directions`](super::ReadingTable::load_directions).
+    pub load: Option<u16>,
     /// Loading or unloading.
     pub branch: Branch,
     /// Place in the load sequence from 0, counted on through unloading.
@@ -109,10 +111,7 @@ impl Reading {
     /// The cell this reading belongs to.
     #[must_use]
     pub fn cell(&self) -> Cell {
-        Cell {
-            pose: self.pose.clone(),
-            direction: self.direction,
-        }
+        Cell::new(self.pose.clone(), self.direction)
     }
 
     /// Whether this reading counts.

@@ -66,6 +66,7 @@ impl<'a> RowReader<'a> {
             seq: seq.unwrap_or(self.readings.len() as u32 + 1),
             pose,
             direction,
+            load: None,
             branch: self.branch(table)?,
             step: step.unwrap_or(0),
             repeat,

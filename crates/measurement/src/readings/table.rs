@@ -6,7 +6,9 @@ use std::fmt;
 use super::assumption::{Assumption, AssumptionNote, Excluded};
 use super::column::Column;
 use super::error::ReadingsError;
+use super::joint_values::PoseJoints;
 use super::reading::{Reading, ReadingStatus};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::nearest::{listed_names, nearest};
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
@@ -38,10 +40,7 @@ impl RunKey {
     /// The cell it belongs to.
     #[must_use]
     pub fn cell(&self) -> Cell {
-        Cell {
-            pose: self.pose.clone(),
-            direction: self.direction,
-        }
+        Cell::new(self.pose.clone(), self.direction)
     }
 }
 
@@ -123,6 +122,10 @@ pub struct ReadingTable {
     pub origin: Option<String>,
     /// All readings, those that do not count included.
     pub readings: Vec<Reading>,
+    /// Joint values of poses, where the table states them.
+    pub pose_joints: Vec<PoseJoints>,
+    /// Directions of loads that are not those of the displacements read under them.
+    pub load_directions: Vec<LoadDirection>,
     /// What the readings of a run have in common, by [`Reading::run`].
     pub runs: Vec<RunKey>,
     /// What the readings of a gauge zero have in common, by [`Reading::zero`].

@@ -395,10 +395,7 @@ mod tests {
     fn chi_squared_is_that_of_the_whole_matrix() {
         // Two cells, own variance 1 and 4 (infinite dof), one common error of effect 2 and 1: V = [[5, 2], [2, 5]].
         let change = |direction, difference, own, effect| Change {
-            cell: Cell {
-                pose: "P1".into(),
-                direction,
-            },
+            cell: Cell::new("P1".into(), direction),
             a: 0.0,
             b: difference,
             independent: [(own, f64::INFINITY), (0.0, f64::INFINITY)],
@@ -419,10 +416,7 @@ mod tests {
         let of = |differences: &dyn Fn(usize) -> f64| {
             let changes: Vec<Change> = (0..60)
                 .map(|index| Change {
-                    cell: Cell {
-                        pose: format!("P{index}").as_str().into(),
-                        direction: X,
-                    },
+                    cell: Cell::new(format!("P{index}").as_str().into(), X),
                     a: 0.0,
                     b: differences(index),
                     independent: [(1.0, f64::INFINITY), (0.0, f64::INFINITY)],

@@ -81,10 +81,7 @@ mod tests {
     use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
     fn cell(direction: Direction) -> Cell {
-        Cell {
-            pose: PoseId::new("P1"),
-            direction,
-        }
+        Cell::new(PoseId::new("P1"), direction)
     }
 
     #[test]

@@ -37,6 +37,7 @@ fn any_reading() -> impl Strategy<Value = Reading> {
                 time_s: time,
                 hold_s: time,
                 direction: Direction::ALL[(step % 3) as usize],
+                load: None,
                 branch: if unloading {
                     Branch::Unloading
                 } else {

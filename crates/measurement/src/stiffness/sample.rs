@@ -9,10 +9,7 @@ use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
 /// The cell of `reading`.
 pub(super) fn cell() -> Cell {
-    Cell {
-        pose: PoseId::new("P1"),
-        direction: Direction::Y,
-    }
+    Cell::new(PoseId::new("P1"), Direction::Y)
 }
 
 /// A reading of P1 y whose run and zero are those of its repeat.
@@ -28,6 +25,7 @@ pub(super) fn reading(
         seq: repeat * 100 + step,
         pose: PoseId::new("P1"),
         direction: Direction::Y,
+        load: None,
         branch: Branch::Loading,
         step,
         repeat,
@@ -112,6 +110,7 @@ impl SimulatedBench {
                         seq: readings.len() as u32 + 1,
                         pose: pose.clone(),
                         direction: Direction::ALL[index % 3],
+                        load: None,
                         branch: if step > last {
                             Branch::Unloading
                         } else {

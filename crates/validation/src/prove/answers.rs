@@ -316,7 +316,8 @@ mod tests {
             }))
             .unwrap()
         };
-        let per_second = Effect::new(laws::DRIFT_PER_SECOND, Place::Clock, vec![1e-8]).unwrap();
+        let per_second =
+            Effect::new(laws::DRIFT_PER_SECOND, Place::Clock(None), vec![1e-8]).unwrap();
         assert!(drift("m/s").is(&per_second));
         assert!(!drift("m/K").is(&per_second));
         assert_eq!(drift("m/K").law(), Some(laws::DRIFT_PER_KELVIN));

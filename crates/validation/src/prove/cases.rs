@@ -160,9 +160,10 @@ fn in_runs(bench: &TrialBench<'_>, law: Law) -> Vec<Effect> {
         let first_after = run.readings.start + 1 + (of_run * possible) as usize;
         let place = Place::Run {
             pose: observations.poses[cell.pose].clone(),
-            direction: cell.direction,
+            direction: cell.load.called(),
             repeat: run.repeat,
             step: observations.loads[first_after].step,
+            gauge: None,
         };
         Effect::new(law, place, small_values(law, 1.0)).ok()
     };

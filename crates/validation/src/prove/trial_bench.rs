@@ -9,7 +9,7 @@ use stiffbench_diagnosis::mismatch::{
     RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors,
     standard_errors_between, white_laws,
 };
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::test_point::{DirectionName, PoseId};
 
 use super::error::ProveError;
 use super::ideal::IdealSearch;
@@ -293,14 +293,14 @@ fn named_in_run_of(truth: &Truth, diagnosis: &Diagnosis) -> bool {
 }
 
 /// The run of a place: pose, direction and repeat.
-fn run_of(place: &Place) -> Option<(&PoseId, Direction, u32)> {
+fn run_of(place: &Place) -> Option<(&PoseId, &DirectionName, u32)> {
     match place {
         Place::Run {
             pose,
             direction,
             repeat,
             ..
-        } => Some((pose, *direction, *repeat)),
+        } => Some((pose, direction, *repeat)),
         _ => None,
     }
 }

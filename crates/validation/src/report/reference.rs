@@ -153,10 +153,7 @@ fn smallest_loads(cells: &[&ReferenceCell]) -> MeasuredStiffness {
             .filter(|cell| axis(cell) == wanted)
             .min_by(|a, b| a.force_n.abs().total_cmp(&b.force_n.abs()))
             .map(|cell| MeasuredCell {
-                cell: Cell {
-                    pose: PoseId::new(&cell.pose),
-                    direction: wanted,
-                },
+                cell: Cell::new(PoseId::new(&cell.pose), wanted),
                 stiffness_n_per_m: cell.force_n / cell.displacement_um[wanted.index()] * UM_PER_M,
                 ln_uncertainty: None,
                 reading_noise: None,
@@ -176,10 +173,7 @@ fn compliance(
     pose: &PoseId,
     factors: &FittingFactors,
 ) -> Result<[f64; 3], FitError> {
-    let cells = Direction::ALL.map(|direction| Cell {
-        pose: pose.clone(),
-        direction,
-    });
+    let cells = Direction::ALL.map(|direction| Cell::new(pose.clone(), direction));
     let stiffness = CellModel::new(robot, mechanism, &[], &cells)?.stiffness(factors)?;
     Ok([0, 1, 2].map(|i| 1.0 / stiffness[i]))
 }

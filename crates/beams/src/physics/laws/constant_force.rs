@@ -69,7 +69,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
 mod tests {
     use crate::physics::{Effect, LawSet, LoadPoint, PoseMechanics, RunLoads, JointRotations};
     use crate::structure::RotationInfluence;
-    use stiffbench_units_and_text::test_point::Direction;
+    use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::Direction;
 
     #[test]
     fn it_acts_under_load_in_its_direction_and_not_at_the_zero() {
@@ -88,7 +89,8 @@ mod tests {
         for (direction, w_n) in [(Direction::Y, -0.8), (Direction::X, 0.0)] {
             let run = RunLoads {
                 pose: &"P1".into(),
-                direction,
+                load: LoadDirection::of_axis(direction),
+                read: direction,
                 repeat: 1,
                 release_n: None,
                 loads: &loads,

@@ -58,8 +58,12 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                 pose,
                 direction,
                 repeat,
+                gauge,
                 ..
-            } => format!("a slip in {pose} {direction}, repeat {repeat}"),
+            } => {
+                let of_gauge = gauge.map_or_else(String::new, |axis| format!(", gauge along {axis}"));
+                format!("a slip in {pose} {direction}, repeat {repeat}{of_gauge}")
+            }
             other => format!("a slip, {other}"),
         },
         explanation: "From that reading on, all readings of that one run are shifted.",

@@ -14,7 +14,7 @@ use crate::physics::place::{Place, PlaceKind};
 use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
 use crate::structure::Property;
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 use stiffbench_units_and_text::toml_text::{Document, Table, TomlValue};
 
 use super::error::ModelFileError;
@@ -272,7 +272,6 @@ fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
     let name = |key: &str| name(&table, key).map(str::to_owned);
     // A place with one possible value: the file must agree with it.
     let fixed = |key: &'static str, expected: &'static str, there: Place| -> ModelRead<Place> {
-        table.only(&[key])?;
         let value = table.require(key)?;
         let agrees = match value.parsed() {
             DeValue::Boolean(yes) => *yes && expected == "true",
@@ -311,12 +310,22 @@ fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
                 toward,
             })
         }
-        PlaceKind::ForceGauge => fixed("gauge", "\"force\"", Place::ForceGauge),
-        PlaceKind::DisplacementGauge => {
-            fixed("gauge", "\"displacement\"", Place::DisplacementGauge)
+        PlaceKind::ForceGauge => {
+            table.only(&["gauge"])?;
+            fixed("gauge", "\"force\"", Place::ForceGauge)
         }
-        PlaceKind::Structure => fixed("structure", "true", Place::Structure),
-        PlaceKind::Clock => fixed("clock", "true", Place::Clock),
+        PlaceKind::DisplacementGauge => {
+            let there = Place::DisplacementGauge(one_of_gauges(&table, ["gauge", "direction"])?);
+            fixed("gauge", "\"displacement\"", there)
+        }
+        PlaceKind::Structure => {
+            table.only(&["structure"])?;
+            fixed("structure", "true", Place::Structure)
+        }
+        PlaceKind::Clock => {
+            let there = Place::Clock(one_of_gauges(&table, ["clock", "direction"])?);
+            fixed("clock", "true", there)
+        }
         PlaceKind::Run => run(&table),
         PlaceKind::Length => {
             table.only(&["body", "entry"])?;
@@ -364,14 +373,27 @@ fn name<'a>(table: &Table<'a>, key: &str) -> ModelRead<&'a str> {
     text.ok_or_else(|| value.wrong("a name in quotes").into())
 }
 
+/// The axis of one of several gauges, if there is one; the other key of the place is for the caller.
+fn one_of_gauges(place: &Table<'_>, keys: [&'static str; 2]) -> ModelRead<Option<Direction>> {
+    place.only(&keys)?;
+    let axis = place
+        .get("direction")
+        .map(|_| direction(place, "direction"));
+    axis.transpose()
+}
+
 fn run(place: &Table<'_>) -> ModelRead<Place> {
-    place.only(&["run", "step"])?;
+    place.only(&["run", "step", "direction"])?;
     let run = place.require("run")?.table()?;
     run.only(&["pose", "direction", "repeat"])?;
     Ok(Place::Run {
         pose: PoseId::new(name(&run, "pose")?),
-        direction: direction(&run, "direction")?,
+        direction: DirectionName::new(name(&run, "direction")?),
         repeat: run.require("repeat")?.count()?,
         step: place.require("step")?.count()?,
+        gauge: place
+            .get("direction")
+            .map(|_| direction(place, "direction"))
+            .transpose()?,
     })
 }

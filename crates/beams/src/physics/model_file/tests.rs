@@ -58,7 +58,7 @@ fn an_example_is_read_in_si() {
     assert_eq!(backlash.uncertainties[0].ci95, Some([1e-4, 1.4e-4]));
     assert_eq!(backlash.uncertainties[1], ParameterUncertainty::default());
     assert_eq!(drift.effect.law, laws::DRIFT_PER_KELVIN);
-    assert_eq!(drift.effect.place, Place::Clock);
+    assert_eq!(drift.effect.place, Place::Clock(None));
     assert_eq!(model.alternatives[0].alternative_group, Some(1));
     assert_eq!(model.acting().len(), 2);
 }
@@ -278,9 +278,10 @@ fn a_place(kind: PlaceKind) -> BoxedStrategy<Place> {
         PlaceKind::Run => (".{1,8}", direction(), any::<u32>(), any::<u32>())
             .prop_map(|(pose, direction, repeat, step)| Place::Run {
                 pose: PoseId::new(&pose),
-                direction,
+                direction: direction.into(),
                 repeat,
                 step,
+                gauge: None,
             })
             .boxed(),
         PlaceKind::Length => ("[^.]{1,8}", ".{1,8}")

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use stiffbench_units_and_text::test_point::Direction;
 use stiffbench_units_and_text::toml_text::quoted;
 
 use crate::physics::place::Place;
@@ -131,17 +132,27 @@ fn place(place: &Place) -> String {
         Place::Mechanism(name) => format!("{{ mechanism = {} }}", quoted(name)),
         Place::Element(name) => format!("{{ element = {} }}", quoted(name)),
         Place::ForceGauge => "{ gauge = \"force\" }".to_owned(),
-        Place::DisplacementGauge => "{ gauge = \"displacement\" }".to_owned(),
+        Place::DisplacementGauge(axis) => {
+            format!("{{ gauge = \"displacement\"{} }}", of_gauge(*axis))
+        }
         Place::Structure => "{ structure = true }".to_owned(),
-        Place::Clock => "{ clock = true }".to_owned(),
+        Place::Clock(axis) => format!("{{ clock = true{} }}", of_gauge(*axis)),
         Place::Run {
             pose,
             direction,
             repeat,
             step,
+            gauge,
         } => format!(
-            "{{ run = {{ pose = {}, direction = \"{direction}\", repeat = {repeat} }}, step = {step} }}",
-            quoted(pose.as_str())
+            "{{ run = {{ pose = {}, direction = {}, repeat = {repeat} }}, step = {step}{} }}",
+            quoted(pose.as_str()),
+            quoted(direction.as_str()),
+            of_gauge(*gauge)
         ),
     }
+}
+
+/// The axis of one of several gauges, behind another key.
+fn of_gauge(axis: Option<Direction>) -> String {
+    axis.map_or_else(String::new, |axis| format!(", direction = \"{axis}\""))
 }

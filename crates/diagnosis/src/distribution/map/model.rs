@@ -17,6 +17,7 @@ use stiffbench_beams::robot::{
     Predictor, Robot, RobotError, Theory,
 };
 use stiffbench_beams::structure::{Compliance6, SolutionPath};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::column::{MapColumn, fill_row, row_width};
@@ -401,7 +402,8 @@ impl<'m, 'a> SinglePoseSolver<'m, 'a> {
             let axis = column.axis().unwrap_or_default();
             let run = RunLoads {
                 pose: &id,
-                direction: Direction::ALL[axis],
+                load: LoadDirection::of_axis(Direction::ALL[axis]),
+                read: Direction::ALL[axis],
                 repeat: 1,
                 release_n: None,
                 loads: std::slice::from_ref(&load),

@@ -12,7 +12,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use crate::mismatch::baseline::Baseline;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::estimated_noise::EstimatedNoise;
-use crate::mismatch::noise::ReadingNoise;
+use crate::mismatch::noise::{GaugeNoise, ReadingNoise};
 use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::PlannedCell;
 use crate::search::constants::{USUAL_READING_SD_M, USUAL_RUN_SLOPE_SD, USUAL_ZERO_SD_M};
@@ -26,6 +26,7 @@ pub const USUAL_NOISE: ReadingNoise = ReadingNoise {
     run_slope_sd: USUAL_RUN_SLOPE_SD,
     growth_sd: 0.0,
     correlation: 0.0,
+    gauges: GaugeNoise::ALIKE,
 };
 
 /// A law at a place.

@@ -38,12 +38,16 @@ impl DiagnosisProblem<'_> {
         let linearised = self.predictor().linearised(parameters, &[])?;
         let cells = &self.observations.cells;
         let mut parts: Vec<ComponentResponse> = Vec::new();
-        let squared = |levers: &[f64]| levers.iter().map(|m| m * m).collect::<Vec<f64>>();
+        let compliances = |lever_m: &dyn Fn(&ObservedCell) -> [f64; 3]| -> Vec<f64> {
+            let cells = cells.iter();
+            cells
+                .map(|cell| cell.lever_product(lever_m(cell)))
+                .collect()
+        };
         for (joint, name) in linearised.joints.iter().enumerate() {
-            let lever = |cell: &ObservedCell| {
-                let levers = &linearised.poses[cell.pose].influence.levers_m;
-                levers[joint][cell.direction.index()].abs()
-            };
+            let lever_m =
+                |cell: &ObservedCell| linearised.poses[cell.pose].influence.levers_m[joint];
+            let lever = |cell: &ObservedCell| lever_m(cell)[cell.direction.index()].abs();
             let levers: Vec<f64> = cells.iter().map(lever).collect();
             let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
             parts.push(ComponentResponse {
@@ -52,16 +56,19 @@ impl DiagnosisProblem<'_> {
                     .iter()
                     .map(stiffness)
                     .fold(f64::INFINITY, f64::min),
-                ..ComponentResponse::new(Place::Joint(name.clone()), squared(&levers), Some(levers))
+                ..ComponentResponse::new(
+                    Place::Joint(name.clone()),
+                    compliances(&lever_m),
+                    Some(levers),
+                )
             });
         }
         for &axis in &linearised.rocking_axes {
-            let lever = |cell: &ObservedCell| {
-                linearised.poses[cell.pose].base_levers_m[axis.index()][cell.direction.index()]
-                    .abs()
-            };
+            let lever_m =
+                |cell: &ObservedCell| linearised.poses[cell.pose].base_levers_m[axis.index()];
+            let lever = |cell: &ObservedCell| lever_m(cell)[cell.direction.index()].abs();
             let levers: Vec<f64> = cells.iter().map(lever).collect();
-            let compliance = squared(&levers);
+            let compliance = compliances(&lever_m);
             parts.push(ComponentResponse::new(
                 Place::Axis(axis),
                 compliance,
@@ -69,9 +76,9 @@ impl DiagnosisProblem<'_> {
             ));
         }
         for direction in Direction::ALL {
-            let own = cells
-                .iter()
-                .map(|cell| f64::from(u8::from(cell.direction == direction)));
+            let own = cells.iter().map(|cell| {
+                f64::from(u8::from(cell.direction == direction)) * cell.load.along(direction)
+            });
             let own: Vec<f64> = own.collect();
             parts.push(ComponentResponse::new(
                 Place::Direction(direction),
@@ -83,7 +90,13 @@ impl DiagnosisProblem<'_> {
             for property in Property::ALL {
                 // A larger property is stiffer: a relative compliance is minus its logarithm.
                 let compliance = cells.iter().map(|cell| {
-                    -element.gradient_m_per_n[cell.pose][property.index()][cell.direction.index()]
+                    let gradient = element.gradient_m_per_n[cell.pose][property.index()];
+                    // What an element does across the load is not worked out.
+                    if cell.is_along_load() {
+                        -gradient[cell.direction.index()]
+                    } else {
+                        0.0
+                    }
                 });
                 let place = Place::Element(element.element.clone());
                 let part = ComponentResponse::new(place, compliance.collect(), None);

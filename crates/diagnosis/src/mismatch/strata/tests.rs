@@ -8,7 +8,9 @@ use super::decomposition::squares;
 use super::*;
 use crate::mismatch::KnownNoise;
 use crate::mismatch::noise::NoiseCovariance;
-use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum};
+use crate::mismatch::{
+    GaugeNoise, GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum,
+};
 use crate::parameters::ParameterChoice;
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
@@ -27,6 +29,7 @@ const NOISE: ReadingNoise = ReadingNoise {
     run_slope_sd: 0.003,
     growth_sd: 0.0,
     correlation: 0.0,
+    gauges: GaugeNoise::ALIKE,
 };
 
 /// Loading and unloading with one hold of a minute at the top, five repeats; forces off their targets by up to half a newton.
@@ -350,7 +353,7 @@ fn strata(located: &Located) -> Vec<Stratum> {
 #[test]
 fn each_effect_lands_in_its_stratum() {
     let up_and_down = fixture(&UP_AND_DOWN, true);
-    let gauge = || Place::DisplacementGauge;
+    let gauge = || Place::DisplacementGauge(None);
     let cases = [
         (
             effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-7]),
@@ -361,7 +364,7 @@ fn each_effect_lands_in_its_stratum() {
             Stratum::RepeatTime,
         ),
         (
-            effect(laws::DRIFT_PER_SECOND, Place::Clock, &[1e-9]),
+            effect(laws::DRIFT_PER_SECOND, Place::Clock(None), &[1e-9]),
             Stratum::RepeatTime,
         ),
         (

@@ -73,10 +73,7 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
     let mut report = reference_report(&robot, mechanism, &record)?;
     if let Some(pose) = report.poses.first() {
         let factors = FittingFactors::of_classes(pose.factors, pose.factors);
-        let cells = [Cell {
-            pose: PoseId::new(&pose.model.pose),
-            direction: Direction::X,
-        }];
+        let cells = [Cell::new(PoseId::new(&pose.model.pose), Direction::X)];
         let started = Instant::now();
         for _ in 0..TIMED_SOLVES {
             // As a new run of the paper's program would: structure, assembly, solution.

@@ -130,9 +130,10 @@ fn with_known_noise_the_false_alarm_rate_is_the_level_of_the_laws() {
     let cell = &bench.plan.cells[run.cell];
     let slip = Place::Run {
         pose: bench.plan.poses[cell.pose].clone(),
-        direction: cell.direction,
+        direction: (cell.direction).into(),
         repeat: run.repeat,
         step: 7,
+        gauge: None,
     };
     let found = |size: f64| {
         let sessions = ideal.sessions((laws::SLIP, &slip), size, SESSIONS, 3);
