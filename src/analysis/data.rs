@@ -104,6 +104,12 @@ impl Data {
                 measured: read_stiffness_list(name, text)?,
             });
         }
+        if let Some(vectors) = VectorSession::open(path, options)? {
+            let session = vectors.by_component();
+            if session.table.is_of_one_gauge() {
+                return Ok(Self::Readings(Box::new(session)));
+            }
+        }
         if LoadedLoadCases::is_at(path) {
             let loaded = LoadedLoadCases::open(path, options)?;
             return Ok(Self::LoadCases(Box::new(loaded)));

@@ -311,14 +311,10 @@ fn verdict_words(diagnosis: &LoadCaseDiagnosis) -> String {
             significant(micro(diagnosis.after_m), 3)
         )
     };
-    let untested = match (diagnosis.of_runs, diagnosis.findings.is_empty()) {
-        (true, _) => {
-            " Not tested, and not excluded: laws with a history (play and friction over a loop, creep, setting-in, drift) and local laws (slip), because only the slope of each run was used; a session with one displacement gauge tests them."
-        }
-        (false, true) => {
-            " Not tested: laws with a history (creep, setting-in, drift, hysteresis) and local laws (slip), because a load case has neither order nor time."
-        }
-        (false, false) => "",
+    let untested = if diagnosis.findings.is_empty() {
+        " Not tested: laws with a history (creep, setting-in, drift, hysteresis) and local laws (slip), because a load case has neither order nor time."
+    } else {
+        ""
     };
     format!("{found}{scatter}{untested}")
 }

@@ -1,7 +1,7 @@
 //! Factors of sections and springs of joints and base, as parameters of the model and as effects beside it.
 
 use stiffbench_beams::physics::{
-    ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads,
+    ActingPhysics, Effect, JointRotations, LawSet, LoadPoint, Mechanics, RunLoads,
 };
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Predictor, Robot, RobotError,
@@ -208,5 +208,72 @@ fn a_parameter_that_is_not_there_is_refused_with_those_that_are() {
             known
         };
         assert!(error.to_string().contains(known), "{error}");
+    }
+}
+
+/// A load that is the sum of others moves each gauge by the sum of what these do; and the derivatives across the load are those of differences.
+#[test]
+fn gauges_across_the_load_read_the_row_of_the_compliance() {
+    let robot = robot();
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let (parameters, factors) = values(&robot, mechanism);
+    let poses = [robot.poses[1].pose.clone()];
+    let mut mechanics =
+        Mechanics::rigid_with(&robot, mechanism, &parameters, &factors, &poses).unwrap();
+    mechanics.differentiate_across().unwrap();
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let oblique = LoadDirection::from_vector([half, half, 0.0]).unwrap();
+    let laws = LawSet::default();
+    let loads = [LoadPoint {
+        force_n: -50.0,
+        ..LoadPoint::default()
+    }];
+    let compliance = mechanics.pose(0).influence.compliance_m_per_n;
+    for read in Direction::ALL {
+        let run = RunLoads {
+            pose: &robot.poses[1].id,
+            load: &oblique,
+            read,
+            repeat: 1,
+            release_n: None,
+            loads: &loads,
+        };
+        let mut moved = [0.0];
+        laws.displacements_m(
+            mechanics.pose(0),
+            &run,
+            &mut JointRotations::default(),
+            &mut moved,
+        );
+        let row = compliance[read.index()];
+        let expected = -50.0 * half * (row[0] + row[1]);
+        assert!((moved[0] / expected - 1.0).abs() < 1e-12, "{read}");
+    }
+    // Central differences, a factor in its logarithm and a spring in its value: six digits are left of sixteen.
+    for (place, parameter) in parameters.iter().enumerate() {
+        let value = factors.get(parameter);
+        let step = 1e-4 * value;
+        let mut at = |value: f64| {
+            let mut moved = factors.clone();
+            moved.set(parameter, value);
+            mechanics.set_factors_rigid(&moved).unwrap();
+            let pose = mechanics.pose(0).clone();
+            Direction::ALL.map(|read| pose.compliance_m_per_n(read, &oblique))
+        };
+        let (up, down) = (at(value + step), at(value - step));
+        at(value);
+        let scale = if parameter.is_factor() { value } else { 1.0 };
+        let largest = Direction::ALL.map(|read| mechanics.pose(0).gradient(place, read, &oblique));
+        let largest = largest
+            .iter()
+            .fold(0.0_f64, |most, one| most.max(one.abs()));
+        for read in Direction::ALL {
+            let expected = scale * (up[read.index()] - down[read.index()]) / (2.0 * step);
+            let found = mechanics.pose(0).gradient(place, read, &oblique);
+            assert!(
+                (found - expected).abs() <= 1e-5 * largest,
+                "{parameter} along {read}: {found:e} {expected:e}"
+            );
+        }
     }
 }

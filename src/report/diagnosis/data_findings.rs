@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{BadReading, BadReadingKind, BadRun};
 use crate::report::significant;
-use crate::test_point::{Branch, Direction, PoseId};
+use crate::test_point::{Branch, Cell, Direction, DirectionName, PoseId};
 
 use super::phrases::paragraph;
 use super::summary::um;
@@ -69,6 +69,9 @@ pub enum DataPlace {
         pose: PoseId,
         /// Its direction.
         direction: Direction,
+        /// The direction of its load, if it is another.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        load: Option<DirectionName>,
         /// Its repeat.
         repeat: u32,
         /// Its load step.
@@ -147,6 +150,7 @@ impl DataFindingReport {
             place: DataPlace::Reading {
                 pose: bad.pose.clone(),
                 direction: bad.direction,
+                load: bad.load.clone(),
                 repeat: bad.repeat,
                 step: bad.step,
                 branch: bad.branch,
@@ -216,7 +220,7 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
     let readings = match &bad[..] {
         [] => String::new(),
         [one] => {
-            let place = format!("line {}, {} {}", one.line, one.pose, one.direction);
+            let place = format!("line {}, {}", one.line, cell_of(one));
             first_line(
                 report,
                 &format!("One reading contradicts its repeats: {place}"),
@@ -254,6 +258,14 @@ fn is_with(one: &BadRun, other: &BadRun) -> bool {
     one.exchanged_with
         .as_ref()
         .is_some_and(|(pose, direction)| (pose, direction) == (&other.pose, &other.direction))
+}
+
+/// The cell of a reading.
+fn cell_of(bad: &BadReading) -> Cell {
+    Cell {
+        load: bad.load.clone(),
+        ..Cell::new(bad.pose.clone(), bad.direction)
+    }
 }
 
 fn cell_name(bad: &BadRun) -> String {
@@ -337,10 +349,9 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
             ""
         };
         let said = format!(
-            "line {}: {} {}, repeat {}, step {}, {}: {} um, where {others} predict {} ± {} um (k = 2){slip}.{last}",
+            "line {}: {}, repeat {}, step {}, {}: {} um, where {others} predict {} ± {} um (k = 2){slip}.{last}",
             one.line,
-            one.pose,
-            one.direction,
+            cell_of(one),
             one.repeat,
             one.step,
             one.branch,

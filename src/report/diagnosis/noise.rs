@@ -35,6 +35,8 @@ pub struct NoiseComponent {
     /// `white`: standard deviation of a reading without the step of its gauge. `resolution`: that of the step. `zero`: that of a gauge zero.
     /// `slope`: relative standard deviation of the slope of a run. `growth`: standard deviation of a reading as a share of its displacement.
     /// `ar1`: correlation of the scatter of a reading with that of the one before it in its run. `tails`: degrees of freedom of Student's t.
+    /// Of several gauges that were read at once: `white-x`, `white-y`, `white-z`: standard deviation of a reading of the gauge along that axis, the
+    /// step included; `slope-of-gauge`: that of the slope that a run has in one gauge alone; `force`: that of the force of a reading.
     pub name: &'static str,
     /// The value in `unit`.
     pub value: f64,
@@ -137,6 +139,18 @@ fn components(report: &DiagnosisReport) -> Vec<NoiseComponent> {
     if correlation.is_some() {
         all.push(part("ar1", noise.correlation, "1", correlation));
     }
+    let gauges = &noise.gauges;
+    for axis in &report.observations.gauges {
+        let name = ["white-x", "white-y", "white-z"][axis.index()];
+        let of_gauge = reading_um * gauges.reading_ratios[axis.index()];
+        all.push(part(name, of_gauge, "um", None));
+    }
+    if gauges.own_slope_sd > 0.0 {
+        all.push(part("slope-of-gauge", gauges.own_slope_sd, "1", None));
+    }
+    if gauges.force_sd_n > 0.0 {
+        all.push(part("force", gauges.force_sd_n, "N", None));
+    }
     let tails = report.tails_dof.map(|dof| part("tails", dof, "1", None));
     all.extend(tails);
     all
@@ -199,6 +213,19 @@ fn further_part(part: &NoiseComponent) -> Option<String> {
     };
     let plain = |value: f64| significant(value, 2);
     match part.name {
+        "white-x" | "white-y" | "white-z" => Some(format!(
+            "A reading of the gauge along {} scatters by {}.",
+            &part.name["white-".len()..],
+            um_shown(part.value)
+        )),
+        "slope-of-gauge" => Some(format!(
+            "In each gauge alone the slope of a run scatters by {} %.",
+            percent(part.value)
+        )),
+        "force" => Some(format!(
+            "The force of a reading scatters by {} N, which moves all gauges at once.",
+            plain(part.value)
+        )),
         "growth" => Some(format!(
             "The scatter of a reading grows with its displacement, by {} %{} of it.",
             percent(part.value),

@@ -114,8 +114,6 @@ pub struct PosedLoadCases {
     pub poses: Vec<Pose>,
     /// The load cases, in the order of the table.
     pub cases: Vec<PosedLoad>,
-    /// Whether some stand for a run of several loads each.
-    pub of_runs: bool,
     /// What a user should know of poses and axes.
     pub warnings: Vec<String>,
 }
@@ -135,7 +133,6 @@ impl PosedLoadCases {
             labels: table.poses(),
             poses: Vec::new(),
             cases: Vec::with_capacity(table.cases.len()),
-            of_runs: table.is_of_runs(),
             warnings: Vec::new(),
         };
         for case in &table.cases {
@@ -170,7 +167,6 @@ impl PosedLoadCases {
             case.pose = place_of(&mut self.poses, &further.poses[case.pose]);
             self.cases.push(case);
         }
-        self.of_runs |= further.of_runs;
         self.warnings.extend(further.warnings);
     }
 

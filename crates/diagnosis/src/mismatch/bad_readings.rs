@@ -14,7 +14,7 @@
 //! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
 //! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
 
-use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Branch, Direction, DirectionName, PoseId};
 
 use super::baseline::Baseline;
 use super::deleted_residuals::{has_repeats, testable};
@@ -47,6 +47,8 @@ pub struct BadReading {
     pub pose: PoseId,
     /// Its direction.
     pub direction: Direction,
+    /// The direction of its load, if it is another.
+    pub load: Option<DirectionName>,
     /// Its repeat.
     pub repeat: u32,
     /// Its load step.
@@ -225,6 +227,7 @@ impl BadReading {
             line: detail.line,
             pose: observations.poses[cell.pose].clone(),
             direction: cell.direction,
+            load: observations.named(cell).load,
             repeat: run.repeat,
             step: observations.loads[reading].step,
             branch: detail.branch,

@@ -24,22 +24,11 @@ pub enum VerdictGrade {
     Undecided,
 }
 
-/// What data can show at most, whatever is found in them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum VerdictReach {
-    /// The scatter is known apart from the fit, and every law that the data may hold was tested.
-    All,
-    /// The scatter is what the fit leaves: a part of it may be physics.
-    ScatterFromFit,
-    /// The data hold the history of their loads, and laws with a history were not tested.
-    HistoryUntested,
-}
-
 /// What a verdict rests on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GradeBasis {
-    /// What the data can show at most.
-    pub(crate) reach: VerdictReach,
+    /// Whether the scatter is what the fit leaves, of which a part may be physics.
+    pub(crate) scatter_from_fit: bool,
     /// Smallest chance of a finding on noise alone, the level of all laws as its family; 1 without findings.
     pub(crate) p_family: f64,
     /// Log Bayes factor of the same finding.
@@ -64,7 +53,7 @@ impl GradeBasis {
     pub(crate) fn is_most(&self) -> bool {
         let most = |share: Option<f64>| share.is_some_and(|share| share >= MOST_OF_THE_MISFIT);
         // Beside a scatter from the fit a share of the misfit means nothing.
-        let fitted = self.reach == VerdictReach::ScatterFromFit || most(self.share_of_misfit);
+        let fitted = self.scatter_from_fit || most(self.share_of_misfit);
         Self::is_certain(self.p_family, self.log_bayes) && fitted && most(self.share_unseen)
     }
 
@@ -72,23 +61,16 @@ impl GradeBasis {
     pub(crate) fn decide(&self) -> (Verdict, VerdictGrade) {
         let found = self.p_family <= LAW_LEVEL;
         let grade = match (found, self.is_left) {
-            (false, false) if self.reach == VerdictReach::All => {
-                return (Verdict::NothingMissing, VerdictGrade::Nothing);
+            (false, false) if self.scatter_from_fit => {
+                return (Verdict::InsufficientData, VerdictGrade::Undecided);
             }
-            (false, false) => return (Verdict::InsufficientData, VerdictGrade::Undecided),
-            _ if self.reach == VerdictReach::HistoryUntested => {
-                return (Verdict::Unknown, VerdictGrade::Unknown);
-            }
-            (true, _) if self.reach == VerdictReach::ScatterFromFit && self.is_most() => {
-                VerdictGrade::Mostly
-            }
+            (false, false) => return (Verdict::NothingMissing, VerdictGrade::Nothing),
+            (true, _) if self.scatter_from_fit && self.is_most() => VerdictGrade::Mostly,
             // What does not lower the error in left-out poses at all explains nothing there.
-            (true, false) if self.reach == VerdictReach::ScatterFromFit => {
-                match self.share_unseen {
-                    Some(share) if share > 0.0 => VerdictGrade::Weak,
-                    _ => return (Verdict::Unknown, VerdictGrade::Unknown),
-                }
-            }
+            (true, false) if self.scatter_from_fit => match self.share_unseen {
+                Some(share) if share > 0.0 => VerdictGrade::Weak,
+                _ => return (Verdict::Unknown, VerdictGrade::Unknown),
+            },
             (true, false) if Self::is_certain(self.p_family, self.log_bayes) => VerdictGrade::Is,
             (true, false) => VerdictGrade::Weak,
             (true, true) if self.is_most() => VerdictGrade::Mostly,
@@ -110,7 +92,7 @@ mod tests {
     #[test]
     fn grades_follow_evidence_rest_and_shares() {
         let certain = GradeBasis {
-            reach: VerdictReach::All,
+            scatter_from_fit: false,
             p_family: 1e-4,
             log_bayes: 20.0,
             is_a_set: false,
@@ -160,7 +142,7 @@ mod tests {
         // A scatter from the fit allows neither `is` nor `nothing`.
         let undecided = (Verdict::InsufficientData, VerdictGrade::Undecided);
         let from_fit = |basis| GradeBasis {
-            reach: VerdictReach::ScatterFromFit,
+            scatter_from_fit: true,
             ..basis
         };
         assert_eq!(decide(from_fit(none)), undecided);
@@ -176,13 +158,5 @@ mod tests {
             ..left
         };
         assert_eq!(decide(from_fit(most)).1, VerdictGrade::Mostly);
-        // Nor do laws that were not tested allow any name.
-        for (basis, expected) in [(none, undecided), (certain, unknown), (most, unknown)] {
-            let untested = GradeBasis {
-                reach: VerdictReach::HistoryUntested,
-                ..basis
-            };
-            assert_eq!(decide(untested), expected);
-        }
     }
 }

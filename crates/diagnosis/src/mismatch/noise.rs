@@ -515,3 +515,94 @@ pub(super) fn groups(observations: &Observations) -> impl Iterator<Item = Range<
         out
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mismatch::GaugeSteps;
+    use crate::mismatch::changes::tests::observations;
+    use stiffbench_units_and_text::load_direction::LoadDirection;
+
+    /// Two cells of the same loads, read at once along y and z: two runs of five readings each.
+    fn two_gauges() -> Observations {
+        let mut both = observations();
+        both.gauges = vec![Direction::Y, Direction::Z];
+        for (cell, axis) in both.cells.iter_mut().zip([Direction::Y, Direction::Z]) {
+            cell.load = LoadDirection::Axis(Direction::X);
+            cell.direction = axis;
+        }
+        for run in &mut both.runs {
+            run.session_run = run.repeat;
+        }
+        let half = both.len() / 2;
+        for (place, reading) in both.readings.iter_mut().enumerate() {
+            reading.seq = (place % half) as u32;
+        }
+        both
+    }
+
+    #[test]
+    fn what_gauges_have_in_common_is_common() {
+        let noise = ReadingNoise {
+            reading_sd_m: 1e-6,
+            zero_sd_m: 2e-6,
+            run_slope_sd: 0.01,
+            growth_sd: 0.0,
+            correlation: 0.4,
+            gauges: GaugeNoise {
+                reading_ratios: [1.0, 1.5, 0.8],
+                own_slope_sd: 0.004,
+                force_sd_n: 0.05,
+            },
+        };
+        let mut both = two_gauges();
+        both.steps = GaugeSteps {
+            force_n: Some(0.1),
+            displacement_m: Some(1e-6),
+        };
+        let n = both.len();
+        let compliance: Vec<f64> = (0..n)
+            .map(|row| if row < n / 2 { 2e-6 } else { -1e-6 })
+            .collect();
+        let loads = both.loads.iter().zip(&compliance);
+        let slope_m: Vec<f64> = loads.map(|(load, c)| c * load.force_n).collect();
+        let found = NoiseCovariance::new(&both, &noise, &slope_m, &compliance);
+        // By the formulas at the head of this file, row by row.
+        let force_variance = 0.1_f64.powi(2) / 12.0 + 0.05_f64.powi(2);
+        let ratio = |row: usize| if row < n / 2 { 1.5 } else { 0.8 };
+        let expected = |i: usize, j: usize| {
+            let (a, b) = (&both.readings[i], &both.readings[j]);
+            let session_run = |row: usize| both.runs[both.readings[row].run].session_run;
+            let mut sum = 0.0;
+            if a.run == b.run {
+                let remembered =
+                    |row: usize| ((ratio(row) * 1e-6_f64).powi(2) - 1e-12 / 12.0).sqrt();
+                let apart = i32::try_from(i.abs_diff(j)).unwrap();
+                sum += remembered(i) * remembered(j) * 0.4_f64.powi(apart);
+                sum += 0.004_f64.powi(2) * slope_m[i] * slope_m[j];
+            }
+            if i == j {
+                sum += 1e-12 / 12.0;
+            }
+            if a.zero == b.zero {
+                sum += 4e-12;
+            }
+            if session_run(i) == session_run(j) {
+                sum += 1e-4 * slope_m[i] * slope_m[j];
+                if a.seq == b.seq && both.loads[i].force_n != 0.0 {
+                    sum += force_variance * compliance[i] * compliance[j];
+                }
+            }
+            sum
+        };
+        for column in 0..n {
+            let mut unit: Vec<f64> = (0..n).map(|row| expected(row, column)).collect();
+            found.covariance.whiten(&mut unit);
+            found.covariance.whiten_transposed(&mut unit);
+            for (row, value) in unit.iter().enumerate() {
+                let identity = f64::from(u8::from(row == column));
+                assert!((value - identity).abs() < 1e-9, "{row} {column}: {value}");
+            }
+        }
+    }
+}

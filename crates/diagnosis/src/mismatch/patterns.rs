@@ -31,13 +31,18 @@ impl PatternGroup {
             && self.direction.is_none_or(|d| d == cell.direction)
     }
 
-    /// Readings from the first to the last cell of the group.
+    /// Readings from the first to the last series with a cell of the group: what gauges were read at once is white together only.
     fn range(&self, observations: &Observations) -> Range<usize> {
-        let mut cells = observations.cells.iter().filter(|cell| self.holds(cell));
-        let Some(first) = cells.next() else {
+        let holds = |cells: &Range<usize>| {
+            let mut cells = observations.cells[cells.clone()].iter();
+            cells.any(|cell| self.holds(cell))
+        };
+        let mut series = observations.series().filter(holds);
+        let Some(first) = series.next() else {
             return 0..0;
         };
-        let last = cells.next_back().unwrap_or(first);
+        let last = series.last().unwrap_or_else(|| first.clone());
+        let [first, last] = [first.start, last.end - 1].map(|cell| &observations.cells[cell]);
         first.readings.start..last.readings.end
     }
 }

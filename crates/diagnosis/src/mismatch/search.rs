@@ -4,7 +4,7 @@ use stiffbench_beams::physics::{Effect, Law, TestObject};
 
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
-use super::grade::{GradeBasis, VerdictReach};
+use super::grade::GradeBasis;
 use super::known_noise::KnownNoise;
 use super::memo::key_of;
 use super::omnibus::Omnibus;
@@ -83,7 +83,7 @@ impl SearchResult {
             a.family_p.total_cmp(&b.family_p).then_with(by_evidence)
         });
         GradeBasis {
-            reach: VerdictReach::All,
+            scatter_from_fit: false,
             p_family: best.map_or(1.0, |best| best.family_p),
             log_bayes: best.map_or(0.0, |best| best.ranked[0].log_bayes()),
             is_a_set: false,

@@ -254,13 +254,6 @@ impl LoadCaseTable {
         poses.into_iter().cloned().collect()
     }
 
-    /// Whether each case stands for a run of several loads.
-    #[must_use]
-    pub fn is_of_runs(&self) -> bool {
-        let mut notes = self.notes.iter();
-        notes.any(|note| matches!(note, LoadCaseNote::Runs { .. }))
-    }
-
     /// Whether the table has absolute positions; else it has displacements and rotations under a load.
     #[must_use]
     pub fn has_positions(&self) -> bool {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 use super::column::Column;
 use super::joint_values::PoseJoints;
@@ -76,6 +76,26 @@ impl ReadingTable {
         }
         table.take_stock();
         table
+    }
+
+    /// Whether each load was read by one gauge, along the load.
+    #[must_use]
+    pub fn is_of_one_gauge(&self) -> bool {
+        let at_once = self
+            .readings
+            .windows(2)
+            .any(|pair| pair[0].seq == pair[1].seq);
+        self.load_directions.is_empty() && !at_once
+    }
+
+    /// The cell of a reading.
+    #[must_use]
+    pub fn cell(&self, reading: &Reading) -> Cell {
+        let other = reading.load.map(|_| self.load_direction(reading).called());
+        Cell {
+            load: other,
+            ..reading.cell()
+        }
     }
 
     /// The direction of the load of a reading.
@@ -192,5 +212,105 @@ fn component(
             flag: of.flag.as_str().into(),
             note: of.note.as_str().into(),
         })),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::readings::{ReadingStatus, VectorReading};
+    use stiffbench_units_and_text::test_point::Branch;
+
+    /// A reading under a load of `target_n` along a direction, with displacements along x, y, z in µm.
+    fn reading(
+        seq: u32,
+        (direction, unit): (&str, [f64; 3]),
+        target_n: f64,
+        displacement_um: [Option<f64>; 3],
+    ) -> VectorReading {
+        VectorReading {
+            line: seq + 1,
+            seq,
+            pose: PoseId::new("P1"),
+            direction: direction.to_owned(),
+            branch: Branch::Loading,
+            step: seq,
+            repeat: 1,
+            attempt: 1,
+            status: ReadingStatus::Accepted,
+            target_n,
+            joints: Vec::new(),
+            force_n: unit.map(|part| part * target_n),
+            displacement_m: displacement_um.map(|um| um.map(|um| 1e-6 * um)),
+            run: "1".to_owned(),
+            zero: "1".to_owned(),
+            time_s: Some(10.0 * f64::from(seq)),
+            hold_s: None,
+            temperature_deg_c: None,
+            utc: String::new(),
+            force_raw: String::new(),
+            force_zero_n: None,
+            displacement_raw: <[String; 3]>::default(),
+            displacement_zero_m: [None; 3],
+            flag: String::new(),
+            note: String::new(),
+        }
+    }
+
+    fn of(readings: Vec<VectorReading>) -> ReadingTable {
+        ReadingTable::of_vectors(&VectorTable {
+            readings,
+            ..VectorTable::default()
+        })
+    }
+
+    #[test]
+    fn each_gauge_has_its_reading_its_zero_and_the_amount_of_the_load() {
+        let oblique = ("oblique", [0.6, 0.0, 0.8]);
+        let table = of(vec![
+            reading(1, oblique, 0.0, [Some(0.0), None, Some(0.0)]),
+            reading(2, oblique, -10.0, [Some(-3.0), None, Some(5.0)]),
+        ]);
+        assert!(!table.is_of_one_gauge());
+        let cells: Vec<String> = table
+            .readings
+            .iter()
+            .map(|one| table.cell(one).to_string())
+            .collect();
+        assert_eq!(
+            cells,
+            ["P1 x under oblique", "P1 z under oblique"].repeat(2)
+        );
+        let [_, _, x, z] = &table.readings[..] else {
+            panic!("{table:?}")
+        };
+        assert_eq!(
+            (x.seq, z.seq, x.run == z.run, x.zero == z.zero),
+            (2, 2, true, false)
+        );
+        assert!((x.force_n + 10.0).abs() < 1e-12 && (x.displacement_m + 3e-6).abs() < 1e-18);
+        assert!((z.displacement_m - 5e-6).abs() < 1e-18);
+        let load = table.load_direction(x);
+        assert!((load.along(Direction::Z) - 0.8).abs() < 1e-12, "{load:?}");
+    }
+
+    #[test]
+    fn a_gauge_along_the_load_is_that_of_a_session_with_one() {
+        let axes = [("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])];
+        let table = of(vec![
+            reading(1, axes[0], -10.0, [None, Some(-3.0), None]),
+            reading(2, axes[1], -20.0, [None, None, Some(-4.0)]),
+        ]);
+        assert!(table.is_of_one_gauge());
+        let directions: Vec<Direction> = table.readings.iter().map(|one| one.direction).collect();
+        assert_eq!(directions, [Direction::Y, Direction::Z]);
+        assert!(table.readings.iter().all(|one| one.load.is_none()));
+        assert_eq!(table.readings[1].force_n, -20.0);
+        // Without a load there is no direction, and nothing to say.
+        assert!(
+            of(vec![reading(1, axes[0], 0.0, [None, Some(0.0), None])])
+                .readings
+                .is_empty()
+        );
     }
 }

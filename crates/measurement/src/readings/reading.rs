@@ -108,7 +108,7 @@ pub struct ReadingText {
 }
 
 impl Reading {
-    /// The cell this reading belongs to.
+    /// The cell this reading belongs to, its load along the displacement ([`ReadingTable::cell`](super::ReadingTable::cell) for any load).
     #[must_use]
     pub fn cell(&self) -> Cell {
         Cell::new(self.pose.clone(), self.direction)

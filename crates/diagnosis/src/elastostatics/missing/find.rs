@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use stiffbench_beams::robot::ModelParameter;
 
 use crate::fit::FactorStatus;
-use crate::mismatch::{GradeBasis, Verdict, VerdictReach};
+use crate::mismatch::{GradeBasis, Verdict};
 use crate::search::constants::{
     LAW_LEVEL, LEAST_INDEPENDENT, NULL_SAMPLES, OMNIBUS_LEVEL, ROUNDING, SWAP_GAIN,
 };
@@ -255,13 +255,8 @@ impl LoadCaseSearch<'_, '_> {
                 .as_ref()
                 .is_some_and(|one| one.p <= OMNIBUS_LEVEL);
         let evidence = findings.iter().map(|one| one.log_bayes);
-        let reach = match (posed.of_runs, self.from_repeats) {
-            (true, _) => VerdictReach::HistoryUntested,
-            (false, true) => VerdictReach::All,
-            (false, false) => VerdictReach::ScatterFromFit,
-        };
         let (verdict, grade) = GradeBasis {
-            reach,
+            scatter_from_fit: !self.from_repeats,
             p_family: if findings.is_empty() { 1.0 } else { found.p },
             log_bayes: evidence.fold(f64::INFINITY, f64::min),
             is_a_set: findings.iter().any(|one| !one.alternatives.is_empty()),
@@ -273,9 +268,8 @@ impl LoadCaseSearch<'_, '_> {
         Ok(LoadCaseDiagnosis {
             verdict,
             grade,
-            lacking: lacking(verdict, reach),
+            lacking: lacking(verdict),
             not_tested: not_tested(self.candidates, baseline),
-            of_runs: posed.of_runs,
             findings,
             p_family: found.p,
             unexplained,
@@ -297,17 +291,14 @@ impl LoadCaseSearch<'_, '_> {
 }
 
 /// What would have to be measured where data cannot show that nothing is missing.
-fn lacking(verdict: Verdict, reach: VerdictReach) -> Vec<String> {
-    let words = match (verdict, reach) {
-        (Verdict::InsufficientData, VerdictReach::HistoryUntested) => {
-            "readings along one axis at a time: a session with one displacement gauge shows laws with a history"
-        }
-        (Verdict::InsufficientData, VerdictReach::ScatterFromFit) => {
-            "repeats: read each load at least twice, so that the scatter is known apart from the fit"
-        }
-        _ => return Vec::new(),
-    };
-    vec![words.to_owned()]
+fn lacking(verdict: Verdict) -> Vec<String> {
+    if verdict != Verdict::InsufficientData {
+        return Vec::new();
+    }
+    vec![
+        "repeats: read each load at least twice, so that the scatter is known apart from the fit"
+            .to_owned(),
+    ]
 }
 
 /// Whether a parameter is a column of the baseline: also one at a bound, which what is missing may have driven there.

@@ -122,8 +122,6 @@ pub struct LoadCaseDiagnosis {
     pub lacking: Vec<String>,
     /// Names of the laws of which no candidate was tried.
     pub not_tested: Vec<&'static str>,
-    /// Whether each load case stands for a run of several loads, whose history was not used.
-    pub of_runs: bool,
     /// What is missing; with the verdict unknown what explains part of it.
     pub findings: Vec<LoadCaseFinding>,
     /// Chance that noise alone gives any candidate as much as the first finding, or the best candidate if there is none.

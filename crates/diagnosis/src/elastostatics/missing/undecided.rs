@@ -39,7 +39,6 @@ pub(super) fn undecided(
         grade: VerdictGrade::Undecided,
         lacking,
         not_tested: not_tested(&[], &baseline),
-        of_runs: model.posed.of_runs,
         findings: Vec::new(),
         p_family: 1.0,
         unexplained: None,
