@@ -10,6 +10,7 @@ mod cases;
 mod cli;
 #[cfg(unix)]
 mod compatibility;
+mod diagnosis;
 mod examples;
 mod fuzz_briefly;
 mod goldens;

@@ -6,21 +6,15 @@
 )]
 
 mod bad_load_case_values;
-mod bad_readings;
-mod bad_runs;
 mod elastic_calibration;
 mod fit_coverage;
 mod fit_recovery;
 mod fit_springs;
-mod growth;
-mod joined_sessions;
 mod load_case_diagnosis;
 mod load_case_fit;
 mod map_questions;
 mod mismatch_specimens;
-mod mismatch_verdicts;
+mod missing_members;
 mod position_coverage;
 mod six_springs;
 mod stiffness_map;
-mod vector_coverage;
-mod wrong_cells;
