@@ -1,7 +1,11 @@
-//! Robots that a test writes.
+//! Robots that a test writes, and commands on them.
 
+use serde_json::Value;
 use stiffbench_test_files::text;
 use tempfile::TempDir;
+
+use super::load_cases::SPRINGS;
+use super::tables::Table;
 
 /// A robot file in a folder of its own.
 #[derive(Debug)]
@@ -31,5 +35,39 @@ impl RobotFile {
     pub(super) fn option(&self) -> String {
         let file = self.folder.path().join("robot.toml");
         format!("--robot {}", file.display())
+    }
+
+    pub(super) fn fit(&self, table: &Table, options: &str) -> Value {
+        table.data("fit", &format!("{} {options}", self.option()))
+    }
+
+    /// The whole JSON of a command on the table.
+    pub(super) fn json(&self, table: &Table, command: &str) -> Value {
+        table.json(command, &self.option())
+    }
+
+    pub(super) fn diagnose(&self, table: &Table) -> Value {
+        table.data("diagnose", &self.option())
+    }
+
+    /// Load cases of the FANUC with [`SPRINGS`].
+    ///
+    /// # Arguments
+    /// - `options`: how many, how large, and how they scatter.
+    /// - `further`: springs beside those about the axes.
+    pub(super) fn load_cases(&self, options: &str, further: &[(&str, f64)], seed: u64) -> Table {
+        let own = (1..=6).map(|joint| format!("joint.J{joint}"));
+        let own = own.zip(SPRINGS);
+        let further = further.iter().map(|(name, c)| ((*name).to_owned(), *c));
+        let springs: Vec<String> = own
+            .chain(further)
+            .map(|(name, c)| format!("{name}={c:e}"))
+            .collect();
+        let options = format!(
+            "{} {options} --true-factor {} --seed {seed}",
+            self.option(),
+            springs.join(",")
+        );
+        Table::simulated(&options, &[])
     }
 }

@@ -102,6 +102,11 @@ impl Table {
         json.unwrap_or_else(|error| panic!("{command} {options}: {error}"))
     }
 
+    /// The error of a command that refuses the table.
+    pub(super) fn refusal(&self, command: &str, options: &str) -> Value {
+        self.run(command, options).unwrap_err()
+    }
+
     /// The `data` of a command on the table.
     pub(super) fn data(&self, command: &str, options: &str) -> Value {
         self.json(command, options)["data"].take()

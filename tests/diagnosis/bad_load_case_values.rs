@@ -1,0 +1,327 @@
+//! Single bad values, wrong units and signs in load cases, and what a diagnosis may say beside them.
+
+use std::collections::BTreeSet;
+
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+
+use super::load_cases::{DISPLACEMENTS, FORCES, TRACKER, names, parameter};
+use super::robots::RobotFile;
+use super::tables::{Table, list, number};
+
+/// The spring that half of the tables lack.
+const LACKING: [(&str, f64); 1] = [("joint.J3.z", 0.5e-6)];
+
+/// Load cases of an arm; with repeats their loads vary by 0.4 %, as `simulate` has it.
+fn simulated(robot: &RobotFile, further: &[(&str, f64)], repeats: u32, seed: u64) -> Table {
+    let noise = if repeats > 1 { "" } else { TRACKER };
+    let options = format!("--load-cases 24 --loads-n 800 --repeats {repeats} {noise}");
+    robot.load_cases(&options, further, seed)
+}
+
+fn bad_values(diagnosis: &Value) -> &[Value] {
+    list(&diagnosis["bad_values"])
+}
+
+/// Tables in which a value is called bad, of simulated ones without any; half of those without repeats lack a spring.
+fn false_alarms(tables: u64, repeats: u32) -> usize {
+    let robot = RobotFile::fanuc();
+    (0..tables)
+        .filter(|seed| {
+            let further: &[_] = if seed % 2 == 0 { &[] } else { &LACKING };
+            let table = simulated(&robot, further, repeats, 9000 + seed);
+            // A fit warns of what a diagnosis leaves out.
+            let fit = table.json("fit", &robot.option());
+            let warnings = list(&fit["warnings"]).iter();
+            let mut warnings = warnings.map(|warning| warning.as_str().unwrap());
+            warnings.any(|warning| warning.contains("a bad value"))
+        })
+        .count()
+}
+
+#[test]
+fn good_values_are_not_called_bad() {
+    for repeats in [1, 2, 3] {
+        let found = false_alarms(30, repeats);
+        // At 0.3 % more than 1 of 30 come once in 250.
+        assert!(found <= 1, "{repeats} repeats: {found} of 30");
+    }
+}
+
+#[test]
+#[ignore = "a minute; `just nightly` runs it"]
+fn good_values_are_called_bad_in_few_tables() {
+    for repeats in [1, 2, 3] {
+        let found = false_alarms(400, repeats);
+        println!("{repeats} repeats: {found} of 400 tables with a good value called bad");
+        // At 0.3 % more than 5 come once in a thousand.
+        assert!(found <= 5, "{repeats} repeats: {found} of 400");
+    }
+}
+
+/// Of tables with one bad value those in which it and nothing else is named.
+fn found(tables: u64, repeats: u32, wrong: impl Fn(f64) -> f64) -> usize {
+    let robot = RobotFile::fanuc();
+    (0..tables)
+        .filter(|seed| {
+            let mut table = simulated(&robot, &[], repeats, 7000 + seed);
+            // The largest component of a case is the one whose digits are moved; any case serves.
+            let row = (seed * 7 % table.len() as u64) as usize;
+            let size = |column: &&str| table.number(row, column).abs();
+            let largest = |a: &&str, b: &&str| size(a).total_cmp(&size(b));
+            let column = DISPLACEMENTS.into_iter().max_by(largest).unwrap();
+            let good = table.number(row, column);
+            table.set(row, column, wrong(good));
+            let diagnosis = robot.diagnose(&table);
+            let [one] = bad_values(&diagnosis) else {
+                return false;
+            };
+            assert_eq!(list(&one["repeats"]).is_empty(), repeats == 1);
+            let off = (number(&one["expected"]) - good).abs();
+            let is_value = (number(&one["value"]) / wrong(good) - 1.0).abs() < 1e-12;
+            one["line"] == row + 2 && is_value && off < 6.0 * number(&one["standard_error"])
+        })
+        .count()
+}
+
+#[test]
+fn a_single_bad_value_is_named_with_what_it_should_be() {
+    for repeats in [1, 2, 3] {
+        // Without repeats a model that lacks something looks alike, and a value has to be further off.
+        let least = if repeats == 1 { 13 } else { 18 };
+        let moved = found(20, repeats, |good| 10.0 * good);
+        assert!(
+            moved >= least,
+            "{repeats} repeats, decimal point: {moved} of 20"
+        );
+        let off = found(20, repeats, |good| good + 1000.0);
+        assert!(off >= least, "{repeats} repeats, 1 mm: {off} of 20");
+        println!("{repeats} repeats: of 20 each, decimal point {moved}, 1 mm {off}");
+    }
+}
+
+#[test]
+fn a_diagnosis_goes_on_without_a_bad_value() {
+    let robot = RobotFile::fanuc();
+    for repeats in [1, 3] {
+        let table = simulated(&robot, &LACKING, repeats, 1);
+        let mut spoiled = table.clone();
+        spoiled.change(5, "displacement_y_um", |read| read + 20_000.0);
+        let [good, bad] = [&table, &spoiled].map(|table| robot.diagnose(table));
+        assert_eq!(good["bad_values"], json!([]));
+        let [one] = bad_values(&bad) else {
+            panic!("{repeats}: {}", bad["bad_values"])
+        };
+        assert_eq!(
+            (&one["line"], &one["component"]),
+            (&json!(7), &json!("displacement y"))
+        );
+        assert_eq!(names(&good), names(&bad), "{repeats}");
+    }
+}
+
+#[test]
+fn a_pose_in_another_unit_and_a_turned_axis_are_suspected() {
+    let robot = RobotFile::fanuc();
+    let options = "--load-cases 24 --loads-n 800 --repeats 1";
+    let table = robot.load_cases(options, &[], 4);
+    let suspected = |table: &Table| robot.diagnose(table)["wrong_factor"].take();
+    assert_eq!(suspected(&table), Value::Null);
+    let mut in_mm = table.clone();
+    let pose = table.word(3, "pose").to_owned();
+    let mut turned = table.clone();
+    for row in 0..table.len() {
+        if table.word(row, "pose") == pose {
+            for column in DISPLACEMENTS {
+                in_mm.change(row, column, |read| read / 1000.0);
+            }
+        }
+        turned.change(row, "displacement_y_um", |read| -read);
+    }
+    let expected = |pose: Option<&str>, component: Option<&str>, factor: f64| json!({"pose": pose, "component": component, "factor": factor});
+    assert_eq!(suspected(&in_mm), expected(Some(&pose), None, 1000.0));
+    let axis = Some("displacement y");
+    assert_eq!(suspected(&turned), expected(None, axis, -1.0));
+}
+
+#[test]
+fn both_commands_give_one_error_in_poses_left_out() {
+    let robot = RobotFile::fanuc();
+    for repeats in [1, 3] {
+        let table = simulated(&robot, &LACKING, repeats, 3);
+        let diagnosis = robot.diagnose(&table);
+        let names = names(&diagnosis);
+        let unseen = |options: &str| robot.fit(&table, options)["rms"]["unseen_um"].take();
+        let before = unseen("");
+        assert_eq!(diagnosis["rms"]["before_unseen_um"], before);
+        // What is found is a parameter of a fit too: the fit must say of it what the diagnosis says.
+        assert!(names.iter().all(|name| !name.contains('@')), "{names:?}");
+        let joints = "--free joint.J1,joint.J2,joint.J3,joint.J4,joint.J5,joint.J6";
+        let after = number(&unseen(&format!("{joints},{}", names.join(","))));
+        let said = number(&diagnosis["rms"]["after_unseen_um"]);
+        assert!(
+            after < 0.9 * number(&before),
+            "{names:?}: {before} to {after}"
+        );
+        // The scatter without repeats is estimated with each model; it does not change the weights of displacements among themselves. With
+        // repeats the weights go with what each fit predicts, and differ a little.
+        let within = if repeats == 1 { 1e-4 } else { 1e-3 };
+        assert!(
+            (said / after - 1.0).abs() < within,
+            "{repeats}: {said} and {after}"
+        );
+    }
+}
+
+#[test]
+fn forces_with_the_wrong_sign_leave_what_the_fit_leaves() {
+    let robot = RobotFile::fanuc();
+    let mut table = simulated(&robot, &[], 2, 5);
+    for row in 0..table.len() {
+        for column in FORCES {
+            table.change(row, column, |force| -force);
+        }
+    }
+    let (fit, diagnosis) = (robot.fit(&table, ""), robot.diagnose(&table));
+    assert_eq!(diagnosis["verdict"], "unknown");
+    assert_eq!(
+        diagnosis["rms"]["before_unseen_um"],
+        fit["rms"]["unseen_um"]
+    );
+    let residuals = list(&fit["components"]).iter();
+    let residuals = residuals.map(|one| number(&one["measured"]) - number(&one["predicted"]));
+    let largest = residuals.map(f64::abs).fold(0.0, f64::max);
+    let said = number(&diagnosis["left_over"]["size"]).abs();
+    assert!((said / largest - 1.0).abs() < 1e-12, "{said} and {largest}");
+    let after = list(&diagnosis["parameters_after"]);
+    assert!(after.iter().all(|one| number(&one["value"]) >= 0.0));
+}
+
+#[test]
+fn errors_of_held_out_poses_are_over_those_poses() {
+    let robot = RobotFile::fanuc();
+    let table = simulated(&robot, &[], 1, 6);
+    let mut poses: Vec<&str> = (0..table.len())
+        .map(|row| table.word(row, "pose"))
+        .collect();
+    poses.dedup();
+    let (trained, held_out) = poses.split_at(10);
+    let fit = robot.fit(&table, &format!("--train {}", trained.join(",")));
+    // Of components, root mean square errors over some poses; rigid: nothing moves, so that the error is the reading itself.
+    let rms = |poses: &[&str], is_rigid: bool| {
+        let components = list(&fit["components"]).iter();
+        let own = components.filter(|one| poses.contains(&one["pose"].as_str().unwrap()));
+        let error = |one: &Value| {
+            let predicted = if is_rigid {
+                0.0
+            } else {
+                number(&one["predicted"])
+            };
+            number(&one["measured"]) - predicted
+        };
+        let squares: Vec<f64> = own.map(|one| error(one).powi(2)).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    };
+    for (state, expected) in [
+        ("rigid_um", rms(&poses, true)),
+        ("fitted_um", rms(trained, false)),
+        ("unseen_um", rms(held_out, false)),
+    ] {
+        let said = number(&fit["rms"][state]);
+        assert!(
+            (said / expected - 1.0).abs() < 1e-9,
+            "{state}: {said} {expected}"
+        );
+    }
+    // The same of the rigid robot over either set of poses, as the errors of the poses have it.
+    for set in [trained, held_out] {
+        let own = list(&fit["poses"]).iter();
+        let own = own.filter(|one| set.contains(&one["pose"].as_str().unwrap()));
+        let squares: Vec<f64> = own.map(|one| number(&one["rigid_um"]).powi(2)).collect();
+        let said = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        assert!((said / rms(set, true) - 1.0).abs() < 1e-9);
+    }
+    let out = list(&fit["components"]).iter();
+    let out: BTreeSet<&str> = out
+        .filter(|one| one["held_out"] == true)
+        .map(|one| one["pose"].as_str().unwrap())
+        .collect();
+    assert_eq!(out, held_out.iter().copied().collect());
+}
+
+#[test]
+fn a_plan_begins_at_the_standard_errors_of_the_fit() {
+    let robot = RobotFile::fanuc();
+    // Four poses and a poor gauge leave springs open.
+    let mut table = simulated(&robot, &[], 1, 8).filtered(|_, row| row < 4);
+    let off_um = [200.0, -100.0, -100.0, 0.0, 100.0];
+    for row in 0..table.len() {
+        for (axis, column) in DISPLACEMENTS.into_iter().enumerate() {
+            table.change(row, column, |read| read + off_um[(3 * row + axis) % 5]);
+        }
+    }
+    let fit = robot.fit(&table, "");
+    let mut compared = 0;
+    for planned in list(&fit["next"][0]["errors"]) {
+        let name = planned["name"].as_str().unwrap();
+        let [now, then] = ["now", "then"].map(|state| number(&planned[state]));
+        let estimate = parameter(&fit, name);
+        if let (Some(own), true) = (estimate["se"].as_f64(), estimate["status"] == "free") {
+            assert!((now / own - 1.0).abs() < 1e-6, "{name}: {now} and {own}");
+            assert!(then <= now, "{name}: {now} to {then}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 0, "{}", fit["next"]);
+}
+
+/// Whatever is wrong with a table, an interval contains its value, and an unknown cause has at most three names that serve unseen poses.
+#[test]
+fn sizes_are_possible_and_lie_in_their_intervals() {
+    let robot = RobotFile::fanuc();
+    let mut random = ChaCha8Rng::seed_from_u64(24);
+    for _ in 0..24 {
+        let (seed, repeats) = (random.random_range(0..1000), random.random_range(1..3));
+        let pose = random.random_range(0..24_usize);
+        let factor = *[1.0, -1.0, 1e-3, 10.0, 1.3].choose(&mut random).unwrap();
+        let axis = random.random_range(0..4_usize);
+        let lean = random.random_range(-0.4..0.4);
+        let what = format!(
+            "seed {seed}, {repeats} repeats, pose {pose}, factor {factor}, axis {axis}, lean {lean}"
+        );
+        let mut table = simulated(&robot, &[], repeats, seed);
+        let label = table.word(pose, "pose").to_owned();
+        for row in 0..table.len() {
+            for (place, column) in DISPLACEMENTS.into_iter().enumerate() {
+                if place == axis || axis == 3 && table.word(row, "pose") == label {
+                    table.change(row, column, |read| factor * read);
+                }
+            }
+            let [y, z] = ["force_y_N", "force_z_N"].map(|column| table.number(row, column));
+            table.set(row, "force_y_N", y - lean * z);
+            table.set(row, "force_z_N", z + lean * y);
+        }
+        let diagnosis = robot.diagnose(&table);
+        let findings = list(&diagnosis["findings"]);
+        for finding in findings {
+            let value = number(&finding["value"]);
+            // An end that is infinite is `null`.
+            let [low, high] = [(0, f64::NEG_INFINITY), (1, f64::INFINITY)]
+                .map(|(end, infinite)| finding["ci95"][end].as_f64().unwrap_or(infinite));
+            assert!(low <= value && value <= high, "{what}: {finding}");
+            if finding["name"].as_str().unwrap().starts_with("force-axes") {
+                assert!(value.abs() <= 0.05, "{what}: {finding}");
+            }
+        }
+        let names: BTreeSet<&str> = names(&diagnosis).into_iter().collect();
+        assert_eq!(names.len(), findings.len(), "{what}: one twice");
+        if diagnosis["verdict"] == "unknown" && !findings.is_empty() {
+            assert!(findings.len() <= 3, "{what}");
+            let [before, after] = ["before_unseen_um", "after_unseen_um"]
+                .map(|state| number(&diagnosis["rms"][state]));
+            assert!(after < before, "{what}: {before} to {after}");
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! What tests of load cases share.
+
+use serde_json::Value;
+
+use super::tables::{list, number};
+
+/// Springs about the axes of an arm of the size of the FANUC, rad/(N·m).
+pub(super) const SPRINGS: [f64; 6] = [1.2e-6, 0.4e-6, 0.6e-6, 3e-6, 2.4e-6, 5e-6];
+
+/// Errors of a laser tracker, alike in all components.
+pub(super) const TRACKER: &str = "--reading-sd-um 10 --zero-sd-um 0 --run-slope-sd 0";
+
+/// The names of the three displacements.
+pub(super) const DISPLACEMENTS: [&str; 3] = [
+    "displacement_x_um",
+    "displacement_y_um",
+    "displacement_z_um",
+];
+
+/// The names of the three forces.
+pub(super) const FORCES: [&str; 3] = ["force_x_N", "force_y_N", "force_z_N"];
+
+/// A parameter of a fit, by its name.
+pub(super) fn parameter<'f>(fit: &'f Value, name: &str) -> &'f Value {
+    let mut parameters = list(&fit["parameters"]).iter();
+    let found = parameters.find(|one| one["name"] == name);
+    found.unwrap_or_else(|| panic!("there is no {name}"))
+}
+
+/// The ends of an interval; `None` if there is none.
+pub(super) fn interval(value: &Value) -> Option<[f64; 2]> {
+    let ends = value.as_array()?;
+    Some([number(&ends[0]), number(&ends[1])])
+}
+
+/// Names of the findings of a diagnosis.
+pub(super) fn names(diagnosis: &Value) -> Vec<&str> {
+    let findings = list(&diagnosis["findings"]).iter();
+    findings.map(|one| one["name"].as_str().unwrap()).collect()
+}
