@@ -335,8 +335,12 @@ pub(super) fn inverse_columns(mut columns: Vec<f64>, n: usize) -> (Vec<f64>, f64
         let (before, rest) = columns.split_at_mut(i * n);
         let column = &mut rest[..n];
         for (j, earlier) in before.chunks(n).enumerate() {
+            let share = entry(i, j);
+            if share == 0.0 {
+                continue;
+            }
             for (value, other) in column.iter_mut().zip(earlier) {
-                *value -= entry(i, j) * other;
+                *value -= share * other;
             }
         }
         for value in column {
@@ -347,11 +351,23 @@ pub(super) fn inverse_columns(mut columns: Vec<f64>, n: usize) -> (Vec<f64>, f64
     (columns, log_determinant)
 }
 
-/// Products of columns of `n` numbers with each other.
+/// Products of columns of `n` numbers with each other. Where many runs are in one block, most columns are zero in most rows.
 fn gram(columns: &[f64], n: usize) -> DMatrix<f64> {
     let rank = columns.len() / n;
     let column = |index: usize| &columns[index * n..(index + 1) * n];
+    let rows: Vec<Range<usize>> = (0..rank).map(|index| not_zero(column(index))).collect();
     DMatrix::from_fn(rank, rank, |i, j| {
-        column(i).iter().zip(column(j)).map(|(a, b)| a * b).sum()
+        let both = rows[i].start.max(rows[j].start)..rows[i].end.min(rows[j].end);
+        let [a, b] = [i, j].map(|index| column(index).get(both.clone()).unwrap_or_default());
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
     })
+}
+
+/// From the first number that is not zero to the last.
+fn not_zero(column: &[f64]) -> Range<usize> {
+    let first = column.iter().position(|value| *value != 0.0);
+    let last = column.iter().rposition(|value| *value != 0.0);
+    first
+        .zip(last)
+        .map_or(0..0, |(first, last)| first..last + 1)
 }

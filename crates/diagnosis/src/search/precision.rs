@@ -99,7 +99,8 @@ impl Precision {
                     products.push(0.0);
                 }
                 let place = common.first().map_or(0, |products| products.len() - 1);
-                for (row, value) in of_block.clone().zip(column) {
+                let rows = of_block.clone().zip(column);
+                for (row, value) in rows.filter(|(_, value)| **value != 0.0) {
                     columns.for_each(row, |i, x| common[i][place] += value * x);
                 }
             }
