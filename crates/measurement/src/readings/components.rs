@@ -6,7 +6,7 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 use super::column::Column;
-use super::joint_values::PoseJoints;
+use super::joint_values::{JointColumn, PoseJoints};
 use super::reading::{Reading, ReadingText};
 use super::table::{ReadingTable, RunKey};
 use super::vector_reading::{VectorReading, largest_load};
@@ -106,14 +106,91 @@ impl ReadingTable {
         other.cloned().unwrap_or(reading.direction.into())
     }
 
-    /// The place of a direction among those of loads.
-    fn place_of(&mut self, load: &LoadDirection) -> u16 {
+    /// The place of a direction among those of loads that are not along the displacement.
+    pub fn place_of(&mut self, load: &LoadDirection) -> u16 {
         let known = self.load_directions.iter().position(|known| known == load);
         let place = known.unwrap_or_else(|| {
             self.load_directions.push(load.clone());
             self.load_directions.len() - 1
         });
         u16::try_from(place).unwrap_or(u16::MAX)
+    }
+}
+
+impl VectorTable {
+    /// The readings of each load together again, as [`ReadingTable::of_vectors`] took them apart; of one gauge those along its load.
+    ///
+    /// # Panics
+    /// If a reading's run or zero is not in the table's lists.
+    #[must_use]
+    pub fn of_components(table: &ReadingTable) -> Self {
+        let mut joints: Vec<JointColumn> = Vec::new();
+        for (column, _) in table.pose_joints.iter().flat_map(|pose| &pose.values) {
+            if !joints.contains(column) {
+                joints.push(column.clone());
+            }
+        }
+        let loads = table.readings.chunk_by(|a, b| a.seq == b.seq);
+        Self {
+            source: table.source.clone(),
+            origin: table.origin.clone(),
+            readings: loads
+                .map(|components| together(table, &joints, components))
+                .collect(),
+            joints,
+            ..Self::default()
+        }
+    }
+}
+
+/// The readings of one load as one.
+fn together(table: &ReadingTable, joints: &[JointColumn], components: &[Reading]) -> VectorReading {
+    let first = &components[0];
+    let load = table.load_direction(first);
+    let label = |key: &RunKey| match &key.label {
+        Some(label) => label.to_string(),
+        None => key.repeat.to_string(),
+    };
+    let stated = table.pose_joints.iter();
+    let stated = stated.filter(|stated| stated.pose == first.pose);
+    let stated: Vec<&(JointColumn, f64)> = stated.flat_map(|stated| &stated.values).collect();
+    let value = |joint: &JointColumn| Some(stated.iter().find(|(of, _)| of == joint)?.1);
+    let none = ReadingText::default();
+    let texts = Direction::ALL.map(|axis| {
+        let mut read = components.iter();
+        let read = read.find(|reading| reading.direction == axis)?;
+        Some((read.displacement_m, read.text.as_deref().unwrap_or(&none)))
+    });
+    let text = first.text.as_deref().unwrap_or(&none);
+    VectorReading {
+        line: first.line,
+        seq: first.seq,
+        pose: first.pose.clone(),
+        direction: load.to_string(),
+        branch: first.branch,
+        step: first.step,
+        repeat: first.repeat,
+        attempt: first.attempt,
+        status: first.status,
+        target_n: first.target_n,
+        joints: joints.iter().map(value).collect(),
+        // Without a minus in front of zero.
+        force_n: load.unit_vector().map(|part| part * first.force_n + 0.0),
+        displacement_m: texts.map(|read| Some(read?.0)),
+        run: label(&table.runs[first.run as usize]),
+        zero: label(&table.zeros[first.zero as usize]),
+        time_s: first.time_s,
+        hold_s: first.hold_s,
+        temperature_deg_c: first.temperature_deg_c,
+        utc: text.utc.to_string(),
+        force_raw: text.force_raw.to_string(),
+        force_zero_n: text.zero_si[0],
+        displacement_raw: texts.map(|read| {
+            read.map_or_else(String::new, |(_, text)| text.displacement_raw.to_string())
+        }),
+        displacement_zero_m: texts.map(|read| read?.1.zero_si[1]),
+        flag: text.flag.to_string(),
+        note: text.note.to_string(),
     }
 }
 

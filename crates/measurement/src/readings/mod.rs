@@ -53,7 +53,7 @@ pub use since_zero::SinceZero;
 pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};
 pub use vector_reading::{MARK_COLUMNS, VectorReading, VectorReadingsWriter};
 pub use vector_table::{VectorTable, is_vector_table, read_vector_readings};
-pub use write::{ReadingsWriter, write_readings};
+pub use write::{ReadingsWriter, write_readings, write_vector_readings};
 
 // What reads any table of numbers, for readers of other tables.
 pub(crate) use assumption::left_out;

@@ -8,6 +8,8 @@ use super::formula::keep_quote;
 use super::number::write_decimal;
 use super::reading::{Reading, ReadingText};
 use super::table::{ReadingTable, RunKey};
+use super::vector_reading::VectorReadingsWriter;
+use super::vector_table::VectorTable;
 
 /// Writes readings one by one, so that a session can add each as it is made.
 ///
@@ -188,6 +190,26 @@ pub fn write_readings(table: &ReadingTable, output: impl Write) -> Result<(), Re
         let run = &table.runs[reading.run as usize];
         let zero = &table.zeros[reading.zero as usize];
         writer.write(reading, run, zero)?;
+    }
+    writer.flush()
+}
+
+/// Writes a whole table as forces and displacements along the base axes, a row for each load.
+///
+/// # Errors
+/// As [`VectorReadingsWriter::write`].
+///
+/// # Panics
+/// If a reading's run or zero is not in the table's lists.
+pub fn write_vector_readings(
+    table: &ReadingTable,
+    output: impl Write,
+) -> Result<(), ReadingsError> {
+    let (session, origin) = (table.session.as_deref(), table.origin.as_deref());
+    let vectors = VectorTable::of_components(table);
+    let mut writer = VectorReadingsWriter::new(output, session, origin, &vectors.joints)?;
+    for reading in &vectors.readings {
+        writer.write(reading)?;
     }
     writer.flush()
 }
