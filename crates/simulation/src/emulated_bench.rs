@@ -80,8 +80,8 @@ struct Inner {
     direction: usize,
     /// The run that is made ready or under way, from 1.
     repeat: u32,
-    /// By how much the displacement gauge had drifted since its zero at the last load, m.
-    drift_m: f64,
+    /// By how much each gauge had drifted since its zero at the last load, m.
+    drift_m: [f64; 3],
     /// Force to which the jack is set without a planned load: nothing or the preload.
     motion: Motion,
     /// What a hand adds.
@@ -106,13 +106,7 @@ impl EmulatedBench {
     ) -> Result<Self, BenchError> {
         procedure.check()?;
         setup.noise.check()?;
-        if procedure.displacement_axes.is_empty() {
-            procedure.load_axes()?;
-        } else if let Some(effect) = physics.of_the_bench().next() {
-            return Err(BenchError::NotOfVectors {
-                effect: effect.title(),
-            });
-        }
+        procedure.check_directions()?;
         let named = || robot.poses.iter().map(|named| named.id.clone());
         let names = procedure.poses.clone().unwrap_or_else(|| named().collect());
         let angles: Vec<Pose> = names
@@ -138,7 +132,7 @@ impl EmulatedBench {
             pose: 0,
             direction: 0,
             repeat: 1,
-            drift_m: 0.0,
+            drift_m: [0.0; 3],
             motion: Motion::default(),
             hand: Stand::default(),
         };
@@ -189,7 +183,7 @@ impl EmulatedBench {
         let mut inner = self.lock();
         inner.repeat = repeat;
         if inner.procedure.zero == ZeroScope::Run {
-            inner.drift_m = 0.0;
+            inner.drift_m = [0.0; 3];
         }
         inner.go_to_rest(0.0, self.clock.now_s());
     }
@@ -237,16 +231,11 @@ impl EmulatedBench {
         let least_n = FIRMLY * force_n.abs();
         let unit = inner.procedure.directions[inner.direction].unit_vector();
         let least = inner.cell().more_load(least_n);
-        let moved_m = if inner.procedure.displacement_axes.is_empty() {
-            least.displacement_m
-        } else {
-            (0..3).map(|axis| unit[axis] * least.along_m[axis]).sum()
-        };
+        let moved_m: f64 = (0..3).map(|axis| unit[axis] * least.along_m[axis]).sum();
         let harder = (HAND_M / moved_m.abs()).min(largest_n / least_n).max(1.0);
         let moved_m = moved_m.abs() * harder.copysign(force_n);
         inner.hand = Stand {
             force_n: harder * FIRMLY * force_n,
-            displacement_m: moved_m,
             // Along the push alone: whoever pushes guides the end.
             along_m: unit.map(|part| part * moved_m),
         };
@@ -279,12 +268,14 @@ impl EmulatedBench {
         turned(force_n, inner.setup.force_turned != positive)
     }
 
-    /// Where the tip of the displacement gauge stands now, m, as the gauge counts.
+    /// Where the tip of the displacement gauge along the load stands now, m, as the gauge counts.
     #[must_use]
     pub fn displacement_m(&self) -> f64 {
         let inner = self.lock();
-        let displacement_m = inner.stand(self.clock.now_s()).displacement_m;
-        turned(displacement_m, inner.setup.displacement_turned)
+        let load = &inner.procedure.directions[inner.direction];
+        let along_m = inner.stand(self.clock.now_s()).along_m;
+        let displacement_m = Direction::ALL.map(|axis| load.along(axis) * along_m[axis.index()]);
+        turned(displacement_m.iter().sum(), inner.setup.displacement_turned)
     }
 
     /// Where the tip of the displacement gauge along a base axis stands now, m, as the gauge counts.
@@ -336,7 +327,7 @@ impl Inner {
     /// A new pose or direction: everything stands, nothing is loaded.
     fn stand_at_rest(&mut self) {
         self.repeat = 1;
-        self.drift_m = 0.0;
+        self.drift_m = [0.0; 3];
         let stand = self.cell().at_rest(0.0, 1);
         self.motion = Motion::standing(stand);
     }
@@ -344,7 +335,9 @@ impl Inner {
     fn go_to_rest(&mut self, force_n: f64, now_s: f64) {
         let repeat = self.repeat;
         let mut stand = self.cell().at_rest(force_n, repeat);
-        stand.displacement_m += self.drift_m;
+        for (along_m, drift_m) in stand.along_m.iter_mut().zip(self.drift_m) {
+            *along_m += drift_m;
+        }
         self.go_to(vec![(0.0, stand)], now_s);
     }
 

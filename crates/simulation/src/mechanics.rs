@@ -31,12 +31,12 @@ impl ActingLoad {
     }
 }
 
-/// A cell with its structure and laws.
+/// A cell with its structure and laws; one gauge along the load or several along the base axes may read it.
 pub(super) struct CellMechanics<'a> {
     pub(super) laws: &'a LawSet,
     pub(super) structure: &'a PoseMechanics,
     pub(super) pose: &'a PoseId,
-    pub(super) direction: Direction,
+    pub(super) load: &'a LoadDirection,
     /// Force to which each load is released before the next, N; `None` where the loads follow each other.
     pub(super) release_n: Option<f64>,
     /// Whether joints stay as a run left them when the next one begins.
@@ -44,16 +44,16 @@ pub(super) struct CellMechanics<'a> {
 }
 
 impl CellMechanics<'_> {
-    /// Displacements at the loads of the cell, m, relative to the unloaded state, in the order of the loads.
-    pub(super) fn displacements_m(&self, loads: &[ActingLoad]) -> Vec<f64> {
+    /// Displacements along an axis at the loads of the cell, m, relative to the unloaded state, in the order of the loads.
+    pub(super) fn displacements_m(&self, read: Direction, loads: &[ActingLoad]) -> Vec<f64> {
         let mut displacements_m = vec![0.0; loads.len()];
         let mut joint_rotations = JointRotations::default();
         for (repeat, places) in self.stretches(loads) {
             let points: Vec<LoadPoint> = places.iter().map(|&place| loads[place].point).collect();
             let run = RunLoads {
                 pose: self.pose,
-                load: LoadDirection::of_axis(self.direction),
-                read: self.direction,
+                load: self.load,
+                read,
                 repeat,
                 release_n: self.release_n,
                 loads: &points,
@@ -76,6 +76,18 @@ impl CellMechanics<'_> {
             }
         }
         displacements_m
+    }
+
+    /// The same along several axes, by axis; zero along the others.
+    pub(super) fn along_m(&self, read: &[Direction], loads: &[ActingLoad]) -> Vec<[f64; 3]> {
+        let mut along_m = vec![[0.0; 3]; loads.len()];
+        for &axis in read {
+            let displacements_m = self.displacements_m(axis, loads);
+            for (along_m, displacement_m) in along_m.iter_mut().zip(displacements_m) {
+                along_m[axis.index()] = displacement_m;
+            }
+        }
+        along_m
     }
 
     /// Repeat and loads of each stretch that the laws take at once: a run, whose loads need not follow one another; where history goes on

@@ -1,8 +1,7 @@
 //! Readings as the gauges show them, in the order in which they are made.
 
-use stiffbench_measurement::readings::{
-    Reading, ReadingStatus, ReadingTable, ReadingText, RunNumbers,
-};
+use stiffbench_measurement::readings::{Reading, ReadingStatus, ReadingTable, ReadingText, RunKey};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::mechanics::ActingLoad;
@@ -11,81 +10,120 @@ use super::noise::{NoiseModel, decimals, rounded};
 /// Micrometres in a metre.
 const MICROMETRES: f64 = 1e6;
 
-/// Where a reading belongs, beyond the load it was made at.
-pub(super) struct ReadingContext<'a> {
+/// The cell whose readings come in.
+pub(super) struct RecordedCell<'a> {
     pub(super) pose: &'a PoseId,
-    pub(super) direction: Direction,
-    pub(super) target_n: f64,
-    /// Whether all runs of the cell are on one gauge zero.
+    pub(super) load: &'a LoadDirection,
+    /// The axes along which displacements are read.
+    pub(super) read: &'a [Direction],
+    pub(super) repeats: u32,
+    /// Whether all runs of the cell are on one zero of each gauge.
     pub(super) shared_zero: bool,
 }
 
-/// Readings as they come in.
-#[derive(Debug, Default)]
-pub(super) struct Recorder {
-    readings: Vec<Reading>,
-    runs: RunNumbers,
-    zeros: RunNumbers,
+/// Readings as they come in, one for each gauge.
+#[derive(Debug)]
+pub(super) struct Recorder<'n> {
+    noise: &'n NoiseModel,
+    table: ReadingTable,
+    loads: u32,
+    /// Places of the first run and the first gauge zero of the cell.
+    first: [u32; 2],
 }
 
-impl Recorder {
-    /// Adds what the gauges show at a load with a displacement.
+impl<'n> Recorder<'n> {
+    /// No readings yet.
+    ///
+    /// # Arguments
+    /// - `session`: its name.
+    pub(super) fn new(session: &str, noise: &'n NoiseModel) -> Self {
+        let table = ReadingTable {
+            source: format!("simulation {session}"),
+            session: Some(session.to_owned()),
+            ..ReadingTable::default()
+        };
+        Self {
+            noise,
+            table,
+            loads: 0,
+            first: [0; 2],
+        }
+    }
+
+    /// Adds the runs and gauge zeros of a cell; its readings follow.
+    pub(super) fn begin(&mut self, cell: &RecordedCell<'_>) {
+        let table = &mut self.table;
+        self.first = [&table.runs, &table.zeros].map(|of| of.len() as u32);
+        let key = |axis, repeat| RunKey::of_repeat(cell.pose.clone(), axis, repeat);
+        for repeat in 1..=cell.repeats {
+            table.runs.push(key(cell.read[0], repeat));
+            let zeros = cell.read.iter().map(|&axis| key(axis, repeat));
+            if !cell.shared_zero {
+                table.zeros.extend(zeros);
+            } else if repeat == 1 {
+                table.zeros.extend(zeros.map(|zero| RunKey {
+                    label: Some("cell".into()),
+                    ..zero
+                }));
+            }
+        }
+    }
+
+    /// Adds what the gauges show at a load with the displacements along their axes.
     pub(super) fn add(
         &mut self,
-        place: &ReadingContext<'_>,
+        cell: &RecordedCell<'_>,
+        target_n: f64,
         load: &ActingLoad,
-        displacement_m: f64,
-        noise: &NoiseModel,
+        displacements_m: &[f64],
     ) {
+        let (noise, [first_run, first_zero]) = (self.noise, self.first);
         let shown_n = rounded(load.point.force_n, noise.force_step_n);
-        let shown_um = rounded(displacement_m, noise.displacement_step_m) * MICROMETRES;
         let force_raw = format!("{shown_n:.*}", decimals(noise.force_step_n));
-        let displacement_raw = format!(
-            "{shown_um:.*}",
-            decimals(noise.displacement_step_m * MICROMETRES)
-        );
-        let (pose, direction, repeat) = (place.pose, place.direction, load.repeat);
-        let zero = place.shared_zero.then_some("cell");
-        self.readings.push(Reading {
-            line: 0,
-            seq: self.readings.len() as u32 + 1,
-            run: self.runs.number(pose, direction, repeat, None),
-            zero: self.zeros.number(pose, direction, repeat, zero),
-            pose: pose.clone(),
-            direction,
-            load: None,
-            branch: load.branch,
-            step: load.point.step,
-            repeat,
-            attempt: 1,
-            status: ReadingStatus::Accepted,
-            target_n: place.target_n,
-            // The numbers are those that the instruments show, so that text and number agree.
-            force_n: force_raw.parse().unwrap_or(shown_n),
-            displacement_m: displacement_raw.parse::<f64>().unwrap_or(shown_um) / MICROMETRES,
-            time_s: Some(to_digits(load.time_s, 100.0)),
-            hold_s: Some(to_digits(load.point.hold_s, 10.0)),
-            temperature_deg_c: Some(to_digits(load.temperature_deg_c, 100.0)),
-            text: Some(Box::new(ReadingText {
-                force_raw: force_raw.into(),
-                displacement_raw: displacement_raw.into(),
-                // Its gauges show nothing without load.
-                zero_si: [Some(0.0); 2],
-                ..ReadingText::default()
-            })),
-        });
+        let gauges = cell.read.len() as u32;
+        let zero = if cell.shared_zero { 0 } else { load.repeat - 1 };
+        self.loads += 1;
+        for (gauge, (&axis, &displacement_m)) in (0..).zip(cell.read.iter().zip(displacements_m)) {
+            let shown_um = rounded(displacement_m, noise.displacement_step_m) * MICROMETRES;
+            let displacement_raw = format!(
+                "{shown_um:.*}",
+                decimals(noise.displacement_step_m * MICROMETRES)
+            );
+            let other = (*cell.load != axis).then(|| self.table.place_of(cell.load));
+            self.table.readings.push(Reading {
+                line: 0,
+                seq: self.loads,
+                run: first_run + load.repeat - 1,
+                zero: first_zero + zero * gauges + gauge,
+                pose: cell.pose.clone(),
+                direction: axis,
+                load: other,
+                branch: load.branch,
+                step: load.point.step,
+                repeat: load.repeat,
+                attempt: 1,
+                status: ReadingStatus::Accepted,
+                target_n,
+                // The numbers are those that the instruments show, so that text and number agree.
+                force_n: force_raw.parse().unwrap_or(shown_n),
+                displacement_m: displacement_raw.parse::<f64>().unwrap_or(shown_um) / MICROMETRES,
+                time_s: Some(to_digits(load.time_s, 100.0)),
+                hold_s: Some(to_digits(load.point.hold_s, 10.0)),
+                temperature_deg_c: Some(to_digits(load.temperature_deg_c, 100.0)),
+                text: Some(Box::new(ReadingText {
+                    force_raw: force_raw.as_str().into(),
+                    displacement_raw: displacement_raw.into(),
+                    // Its gauges show nothing without load.
+                    zero_si: [Some(0.0); 2],
+                    ..ReadingText::default()
+                })),
+            });
+        }
     }
 
     /// The table of a session.
-    pub(super) fn finish(self, session: &str) -> ReadingTable {
-        ReadingTable {
-            source: format!("simulation {session}"),
-            session: Some(session.to_owned()),
-            readings: self.readings,
-            runs: self.runs.into_keys(),
-            zeros: self.zeros.into_keys(),
-            ..ReadingTable::default()
-        }
+    pub(super) fn finish(self) -> ReadingTable {
+        self.table
     }
 }
 

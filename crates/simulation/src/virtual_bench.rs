@@ -7,13 +7,14 @@ use stiffbench_beams::physics::{ActingPhysics, LoadPoint, Mechanics, PoseMechani
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot, RobotError};
 use stiffbench_measurement::procedure::{PlannedReading, Procedure, ProcedureProblem};
 use stiffbench_measurement::readings::{ReadingTable, ZeroScope};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::STREAM_OF_TIMES;
 use super::jack::{self, Jack};
 use super::mechanics::{ActingLoad, CellMechanics};
 use super::noise::NoiseModel;
-use super::recorder::{ReadingContext, Recorder};
+use super::recorder::{RecordedCell, Recorder};
 use super::temperature::TemperatureTrack;
 
 /// Why a virtual bench cannot run.
@@ -38,18 +39,6 @@ pub enum BenchError {
         what: &'static str,
         /// Its value, SI.
         value: f64,
-    },
-    /// An effect that acts on readings along the load only.
-    #[error("{effect} acts on one displacement gauge along the load")]
-    #[diagnostic(
-        code(stiffbench::bench::vectors),
-        help(
-            "with displacement gauges along the base axes take effects of joints, base and members only"
-        )
-    )]
-    NotOfVectors {
-        /// The effect.
-        effect: String,
     },
     /// Positions of a robot that nothing loads.
     #[error("robot {robot} has no masses and no payload: its own weight does not move it")]
@@ -88,7 +77,9 @@ pub struct VirtualBench<'a> {
 /// What belongs to one pose and direction.
 struct CellSetup<'a> {
     pose: &'a PoseId,
-    direction: Direction,
+    load: &'a LoadDirection,
+    /// The axes along which displacements are read.
+    read: Vec<Direction>,
     structure: &'a PoseMechanics,
     planned: Vec<PlannedReading>,
 }
@@ -97,8 +88,8 @@ struct CellSetup<'a> {
 #[derive(Default)]
 struct SetLoads {
     loads: Vec<ActingLoad>,
-    /// Zero and reading together, m.
-    errors_m: Vec<f64>,
+    /// Zero and reading together at each load, m, of each gauge.
+    errors_m: Vec<Vec<f64>>,
 }
 
 /// Clock, thermometer and random numbers of a session.
@@ -154,7 +145,8 @@ impl<'a> VirtualBench<'a> {
         }
     }
 
-    /// Follows a procedure; the same seed gives the same readings. Poses that it leaves open are all of the robot's.
+    /// Follows a procedure; the same seed gives the same readings. Poses that it leaves open are all of the robot's. Gauges along base axes
+    /// give a reading each under every load, as [`ReadingTable::of_vectors`] has them.
     ///
     /// The gauge is zeroed without load: the preload of the procedure is a matter of a real contact. Every run starts virgin unless
     /// [`VirtualBench::keeping_history`] says otherwise.
@@ -168,7 +160,7 @@ impl<'a> VirtualBench<'a> {
         seed: u64,
     ) -> Result<ReadingTable, BenchError> {
         procedure.check()?;
-        let directions = procedure.load_axes()?;
+        procedure.check_directions()?;
         let named = || self.robot.poses.iter().map(|named| named.id.clone());
         let poses = procedure.poses.clone().unwrap_or_else(|| named().collect());
         let angles: Vec<Pose> = poses
@@ -178,13 +170,14 @@ impl<'a> VirtualBench<'a> {
         let mechanism = &self.physics.mechanism;
         let mechanics = Mechanics::new(self.robot, mechanism, &self.factors, &angles)?;
         let mut session = SimulatedSession::new(seed);
-        let mut recorder = Recorder::default();
+        let mut recorder = Recorder::new(name, &self.noise);
         let mut cell = 0;
         for (number, pose) in poses.iter().enumerate() {
-            for (place, &direction) in directions.iter().enumerate() {
+            for (place, load) in procedure.directions.iter().enumerate() {
                 let setup = CellSetup {
                     pose,
-                    direction,
+                    load,
+                    read: procedure.axes_read_under(load),
                     structure: mechanics.pose(number),
                     planned: procedure.steps(cell),
                 };
@@ -202,7 +195,11 @@ impl<'a> VirtualBench<'a> {
                 cell += 1;
             }
         }
-        Ok(recorder.finish(name))
+        let mut table = recorder.finish();
+        if !procedure.displacement_axes.is_empty() {
+            table.pose_joints.clone_from(&procedure.joint_values);
+        }
+        Ok(table)
     }
 
     fn run_cell(
@@ -210,7 +207,7 @@ impl<'a> VirtualBench<'a> {
         procedure: &Procedure,
         setup: &CellSetup<'_>,
         session: &mut SimulatedSession,
-        recorder: &mut Recorder,
+        recorder: &mut Recorder<'_>,
     ) {
         let slopes: Vec<f64> = (0..procedure.repeats)
             .map(|_| {
@@ -219,27 +216,33 @@ impl<'a> VirtualBench<'a> {
             })
             .collect();
         let set = self.set_loads(procedure, setup, session);
-        let displacements_m = CellMechanics {
+        let along_m = CellMechanics {
             laws: &self.physics.laws,
             structure: setup.structure,
             pose: setup.pose,
-            direction: setup.direction,
+            load: setup.load,
             release_n: procedure.release_n(),
             keep_history: self.keep_history,
         }
-        .displacements_m(&set.loads);
-        let i = setup.direction.index();
-        let along_m_per_n = setup.structure.influence.compliance_m_per_n[i][i];
+        .along_m(&setup.read, &set.loads);
+        let cell = RecordedCell {
+            pose: setup.pose,
+            load: setup.load,
+            read: &setup.read,
+            repeats: procedure.repeats,
+            shared_zero: procedure.zero == ZeroScope::Cell,
+        };
+        recorder.begin(&cell);
         for (place, (load, planned)) in set.loads.iter().zip(&setup.planned).enumerate() {
-            let seated_m = slopes[load.repeat as usize - 1] * along_m_per_n * load.point.force_n;
-            let displacement_m = displacements_m[place] + seated_m + set.errors_m[place];
-            let place = ReadingContext {
-                pose: setup.pose,
-                direction: setup.direction,
-                target_n: planned.target_n,
-                shared_zero: procedure.zero == ZeroScope::Cell,
-            };
-            recorder.add(&place, load, displacement_m, &self.noise);
+            let slope = slopes[load.repeat as usize - 1];
+            let shown_m = setup.read.iter().zip(&set.errors_m[place]);
+            let shown_m = shown_m.map(|(&axis, error_m)| {
+                let m_per_n = setup.structure.compliance_m_per_n(axis, setup.load);
+                let seated_m = slope * m_per_n * load.point.force_n;
+                along_m[place][axis.index()] + seated_m + error_m
+            });
+            let shown_m: Vec<f64> = shown_m.collect();
+            recorder.add(&cell, planned.target_n, load, &shown_m);
         }
     }
 
@@ -252,31 +255,40 @@ impl<'a> VirtualBench<'a> {
     ) -> SetLoads {
         let (noise, pace) = (&self.noise, &self.jack.pace);
         let release_s = procedure.release_n().map_or(0.0, |_| pace.release_s);
-        let (mut zero_m, mut zero_at_s) = (0.0, session.time_s);
+        let mut zeros_m = vec![0.0; setup.read.len()];
+        let mut zero_at_s = session.time_s;
         let (mut force_n, mut hold_s) = (0.0, 0.0);
         let mut set = SetLoads::default();
+        let reading_errors = |zeros_m: &[f64], errors: &mut ChaCha8Rng| -> Vec<f64> {
+            let errors_m = zeros_m.iter();
+            errors_m
+                .map(|zero_m| zero_m + noise.error(noise.reading_sd_m, errors))
+                .collect()
+        };
         for &planned in &setup.planned {
             if planned.zero_before {
-                zero_m = noise.error(noise.zero_sd_m, &mut session.errors);
+                for zero_m in &mut zeros_m {
+                    *zero_m = noise.error(noise.zero_sd_m, &mut session.errors);
+                }
                 session.time_s += jack::seconds(pace.zero_s, &mut session.errors);
                 zero_at_s = session.time_s;
             }
-            let error_m = if let Some(extra_s) = planned.extra_hold_s {
+            let errors_m = if let Some(extra_s) = planned.extra_hold_s {
                 let until_s = jack::extra_hold_s(extra_s, hold_s, &mut session.times);
                 session.time_s += until_s - hold_s;
                 hold_s = until_s;
-                noise.error(noise.reading_sd_m, &mut session.errors)
+                reading_errors(&zeros_m, &mut session.errors)
             } else {
                 session.time_s += jack::seconds(pace.reading_s, &mut session.errors)
                     + jack::seconds(release_s, &mut session.times);
                 let tolerance_n = procedure.settle.force_tolerance_n;
                 force_n = jack::force_n(planned.target_n, tolerance_n, &mut session.errors);
-                let error_m = noise.error(noise.reading_sd_m, &mut session.errors);
+                let errors_m = reading_errors(&zeros_m, &mut session.errors);
                 hold_s = jack::seconds(pace.hold_s, &mut session.errors);
-                error_m
+                errors_m
             };
             let temperature_deg_c = session.temperature.at(session.time_s);
-            set.errors_m.push(zero_m + error_m);
+            set.errors_m.push(errors_m);
             set.loads.push(ActingLoad {
                 point: LoadPoint {
                     force_n,

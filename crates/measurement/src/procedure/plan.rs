@@ -219,6 +219,27 @@ impl Procedure {
         (self.repeat_order == RepeatOrder::AtLoad).then_some(self.preload_n)
     }
 
+    /// The base axes along which displacements are read under a load: those of the gauges that stay, else the axis of the load.
+    #[must_use]
+    pub fn axes_read_under(&self, load: &LoadDirection) -> Vec<Direction> {
+        if self.displacement_axes.is_empty() {
+            load.axis().into_iter().collect()
+        } else {
+            self.displacement_axes.clone()
+        }
+    }
+
+    /// Checks that one displacement gauge can stand along every load, where none stays along a base axis.
+    ///
+    /// # Errors
+    /// [`ProcedureProblem::NotAlongAxes`].
+    pub fn check_directions(&self) -> Result<(), ProcedureProblem> {
+        if self.displacement_axes.is_empty() {
+            self.load_axes()?;
+        }
+        Ok(())
+    }
+
     /// The base axes of the loads, for a bench with one displacement gauge that stands along the load.
     ///
     /// # Errors

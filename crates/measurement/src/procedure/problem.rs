@@ -54,7 +54,7 @@ pub enum ProcedureProblem {
     #[diagnostic(
         code(stiffbench::procedure::oblique),
         help(
-            "read displacements along base axes: displacement_axes = [\"x\", \"y\", \"z\"] in the procedure, or session run --displacement-axes x,y,z"
+            "read displacements along base axes: displacement_axes = [\"x\", \"y\", \"z\"] in the procedure, or --displacement-axes x,y,z of `session run` and `simulate`"
         )
     )]
     NotAlongAxes {
@@ -63,7 +63,7 @@ pub enum ProcedureProblem {
     },
     /// Gauges that stay along base axes, where only one along the load is known.
     #[error(
-        "`displacement_axes` asks for displacement gauges along base axes, which only guided sessions have"
+        "`displacement_axes` asks for displacement gauges along base axes, which only guided and simulated sessions have"
     )]
     #[diagnostic(
         code(stiffbench::procedure::gauges_along_axes),

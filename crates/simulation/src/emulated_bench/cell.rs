@@ -11,7 +11,7 @@ use stiffbench_beams::physics::{LawSet, LoadPoint, PoseMechanics};
 use stiffbench_measurement::procedure::{PlannedReading, Procedure};
 use stiffbench_measurement::readings::ZeroScope;
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::{Branch, PoseId};
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::EmulatedSetup;
 use super::motion::Stand;
@@ -42,15 +42,15 @@ pub(super) struct SolvedCell {
     planned: Vec<PlannedReading>,
     /// Where everything stands at each planned reading.
     stands: Vec<Stand>,
-    /// By how much the displacement gauge has drifted since its zero at each of them, m.
-    drifts_m: Vec<f64>,
+    /// By how much each gauge has drifted since its zero at each of them, m.
+    drifts_m: Vec<[f64; 3]>,
     tolerance_n: f64,
     zero: ZeroScope,
-    /// Displacement per force of a first load, m/N.
-    first_load_m_per_n: f64,
-    /// The same along the base axes; zero where one gauge stands along the load.
-    first_load_along_m_per_n: [f64; 3],
-    /// Where the tip of the gauge was set up, m.
+    /// Displacement per force of a first load where gauges stand, m/N.
+    first_load_m_per_n: [f64; 3],
+    /// Whether gauges stay along base axes, each with a noise of its own.
+    several_gauges: bool,
+    /// Where the tips of the gauges were set up, m.
     tip_m: f64,
 }
 
@@ -69,41 +69,36 @@ impl SolvedCell {
             drifts_m: Vec::new(),
             tolerance_n: procedure.settle.force_tolerance_n,
             zero: procedure.zero,
-            first_load_m_per_n: 0.0,
-            first_load_along_m_per_n: [0.0; 3],
+            first_load_m_per_n: [0.0; 3],
+            several_gauges: !procedure.displacement_axes.is_empty(),
             tip_m: 0.0,
             key,
             planned,
         };
         cell.tip_m = TIP_M[0] + (TIP_M[1] - TIP_M[0]) * cell.random("tip", &[]).random::<f64>();
         let loads = cell.loads(procedure);
-        let Some(direction) = cell
-            .key
-            .direction
-            .axis()
-            .filter(|_| procedure.displacement_axes.is_empty())
-        else {
-            cell.solve_vectors(&loads, laws, structure);
-            return cell;
-        };
+        let load = &cell.key.direction;
+        let read = procedure.axes_read_under(load);
         let mechanics = CellMechanics {
             laws,
             structure,
             pose: &cell.key.pose,
-            direction,
+            load,
             release_n: procedure.release_n(),
             keep_history: false,
         };
-        let displacements_m = mechanics.displacements_m(&loads);
-        let unloaded: Vec<ActingLoad> = loads.iter().map(ActingLoad::unloaded).collect();
-        cell.drifts_m = CellMechanics {
+        let drifting = CellMechanics {
             laws: drift,
             ..mechanics
-        }
-        .displacements_m(&unloaded);
-        let preload = ActingLoad {
+        };
+        let unloaded: Vec<ActingLoad> = loads.iter().map(ActingLoad::unloaded).collect();
+        cell.drifts_m = drifting.along_m(&read, &unloaded);
+        let first = ActingLoad {
             point: LoadPoint {
-                force_n: procedure.preload_n,
+                force_n: match procedure.preload_n {
+                    0.0 => procedure.load_sense(),
+                    preload_n => preload_n,
+                },
                 ..LoadPoint::default()
             },
             repeat: 1,
@@ -111,98 +106,66 @@ impl SolvedCell {
             time_s: 0.0,
             temperature_deg_c: 0.0,
         };
-        if procedure.preload_n != 0.0 {
-            let preload_m = mechanics.displacements_m(&[preload])[0];
-            cell.first_load_m_per_n = preload_m / procedure.preload_n;
-        }
-        let i = direction.index();
-        let along_m_per_n = structure.influence.compliance_m_per_n[i][i];
-        let stands = loads.iter().zip(displacements_m).enumerate();
-        cell.stands = stands
-            .map(|(place, (load, displacement_m))| {
-                let planned = &cell.planned[place];
-                let slope = cell.error("slope", setup.noise.run_slope_sd, &[planned.repeat]);
-                let hold = cell.hold_number(place);
-                let numbers = [planned.step, planned.repeat, hold];
-                let error_m = cell.error("reading", setup.noise.reading_sd_m, &numbers);
-                Stand {
-                    force_n: load.point.force_n,
-                    displacement_m: cell.tip_m
-                        + displacement_m
-                        + slope * along_m_per_n * load.point.force_n
-                        + error_m,
-                    ..Stand::default()
-                }
-            })
-            .collect();
-        cell
-    }
-
-    /// The same for gauges along the base axes, each with a noise of its own: loads from the unloaded state, without the history of a run.
-    fn solve_vectors(&mut self, loads: &[ActingLoad], laws: &LawSet, structure: &PoseMechanics) {
-        let noise = self.setup.noise;
-        let unit = self.key.direction.unit_vector();
-        let under = |force_n: f64| laws.first_load_m(structure, unit.map(|part| part * force_n));
-        self.first_load_along_m_per_n = under(1.0);
-        let stands = loads.iter().enumerate().map(|(place, load)| {
-            let planned = &self.planned[place];
-            let slope = self.error("slope", noise.run_slope_sd, &[planned.repeat]);
-            let hold = self.hold_number(place);
-            let along_m = under(load.point.force_n);
+        let first_m = mechanics.along_m(&Direction::ALL, &[first])[0];
+        cell.first_load_m_per_n = first_m.map(|along_m| along_m / first.point.force_n);
+        let m_per_n = Direction::ALL.map(|axis| structure.compliance_m_per_n(axis, load));
+        let stands = loads
+            .iter()
+            .zip(mechanics.along_m(&read, &loads))
+            .enumerate();
+        let stands = stands.map(|(place, (load, along_m))| {
+            let planned = &cell.planned[place];
+            let slope = cell.error("slope", setup.noise.run_slope_sd, &[planned.repeat]);
+            let numbers = [planned.step, planned.repeat, cell.hold_number(place)];
+            let errors_m = cell.gauge_errors_m("reading", setup.noise.reading_sd_m, &numbers);
+            let force_n = load.point.force_n;
             Stand {
-                force_n: load.point.force_n,
-                along_m: std::array::from_fn(|axis| {
-                    let numbers = [planned.step, planned.repeat, hold, axis as u32];
-                    let error_m = self.error("reading", noise.reading_sd_m, &numbers);
-                    self.tip_m + (1.0 + slope) * along_m[axis] + error_m
+                force_n,
+                along_m: [0, 1, 2].map(|axis| {
+                    cell.tip_m + along_m[axis] + slope * m_per_n[axis] * force_n + errors_m[axis]
                 }),
-                ..Stand::default()
             }
         });
-        self.stands = stands.collect();
+        cell.stands = stands.collect();
+        cell
     }
 
     /// Where everything stands under a force without the errors of a reading.
     fn first_load(&self, force_n: f64) -> Stand {
         Stand {
             force_n,
-            displacement_m: self.tip_m + self.first_load_m_per_n * force_n,
             along_m: self
-                .first_load_along_m_per_n
-                .map(|along| self.tip_m + along * force_n),
+                .first_load_m_per_n
+                .map(|m_per_n| self.tip_m + m_per_n * force_n),
         }
     }
 
-    /// Where everything stands under a force at which nothing is read: free, or under the preload. The error of the gauge's zero stands here.
+    /// Where everything stands under a force at which nothing is read: free, or under the preload. The errors of the gauges' zeros stand here.
     pub(super) fn at_rest(&self, force_n: f64, repeat: u32) -> Stand {
         let numbers: &[u32] = match self.zero {
             ZeroScope::Cell => &[],
             ZeroScope::Run => &[repeat],
         };
-        let sd_m = self.setup.noise.zero_sd_m;
-        let zero_m = self.error("zero", sd_m, numbers);
+        let zeros_m = self.gauge_errors_m("zero", self.setup.noise.zero_sd_m, numbers);
         let mut stand = self.first_load(force_n);
-        stand.displacement_m -= zero_m;
-        for (axis, along_m) in stand.along_m.iter_mut().enumerate() {
-            let numbers = [numbers, &[axis as u32][..]].concat();
-            *along_m -= self.error("zero along", sd_m, &numbers);
+        for (along_m, zero_m) in stand.along_m.iter_mut().zip(zeros_m) {
+            *along_m -= zero_m;
         }
         stand
     }
 
-    /// By how much the displacement gauge has drifted since its zero at a load of the procedure, m.
-    pub(super) fn drift_m(&self, step: u32, repeat: u32) -> f64 {
+    /// By how much each gauge has drifted since its zero at a load of the procedure, m.
+    pub(super) fn drift_m(&self, step: u32, repeat: u32) -> [f64; 3] {
         let mut readings = self.planned.iter().zip(&self.drifts_m);
         let at = readings.find(|(planned, _)| (planned.step, planned.repeat) == (step, repeat));
-        at.map_or(0.0, |(_, drift_m)| *drift_m)
+        at.map_or([0.0; 3], |(_, drift_m)| *drift_m)
     }
 
     /// By how much everything moves under a little more force.
     pub(super) fn more_load(&self, by_n: f64) -> Stand {
         Stand {
             force_n: by_n,
-            displacement_m: self.first_load_m_per_n * by_n,
-            along_m: self.first_load_along_m_per_n.map(|along| along * by_n),
+            along_m: self.first_load_m_per_n.map(|m_per_n| m_per_n * by_n),
         }
     }
 
@@ -290,6 +253,14 @@ impl SolvedCell {
 
     fn error(&self, what: &str, sd: f64, numbers: &[u32]) -> f64 {
         self.setup.noise.error(sd, &mut self.random(what, numbers))
+    }
+
+    /// An error of each gauge; of one gauge along the load the same wherever it stands.
+    fn gauge_errors_m(&self, what: &str, sd_m: f64, numbers: &[u32]) -> [f64; 3] {
+        if !self.several_gauges {
+            return [self.error(what, sd_m, numbers); 3];
+        }
+        [0, 1, 2].map(|axis| self.error(what, sd_m, &[numbers, &[axis]].concat()))
     }
 
     /// Random numbers that belong to one thing of this cell and to no other.

@@ -18,11 +18,9 @@ const DISPLACEMENT_LEFT: f64 = 0.02;
 /// Where force and displacement stand.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Stand {
-    /// N, along the axis.
+    /// N, along the load.
     pub(super) force_n: f64,
-    /// m, along the axis, from where the tip of the gauge would hang free.
-    pub(super) displacement_m: f64,
-    /// m, along the base axes, from where the tips of three gauges would hang free; zero where one gauge stands along the load.
+    /// m, along the base axes, from where the tips of the gauges would hang free; zero where there is none.
     pub(super) along_m: [f64; 3],
 }
 
@@ -31,7 +29,6 @@ impl Stand {
     pub(super) fn plus(&self, by: &Self) -> Self {
         Self {
             force_n: self.force_n + by.force_n,
-            displacement_m: self.displacement_m + by.displacement_m,
             along_m: std::array::from_fn(|axis| self.along_m[axis] + by.along_m[axis]),
         }
     }
@@ -115,11 +112,6 @@ fn between(from: Stand, to: Stand, share: impl Fn(f64) -> f64) -> Stand {
     };
     Stand {
         force_n: way(from.force_n, to.force_n, share(FORCE_LEFT)),
-        displacement_m: way(
-            from.displacement_m,
-            to.displacement_m,
-            share(DISPLACEMENT_LEFT),
-        ),
         along_m: std::array::from_fn(|axis| {
             let (from, to) = (from.along_m[axis], to.along_m[axis]);
             way(from, to, share(DISPLACEMENT_LEFT))
@@ -143,8 +135,7 @@ mod tests {
     fn stand(force_n: f64, displacement_m: f64) -> Stand {
         Stand {
             force_n,
-            displacement_m,
-            along_m: [0.0; 3],
+            along_m: [0.0, displacement_m, 0.0],
         }
     }
 
@@ -155,7 +146,7 @@ mod tests {
         assert_eq!(motion.at(99.0), stand(0.0, 0.0));
         let halfway = motion.at(101.0);
         assert!((halfway.force_n + 20.0).abs() < 0.1, "{halfway:?}");
-        assert!((halfway.displacement_m + 5e-5).abs() < 2e-6);
+        assert!((halfway.along_m[1] + 5e-5).abs() < 2e-6);
         assert!(!motion.is_over(102.5));
         assert_ne!(motion.at(102.2), to);
         assert!(motion.is_over(103.0));
@@ -178,8 +169,8 @@ mod tests {
     fn under_a_hold_it_goes_on_to_the_next_stage() {
         let stages = vec![(0.0, stand(-20.0, -1.0e-4)), (50.0, stand(-20.0, -1.1e-4))];
         let motion = Motion::new(stand(0.0, 0.0), stages, 0.0);
-        assert_eq!(motion.at(40.0).displacement_m, -1.0e-4);
-        assert_eq!(motion.at(55.0).displacement_m, -1.1e-4);
+        assert_eq!(motion.at(40.0).along_m[1], -1.0e-4);
+        assert_eq!(motion.at(55.0).along_m[1], -1.1e-4);
         assert_eq!(motion.at(55.0).force_n, -20.0);
     }
 }

@@ -222,7 +222,7 @@ fn a_joint_with_play_and_creep_under_a_hold_are_seen() {
         assert!(began[1] < held.extra_hold_s.unwrap());
         stages
             .iter()
-            .map(|stage| stage.1.displacement_m)
+            .map(|stage| stage.1.along_m[1])
             .collect::<Vec<_>>()
     });
     assert!(without.iter().all(|d| *d == without[0]), "{without:?}");
@@ -269,4 +269,117 @@ fn what_is_not_planned_is_refused_or_a_first_load() {
     bench.apply(-33.0, 99, 1);
     let (force_n, _) = rest(&bench);
     assert!((force_n + 33.0).abs() <= 0.4);
+}
+
+/// Displacements along the base axes under loads that grow, each against the zero of its gauge.
+fn along_axes(bench: &EmulatedBench, procedure: &Procedure, cell: u32) -> Vec<[f64; 3]> {
+    let along = || {
+        while !bench.is_at_rest() {}
+        Direction::ALL.map(|axis| bench.displacement_along_m(axis))
+    };
+    let mut zeros_m = [0.0; 3];
+    let planned = procedure.steps(cell);
+    let planned = planned.iter().filter(|of| of.extra_hold_s.is_none());
+    planned
+        .map(|planned| {
+            if planned.zero_before {
+                bench.begin_run(planned.repeat);
+                zeros_m = along();
+            }
+            bench.apply(planned.target_n, planned.step, planned.repeat);
+            let along_m = along();
+            [0, 1, 2].map(|axis| along_m[axis] - zeros_m[axis])
+        })
+        .collect()
+}
+
+#[test]
+fn several_gauges_show_the_compliance_matrix_and_obey_effects_of_gauges_and_of_time() {
+    let procedure = Procedure {
+        directions: vec![LoadDirection::from_vector([0.0, 0.6, 0.8]).unwrap()],
+        displacement_axes: Direction::ALL.to_vec(),
+        loads_n: vec![0.0, 20.0, 40.0, 60.0],
+        unloading: true,
+        repeats: 2,
+        ..procedure("sweeps")
+    };
+    let shown = |effects: &[&str]| along_axes(&bench(&procedure, quiet(), effects), &procedure, 0);
+    let clean = shown(&[]);
+    let robot = robot();
+    let mechanism = robot.mechanism(None).unwrap();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let mut predictor = Predictor::new(&robot, mechanism, &factors).unwrap();
+    predictor.place(robot.pose(&"P1".into()).unwrap()).unwrap();
+    let compliance = predictor.translation_compliance();
+    let bench = bench(&procedure, quiet(), &[]);
+    bench.begin_run(1);
+    bench.apply(60.0, 3, 1);
+    let force_n = -rest(&bench).0;
+    for axis in 0..3 {
+        let per_n = 0.6 * compliance[axis][1] + 0.8 * compliance[axis][2];
+        let off_m = clean[3][axis] - per_n * force_n;
+        assert!(off_m.abs() < 1e-15, "{axis}: {:?} {force_n}", clean[3]);
+    }
+    let z = |readings: &[[f64; 3]]| readings.iter().map(|of| of[2]).collect::<Vec<f64>>();
+    for (effect, gauges) in [
+        ("thermal-drift@clock:rate=3600um/h", [true; 3]),
+        ("thermal-drift@clock.y:rate=3600um/h", [false, true, false]),
+        ("creep:k=5%/decade,t0=1s", [false, true, true]),
+        ("setting-in:k=5%,decay=1.5", [false, true, true]),
+        ("gauge-scale@displacement.z:scale=2%", [false, false, true]),
+        ("gauge-stand-compliance@x:c=1um/N", [false, false, false]),
+        ("gauge-stand-compliance@z:c=1um/N", [false, false, true]),
+        ("gauge-misalignment@y>z:angle=2deg", [false, true, false]),
+        (
+            "gauge-periodic@displacement.y:amplitude=5um,period=0.15mm,phase=1rad",
+            [false, true, false],
+        ),
+        ("slip@P1.(0,0.6,0.8).1.1:jump=20um", [true; 3]),
+        ("slip@P1.(0,0.6,0.8).1.1/z:jump=20um", [false, false, true]),
+        (
+            "joint-backlash@A3:play=0.1mrad,seat_moment=1N*m",
+            [false, true, true],
+        ),
+    ] {
+        let with = shown(&[effect]);
+        let changed = [0, 1, 2].map(|axis| (with[3][axis] - clean[3][axis]).abs() > 1e-7);
+        assert_eq!(changed, gauges, "{effect}: {:?} {:?}", with[3], clean[3]);
+    }
+    // A slider stays behind when the load goes back.
+    let stuck = z(&shown(&[
+        "joint-friction@A3:c=20urad/(N*m),friction_moment=2N*m",
+    ]));
+    assert!((stuck[5] - stuck[1]).abs() > 1e-6, "{stuck:?}");
+    let straight = z(&clean);
+    assert!(
+        (straight[5] / straight[1] - 1.0).abs() < 0.1,
+        "{straight:?}"
+    );
+}
+
+#[test]
+fn gauges_along_axes_have_zeros_of_their_own_and_drift_from_them() {
+    let procedure = Procedure {
+        displacement_axes: vec![Direction::X, Direction::Z],
+        ..procedure("sweeps")
+    };
+    let bench = bench(
+        &procedure,
+        EmulatedSetup::default(),
+        &["thermal-drift@clock.z:rate=3600um/h"],
+    );
+    let along = || {
+        rest(&bench);
+        [Direction::X, Direction::Z].map(|axis| bench.displacement_along_m(axis))
+    };
+    bench.begin_run(1);
+    let first_m = along();
+    assert_ne!(first_m[0], first_m[1]);
+    bench.apply(-10.0, 1, 1);
+    bench.release();
+    let again_m = along();
+    assert_eq!(again_m[0], first_m[0]);
+    assert!(again_m[1] - first_m[1] > 1e-6, "{first_m:?} {again_m:?}");
+    bench.begin_run(2);
+    assert_ne!(along(), first_m);
 }

@@ -3,6 +3,9 @@
 use super::*;
 use crate::NoiseShape;
 use stiffbench_beams::robot::Predictor;
+use stiffbench_measurement::readings::{
+    Reading, VectorTable, read_vector_readings, write_vector_readings,
+};
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::Branch;
@@ -19,10 +22,20 @@ fn sweeps(poses: &[&str]) -> Procedure {
 }
 
 fn table(noise: NoiseModel, procedure: &Procedure, seed: u64) -> ReadingTable {
+    table_with(noise, procedure, seed, &[])
+}
+
+fn table_with(
+    noise: NoiseModel,
+    procedure: &Procedure,
+    seed: u64,
+    effects: &[&str],
+) -> ReadingTable {
     let robot = robot();
     let mechanism = robot.mechanism(None).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
-    let physics = ActingPhysics::new(&robot, mechanism, Vec::new()).unwrap();
+    let effects = effects.iter().map(|text| text.parse().unwrap()).collect();
+    let physics = ActingPhysics::new(&robot, mechanism, effects).unwrap();
     VirtualBench::new(&robot, &physics, &factors, noise, Jack::default())
         .unwrap()
         .run(procedure, "s", seed)
@@ -208,4 +221,236 @@ fn skewed_noise_makes_another_session() {
     let [normal, skewed] = [NoiseModel::default(), skewed].map(|noise| table(noise, &procedure, 2));
     assert_ne!(normal.readings, skewed.readings);
     assert_eq!(normal.readings.len(), skewed.readings.len());
+}
+
+/// Three gauges, loads against an axis, along an oblique direction and along an axis.
+fn three_gauges() -> Procedure {
+    Procedure {
+        directions: [[0.0, -1.0, 0.0], [0.0, 0.6, 0.8], [1.0, 0.0, 0.0]]
+            .map(|vector| LoadDirection::from_vector(vector).unwrap())
+            .to_vec(),
+        displacement_axes: Direction::ALL.to_vec(),
+        loads_n: vec![0.0, 20.0, 40.0, 60.0],
+        unloading: true,
+        repeats: 3,
+        ..sweeps(&["P1", "P2"])
+    }
+}
+
+#[test]
+fn several_gauges_without_noise_read_the_compliance_matrix() {
+    let robot = robot();
+    let table = table(NoiseModel::NONE, &three_gauges(), 1);
+    assert_eq!(table.readings.len(), 2 * 3 * 3 * 7 * 3);
+    let mechanism = robot.mechanism(None).unwrap();
+    let mut predictor =
+        Predictor::new(&robot, mechanism, &robot.factor_set("m_fsd").unwrap()).unwrap();
+    for reading in &table.readings {
+        predictor.place(robot.pose(&reading.pose).unwrap()).unwrap();
+        let row = predictor.translation_compliance()[reading.direction.index()];
+        let unit = table.load_direction(reading).unit_vector();
+        let along: f64 = (0..3).map(|axis| row[axis] * unit[axis]).sum();
+        let expected = along * reading.force_n;
+        // The text shows nine decimals of a micrometre and of a newton.
+        let rounding = 1e-14 + 1e-9 * along.abs();
+        assert!(
+            (reading.displacement_m - expected).abs() < rounding + 1e-9 * expected.abs(),
+            "{reading:?}: {expected}"
+        );
+    }
+}
+
+#[test]
+fn readings_of_several_gauges_are_written_and_read_again() {
+    for zero in [ZeroScope::Run, ZeroScope::Cell] {
+        let procedure = Procedure {
+            zero,
+            displacement_axes: vec![Direction::X, Direction::Z],
+            ..three_gauges()
+        };
+        let table = table(NoiseModel::default(), &procedure, 3);
+        let mut written = Vec::new();
+        write_vector_readings(&table, &mut written).unwrap();
+        let read = read_vector_readings("readings.csv", written.as_slice()).unwrap();
+        let vectors = VectorTable::of_components(&table);
+        assert_eq!(read.readings.len(), 2 * 3 * 3 * 7);
+        let again = ReadingTable::of_vectors(&read);
+        for ((read, made), vector) in again
+            .readings
+            .chunks(2)
+            .zip(table.readings.chunks(2))
+            .zip(&read.readings)
+        {
+            assert_eq!(vector.displacement_m[1], None);
+            for (read, made) in read.iter().zip(made) {
+                let key = |of: &Reading| (of.seq, of.run, of.zero, of.direction, of.step);
+                assert_eq!(key(read), key(made));
+                assert_eq!(again.load_direction(read), table.load_direction(made));
+                assert!((read.force_n - made.force_n).abs() < 1e-12);
+                assert!((read.displacement_m - made.displacement_m).abs() < 1e-18);
+            }
+        }
+        assert_eq!(vectors.readings.len(), read.readings.len());
+        let zeros = if zero == ZeroScope::Run { 3 } else { 1 };
+        assert_eq!(again.zeros.len(), 2 * 3 * 2 * zeros);
+        assert_eq!(again.runs.len(), 2 * 3 * 3);
+    }
+}
+
+#[test]
+fn gauges_have_their_own_errors_and_share_the_load() {
+    // By far the largest errors are those of the zeros, of the runs, or of the readings.
+    let quiet = NoiseModel::NONE;
+    let procedure = three_gauges();
+    let clean = table(quiet, &procedure, 5);
+    let errors = |noise: NoiseModel| -> Vec<f64> {
+        let noisy = table(noise, &procedure, 5);
+        let pairs = noisy.readings.iter().zip(&clean.readings);
+        pairs
+            .map(|(noisy, clean)| noisy.displacement_m - clean.displacement_m)
+            .collect()
+    };
+    let zeros = errors(NoiseModel {
+        zero_sd_m: 1e-3,
+        ..quiet
+    });
+    for run in zeros.chunks(7 * 3) {
+        let first = &run[..3];
+        assert!(first[0] != first[1] && first[1] != first[2]);
+        assert!(run.chunks(3).all(|gauges| {
+            let same = gauges.iter().zip(first);
+            same.into_iter().all(|(a, b)| (a - b).abs() < 1e-4)
+        }));
+    }
+    let readings = errors(NoiseModel {
+        reading_sd_m: 1e-3,
+        ..quiet
+    });
+    let n = readings.len() as f64 / 3.0;
+    let products = readings.chunks(3).map(|of| of[0] * of[1]);
+    let correlation = products.sum::<f64>() / n / 1e-6;
+    // Of 126 pairs without correlation: standard error 0.09.
+    assert!(correlation.abs() < 0.3, "{correlation}");
+}
+
+#[test]
+fn a_run_is_stiffer_for_all_gauges_alike() {
+    let noise = NoiseModel {
+        run_slope_sd: 0.1,
+        ..NoiseModel::NONE
+    };
+    let [noisy, clean] = [noise, NoiseModel::NONE].map(|of| table(of, &three_gauges(), 5));
+    let pairs: Vec<_> = noisy.readings.iter().zip(&clean.readings).collect();
+    for run in pairs.chunks(7 * 3) {
+        // The loads of a seed are the same, whatever the noise.
+        let slopes = run.iter().filter_map(|(noisy, clean)| {
+            let moved_m = clean.displacement_m;
+            (moved_m.abs() > 1e-5).then(|| noisy.displacement_m / moved_m - 1.0)
+        });
+        let slopes: Vec<f64> = slopes.collect();
+        let first = slopes[0];
+        assert!(first != 0.0 && slopes.iter().all(|slope| (slope - first).abs() < 1e-6));
+    }
+}
+
+/// By how much an effect changes the readings of three gauges, um, without noise.
+fn changes(effect: &str) -> Vec<(Reading, f64)> {
+    let procedure = Procedure {
+        holds_s: vec![120.0],
+        ..three_gauges()
+    };
+    let [with, without] = [&[effect][..], &[]]
+        .map(|effects| table_with(NoiseModel::NONE, &procedure, 2, effects).readings);
+    let pairs = with.into_iter().zip(without);
+    pairs
+        .map(|(with, without)| {
+            let um = (with.displacement_m - without.displacement_m) * 1e6;
+            (with, um)
+        })
+        .collect()
+}
+
+/// Whether an effect should change a reading; `None` if it may or may not.
+type Changes = fn(&Reading) -> Option<bool>;
+
+/// Whether an effect on what gives way in the y-z plane should: the loads along x, and the displacements across the plane, may stay.
+fn in_plane(reading: &Reading) -> Option<bool> {
+    let is_of_plane = reading.direction != Direction::X && reading.load.is_some_and(|of| of < 2);
+    (reading.target_n == 0.0)
+        .then_some(false)
+        .or(is_of_plane.then_some(true))
+}
+
+/// The same of an effect of one gauge.
+fn of_gauge(reading: &Reading, axis: Direction) -> Option<bool> {
+    match reading.direction == axis {
+        true => in_plane(reading),
+        false => Some(false),
+    }
+}
+
+fn after_slip(reading: &Reading) -> bool {
+    let run = (reading.pose.as_str(), reading.load, reading.repeat);
+    run == ("P2", Some(0), 2) && reading.step >= 2
+}
+
+#[test]
+fn every_kind_of_effect_changes_the_readings_it_should() {
+    let cases: [(&str, Changes); 14] = [
+        ("joint-backlash@A3:play=0.1mrad,seat_moment=1N*m", in_plane),
+        // It leaves a twist at zero load.
+        (
+            "joint-friction@A3:c=2urad/(N*m),friction_moment=0.1N*m",
+            |r| in_plane(r).filter(|_| r.target_n != 0.0),
+        ),
+        ("base-compliance@x:c=1urad/(N*m)", in_plane),
+        ("creep:k=2%/decade,t0=1s", in_plane),
+        ("setting-in:k=5%,decay=1.5", in_plane),
+        ("gauge-scale@force:scale=2%", in_plane),
+        ("thermal-drift@clock:rate=360um/h", |_| Some(true)),
+        ("thermal-drift@clock.z:rate=360um/h", |r| {
+            Some(r.direction == Direction::Z)
+        }),
+        (
+            "gauge-periodic@displacement.y:amplitude=2um,period=0.15mm,phase=1rad",
+            |r| of_gauge(r, Direction::Y),
+        ),
+        ("gauge-scale@displacement.z:scale=2%", |r| {
+            of_gauge(r, Direction::Z)
+        }),
+        ("gauge-stand-compliance@y:c=1um/N", |r| {
+            of_gauge(r, Direction::Y)
+        }),
+        ("load-misalignment@x>y:angle=2deg", |r| {
+            let is_along_x = match r.load {
+                None => true,
+                Some(load) => load == 2,
+            };
+            let moves = is_along_x && r.direction != Direction::X && r.target_n != 0.0;
+            (!is_along_x).then_some(false).or(moves.then_some(true))
+        }),
+        ("slip@P2.-y.2.2:jump=20um", |r| Some(after_slip(r))),
+        ("slip@P2.-y.2.2/z:jump=20um", |r| {
+            Some(after_slip(r) && r.direction == Direction::Z)
+        }),
+    ];
+    for (effect, expected) in cases {
+        let (mut moved, mut should) = (0, 0);
+        for (reading, um) in changes(effect) {
+            match expected(&reading) {
+                // Digits behind the ninth of a micrometre.
+                Some(false) => assert!(um.abs() < 1e-6, "{effect}: {um} in {reading:?}"),
+                Some(true) => {
+                    should += 1;
+                    moved += u32::from(um.abs() > 1e-3);
+                }
+                None => {}
+            }
+        }
+        // A gauge's period passes its zeros.
+        assert!(
+            should > 0 && 10 * moved > 9 * should,
+            "{effect}: {moved} of {should}"
+        );
+    }
 }
