@@ -25,7 +25,7 @@ pub use super::numbers::{at_least_one, seconds};
 use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
 use super::predict::PredictArgs;
-use super::procedure::ProcedureArgs;
+use super::procedure::{AxesArgs, ProcedureArgs};
 use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
@@ -438,7 +438,7 @@ pub(super) enum NoiseWord {
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise-distribution skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'"
+    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise-distribution skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'\n  stiffbench simulate three-gauges --displacement-axes x,y,z --directions x,0,0.7071,0.7071"
 )]
 pub(super) struct SimulateArgs {
     /// Session folder to make; must not exist
@@ -486,4 +486,7 @@ pub(super) struct SimulateArgs {
     /// What is measured in which order; last, as its heading would go on.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
+    /// Where displacements are read.
+    #[command(flatten)]
+    pub(super) axes: AxesArgs,
 }

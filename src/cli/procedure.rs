@@ -6,9 +6,9 @@ use clap::Args;
 
 use crate::analysis::{ArgumentError, named_procedure};
 use crate::load_direction::{LoadDirection, NotALoadDirection};
-use crate::procedure::Procedure;
+use crate::procedure::{Procedure, ProcedureProblem};
 use crate::shipped::DEFAULT_PROCEDURE;
-use crate::test_point::PoseId;
+use crate::test_point::{Direction, PoseId};
 
 use super::failure::{Failure, refuse_given};
 
@@ -40,6 +40,32 @@ pub(super) struct ProcedureArgs {
     /// The operator stops within this of the target, N [default: the procedure's]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force_tolerance_n: Option<f64>,
+}
+
+/// Where displacements are read.
+#[derive(Debug, Args)]
+pub(super) struct AxesArgs {
+    /// Base axes along which displacement gauges stand, comma-separated: up to x,y,z [default: the procedure's, else one gauge along the load]
+    #[arg(long, value_name = "AXES", value_delimiter = ',')]
+    displacement_axes: Option<Vec<Direction>>,
+}
+
+impl AxesArgs {
+    /// Whether they are given.
+    pub(super) fn is_given(&self) -> bool {
+        self.displacement_axes.is_some()
+    }
+
+    /// The procedure with these gauges, checked: with one gauge along the load, loads go along the axes.
+    pub(super) fn applied(&self, mut procedure: Procedure) -> Result<Procedure, ProcedureProblem> {
+        if let Some(axes) = &self.displacement_axes {
+            procedure.displacement_axes.clone_from(axes);
+            procedure.displacement_axes.sort_unstable();
+        }
+        procedure.check()?;
+        procedure.check_directions()?;
+        Ok(procedure)
+    }
 }
 
 /// Directions in one argument.

@@ -7,9 +7,12 @@ use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
 use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader, write_readings};
+use crate::readings::{
+    InstrumentRecord, Instruments, SessionHeader, write_readings, write_vector_readings,
+};
 use crate::report::SimulationReport;
 use crate::robot::{FittingFactors, ModelParameter};
+use crate::test_point::Direction;
 
 use super::args::{NoiseWord, SimulateArgs};
 use super::failure::{CliError, Failure};
@@ -18,7 +21,9 @@ use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::resolve_procedure;
 use super::simulate_load_cases::{self, CaseKind};
-use crate::analysis::{ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, sha256};
+use crate::analysis::{
+    ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, sha256, state_joint_values,
+};
 use crate::count::counted;
 
 /// A session folder from a virtual bench.
@@ -29,12 +34,17 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         return simulate_load_cases::run(args, kind, resolved, truth);
     }
     let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    procedure = args.axes.applied(procedure)?;
     warnings.extend(add_poses(&mut resolved.robot, &procedure)?);
     let poses = procedure.poses.get_or_insert_with(|| {
         let named = resolved.robot.poses.iter();
         named.map(|named| named.id.clone()).collect()
     });
     let n_poses = poses.len();
+    let several_gauges = !procedure.displacement_axes.is_empty();
+    if several_gauges {
+        state_joint_values(&resolved.robot, &mut procedure)?;
+    }
     let rigid_springs = rigid_springs(&resolved, &truth);
     let noise = noise(args);
     let jack = Jack::default();
@@ -44,13 +54,19 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         .run(&procedure, &id, args.seed)?;
     table.origin = Some(origin(args, &resolved));
     let idle = resolved.physics.effects.iter();
-    warnings.extend(idle.filter(|e| !acts(e, &table)).map(|effect| {
+    warnings.extend(idle.filter(|e| !acts(e, &procedure)).map(|effect| {
         format!("{effect}: the procedure has no such reading, and the effect does not act")
     }));
 
     create_new(&args.out)?;
     let mut readings = Vec::new();
-    write_readings(&table, &mut readings)?;
+    if several_gauges {
+        write_vector_readings(&table, &mut readings)?;
+    } else {
+        write_readings(&table, &mut readings)?;
+    }
+    // A reading of several gauges is one.
+    let count = table.readings.last().map_or(0, |last| last.seq as usize);
     write(
         &args.out.join("robot.toml"),
         resolved.source.text.as_bytes(),
@@ -71,7 +87,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         "{}: {} of mechanism {} in {} and {} by procedure {}, seed {}\n{}On a real bench some {:.0} minutes.\n\
          session.toml, readings.csv, robot.toml and simulation.toml (true factors, physics and noise) written.\nNext: stiffbench fit {}\n",
         args.out.display(),
-        counted(table.readings.len(), "reading"),
+        counted(count, "reading"),
         resolved.mechanism,
         counted(n_poses, "pose"),
         counted(procedure.directions.len(), "direction"),
@@ -83,7 +99,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     );
     let report = SimulationReport {
         folder: args.out.clone(),
-        readings: table.readings.len(),
+        readings: count,
         seed: args.seed,
         procedure: procedure.name.clone(),
         minutes: minutes.round(),
@@ -197,6 +213,11 @@ fn header(
         resolution,
         ..InstrumentRecord::default()
     };
+    let axes = &procedure.displacement_axes;
+    let dial_gauge = || {
+        let step_m = args.displacement_step_um * METRES_PER_MICROMETRE;
+        gauge("virtual dial gauge", step(step_m))
+    };
     SessionHeader {
         id: Some(id.to_owned()),
         robot: Some("robot.toml".to_owned()),
@@ -213,34 +234,40 @@ fn header(
         procedure: Some(procedure.to_record()),
         instruments: Instruments {
             force: Some(gauge("virtual force gauge", step(args.force_step_n))),
-            displacement: Some(gauge(
-                "virtual dial gauge",
-                step(args.displacement_step_um * METRES_PER_MICROMETRE),
-            )),
-            ..Instruments::default()
+            displacement: axes.is_empty().then(dial_gauge),
+            displacement_along: Direction::ALL.map(|axis| axes.contains(&axis).then(dial_gauge)),
         },
         ..SessionHeader::default()
     }
 }
 
-/// Whether a slip has readings after it; everything else acts anywhere.
-fn acts(effect: &Effect, table: &ReadingTable) -> bool {
-    let Place::Run {
-        pose,
-        direction,
-        repeat,
-        step,
-        ..
-    } = &effect.place
-    else {
-        return true;
+/// Whether a slip has readings after it and a gauge of several is read; everything else acts anywhere.
+fn acts(effect: &Effect, procedure: &Procedure) -> bool {
+    let loads = &procedure.directions;
+    let is_read = |axis: &Direction| {
+        let mut loads = loads.iter();
+        loads.any(|load| procedure.axes_read_under(load).contains(axis))
     };
-    table.readings.iter().any(|reading| {
-        reading.pose == *pose
-            && reading.cell().is_loaded_along(direction)
-            && reading.repeat == *repeat
-            && reading.step >= *step
-    })
+    match &effect.place {
+        Place::DisplacementGauge(gauge) | Place::Clock(gauge) => gauge.iter().all(is_read),
+        Place::Run {
+            pose,
+            direction,
+            repeat,
+            step,
+            gauge,
+        } => {
+            let loaded = loads.iter().find(|load| load.is_called(direction));
+            let read = loaded.map(|load| procedure.axes_read_under(load));
+            read.is_some_and(|read| gauge.is_none_or(|axis| read.contains(&axis)))
+                && procedure.poses.iter().flatten().any(|known| known == pose)
+                && procedure
+                    .steps(0)
+                    .iter()
+                    .any(|planned| planned.repeat == *repeat && planned.step >= *step)
+        }
+        _ => true,
+    }
 }
 
 /// What an analysis must not see: the truth.

@@ -12,12 +12,12 @@ use crate::report::{SimulationReport, TrackerReport};
 use crate::robot::FittingFactors;
 
 use super::args::SimulateArgs;
-use super::failure::Failure;
+use super::failure::{Failure, refuse_given};
 use super::figure_files::write;
 use super::outcome::Outcome;
 use super::procedure::{SingleLoads, single_loads};
 use super::simulate::{create_new, noise, origin, rigid_springs};
-use crate::analysis::{ArgumentError, Inputs, ResolvedModel, sha256, start_of};
+use crate::analysis::{Inputs, ResolvedModel, sha256, start_of};
 
 /// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
 const LARGEST_FORCE_N: f64 = 70.0;
@@ -53,14 +53,11 @@ pub(super) fn run(
     mut resolved: ResolvedModel,
     truth: FittingFactors,
 ) -> Result<Outcome, Failure> {
-    if args.keep_history {
-        return Err(ArgumentError::new(
-            "--keep-history",
-            "a load case has no history",
-            format!("leave it out, or leave out {}", kind.option()),
-        )
-        .into());
-    }
+    let help = |_: &str| format!("leave it out, or leave out {}", kind.option());
+    let history = [("--keep-history", args.keep_history)];
+    refuse_given(&history, "a load case has no history", help)?;
+    let axes = [("--displacement-axes", args.axes.is_given())];
+    refuse_given(&axes, "it belongs to series of loads", help)?;
     resolved.factors = truth;
     let truth = start_of(&resolved)?;
     let rigid_springs = rigid_springs(&resolved, &truth);

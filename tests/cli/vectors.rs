@@ -197,6 +197,46 @@ fn the_poses_that_determine_springs_best_are_planned_and_measured() {
 }
 
 #[test]
+fn a_simulated_session_of_three_gauges_is_one_that_a_bench_makes() {
+    let desk = desk();
+    let data = desk.data(&format!("simulate s {SHORT} --noise-free"));
+    assert_eq!(data["readings"], 18);
+    let [header, table] =
+        ["session.toml", "readings.csv"].map(|file| desk.read(&format!("s/{file}")));
+    for part in [
+        "schema = \"stiffbench/session/2\"",
+        "[instruments.displacement_z]",
+        "[procedure.joint_values.P1]",
+    ] {
+        assert!(header.contains(part), "{part} in {header}");
+    }
+    assert!(!header.contains("[instruments.displacement]"), "{header}");
+    assert!(table.contains(",joint_theta1_deg,") && table.contains(",origin\n"));
+    let matrix = compliance(&desk.data("robot compliance --pose P1"));
+    let measured = desk.data("stiffness s");
+    for (cell, unit) in [[0.0, -1.0, 0.0], [0.0, 0.6, 0.8]].into_iter().enumerate() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let expected: f64 = (0..3).map(|i| matrix[axis][i] * unit[i]).sum();
+            let value = &measured["cells"][cell]["compliance"][name]["value"];
+            let error = value.as_f64().unwrap() - expected;
+            assert!(error.abs() < 1e-9, "{name}: {value} for {expected}");
+        }
+    }
+    // What does not act is said, whichever gauge it is of.
+    let two = "simulate t --directions x,0,0.6,0.8 --displacement-axes x,z --poses P1";
+    let slip = |place: &str| {
+        let effect = format!("--effect slip@P1.{place}:jump=20um");
+        desk.run(&format!("{two} {effect}")).succeeds().stderr
+    };
+    let stderr = slip("(0,0.6,0.8).2.3/y");
+    assert!(stderr.contains("the effect does not act"), "{stderr}");
+    std::fs::remove_dir_all(desk.path("t")).unwrap();
+    let stderr = slip("(0,0.6,0.8).2.3/z");
+    assert!(!stderr.contains("does not act"), "{stderr}");
+    desk.run("fit s --fix beam.A,beam.J").succeeds();
+}
+
+#[test]
 fn cut_in_the_middle_and_resumed_the_readings_are_the_same() {
     let desk = desk();
     desk.run(&format!("session run s {SHORT} {EMULATED}"))
@@ -255,9 +295,22 @@ fn directions_and_axes_that_cannot_be_are_refused_by_name() {
         .json();
     assert_output_contains(&plan["error"], &["(0,0.6,0.8)", "displacement_axes"]);
     let error = desk
-        .run("simulate t --procedure iso-9283-static-compliance --json")
+        .run("instrument emulate --procedure iso-9283-static-compliance --json")
         .json();
-    assert_output_contains(&error["error"], &["displacement_axes", "guided sessions"]);
+    assert_output_contains(
+        &error["error"],
+        &["displacement_axes", "guided and simulated"],
+    );
+    let error = desk
+        .run("simulate t --directions x,0,0.6,0.8 --json")
+        .json();
+    assert_output_contains(&error["error"], &["(0,0.6,0.8)", "--displacement-axes"]);
+    let error = desk.refusal(
+        "simulate t --load-cases 5 --displacement-axes x,y",
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert_output_contains(&error, &["--displacement-axes", "--load-cases"]);
     let error = desk.run("session run s --displacement-port x=/dev/null --force-port /dev/null --force-instrument mark10-series5 --json").json();
     assert_output_contains(&error["error"], &["x=/dev/null", "--displacement-axes"]);
     let bad = desk.run("session plan --directions x,w");

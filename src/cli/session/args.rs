@@ -8,10 +8,9 @@ use crate::cli::args::ModelArgs;
 use crate::cli::gauge::BINDINGS_FILE;
 use crate::cli::instrument_args::ProtocolsArgs;
 use crate::cli::moved::MovedArgs;
-use crate::cli::procedure::ProcedureArgs;
+use crate::cli::procedure::{AxesArgs, ProcedureArgs};
 use crate::cli::trace::{Speed, pace};
 use crate::instrument::Channel;
-use crate::procedure::{Procedure, ProcedureProblem};
 use crate::test_point::Direction;
 
 /// Arguments of `session`.
@@ -93,29 +92,6 @@ pub(super) struct BestPosesArgs {
     /// Write the procedure that is planned, for --procedure
     #[arg(long, value_name = "FILE")]
     pub(super) save_procedure: Option<PathBuf>,
-}
-
-/// Where displacements are read.
-#[derive(Debug, Args)]
-pub(super) struct AxesArgs {
-    /// Base axes along which displacement gauges stand, comma-separated: up to x,y,z [default: the procedure's, else one gauge along the load]
-    #[arg(long, value_name = "AXES", value_delimiter = ',')]
-    displacement_axes: Option<Vec<Direction>>,
-}
-
-impl AxesArgs {
-    /// The procedure with these gauges, checked: with one gauge along the load, loads go along the axes.
-    pub(super) fn applied(&self, mut procedure: Procedure) -> Result<Procedure, ProcedureProblem> {
-        if let Some(axes) = &self.displacement_axes {
-            procedure.displacement_axes.clone_from(axes);
-            procedure.displacement_axes.sort_unstable();
-        }
-        procedure.check()?;
-        if procedure.displacement_axes.is_empty() {
-            procedure.load_axes()?;
-        }
-        Ok(procedure)
-    }
 }
 
 /// Arguments of `session recover`.
