@@ -7,7 +7,7 @@ use crate::mismatch::MismatchError;
 use crate::nearest::nearest;
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{ActingPhysics, Effect, FoundEffect, Law, ModelFile};
-use crate::readings::{SessionHeader, check_poses};
+use crate::readings::{PoseJoints, SessionHeader, check_poses};
 use crate::robot::file::FactorsEntry;
 use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
 use crate::shipped::{shipped_robot, shipped_robots};
@@ -36,6 +36,8 @@ pub struct ModelChoice {
     pub model: Option<PathBuf>,
     /// Effects beside the beams, in addition to those of the model file.
     pub effects: Vec<Effect>,
+    /// Poses that the robot file does not have: those of a procedure, which effects may name.
+    pub poses: Vec<PoseJoints>,
 }
 
 /// A robot that a configuration names.
@@ -192,6 +194,7 @@ pub(super) fn resolve_beside(
         (None, None, None) => robot_source("hp-robot", None)?,
     };
     let mut robot = Robot::parse(&source)?;
+    add_missing_poses(&mut robot, &choice.poses);
     if let Some(procedure) = &header.procedure {
         add_missing_poses(&mut robot, &procedure.joint_values);
     }

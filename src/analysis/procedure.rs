@@ -75,6 +75,12 @@ pub fn add_poses(robot: &mut Robot, procedure: &Procedure) -> Result<Vec<String>
         let place = format!("procedure {}: joint_values.{}", procedure.name, joints.pose);
         let refused = |problem: String, help: String| ArgumentError::new(&*place, problem, help);
         let pose = pose_of(robot, joints).map_err(|(problem, help)| refused(problem, help))?;
+        for broken in robot.violated_limits(&pose) {
+            warnings.push(format!(
+                "{place}: outside the limit {} by {:.3}",
+                broken.limit, broken.excess_deg
+            ));
+        }
         if let Ok(known) = robot.pose(&joints.pose) {
             let pairs = known.angles_deg.iter().zip(&pose.angles_deg);
             if pairs.into_iter().any(|(a, b)| (a - b).abs() > SAME_VALUE) {
@@ -88,12 +94,6 @@ pub fn add_poses(robot: &mut Robot, procedure: &Procedure) -> Result<Vec<String>
                 ));
             }
             continue;
-        }
-        for broken in robot.violated_limits(&pose) {
-            warnings.push(format!(
-                "{place}: outside the limit {} by {:.3}",
-                broken.limit, broken.excess_deg
-            ));
         }
         add_pose(robot, &joints.pose, pose);
     }

@@ -4,6 +4,7 @@ use crate::analysis::{
     ConfiguredRobot, LoadedSession, ModelChoice, ResolvedModel, resolve, resolve_together,
 };
 use crate::physics::{ActingPhysics, Effect, NotAnEffect};
+use crate::procedure::Procedure;
 
 use super::args::ModelArgs;
 use super::failure::Failure;
@@ -20,6 +21,7 @@ impl ModelArgs {
             factors: self.factors.clone(),
             model: self.model.clone(),
             effects: effects?,
+            poses: Vec::new(),
         })
     }
 
@@ -40,6 +42,15 @@ impl ModelArgs {
     /// For a robot, mechanism, factor set, model or effect that is not there or cannot be read.
     pub fn resolve(&self) -> Result<ResolvedModel, Failure> {
         Ok(resolve(&self.choice()?, None)?)
+    }
+
+    /// The model of a robot that takes the poses of a procedure too.
+    pub(super) fn resolve_in(&self, procedure: &Procedure) -> Result<ResolvedModel, Failure> {
+        let choice = ModelChoice {
+            poses: procedure.joint_values.clone(),
+            ..self.choice()?
+        };
+        Ok(resolve(&choice, None)?)
     }
 
     /// The model of a session.

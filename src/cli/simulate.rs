@@ -28,13 +28,15 @@ use crate::count::counted;
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    let mut resolved = args.model.resolve()?;
-    let truth = true_factors(args, &resolved)?;
     if let Some(kind) = CaseKind::of(args) {
+        let resolved = args.model.resolve()?;
+        let truth = true_factors(args, &resolved)?;
         return simulate_load_cases::run(args, kind, resolved, truth);
     }
     let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     procedure = args.axes.applied(procedure)?;
+    let mut resolved = args.model.resolve_in(&procedure)?;
+    let truth = true_factors(args, &resolved)?;
     warnings.extend(add_poses(&mut resolved.robot, &procedure)?);
     let poses = procedure.poses.get_or_insert_with(|| {
         let named = resolved.robot.poses.iter();

@@ -193,6 +193,17 @@ fn the_poses_that_determine_springs_best_are_planned_and_measured() {
     let simulated = desk.data("simulate a --robot serial-arm --procedure three.toml");
     assert_eq!(simulated["readings"], 3 * 3 * 5 * 3);
     desk.run("stiffness a").succeeds();
+    // Effects may name the poses of the plan.
+    let planned = desk.read("three.toml");
+    let named = planned.split("poses = [\"").nth(1).unwrap();
+    let pose = named.split('"').next().unwrap();
+    let slip = format!("--effect slip@{pose}.y.2.1:jump=20um");
+    let warned = desk
+        .run(&format!(
+            "simulate b --robot serial-arm --procedure three.toml {slip}"
+        ))
+        .succeeds();
+    assert!(!warned.stderr.contains("does not act"), "{}", warned.stderr);
     desk.refusal(&format!("{plan} 0"), 2, "stiffbench::usage::argument");
 }
 

@@ -84,9 +84,9 @@ pub(super) struct CheckedSession {
 /// For whatever a session could not be begun with: robot, procedure, poses, records, answers, a calibration that ran out under `--strict`, a
 /// folder that there is already.
 pub(super) fn checked(args: &RunArgs, global: &Global) -> Result<CheckedSession, Failure> {
-    let mut robot = args.model.resolve()?;
-    check_effects(&args.bench, &robot)?;
     let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    let mut robot = args.model.resolve_in(&procedure)?;
+    check_effects(&args.bench, &robot)?;
     let mut procedure = args.axes.applied(procedure)?;
     check_specimen(&procedure, args.specimen_id.as_deref())?;
     for (question, _) in &procedure.answer_within_s {
