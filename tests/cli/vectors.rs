@@ -230,7 +230,12 @@ fn a_simulated_session_of_three_gauges_is_one_that_a_bench_makes() {
             let expected: f64 = (0..3).map(|i| matrix[axis][i] * unit[i]).sum();
             let value = &measured["cells"][cell]["compliance"][name]["value"];
             let error = value.as_f64().unwrap() - expected;
-            assert!(error.abs() < 1e-9, "{name}: {value} for {expected}");
+            // Of the ten digits of a compliance nine are left in the slope.
+            let allowed = 1e-9 * expected.abs().max(1.0);
+            assert!(
+                error.abs() < 5.0 * allowed,
+                "{name}: {value} for {expected}"
+            );
         }
     }
     // What does not act is said, whichever gauge it is of.

@@ -73,7 +73,7 @@ fn found(tables: u64, repeats: u32, wrong: impl Fn(f64) -> f64) -> usize {
             let largest = |a: &&str, b: &&str| size(a).total_cmp(&size(b));
             let column = DISPLACEMENTS.into_iter().max_by(largest).unwrap();
             let good = table.number(row, column);
-            table.set(row, column, wrong(good));
+            table.set(row, column, &wrong(good));
             let diagnosis = robot.diagnose(&table);
             let [one] = bad_values(&diagnosis) else {
                 return false;
@@ -300,8 +300,8 @@ fn sizes_are_possible_and_lie_in_their_intervals() {
                 }
             }
             let [y, z] = ["force_y_N", "force_z_N"].map(|column| table.number(row, column));
-            table.set(row, "force_y_N", y - lean * z);
-            table.set(row, "force_z_N", z + lean * y);
+            table.set(row, "force_y_N", &(y - lean * z));
+            table.set(row, "force_z_N", &(z + lean * y));
         }
         let diagnosis = robot.diagnose(&table);
         let findings = list(&diagnosis["findings"]);

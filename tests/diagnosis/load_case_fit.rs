@@ -225,7 +225,7 @@ fn a_spring_that_a_pose_does_not_load_is_named() {
     let mut lifted = simulated(&POSES[..1], 0.0, 1).filtered(|_, row| row == 0);
     // A force along the axis of the first joint does not load it.
     for (column, force) in FORCES.into_iter().zip([0, 0, 200]) {
-        lifted.set(0, column, force);
+        lifted.set(0, column, &force);
     }
     let two = "--fix beam.A,beam.Iy,beam.Iz,beam.J --free joint.J1,joint.J2";
     let fit = RobotFile::fanuc().fit(&lifted, two);
@@ -242,12 +242,12 @@ fn components_along_the_axes_of_the_tool_say_the_same() {
     let mut turned = table.clone();
     for row in 0..table.len() {
         let axes = Arm::of_row(&table, row).axes;
-        turned.set(row, "axes", "tool");
+        turned.set(row, "axes", &"tool");
         for columns in [FORCES, DISPLACEMENTS] {
             let vector = columns.map(|column| table.number(row, column));
             for (column, axis) in columns.into_iter().zip(axes) {
                 let along: f64 = (0..3).map(|i| axis[i] * vector[i]).sum();
-                turned.set(row, column, along);
+                turned.set(row, column, &along);
             }
         }
     }

@@ -133,14 +133,14 @@ impl Table {
     }
 
     /// Writes a cell.
-    pub(super) fn set(&mut self, row: usize, column: &str, value: impl ToString) {
+    pub(super) fn set(&mut self, row: usize, column: &str, value: &impl ToString) {
         let column = self.column(column);
         self.rows[row][column] = value.to_string();
     }
 
     /// Changes a number.
     pub(super) fn change(&mut self, row: usize, column: &str, change: impl Fn(f64) -> f64) {
-        self.set(row, column, change(self.number(row, column)));
+        self.set(row, column, &change(self.number(row, column)));
     }
 
     /// Some of the rows.

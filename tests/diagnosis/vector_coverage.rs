@@ -4,6 +4,8 @@
 
 #![expect(clippy::print_stdout, reason = "a study shows what it counted")]
 
+use std::fmt::Write as _;
+
 use rayon::prelude::*;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -57,11 +59,8 @@ fn as_vectors(table: &Table) -> String {
             })
         };
         let vectors = [along("force_N", "0"), along("displacement_um", "")].concat();
-        text += &format!(
-            "{},{run},{run},base,{}\n",
-            same.map(word).join(","),
-            vectors.join(",")
-        );
+        let (same, vectors) = (same.map(word).join(","), vectors.join(","));
+        let _ = writeln!(text, "{same},{run},{run},base,{vectors}");
     }
     text
 }

@@ -26,9 +26,9 @@ fn renamed(table: &Table, [column, one, other]: [&str; 3], within: Option<(&str,
         }
         let name = table.word(row, column);
         if name == one {
-            out.set(row, column, other);
+            out.set(row, column, &other);
         } else if name == other {
-            out.set(row, column, one);
+            out.set(row, column, &one);
         }
     }
     out

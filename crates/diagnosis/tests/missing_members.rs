@@ -3,8 +3,8 @@
 use stiffbench_beams::physics::{ActingPhysics, Effect};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_diagnosis::mismatch::{
-    Observations, ReadingNoise, RobotBaseline, TrialNoise, Truth, scale_to, standard_errors,
-    standard_errors_between,
+    Baseline, Observations, ReadingNoise, RobotBaseline, TrialNoise, Truth, scale_to,
+    standard_errors, standard_errors_between,
 };
 use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;
@@ -21,8 +21,7 @@ fn truth(effects: Vec<Effect>) -> Truth {
                 reading_sd_m: 1.2e-6,
                 zero_sd_m: 2e-6,
                 run_slope_sd: 0.002,
-                growth_sd: 0.0,
-                correlation: 0.0,
+                ..ReadingNoise::default()
             },
             displacement_step_m: 1e-6,
             force_step_n: 0.1,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{DetectionLimit, Finding, Spot};
+use crate::mismatch::{DetectionLimit, Finding, Observations, Spot};
 use crate::physics::{Law, Place};
 use crate::report::{AlignedTable, significant};
 use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
@@ -68,12 +68,21 @@ fn provenance(report: &DiagnosisReport) -> String {
         report.robot,
         report.mechanism,
         report.factors,
-        counted(observations.len(), "reading"),
+        readings_of(observations),
         counted(observations.runs.len(), "run"),
         counted(observations.cells.len(), "cell"),
         report.seed
     );
     paragraph(&sentence, "", "")
+}
+
+/// How many readings there are, and of how many gauges if of several.
+fn readings_of(observations: &Observations) -> String {
+    let readings = counted(observations.len(), "reading");
+    match observations.gauges.len() {
+        0 => readings,
+        gauges => format!("{readings} by {gauges} gauges"),
+    }
 }
 
 fn findings(findings: &[Finding]) -> String {

@@ -9,12 +9,22 @@ const WIDTH: usize = 100;
 
 /// What is missing, as the object of "the model leaves out …".
 pub(in crate::report) fn phrase(law: Law, place: &Place, values: &[f64]) -> String {
-    (law.words.phrase)(&place_words(place), values)
+    (law.words.phrase)(&place_words(place), values) + &of_gauge(place)
+}
+
+/// Which of several gauges it is, where the law's own words do not say.
+fn of_gauge(place: &Place) -> String {
+    match place {
+        Place::Clock(Some(axis)) | Place::DisplacementGauge(Some(axis)) => {
+            format!(", gauge along {axis}")
+        }
+        _ => String::new(),
+    }
 }
 
 /// The same, short enough for the heading of a figure.
 pub(in crate::report) fn short_phrase(effect: &Effect) -> String {
-    (effect.law.words.heading)(&effect.place)
+    (effect.law.words.heading)(&effect.place) + &of_gauge(&effect.place)
 }
 
 /// Where, in words that go on a phrase.

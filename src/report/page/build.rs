@@ -1,8 +1,8 @@
 //! From sessions and settings to the data of a report.
 
 use crate::analysis::{
-    AnalysisError, Data, DiagnoseSettings, FitData, FitSettings, ModelChoice, diagnose_together,
-    resolve_together,
+    AnalysisError, Data, DiagnoseSettings, FitData, FitSettings, LoadedSession, ModelChoice,
+    ResolvedModel, diagnose_together, resolve_together,
 };
 use crate::report::{COMMIT, ComparisonReport, FitReport};
 use crate::stiffness::{Comparison, Method, StiffnessTable};
@@ -42,7 +42,7 @@ pub fn session_page(
     let answered = if source.load_cases.is_empty() {
         add_model(&mut page, source, choice, settings)
     } else {
-        add_load_case_model(&mut page, &source.load_cases, choice, settings)
+        add_load_case_model(&mut page, source, choice, settings)
     };
     match answered {
         Ok(()) => {}
@@ -151,22 +151,32 @@ fn add_model(
         Err(AnalysisError::Argument(error)) => return Err(error.into()),
         Err(error) => page.leave_out("Fit", &error),
     }
+    add_diagnosis(page, &source.sessions, &model, settings);
+    Ok(())
+}
+
+/// Diagnosis of sessions, or why there is none.
+pub(super) fn add_diagnosis(
+    page: &mut ReportPage,
+    sessions: &[LoadedSession],
+    model: &ResolvedModel,
+    settings: &PageSettings,
+) {
     if settings.no_diagnosis {
         page.left_out.push(NO_DIAGNOSIS.to_owned());
-        return Ok(());
+        return;
     }
     let diagnose = DiagnoseSettings {
         seed: settings.seed,
         ..DiagnoseSettings::default()
     };
-    match diagnose_together(&source.sessions, &model, diagnose, &|| ()) {
+    match diagnose_together(sessions, model, diagnose, &|| ()) {
         Ok(report) => {
             page.figures.diagnosis = figures_of_diagnosis(&report);
             page.diagnosis = Some(PageDiagnosis::from(&report));
         }
         Err(error) => page.leave_out("Diagnosis", &error),
     }
-    Ok(())
 }
 
 /// The largest load of sessions, N.

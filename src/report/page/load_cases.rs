@@ -1,15 +1,16 @@
 //! Fit and diagnosis of load cases for a report.
 
 use crate::analysis::{
-    AnalysisError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, ModelChoice,
-    doubts_about_load_case_fit,
+    AnalysisError, LoadCaseData, LoadCaseSettings, ModelChoice, doubts_about_load_case_fit,
+    resolve_together,
 };
 use crate::report::{LoadCaseFitReport, bad_load_case_value_words, load_case_figures};
 
-use super::build::NO_DIAGNOSIS;
+use super::build::{NO_DIAGNOSIS, add_diagnosis};
 use super::figures::page_figure;
 use super::map::{MappedModel, add_map};
 use super::model::{PageDiagnosis, PageFit, PageModel};
+use super::source::PageSource;
 use super::{PageSettings, ReportPage};
 
 /// Fit and diagnosis of load cases of one robot, or why there are none.
@@ -18,11 +19,11 @@ use super::{PageSettings, ReportPage};
 /// For a model that cannot be resolved, training poses that the data do not have, and data of another robot.
 pub(super) fn add_load_case_model(
     page: &mut ReportPage,
-    loaded: &[LoadedLoadCases],
+    source: &PageSource,
     choice: &ModelChoice,
     settings: &PageSettings,
 ) -> Result<(), AnalysisError> {
-    let Some((first, further)) = loaded.split_first() else {
+    let Some((first, further)) = source.load_cases.split_first() else {
         return Ok(());
     };
     let mut data = LoadCaseData::new(first, choice)?;
@@ -66,6 +67,11 @@ pub(super) fn add_load_case_model(
     warnings.extend(bad.iter().map(bad_load_case_value_words));
     if let Some(session) = page.sessions.first_mut() {
         session.deviations.extend(warnings);
+    }
+    if source.series.len() == source.load_cases.len() {
+        let model = resolve_together(&source.series, choice)?;
+        add_diagnosis(page, &source.series, &model, settings);
+        return Ok(());
     }
     if settings.no_diagnosis {
         page.left_out.push(NO_DIAGNOSIS.to_owned());

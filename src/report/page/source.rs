@@ -17,6 +17,8 @@ pub struct PageSource {
     pub sessions: Vec<LoadedSession>,
     /// Load cases, if the report is of them; it has no sessions with readings along the load then.
     pub load_cases: Vec<LoadedLoadCases>,
+    /// Sessions of several gauges among them, with a reading for each gauge.
+    pub(super) series: Vec<LoadedSession>,
     pub(super) tables: Vec<StiffnessTable>,
     pub(super) parts: Vec<PageSession>,
 }
@@ -64,6 +66,8 @@ impl PageSource {
         let mut source = Self::default();
         for path in paths {
             let vectors = VectorSession::open(path, options)?;
+            let series = vectors.clone().map(VectorSession::by_component);
+            source.series.extend(series.map(called_by_short_name));
             let mut loaded = LoadedLoadCases::open(path, options)?;
             let short = loaded.short_name();
             loaded.warnings = with_short_name(&loaded.warnings, &loaded.name, &short);

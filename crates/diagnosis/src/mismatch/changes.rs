@@ -385,8 +385,9 @@ pub(super) mod tests {
             temperature_deg_c: None,
             zero_before: step == 0,
         };
-        let cell = |direction| PlannedCell {
+        let cell = |direction: Direction| PlannedCell {
             pose: "P1".into(),
+            load: direction.into(),
             direction,
             loads: (1..=2)
                 .flat_map(|repeat| (0..5).map(move |step| load(repeat, step)))

@@ -408,7 +408,10 @@ impl Observations {
 }
 
 /// Axes of the gauges of a session, where two or more were read under one load at once.
-fn gauges_read_at_once(readings: &[ObservedReading], cells: &[ObservedCell]) -> Vec<Direction> {
+pub(super) fn gauges_read_at_once(
+    readings: &[ObservedReading],
+    cells: &[ObservedCell],
+) -> Vec<Direction> {
     let at_once = cells.windows(2).any(|pair| {
         let seq = |cell: &ObservedCell| readings[cell.readings.start].seq;
         pair[1].goes_on(&pair[0]) && seq(&pair[0]) == seq(&pair[1])

@@ -1,10 +1,12 @@
 //! Readings that are planned and not yet made, laid out like those of a session.
 
 use stiffbench_beams::physics::LoadPoint;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+    gauges_read_at_once,
 };
 
 /// One planned reading.
@@ -28,12 +30,14 @@ pub struct PlannedLoad {
     pub zero_before: bool,
 }
 
-/// A pose and direction with its planned readings, in the order in which they are to be made.
+/// A pose, a direction of loads and the axis of a gauge with its planned readings, in the order in which they are to be made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedCell {
     /// The pose.
     pub pose: PoseId,
-    /// The direction.
+    /// The direction of its loads.
+    pub load: LoadDirection,
+    /// The axis along which its displacements are read.
     pub direction: Direction,
     /// Its readings.
     pub loads: Vec<PlannedLoad>,
@@ -53,9 +57,23 @@ impl Observations {
                 poses.push(cell.pose.clone());
             }
         }
+        let mut others: Vec<&LoadDirection> = Vec::new();
+        for cell in cells.iter().filter(|cell| cell.load.axis().is_none()) {
+            if !others.contains(&&cell.load) {
+                others.push(&cell.load);
+            }
+        }
+        let place_of_load = |load: &LoadDirection| match load.axis() {
+            Some(axis) => Some(axis.index()),
+            None => others
+                .iter()
+                .position(|other| *other == load)
+                .map(|place| 3 + place),
+        };
         let place = |cell: &PlannedCell| {
             (
                 poses.iter().position(|pose| *pose == cell.pose),
+                place_of_load(&cell.load),
                 cell.direction.index(),
             )
         };
@@ -78,6 +96,7 @@ impl Observations {
             out.push_cell(pose.unwrap_or_default(), cell, &mut zeros);
         }
         out.poses = poses;
+        out.gauges = gauges_read_at_once(&out.readings, &out.cells);
         out
     }
 
@@ -107,7 +126,7 @@ impl Observations {
                 self.runs.push(ObservedRun {
                     cell: self.cells.len(),
                     repeat: load.repeat,
-                    session_run: self.runs.len() as u32,
+                    session_run: load.repeat,
                     readings: at..at,
                 });
             }
@@ -148,7 +167,7 @@ impl Observations {
         }
         self.cells.push(ObservedCell {
             pose,
-            load: cell.direction.into(),
+            load: cell.load.clone(),
             direction: cell.direction,
             runs: first_run..self.runs.len(),
             readings: first..self.readings.len(),
@@ -179,8 +198,9 @@ mod tests {
             load(1, 1, 30.0, false),
             load(1, 2, 40.0, false),
         ];
-        let cell = |pose: &str, direction| PlannedCell {
+        let cell = |pose: &str, direction: Direction| PlannedCell {
             pose: pose.into(),
+            load: direction.into(),
             direction,
             loads: loads.clone(),
         };

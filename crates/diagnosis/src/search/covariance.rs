@@ -351,7 +351,7 @@ pub(super) fn inverse_columns(mut columns: Vec<f64>, n: usize) -> (Vec<f64>, f64
     (columns, log_determinant)
 }
 
-/// Products of columns of `n` numbers with each other. Where many runs are in one block, most columns are zero in most rows.
+/// Products of columns of `n` numbers with each other. In large blocks most columns are zero in most rows.
 fn gram(columns: &[f64], n: usize) -> DMatrix<f64> {
     let rank = columns.len() / n;
     let column = |index: usize| &columns[index * n..(index + 1) * n];

@@ -1,9 +1,8 @@
-//! Errors of which a part remembers the row before, or is that of the gauges beside it.
+//! Errors of which a part remembers the row before, or is common to rows that come together.
 //!
 //! The filter of Kalman (Box, Jenkins, Reinsel & Ljung, Time Series Analysis, 5th edition, section 5.5): a first-order autoregressive process
-//! that is seen beside errors without memory. It gives each row without what the rows before let expect, in one pass. Several gauges that
-//! are read under one load have the error of its force in common, which lasts for one reading, and each its own memory: states of the
-//! same filter.
+//! that is seen beside errors without memory. It gives each row without what the rows before let expect, in one pass. Several series that
+//! come together have an error in common, which lasts as long as they do, and each its own memory: states of the same filter.
 
 use std::ops::Range;
 
@@ -21,7 +20,7 @@ pub struct RowMemory {
 pub enum RowErrors {
     /// Each row remembers the one before it; empty where none does.
     Memory(Vec<RowMemory>),
-    /// Rows of several gauges, as they come.
+    /// Rows of several series that come together, in the order in which they come.
     Common(Vec<RowStates<MOST_STATES>>),
 }
 
@@ -30,7 +29,7 @@ const FORGOTTEN: f64 = 1e-20;
 
 /// Errors that a row has a part of: states of the filter, each of standard deviation one.
 ///
-/// The rows of several gauges lie gauge by gauge, their errors come reading by reading: `row` says which row is the next to come.
+/// The rows of several series lie series by series, their errors come together: `row` says which row is the next to come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RowStates<const STATES: usize> {
     /// The row.
@@ -41,7 +40,7 @@ pub struct RowStates<const STATES: usize> {
     pub has: [f64; STATES],
 }
 
-/// Most errors that rows have in common: those of three gauges, each with a memory, and that of the force.
+/// Most errors that rows have in common: those of three series, each with a memory, and one that is common to them.
 pub const MOST_STATES: usize = 4;
 
 /// A triangular F with Fᵀ F = R⁻¹, for rows of standard deviation one with the correlations R; the identity without rows.

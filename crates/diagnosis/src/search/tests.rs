@@ -25,9 +25,9 @@ fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
     (Covariance::with_errors(&variances, &errors, blocks), dense)
 }
 
-/// The order in which the rows of a block come: those of three gauges, of which one is not read the last time.
+/// The order in which the rows of a block come: those of three series, of which two are missing the last time.
 const COMING: [(usize, usize, usize); BLOCK] = [
-    // Row, gauge, reading.
+    // Row, series, time.
     (0, 0, 0),
     (3, 1, 0),
     (5, 2, 0),
@@ -37,45 +37,45 @@ const COMING: [(usize, usize, usize); BLOCK] = [
     (2, 0, 2),
 ];
 
-/// Errors of three gauges with memories of their own and the error of the force in common, and their correlations.
+/// Errors of three series with memories of their own and one error in common, and their correlations.
 fn common_errors(seed: u64) -> (RowErrors, DMatrix<f64>) {
     let share = wave(seed, 45);
-    let force = wave(seed, 46);
+    let common = wave(seed, 46);
     let memory = [0.8, 0.5, -0.4];
     let mut states = Vec::new();
     let mut dense = DMatrix::identity(ROWS, ROWS);
     for block in 0..ROWS / BLOCK {
-        for (place, (row, gauge, reading)) in COMING.into_iter().enumerate() {
+        for (place, (row, series, time)) in COMING.into_iter().enumerate() {
             let mut correlation = [1.0; MOST_STATES];
-            correlation[gauge] = memory[gauge];
+            correlation[series] = memory[series];
             if place == 0 {
                 correlation = [0.0; MOST_STATES];
-            } else if COMING[place - 1].2 != reading {
+            } else if COMING[place - 1].2 != time {
                 correlation[MOST_STATES - 1] = 0.0;
             }
             let row = block * BLOCK + row;
             let mut has = [0.0; MOST_STATES];
-            has[gauge] = 0.7 * share[row].abs();
-            has[MOST_STATES - 1] = 0.6 * force[row];
+            has[series] = 0.7 * share[row].abs();
+            has[MOST_STATES - 1] = 0.6 * common[row];
             states.push(RowStates {
                 row,
                 correlation,
                 has,
             });
         }
-        for (row, gauge, reading) in COMING {
+        for (row, series, time) in COMING {
             for (other, of, then) in COMING {
                 let (i, j) = (block * BLOCK + row, block * BLOCK + other);
                 if i == j {
                     continue;
                 }
                 let mut sum = 0.0;
-                if gauge == of {
-                    let apart = i32::try_from(reading.abs_diff(then)).unwrap();
-                    sum += 0.49 * share[i].abs() * share[j].abs() * memory[gauge].powi(apart);
+                if series == of {
+                    let apart = i32::try_from(time.abs_diff(then)).unwrap();
+                    sum += 0.49 * share[i].abs() * share[j].abs() * memory[series].powi(apart);
                 }
-                if reading == then {
-                    sum += 0.36 * force[i] * force[j];
+                if time == then {
+                    sum += 0.36 * common[i] * common[j];
                 }
                 dense[(i, j)] = sum;
             }
@@ -85,7 +85,7 @@ fn common_errors(seed: u64) -> (RowErrors, DMatrix<f64>) {
 }
 
 /// Variances, errors and blocks of a covariance, and the whole of it, dense; of even seeds rows remember the row before them, of those that five
-/// divides they have the errors of several gauges.
+/// divides they have the errors of several series.
 fn parts_of_covariance(seed: u64) -> (Vec<f64>, RowErrors, Vec<LowRankBlock>, DMatrix<f64>) {
     let variances: Vec<f64> = wave(seed, 40).iter().map(|x| 0.3 + x * x).collect();
     let several = seed.is_multiple_of(5).then(|| common_errors(seed));

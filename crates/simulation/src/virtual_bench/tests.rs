@@ -383,9 +383,10 @@ fn in_plane(reading: &Reading) -> Option<bool> {
 
 /// The same of an effect of one gauge.
 fn of_gauge(reading: &Reading, axis: Direction) -> Option<bool> {
-    match reading.direction == axis {
-        true => in_plane(reading),
-        false => Some(false),
+    if reading.direction == axis {
+        in_plane(reading)
+    } else {
+        Some(false)
     }
 }
 

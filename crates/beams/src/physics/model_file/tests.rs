@@ -204,9 +204,9 @@ const WRONG: [Mistake; 24] = [
     ),
     (
         "direction = \"z\", repeat",
-        "direction = \"w\", repeat",
+        "direction = \"\", repeat",
         (28, 44),
-        "\"x\", \"y\" or \"z\"",
+        "a name in quotes",
         "",
     ),
     (

@@ -30,15 +30,20 @@ impl DesignBench<'_> {
         &self,
         procedure: &Procedure,
     ) -> Result<Observations, MismatchError> {
-        let directions = procedure.load_axes()?;
+        let gauges = &procedure.displacement_axes;
+        if gauges.is_empty() {
+            procedure.load_axes()?;
+        }
         let mut clock = ScheduleClock {
             rng: ChaCha8Rng::seed_from_u64(SEED),
             time_s: 0.0,
         };
         let mut cells: Vec<PlannedCell> = Vec::new();
+        let mut planned = 0;
         for pose in self.poses_of(procedure) {
-            for (place, &direction) in directions.iter().enumerate() {
-                let number = cells.len() as u32;
+            for (place, load) in procedure.directions.iter().enumerate() {
+                let number = planned;
+                planned += 1;
                 if number > 0 {
                     clock.wait(if place == 0 {
                         self.pace.pose_s
@@ -46,11 +51,16 @@ impl DesignBench<'_> {
                         self.pace.direction_s
                     });
                 }
-                cells.push(PlannedCell {
-                    pose: pose.clone(),
-                    direction,
-                    loads: self.loads(procedure, number, &mut clock),
-                });
+                let loads = self.loads(procedure, number, &mut clock);
+                let along_load = load.axis().filter(|_| gauges.is_empty());
+                cells.extend(gauges.iter().copied().chain(along_load).map(|direction| {
+                    PlannedCell {
+                        pose: pose.clone(),
+                        load: load.clone(),
+                        direction,
+                        loads: loads.clone(),
+                    }
+                }));
             }
         }
         self.lay_out(&cells, procedure.release_n())

@@ -316,6 +316,7 @@ fn creep_under_holds_that_grow_with_the_load_is_the_force_gauge() {
             .flat_map(|pose| {
                 Direction::ALL.map(|direction| PlannedCell {
                     pose: pose.clone(),
+                    load: direction.into(),
                     direction,
                     loads: loads(pose),
                 })

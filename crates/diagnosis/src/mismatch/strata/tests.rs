@@ -79,6 +79,7 @@ pub(in crate::mismatch) fn cells(poses: &[&str], loads_n: &[f64], hold: bool) ->
             }
             out.push(PlannedCell {
                 pose: (*pose).into(),
+                load: direction.into(),
                 direction,
                 loads,
             });
