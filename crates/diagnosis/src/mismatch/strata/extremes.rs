@@ -66,7 +66,11 @@ impl Decomposition<'_> {
             .map(|other| (left[other] - shift[other]) / shares[other].sqrt())
             .collect();
         let mean_square = (error - own(place)).max(0.0) / (dof - 1.0);
-        let statistic = own(place) / mean_square.max(f64::MIN_POSITIVE);
+        let statistic = own(place) / mean_square;
+        // Where the others leave nothing there is no scatter to compare with.
+        if !statistic.is_finite() || statistic < 0.0 {
+            return None;
+        }
         let p = Tails::of(&others, 1).p_of_largest(
             own(place).sqrt(),
             Beside::NOTHING,
