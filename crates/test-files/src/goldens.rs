@@ -52,6 +52,9 @@ struct Case {
     /// Lines that contain one of these are not kept: how long something took.
     #[serde(default)]
     without_lines: Vec<String>,
+    /// Lines that contain one of these differ from machine to machine: what is compared is that they are there.
+    #[serde(default)]
+    of_machine: Vec<String>,
     /// Only what is printed is kept, no file.
     #[serde(default)]
     printed_only: bool,
@@ -96,7 +99,7 @@ impl Goldens<'_> {
                 self.keep(name, &outputs);
                 return Vec::new();
             }
-            self.complaints(name, &outputs)
+            self.complaints(name, case, &outputs)
         };
         let complaints: Vec<String> = chosen.par_iter().flat_map_iter(judge).collect();
         assert!(
@@ -177,7 +180,12 @@ impl Goldens<'_> {
     }
 
     /// Where the outputs of a case differ from those that are kept.
-    fn complaints(&self, name: &str, outputs: &BTreeMap<String, String>) -> Vec<String> {
+    fn complaints(
+        &self,
+        name: &str,
+        case: &Case,
+        outputs: &BTreeMap<String, String>,
+    ) -> Vec<String> {
         let folder = self.folder().join(name);
         let mut kept = files(&folder);
         kept.retain(|file| !outputs.contains_key(file));
@@ -189,7 +197,7 @@ impl Goldens<'_> {
             match fs::read_to_string(folder.join(file)) {
                 Err(_) => complaints.push(format!("{name}/{file}: nothing is kept")),
                 Ok(golden) => complaints.extend(
-                    difference(&golden, now)
+                    difference(&golden, now, &case.of_machine)
                         .map(|difference| format!("{name}/{file}: {difference}")),
                 ),
             }
@@ -389,20 +397,19 @@ fn without_time_columns(text: &str) -> String {
 }
 
 /// Where two texts differ in more than the last digits of their numbers; `None` if nowhere.
-fn difference(golden: &str, now: &str) -> Option<String> {
+fn difference(golden: &str, now: &str, of_machine: &[String]) -> Option<String> {
     let ([old_start, old_end], [new_start, new_end]) = (ends(golden), ends(now));
     // Where a long file is cut depends on the lengths of its numbers.
     let starts = old_start.len().min(new_start.len());
     let both = old_end.len().min(new_end.len());
     let end_of = |lines: &[&str]| lines[lines.len() - both..].join("\n");
     if old_end.is_empty() || new_end.is_empty() {
-        return first_difference(golden, now);
+        return first_difference(golden, now, of_machine);
     }
-    first_difference(
-        &old_start[..starts].join("\n"),
-        &new_start[..starts].join("\n"),
-    )
-    .or_else(|| first_difference(&end_of(&old_end), &end_of(&new_end)))
+    let starts = [&old_start, &new_start].map(|lines| lines[..starts].join("\n"));
+    let ends = [&old_end, &new_end].map(|lines| end_of(lines));
+    first_difference(&starts[0], &starts[1], of_machine)
+        .or_else(|| first_difference(&ends[0], &ends[1], of_machine))
 }
 
 /// The whole lines at the start and at the end of a long file, as [`kept`] has it; all lines of another, and no end.
@@ -417,13 +424,15 @@ fn ends(text: &str) -> [Vec<&str>; 2] {
     }
 }
 
-fn first_difference(golden: &str, now: &str) -> Option<String> {
+fn first_difference(golden: &str, now: &str, of_machine: &[String]) -> Option<String> {
+    let is_of_machine = |line: &str| of_machine.iter().any(|part| line.contains(part));
     let (mut old, mut new) = (golden.lines(), now.lines());
     let mut number = 0;
     loop {
         number += 1;
         match (old.next(), new.next()) {
             (None, None) => return None,
+            (Some(old), Some(new)) if is_of_machine(old) && is_of_machine(new) => {}
             (Some(old), Some(new)) if same(old, new) => {}
             (old, new) => {
                 let show = |line: Option<&str>| line.unwrap_or("(end)").to_owned();
@@ -531,13 +540,16 @@ mod tests {
         assert!(same("a 1e-21,2", "a -4e-22,2"));
         assert!(!same("1,2", "1,2,3"));
         assert_eq!(tokens("P1 x"), [Token::Text(vec!["P1", "x"])]);
-        assert!(difference("1\n2\n", "1\n").is_some());
+        assert!(difference("1\n2\n", "1\n", &[]).is_some());
+        let machine = [String::from("set")];
+        assert_eq!(difference("set A", "set B", &machine), None);
+        assert!(difference("set A", "", &machine).is_some());
         let long = |start: &str, end: &str| format!("90 lines\n{start}\ncu\n{CUT}\nt\n{end}");
         assert_eq!(
-            difference(&long("a\nb", "y\nz"), &long("a", "x\ny\nz")),
+            difference(&long("a\nb", "y\nz"), &long("a", "x\ny\nz"), &[]),
             None
         );
-        assert!(difference(&long("a\nb", "y\nz"), &long("a\nb", "y\nw")).is_some());
-        assert!(difference(&long("a\nb", "y"), &long("a\nc", "y")).is_some());
+        assert!(difference(&long("a\nb", "y\nz"), &long("a\nb", "y\nw"), &[]).is_some());
+        assert!(difference(&long("a\nb", "y"), &long("a\nc", "y"), &[]).is_some());
     }
 }
