@@ -21,7 +21,7 @@ pub(crate) fn report() -> Result<String, Box<dyn Error>> {
     let data = Data::open(Path::new(SESSION), &OpenSettings::default())?;
     let data = FitData::new(data, &ModelChoice::default(), Method::Regression)?;
     let settings = FitSettings {
-        train: Some(vec!["P1".to_owned(), "P3".to_owned()]),
+        train: Some(["P1", "P3", "P4"].map(str::to_owned).to_vec()),
         ..FitSettings::default()
     };
     let fit = data.fit(&settings, &|| ())?;

@@ -45,10 +45,10 @@ fn factors_are_fitted_and_tested() {
         text.starts_with("beam.A: 0.0035, 95 % 0.0034 to 0.0036\n"),
         "{text}"
     );
-    assert!(
-        text.ends_with("largest error of a predicted stiffness: 0.4 %\n"),
-        "{text}"
-    );
+    // Of the pose that was held out; its cells are known to some 0.3 %.
+    let error = text.trim_end().strip_suffix(" %").unwrap();
+    let error: f64 = error.rsplit(' ').next().unwrap().parse().unwrap();
+    assert!(error < 1.0, "{text}");
 }
 
 #[test]
