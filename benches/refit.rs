@@ -49,7 +49,7 @@ fn refit(criterion: &mut Criterion) {
             })
             .collect(),
         basis: WeightBasis::Equal,
-        unusable: Vec::new(),
+        ..MeasuredStiffness::default()
     };
     let mut random = ChaCha8Rng::seed_from_u64(2);
     let scatter = Normal::new(0.0, SCATTER).unwrap();

@@ -1,5 +1,6 @@
 //! Sessions, files of readings and lists of stiffness values, by the names that a user gives them.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use jiff::civil::Date;
@@ -7,8 +8,8 @@ use jiff::civil::Date;
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
 use crate::readings::{
-    GaugeLogOptions, OverdueGauge, ReadOptions, ReadingTable, SessionHeader, is_vector_table,
-    read_gauge_log, read_readings, write_readings,
+    GaugeLogOptions, OverdueGauge, ReadOptions, Reading, ReadingTable, SessionHeader,
+    is_vector_table, read_gauge_log, read_readings, write_readings,
 };
 use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
@@ -105,10 +106,7 @@ impl Data {
             });
         }
         if let Some(vectors) = VectorSession::open(path, options)? {
-            let session = vectors.by_component();
-            if session.table.is_of_one_gauge() {
-                return Ok(Self::Readings(Box::new(session)));
-            }
+            return Ok(Self::Readings(Box::new(vectors.by_component())));
         }
         if LoadedLoadCases::is_at(path) {
             let loaded = LoadedLoadCases::open(path, options)?;
@@ -321,15 +319,23 @@ impl LoadedSession {
         Ok(stated.with_steps_of(&self.table.readings))
     }
 
-    /// Stiffness of every pose and direction, with its uncertainty.
+    /// Stiffness of every pose and direction, with its uncertainty; of several gauges that along the load.
     ///
     /// # Errors
     /// As [`LoadedSession::gauges`].
     pub fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, AnalysisError> {
         let history = self.history()?;
         let drifts = history.map(|history| history.zero_drifts);
+        let all = &self.table.readings;
+        let is_along = |reading: &Reading| self.table.cell(reading).load.is_none();
+        let along: Cow<'_, [Reading]> = if self.table.is_of_one_gauge() {
+            all.into()
+        } else {
+            let along = all.iter().filter(|reading| is_along(reading));
+            along.cloned().collect::<Vec<_>>().into()
+        };
         Ok(stiffness_table_with_drifts(
-            &self.table.readings,
+            &along,
             &self.gauges()?,
             StiffnessOptions { branches },
             &drifts.unwrap_or_default(),

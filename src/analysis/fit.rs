@@ -1,16 +1,22 @@
 //! Fits of the model's factors to data.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::elastostatics::{FitKnowledge, PlannedLoadCase, planned_table};
 use crate::fit::{
     BootstrapDraws, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
     MonteCarloSettings, PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis,
     bootstrap_cells, find_lower_minimum, fit_cells, follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
+use crate::load_cases::LoadCaseTable;
+use crate::mismatch::{CellSlopes, Observations};
 use crate::nearest::nearest;
 use crate::parameters::ParameterChoice;
+use crate::procedure::Procedure;
 use crate::robot::{FittingFactors, RobotError};
 use crate::stiffness::{Branches, Method, StiffnessTable};
 use crate::test_point::PoseId;
@@ -21,6 +27,7 @@ use super::inputs::Inputs;
 use super::marked::ReadingMark;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
 use super::plausible::doubts_about_stiffness;
+use super::pose_plan::procedure_of;
 use super::together::{names, resolve_together};
 use crate::count::counted;
 
@@ -43,6 +50,20 @@ pub struct FitData {
     pub warnings: Vec<String>,
     /// Data, robot, mechanism and factors.
     pub inputs: Inputs,
+}
+
+/// Further load cases that are planned for what is open.
+pub(super) const PLANNED: usize = 3;
+
+/// What is to be measured next.
+#[derive(Debug, Clone)]
+pub struct PlannedFit {
+    /// The load cases, one after the other; none if nothing is open, or nothing would narrow it.
+    pub planned: Vec<PlannedLoadCase>,
+    /// The same as a table to be filled in.
+    pub table: LoadCaseTable,
+    /// A procedure that measures them.
+    pub procedure: Procedure,
 }
 
 /// One of several sessions that were fitted together.
@@ -102,7 +123,8 @@ pub struct PaperFitSettings {
 }
 
 impl FitData {
-    /// Resolves the model of data and reduces readings to stiffness: loading branches, by `method`.
+    /// Resolves the model of data and reduces readings to stiffness: by generalised least squares in their noise, for the paper's method or
+    /// without repeats by `method` from the loading branches.
     ///
     /// # Errors
     /// For a model that [`resolve`] refuses, values without a named robot, and poses that the robot does not have.
@@ -166,7 +188,12 @@ impl FitData {
         let mut first_run = 0;
         let (mut shares, mut marked) = (Vec::new(), Vec::new());
         for (session, name) in sessions.iter().zip(names(sessions)) {
-            let (measured, _, own) = reduced(session, method)?;
+            let ReducedSession {
+                measured,
+                slopes,
+                warnings: own,
+                ..
+            } = reduced(session, method)?;
             let named = own
                 .iter()
                 .map(|warning| format!("{}: {warning}", session.name));
@@ -190,7 +217,9 @@ impl FitData {
                 }
                 let runs = table.readings.iter().map(|reading| reading.run + 1);
                 first_run = runs.fold(first_run, u32::max);
-                physics.under(&table, session.header.as_ref())
+                physics
+                    .under(&table, session.header.as_ref())
+                    .by(slopes.as_ref())
             });
         }
         let inputs = sessions
@@ -214,10 +243,16 @@ impl FitData {
         method: Method,
     ) -> Result<Self, AnalysisError> {
         let model = resolve(choice, Some(&session))?;
-        let (measured, table, mut warnings) = reduced(&session, method)?;
+        let ReducedSession {
+            measured,
+            table,
+            slopes,
+            mut warnings,
+        } = reduced(&session, method)?;
         warnings.extend(model.warnings.iter().cloned());
         let physics = fixed_physics(&model, method)
-            .map(|physics| physics.under(&session.table, session.header.as_ref()));
+            .map(|physics| physics.under(&session.table, session.header.as_ref()))
+            .map(|physics| physics.by(slopes.as_ref()));
         Ok(Self {
             inputs: Inputs::default().with_session(&session).with_model(&model),
             model,
@@ -290,6 +325,14 @@ impl FitData {
             ..problem
         };
         if settings.bootstrap > 0 {
+            if !self.measured.across.is_empty() {
+                return Err(ArgumentError::new(
+                    "--bootstrap",
+                    "it draws stiffnesses along the load again, and the data have displacements along other axes",
+                    "leave it out: the intervals allow for what the gauges have in common",
+                )
+                .into());
+            }
             self.bootstrap(&trained, settings, &options.choice, &mut outcome, refitted)?;
         }
         if settings.global_search {
@@ -307,6 +350,29 @@ impl FitData {
             });
         }
         Ok(outcome)
+    }
+
+    /// The further load cases that determine best what a fit leaves open, a table to be filled in with them, and a procedure that measures
+    /// them.
+    ///
+    /// # Errors
+    /// For a structure that carries nothing.
+    pub fn plan(&self, outcome: &FitOutcome) -> Result<PlannedFit, AnalysisError> {
+        let session = self.session.as_ref().map(|(session, _)| session);
+        let tables = session.iter().flat_map(|session| &session.table.readings);
+        let loads = tables.map(|reading| reading.force_n.abs());
+        let known = FitKnowledge::of_cells(&self.problem()?, outcome, loads.fold(0.0, f64::max))?;
+        let planned = known.plan(PLANNED)?;
+        let header = session.and_then(|session| session.header.as_ref());
+        let followed = header
+            .and_then(|header| header.procedure.as_ref())
+            .and_then(|record| Procedure::from_record(record).ok());
+        let robot = &self.model.robot;
+        Ok(PlannedFit {
+            table: planned_table(robot, &planned),
+            procedure: procedure_of(robot, followed, &planned),
+            planned,
+        })
     }
 
     /// Adds the bootstrap intervals to a fit.
@@ -437,13 +503,28 @@ impl FitData {
     }
 }
 
-/// The readings of a session reduced to stiffness, and what a user should know of them.
-fn reduced(
-    session: &LoadedSession,
-    method: Method,
-) -> Result<(MeasuredStiffness, StiffnessTable, Vec<String>), AnalysisError> {
+/// The readings of a session reduced to stiffness.
+struct ReducedSession {
+    measured: MeasuredStiffness,
+    table: StiffnessTable,
+    /// The slopes that the stiffness is from, if it is not from the table.
+    slopes: Option<Arc<CellSlopes>>,
+    /// What a user should know of it.
+    warnings: Vec<String>,
+}
+
+fn reduced(session: &LoadedSession, method: Method) -> Result<ReducedSession, AnalysisError> {
     let table = session.stiffness(Branches::LoadingOnly)?;
-    let measured = MeasuredStiffness::from_table(&table, method);
+    // Without repeats the noise of the readings of one gauge is not known.
+    let has_slopes = table.run_slope.is_some() || !session.table.is_of_one_gauge();
+    let by_readings = has_slopes && method == Method::Regression;
+    let observations = || Observations::new(&session.table, session.header.as_ref());
+    let slopes = by_readings.then(|| CellSlopes::new(observations()));
+    let slopes = slopes.flatten().map(Arc::new);
+    let measured = match &slopes {
+        Some(slopes) => MeasuredStiffness::from_slopes(&table, slopes),
+        None => MeasuredStiffness::from_table(&table, method),
+    };
     let mut warnings = session.warnings.clone();
     let unusable = measured.unusable.iter();
     warnings.extend(
@@ -457,7 +538,12 @@ fn reduced(
             counted(flags, "flag")
         ));
     }
-    Ok((measured, table, warnings))
+    Ok(ReducedSession {
+        measured,
+        table,
+        slopes,
+        warnings,
+    })
 }
 
 /// Training poses by name, each of which must be known and named once.

@@ -4,52 +4,45 @@ use std::path::{Path, PathBuf};
 
 use crate::elastostatics::{
     BadLoadCaseValue, LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel,
-    PlannedLoadCase, PosedLoadCases, WrongFactor, bad_load_case_values, diagnose_load_cases,
-    fit_load_cases, plan_load_cases, planned_table, usual_choice, wrong_factor,
+    PosedLoadCases, WrongFactor, bad_load_case_values, diagnose_load_cases, fit_load_cases,
+    plan_load_cases, planned_table, usual_choice, wrong_factor,
 };
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::parameters::ParameterChoice;
 use crate::physics::Place;
-use crate::procedure::Procedure;
-use crate::readings::ReadOptions;
+use crate::readings::{ReadOptions, is_vector_table};
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::PoseId;
 
 use super::data::{OpenSettings, check_calibration, readings_file, session_header};
 use super::error::{AnalysisError, ArgumentError};
 use super::files::{folder_of, is_there, read_bytes, shown};
-use super::fit::training_poses;
+use super::fit::{PLANNED, PlannedFit, training_poses};
 use super::hash::sha256;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
+use super::pose_plan::procedure_of;
 use super::procedure::add_missing_poses;
-use super::vectors::{SessionTable, VectorSession, origin_of};
-
-/// Further load cases that are planned for what is open.
-const PLANNED: usize = 3;
+use super::vectors::{SessionTable, origin_of};
 
 /// Load cases with the session they belong to.
 pub type LoadedLoadCases = SessionTable<LoadCaseTable>;
 
 impl LoadedLoadCases {
-    /// Whether a session folder or file holds load cases, or readings of a session with displacement gauges along the base axes.
+    /// Whether a session folder or file holds load cases.
     #[must_use]
     pub fn is_at(path: &Path) -> bool {
         let file = readings_file(path).ok();
         let bytes = file.and_then(|file| read_bytes(&file).ok());
-        bytes.is_some_and(|bytes| is_load_case_table(&bytes))
+        bytes.is_some_and(|bytes| is_load_case_table(&bytes) && !is_vector_table(&bytes))
     }
 
-    /// Opens a session folder or a file of load cases; of a session with displacement gauges along the base axes, each run is one.
+    /// Opens a session folder or a file of load cases.
     ///
     /// # Errors
-    /// For data that are not there or cannot be read, and an overdue calibration, as the options have it; of a session as
-    /// [`VectorSession::open`].
+    /// For data that are not there or cannot be read, and an overdue calibration, as the options have it.
     pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
-        if let Some(session) = VectorSession::open(path, options)? {
-            return Self::of_runs(session);
-        }
         let file = readings_file(path)?;
         let folder = folder_of(&file);
         let bytes = read_bytes(&file)?;
@@ -70,23 +63,6 @@ impl LoadedLoadCases {
             calibration: Vec::new(),
             overdue,
             differs_from_journal: false,
-        })
-    }
-
-    fn of_runs(session: VectorSession) -> Result<Self, AnalysisError> {
-        let table = LoadCaseTable::of_runs(&session.table, session.preload_n())?;
-        let notes = table.notes.iter().map(ToString::to_string);
-        Ok(Self {
-            warnings: session.warnings.into_iter().chain(notes).collect(),
-            name: session.name,
-            sha256: session.sha256,
-            origin: session.origin,
-            header: session.header,
-            folder: session.folder,
-            calibration: session.calibration,
-            overdue: session.overdue,
-            differs_from_journal: session.differs_from_journal,
-            table,
         })
     }
 
@@ -123,8 +99,6 @@ pub struct LoadCaseData {
     pub warnings: Vec<String>,
     /// Data, robot, mechanism and factors.
     pub inputs: Inputs,
-    /// The procedure that the session followed, if there was one.
-    pub(super) procedure: Option<Procedure>,
     /// Values of the parameters with the springs that the user's effects name.
     start: FittingFactors,
 }
@@ -141,11 +115,6 @@ impl LoadCaseData {
         let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
         Ok(Self {
             inputs: Inputs::default().with_table(loaded).with_model(&model),
-            procedure: loaded
-                .header
-                .as_ref()
-                .and_then(|header| header.procedure.as_ref())
-                .and_then(|record| Procedure::from_record(record).ok()),
             start: start_of(&model)?,
             model,
             posed,
@@ -167,7 +136,7 @@ impl LoadCaseData {
                 return Err(ArgumentError::new(
                     path.display().to_string(),
                     "no load cases are there: loads and displacements as vectors, which the first data are",
-                    "name a session with displacement gauges along the base axes, or a table of load cases",
+                    "name a table of load cases; sessions are fitted with sessions",
                 )
                 .into());
             }
@@ -285,18 +254,18 @@ impl LoadCaseData {
         Ok(diagnose_load_cases(&self.problem()?, &options, seed)?)
     }
 
-    /// The further load cases that determine best what a fit leaves open, and a table to be filled in with them.
+    /// As [`FitData::plan`](super::FitData::plan).
     ///
     /// # Errors
     /// For a structure that carries nothing.
-    pub fn plan(
-        &self,
-        fit: &LoadCaseFit,
-    ) -> Result<(Vec<PlannedLoadCase>, LoadCaseTable), AnalysisError> {
+    pub fn plan(&self, fit: &LoadCaseFit) -> Result<PlannedFit, AnalysisError> {
         let model = self.problem()?;
         let planned = plan_load_cases(&model, fit, PLANNED)?;
-        let table = planned_table(&model, &planned);
-        Ok((planned, table))
+        Ok(PlannedFit {
+            table: planned_table(model.robot, &planned),
+            procedure: procedure_of(model.robot, None, &planned),
+            planned,
+        })
     }
 
     fn options(&self, settings: &LoadCaseSettings) -> Result<LoadCaseFitOptions, AnalysisError> {

@@ -60,7 +60,7 @@ pub use files::{
     ReadError, forget_inputs, is_dash, is_input, read_bytes, read_text, session_file, shown,
 };
 pub use fit::{
-    BootstrapOver, FitData, FitSettings, FittedSession, PaperFitSettings, fixed_physics,
+    BootstrapOver, FitData, FitSettings, FittedSession, PaperFitSettings, PlannedFit, fixed_physics,
 };
 pub use hash::sha256;
 pub use history::SessionHistory;

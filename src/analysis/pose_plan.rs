@@ -9,7 +9,7 @@ use crate::robot::{NamedPose, Robot};
 use crate::test_point::{Direction, PoseId};
 
 use super::error::{AnalysisError, ArgumentError};
-use super::load_cases::{LoadCaseData, start_of};
+use super::load_cases::start_of;
 use super::model::ResolvedModel;
 use super::procedure::{SAME_VALUE, joints_of};
 
@@ -71,63 +71,65 @@ fn state(robot: &Robot, procedure: &mut Procedure, poses: &[NamedPose]) {
     procedure.joint_values = stated.collect();
 }
 
-impl LoadCaseData {
-    /// A procedure that measures planned load cases: every planned pose under loads along every planned direction, with the loads, repeats and
-    /// gauges of the session that was fitted if it has a procedure.
-    #[must_use]
-    pub fn procedure_of(&self, planned: &[PlannedLoadCase]) -> Procedure {
-        let followed = self.procedure.clone();
-        let largest_n = planned.first().map_or(0.0, |one| one.force_n);
-        let mut procedure = followed.unwrap_or_else(|| {
-            Procedure {
-                repeats: REPEATS,
-                ..Procedure::default()
-            }
-            .with_loads(STEPS.map(|share| rounded(share * largest_n)).to_vec())
-        });
-        "next".clone_into(&mut procedure.name);
-        procedure.directions.clear();
-        for one in planned {
-            if !procedure.directions.contains(&one.direction.into()) {
-                procedure.directions.push(one.direction.into());
-            }
+/// A procedure that measures planned load cases: every planned pose under loads along every planned direction.
+///
+/// # Arguments
+/// - `followed`: the procedure of the session that was fitted, if it has one, whose loads, repeats and gauges this one has.
+#[must_use]
+pub(super) fn procedure_of(
+    robot: &Robot,
+    followed: Option<Procedure>,
+    planned: &[PlannedLoadCase],
+) -> Procedure {
+    let largest_n = planned.first().map_or(0.0, |one| one.force_n);
+    let mut procedure = followed.unwrap_or_else(|| {
+        Procedure {
+            repeats: REPEATS,
+            ..Procedure::default()
         }
-        if procedure.displacement_axes.is_empty() {
-            procedure.displacement_axes = Direction::ALL.to_vec();
+        .with_loads(STEPS.map(|share| rounded(share * largest_n)).to_vec())
+    });
+    "next".clone_into(&mut procedure.name);
+    procedure.directions.clear();
+    for one in planned {
+        if !procedure.directions.contains(&one.direction.into()) {
+            procedure.directions.push(one.direction.into());
         }
-        let robot = &self.model.robot;
-        let mut poses: Vec<NamedPose> = Vec::new();
-        for one in planned {
-            if poses.iter().any(|known| known.pose == one.pose) {
-                continue;
-            }
-            let is_other = |name: &PoseId| {
-                let of_robot = robot.pose(name).ok();
-                let differs = of_robot.is_some_and(|known| {
-                    let mut pairs = known.angles_deg.iter().zip(&one.pose.angles_deg);
-                    pairs.any(|(a, b)| (a - b).abs() > SAME_VALUE)
-                });
-                differs || poses.iter().any(|known| known.id == *name)
-            };
-            let mut id = one.name.clone();
-            let mut number = 2;
-            while is_other(&id) {
-                id = PoseId::new(&format!("{}-{number}", one.name));
-                number += 1;
-            }
-            poses.push(NamedPose {
-                id,
-                pose: one.pose.clone(),
-                stated_zy_m: None,
-            });
-        }
-        state(robot, &mut procedure, &poses);
-        let minutes = procedure.minutes(&Pace::default(), poses.len());
-        procedure.text = Some(format!(
-            "what determines best the parameters that a fit left open; some {minutes:.0} minutes"
-        ));
-        procedure
     }
+    if procedure.displacement_axes.is_empty() {
+        procedure.displacement_axes = Direction::ALL.to_vec();
+    }
+    let mut poses: Vec<NamedPose> = Vec::new();
+    for one in planned {
+        if poses.iter().any(|known| known.pose == one.pose) {
+            continue;
+        }
+        let is_other = |name: &PoseId| {
+            let of_robot = robot.pose(name).ok();
+            let differs = of_robot.is_some_and(|known| {
+                let mut pairs = known.angles_deg.iter().zip(&one.pose.angles_deg);
+                pairs.any(|(a, b)| (a - b).abs() > SAME_VALUE)
+            });
+            differs || poses.iter().any(|known| known.id == *name)
+        };
+        let mut id = one.name.clone();
+        let mut number = 2;
+        while is_other(&id) {
+            id = PoseId::new(&format!("{}-{number}", one.name));
+            number += 1;
+        }
+        poses.push(NamedPose {
+            id,
+            pose: one.pose.clone(),
+            stated_zy_m: None,
+        });
+    }
+    state(robot, &mut procedure, &poses);
+    let minutes = procedure.minutes(&Pace::default(), poses.len());
+    procedure.text = Some(format!(
+        "what determines best the parameters that a fit left open; some {minutes:.0} minutes"
+    ));
+    procedure
 }
 
 /// To two digits, as a load is set.

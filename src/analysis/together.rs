@@ -17,7 +17,6 @@ use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
 use super::model::{ModelChoice, ResolvedModel, resolve};
 use super::procedure::add_pose;
-use super::vectors::VectorSession;
 
 /// One of several sessions that are analysed together.
 #[derive(Debug, Clone, PartialEq)]
@@ -248,7 +247,7 @@ pub fn open_together(
 ) -> Result<Vec<LoadedSession>, AnalysisError> {
     let mut sessions = vec![first];
     for path in further {
-        if LoadedLoadCases::is_at(path) && VectorSession::open(path, options)?.is_none() {
+        if LoadedLoadCases::is_at(path) {
             return Err(ArgumentError::new(
                 path.display().to_string(),
                 format!(

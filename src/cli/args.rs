@@ -342,7 +342,7 @@ pub(super) struct FitArgs {
     /// Write the fitted factors as TOML that --factors takes
     #[arg(long, value_name = "FILE")]
     pub(super) save_factors: Option<PathBuf>,
-    /// Write what would determine best what is open: a procedure (FILE.toml) or a table to be filled in (FILE.csv); load cases only
+    /// Write what would determine best what is open: a procedure (FILE.toml) or a table of load cases to be filled in (FILE.csv)
     #[arg(long, value_name = "FILE")]
     pub(super) next: Option<PathBuf>,
     /// Write the figures of the fit into this folder

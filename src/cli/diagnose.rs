@@ -7,8 +7,7 @@ use serde_json::{Value, json};
 
 use crate::analysis::{
     ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
-    NoiseSource, ResolvedModel, VectorSession, diagnose_together, laws, noise_of, open_together,
-    sha256,
+    NoiseSource, ResolvedModel, diagnose_together, laws, noise_of, open_together, sha256,
 };
 use crate::mismatch::Verdict;
 use crate::physics::{Law, ModelFile};
@@ -46,8 +45,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         return diagnose_specimen::run(args, &options, without);
     }
     let settings = args.calibration.open_settings(global)?;
-    if LoadedLoadCases::is_at(data(args)?) && VectorSession::open(data(args)?, &settings)?.is_none()
-    {
+    if LoadedLoadCases::is_at(data(args)?) {
         let loaded = LoadedLoadCases::open(data(args)?, &settings)?;
         return diagnose_load_cases::run(args, &loaded, global);
     }

@@ -31,14 +31,6 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     if let Data::LoadCases(loaded) = &data {
         return fit_load_cases::run(args, loaded, global);
     }
-    if args.next.is_some() {
-        return Err(ArgumentError::new(
-            "--next",
-            "it belongs to load cases: loads and displacements as vectors",
-            "leave it out; what is open is printed with the pose that would help",
-        )
-        .into());
-    }
     let prepared = prepared(args, data, method, global)?;
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
@@ -61,6 +53,12 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     if !args.against.is_empty() {
         data.comparison = Some(compared(&data, &prepared.inputs, &args.against)?);
     }
+    let mut notes = Vec::new();
+    if let Some(file) = &args.next {
+        let plan = prepared.plan(&outcome)?;
+        notes.push(fit_load_cases::write_next(file, &plan)?);
+        data.next = plan.planned;
+    }
     let text = data.text(&outcome.warnings);
     let mut warnings = prepared.warnings;
     warnings.extend(doubts_about_fit(&outcome));
@@ -80,6 +78,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         written.extend(write_figures(folder, figures, &prepared.inputs)?);
     }
     warnings.extend(wrote(&written));
+    warnings.extend(notes);
     let mut estimates = outcome.estimates.iter();
     let open = estimates.any(|one| one.status.why_open().is_some());
     Ok(Outcome::new("fit", text, data)

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use crate::analysis::{
-    ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, derive,
+    ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, PlannedFit, derive,
     doubts_about_load_case_fit,
 };
-use crate::elastostatics::PlannedLoadCase;
-use crate::load_cases::{LoadCaseTable, write_load_cases};
+use crate::load_cases::write_load_cases;
 use crate::report::{
     FitResult, LoadCaseFitReport, bad_load_case_value_words, derived_text, load_case_figures,
     load_case_fit_text, next_load_cases_text, wrong_factor_words,
@@ -73,11 +72,11 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
         )
         .into());
     }
-    let (planned, table) = data.plan(&fit)?;
+    let plan = data.plan(&fit)?;
     if let Some(file) = &args.next {
-        warnings.push(write_next(file, data, &planned, &table)?);
+        warnings.push(write_next(file, &plan)?);
     }
-    let mut report = LoadCaseFitReport::new(&fit, planned);
+    let mut report = LoadCaseFitReport::new(&fit, plan.planned);
     report.derived = derive(&args.derive, &fit.estimates, fit.correlation.as_ref())?;
     let text =
         load_case_fit_text(&fit) + &derived_text(&report.derived) + &next_load_cases_text(&report);
@@ -89,30 +88,24 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
 }
 
 /// Writes what is to be measured next: a procedure if the file is TOML, else a table to be filled in. Gives what to say of it.
-fn write_next(
-    file: &Path,
-    data: &LoadCaseData,
-    planned: &[PlannedLoadCase],
-    table: &LoadCaseTable,
-) -> Result<String, Failure> {
+pub(super) fn write_next(file: &Path, plan: &PlannedFit) -> Result<String, Failure> {
     let ending = file.extension().and_then(|ending| ending.to_str());
     let name = file.display();
-    if planned.is_empty() {
+    if plan.planned.is_empty() {
         return Ok(format!(
             "{name} was not written: no parameter is open, or no further force at the tool would narrow it"
         ));
     }
     match ending {
         Some("toml") => {
-            let procedure = data.procedure_of(planned);
-            write(file, procedure.to_toml().as_bytes())?;
-            let text = procedure.text.unwrap_or_default();
+            write(file, plan.procedure.to_toml().as_bytes())?;
+            let text = plan.procedure.text.as_deref().unwrap_or_default();
             Ok(format!(
                 "wrote {name}: {text}; measure it by stiffbench session run NEW --procedure {name}"
             ))
         }
         Some("csv") => {
-            write(file, write_load_cases(table).as_bytes())?;
+            write(file, write_load_cases(&plan.table).as_bytes())?;
             Ok(format!("wrote {name}: fill in the displacements"))
         }
         _ => Err(ArgumentError::new(

@@ -8,6 +8,7 @@ use crate::least_squares::SigmaMode;
 
 use super::correlation::correlation_text;
 use super::fit_report::{FitReport, ParameterReport};
+use super::load_case_page::planned_text;
 use super::text::{AlignedTable, interval, significant};
 use crate::count::{counted, degrees_of_freedom};
 
@@ -229,11 +230,13 @@ fn words(fit: &FitReport) -> String {
             )
         };
     }
-    if text.is_empty() {
-        text
-    } else {
-        format!("\n{text}")
+    if !text.is_empty() {
+        text.insert(0, '\n');
     }
+    if !fit.next.is_empty() {
+        text.push_str(&planned_text(&fit.next, &fit.parameters));
+    }
+    text
 }
 
 fn agreement_text(fit: &FitReport) -> String {
@@ -396,7 +399,12 @@ fn cells_text(fit: &FitReport) -> String {
             },
         ]);
     }
-    let mut text = rows.text();
+    let mut text = if fit.cells.is_empty() {
+        String::new()
+    } else {
+        rows.text()
+    };
+    text.push_str(&across_text(fit));
     if let Some(worst) = fit.max_error_percent {
         let unseen = left_out || fit.cells.iter().any(|cell| cell.held_out);
         let which = if unseen {
@@ -407,6 +415,33 @@ fn cells_text(fit: &FitReport) -> String {
         let _ = writeln!(text, "\nLargest error over the {which}: {worst:.2} %.");
     }
     text
+}
+
+/// Compliances along other axes than that of the load; empty of one gauge.
+fn across_text(fit: &FitReport) -> String {
+    if fit.across.is_empty() {
+        return String::new();
+    }
+    let heads = [
+        "pose",
+        "load",
+        "axis",
+        "measured, um/N",
+        "u, um/N",
+        "predicted, um/N",
+    ];
+    let mut rows = AlignedTable::new(&heads);
+    for one in &fit.across {
+        rows.row([
+            one.pose.to_string(),
+            one.load.clone(),
+            one.axis.to_string(),
+            number(one.measured.value, &|c| significant(c, 4)),
+            number(one.measured.standard_uncertainty, &|u| significant(u, 2)),
+            number(one.predicted.value, &|c| significant(c, 4)),
+        ]);
+    }
+    format!("\n{}", rows.text())
 }
 
 fn method_words(method: FitMethod) -> &'static str {

@@ -6,13 +6,17 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DerivedQuantity, FitData, FittedSession, ReadingMark, RunsTest};
+use crate::elastostatics::PlannedLoadCase;
 use crate::fit::{
     Advice, BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod,
-    FitOutcome, FittedCell, MonteCarloFit, PaperFit, PoseFit, SequenceStep, WeightBasis,
+    FitOutcome, FittedCell, FittedCompliance, MonteCarloFit, PaperFit, PoseFit, SequenceStep,
+    WeightBasis,
 };
 use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::quantity::{
+    METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
+};
 use crate::reported::Reported;
 use crate::robot::{ElementClass, FittingFactors, ModelParameter};
 use crate::test_point::{Direction, PoseId};
@@ -66,12 +70,18 @@ pub struct FitReport {
     pub runs_tests: Vec<RunsTest>,
     /// Every measured cell.
     pub cells: Vec<FittedCellReport>,
+    /// Every compliance that was measured along another axis than that of the load.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub across: Vec<FittedComplianceReport>,
     /// Largest |ratio - 100| over held-out cells, else over all.
     pub max_error_percent: Option<f64>,
     /// Why the search ended.
     pub termination: String,
     /// What to measure for parameters that are not determined well.
     pub advice: Vec<Advice>,
+    /// Further load cases that would determine best what is open, one after the other, where they were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub next: Vec<PlannedLoadCase>,
     /// Quantities that were derived from the parameters.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub derived: Vec<DerivedQuantity>,
@@ -141,6 +151,15 @@ pub struct ParameterReport {
     pub start: f64,
     /// Whether the fit moved it from there; `null` of one that it may not move, or that ended on a bound.
     pub moved: Option<bool>,
+    /// Stiffness of a spring, the inverse of its compliance; not there of a factor and where it is infinite.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// 95 % interval of the stiffness; an end that is `null` is infinite.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_ci95: Option<[Option<f64>; 2]>,
+    /// Unit of the stiffness; not there of a factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_unit: Option<String>,
     /// The parameter that it is tied to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tied_to: Option<String>,
@@ -171,6 +190,21 @@ pub struct FittedCellReport {
     pub held_out: bool,
     /// Stiffness predicted by a fit without this pose.
     pub predicted_without_its_pose: Option<Reported>,
+}
+
+/// A compliance that was measured along another axis than that of the load, beside its prediction.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FittedComplianceReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// Direction of the load.
+    pub load: String,
+    /// Axis of the displacement.
+    pub axis: Direction,
+    /// Measured compliance, with its standard uncertainty.
+    pub measured: Reported,
+    /// Compliance of the fitted model.
+    pub predicted: Reported,
 }
 
 impl FitReport {
@@ -274,9 +308,11 @@ impl From<&FitOutcome> for FitReport {
             marked: Vec::new(),
             runs_tests: Vec::new(),
             cells: outcome.cells.iter().map(Into::into).collect(),
+            across: outcome.across.iter().map(Into::into).collect(),
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
             advice: outcome.advice.clone(),
+            next: Vec::new(),
             bootstrap: outcome.bootstrap.clone(),
             derived: Vec::new(),
             comparison: None,
@@ -338,7 +374,14 @@ impl From<&FactorEstimate> for FactorReport {
 
 impl From<&FactorEstimate> for ParameterReport {
     fn from(estimate: &FactorEstimate) -> Self {
+        let is_spring = !estimate.parameter.is_factor();
+        let inverse = |compliance: f64| (compliance > 0.0).then(|| 1.0 / compliance);
+        let known = estimate.known_value().filter(|_| is_spring);
+        let interval = estimate.interval_95.filter(|_| is_spring);
         Self {
+            stiffness: known.and_then(inverse),
+            stiffness_ci95: interval.map(|[low, high]| [inverse(high), inverse(low)]),
+            stiffness_unit: is_spring.then(|| stiffness_unit(estimate.parameter.unit())),
             name: estimate.name.clone(),
             value: estimate.known_value(),
             unit: estimate.parameter.unit(),
@@ -356,6 +399,14 @@ impl From<&FactorEstimate> for ParameterReport {
     }
 }
 
+/// The unit of the inverse of a compliance.
+pub(super) fn stiffness_unit(compliance: &str) -> String {
+    match compliance.split_once('/') {
+        Some((over, under)) => format!("{}/{over}", under.trim_matches(['(', ')'])),
+        None => compliance.to_owned(),
+    }
+}
+
 impl From<&FittedCell> for FittedCellReport {
     fn from(cell: &FittedCell) -> Self {
         let stiffness = |n_per_m: f64| Reported::exact(n_per_m / N_PER_UM, "N/um");
@@ -369,6 +420,23 @@ impl From<&FittedCell> for FittedCellReport {
             ln_uncertainty: cell.ln_uncertainty,
             held_out: cell.held_out,
             predicted_without_its_pose: cell.predicted_without_its_pose_n_per_m.map(stiffness),
+        }
+    }
+}
+
+impl From<&FittedCompliance> for FittedComplianceReport {
+    fn from(one: &FittedCompliance) -> Self {
+        let um_per_n = |m_per_n: f64| Reported::exact(m_per_n / METRES_PER_MICROMETRE, "um/N");
+        let load = one.cell.load.as_ref();
+        Self {
+            pose: one.cell.pose.clone(),
+            load: load.map_or_else(|| one.cell.direction.to_string(), ToString::to_string),
+            axis: one.cell.direction,
+            measured: Reported {
+                standard_uncertainty: Some(one.u_m_per_n / METRES_PER_MICROMETRE),
+                ..um_per_n(one.measured_m_per_n)
+            },
+            predicted: um_per_n(one.predicted_m_per_n),
         }
     }
 }

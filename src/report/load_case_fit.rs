@@ -8,7 +8,7 @@ use crate::elastostatics::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PlannedLoadCase,
     PoseError,
 };
-use crate::fit::{FactorCorrelations, FactorEstimate};
+use crate::fit::FactorCorrelations;
 use crate::robot::FittingFactors;
 use crate::test_point::PoseId;
 
@@ -34,7 +34,7 @@ pub struct LoadCaseFitReport {
     /// Fitted values of all parameters.
     pub factors: FittingFactors,
     /// Every parameter of the fit.
-    pub parameters: Vec<LoadCaseParameterReport>,
+    pub parameters: Vec<ParameterReport>,
     /// Correlations of the determined parameters; `null` without intervals.
     pub correlation: Option<FactorCorrelations>,
     /// Base frame and tool point of absolute positions; `null` of displacements under loads.
@@ -73,20 +73,6 @@ pub struct FramesReport {
     pub parameters: Vec<FrameParameter>,
     /// Root mean square error of the rigid robot, with frames of its own, in poses left out of its fit, um.
     pub rigid_unseen_um: Option<f64>,
-}
-
-/// A parameter; of a spring with its stiffness.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct LoadCaseParameterReport {
-    /// The parameter; of a spring its compliance.
-    #[serde(flatten)]
-    pub parameter: ParameterReport,
-    /// Stiffness of a spring, the inverse of its compliance; `null` of a factor and where it is infinite.
-    pub stiffness: Option<f64>,
-    /// 95 % interval of the stiffness; an end that is `null` is infinite.
-    pub stiffness_ci95: Option<[Option<f64>; 2]>,
-    /// Unit of the stiffness; `null` of a factor.
-    pub stiffness_unit: Option<String>,
 }
 
 /// Root mean square errors of all displacements, µm.
@@ -150,31 +136,6 @@ impl LoadCaseFitReport {
             next,
             derived: Vec::new(),
         }
-    }
-}
-
-impl From<&FactorEstimate> for LoadCaseParameterReport {
-    fn from(estimate: &FactorEstimate) -> Self {
-        let is_spring = !estimate.parameter.is_factor();
-        let inverse = |compliance: f64| (compliance > 0.0).then(|| 1.0 / compliance);
-        let interval = estimate.interval_95.filter(|_| is_spring);
-        Self {
-            parameter: estimate.into(),
-            stiffness: estimate
-                .known_value()
-                .filter(|_| is_spring)
-                .and_then(inverse),
-            stiffness_ci95: interval.map(|[low, high]| [inverse(high), inverse(low)]),
-            stiffness_unit: is_spring.then(|| stiffness_unit(estimate.parameter.unit())),
-        }
-    }
-}
-
-/// The unit of the inverse of a compliance.
-pub(super) fn stiffness_unit(compliance: &str) -> String {
-    match compliance.split_once('/') {
-        Some((over, under)) => format!("{}/{over}", under.trim_matches(['(', ')'])),
-        None => compliance.to_owned(),
     }
 }
 

@@ -9,7 +9,8 @@ use crate::fit::{FactorEstimate, FactorStatus};
 
 use super::correlation::correlation_text;
 use super::fit::{rank_text, status_words};
-use super::load_case_fit::{LoadCaseFitReport, stiffness_unit};
+use super::fit_report::{ParameterReport, stiffness_unit};
+use super::load_case_fit::LoadCaseFitReport;
 use super::text::{AlignedTable, interval, micro, significant};
 use crate::count::{counted, degrees_of_freedom};
 
@@ -320,8 +321,8 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
         let unloaded = report
             .parameters
             .iter()
-            .filter(|one| one.parameter.status == "not_identified");
-        let unloaded: Vec<&str> = unloaded.map(|one| one.parameter.name.as_str()).collect();
+            .filter(|one| one.status == "not_identified");
+        let unloaded: Vec<&str> = unloaded.map(|one| one.name.as_str()).collect();
         if unloaded.is_empty() {
             return String::new();
         }
@@ -330,21 +331,23 @@ pub fn next_load_cases_text(report: &LoadCaseFitReport) -> String {
             unloaded.join(", ")
         );
     }
+    planned_text(&report.next, &report.parameters)
+}
+
+/// Planned load cases with what they do for the parameters.
+pub(super) fn planned_text(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> String {
     let mut text =
         "\nLoad cases that would determine best what is open, one after the other (standard errors now and then):\n"
             .to_owned();
-    for (place, next) in report.next.iter().enumerate() {
+    for (place, next) in planned.iter().enumerate() {
         let errors = next
             .errors
             .iter()
             .filter(|one| one.then < WORTH_PRINTING * one.now);
         let errors = errors.map(|one| {
-            let own = report
-                .parameters
-                .iter()
-                .find(|own| own.parameter.name == one.name);
+            let own = parameters.iter().find(|own| own.name == one.name);
             // Of a factor the error of its logarithm is planned; the table has that of its value.
-            let (scale, unit) = match own.map(|own| &own.parameter) {
+            let (scale, unit) = match own {
                 Some(own) if own.unit == "1" => (own.value.unwrap_or(1.0), String::new()),
                 Some(own) => (1.0, format!(" {}", own.unit)),
                 None => (1.0, String::new()),

@@ -69,9 +69,7 @@ pub use import::{ImportReport, columns_text};
 pub use instrument::*;
 pub use load_case_diagnosis::{DiagnosisErrors, LoadCaseDiagnosisReport, ParameterAfter};
 pub use load_case_figures::load_case_figures;
-pub use load_case_fit::{
-    ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport, LoadCaseParameterReport,
-};
+pub use load_case_fit::{ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport};
 pub use load_case_page::{load_case_fit_text, next_load_cases_text};
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;

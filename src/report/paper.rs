@@ -166,7 +166,7 @@ fn experiment(rows: &[Printed]) -> MeasuredStiffness {
     MeasuredStiffness {
         cells: measured.collect(),
         basis: WeightBasis::Equal,
-        unusable: Vec::new(),
+        ..MeasuredStiffness::default()
     }
 }
 

@@ -1,5 +1,7 @@
 //! What `fit` prints of a fit beside its values.
 
+use serde_json::Value;
+
 use super::{assert_output_contains, desk, desk_with_session};
 
 #[test]
@@ -337,5 +339,38 @@ fn models_of_the_same_cells_are_ranked_and_others_refused() {
         let refused = desk.run(&format!("fit session --against {file} --json"));
         assert_ne!(refused.code, 0);
         assert_output_contains(&refused.json()["error"], &[reason, "cannot be ranked"]);
+    }
+}
+
+#[test]
+fn a_fit_of_stiffnesses_and_a_diagnosis_of_readings_have_one_noise() {
+    let desk = desk();
+    let sessions = [
+        "--procedure paper --seed 3",
+        "--procedure load-unload --mechanism A --seed 3",
+        "--procedure load-unload --mechanism A --displacement-axes x,y,z --seed 3",
+        "--procedure iso-9283-static-compliance --directions x,0,0.6,0.8 --mechanism A --seed 4",
+    ];
+    for (number, simulated) in sessions.into_iter().enumerate() {
+        let session = format!("s{number}");
+        desk.run(&format!("simulate {session} {simulated}"))
+            .succeeds();
+        let fit = desk.data(&format!("fit {session}"));
+        let diagnosis = desk.data(&format!("diagnose {session} --no-figures"));
+        assert_eq!(diagnosis["verdict"], "nothing-missing", "{simulated}");
+        let factors = diagnosis["factors"].as_array().unwrap();
+        assert!(!factors.is_empty(), "{simulated}");
+        for factor in factors {
+            let own = fit["parameters"].as_array().unwrap().iter();
+            let mut own = own.filter(|one| one["name"] == factor["name"]);
+            let own = own.next().unwrap();
+            let ends = |of: &Value| [0, 1].map(|end| of["ci95"][end].as_f64().unwrap());
+            let value = |of: &Value| of["value"].as_f64().unwrap();
+            let ([low, high], [lower, upper]) = (ends(&factor["after"]), ends(own));
+            let off = (value(own) - value(&factor["after"])) / (high - low);
+            assert!(off.abs() < 0.1, "{simulated}: {own} {factor}");
+            let ratio = (upper - lower) / (high - low);
+            assert!((0.9..1.1).contains(&ratio), "{simulated}: {own} {factor}");
+        }
     }
 }

@@ -145,8 +145,9 @@ fn add_model(
                 estimates: &outcome.estimates,
                 at_load_n: largest_load_n(&source.tables),
             };
-            let cells = outcome.cells.iter().map(|cell| cell.cell.direction);
-            add_map(page, &fitted, &cells.collect::<Vec<_>>());
+            let along = outcome.cells.iter().map(|cell| cell.cell.direction);
+            let across = outcome.across.iter().map(|one| one.cell.direction);
+            add_map(page, &fitted, &along.chain(across).collect::<Vec<_>>());
         }
         Err(AnalysisError::Argument(error)) => return Err(error.into()),
         Err(error) => page.leave_out("Fit", &error),
@@ -156,7 +157,7 @@ fn add_model(
 }
 
 /// Diagnosis of sessions, or why there is none.
-pub(super) fn add_diagnosis(
+fn add_diagnosis(
     page: &mut ReportPage,
     sessions: &[LoadedSession],
     model: &ResolvedModel,
@@ -205,7 +206,11 @@ fn fitted(
         ..FitSettings::default()
     };
     let outcome = data.fit(&fit, &|| ())?;
-    let numbers = FitReport::from(&outcome).of_data(&data);
+    let mut numbers = FitReport::from(&outcome).of_data(&data);
+    let mut estimates = outcome.estimates.iter();
+    if estimates.any(|one| !one.parameter.is_factor() && one.status.why_open().is_some()) {
+        numbers.next = data.plan(&outcome)?.planned;
+    }
     Ok((outcome, numbers))
 }
 

@@ -8,7 +8,7 @@ use crate::elastostatics::PlannedLoadCase;
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
 use crate::report::load_case_page::joint_words;
-use crate::report::{DiagnosisResult, FitResult, LoadCaseFitReport, significant};
+use crate::report::{DiagnosisResult, FitResult, ParameterReport, significant};
 
 use super::ReportPage;
 use super::blocks::{TextBlock, under};
@@ -59,8 +59,9 @@ impl ReportPage {
             name + &stiffness(&session.results)
         });
         let springs = match fit.map(|fit| &fit.numbers) {
-            Some(FitResult::LoadCases(fit)) => springs(fit),
-            _ => Vec::new(),
+            Some(FitResult::LoadCases(fit)) => springs(&fit.parameters),
+            Some(FitResult::Cells(fit)) => springs(&fit.parameters),
+            None => Vec::new(),
         };
         let verdict = diagnosis.map(|diagnosis| diagnosis.headline.clone());
         let comparison = self.comparison.as_ref();
@@ -93,9 +94,12 @@ impl ReportPage {
         let checks = findings.iter();
         let checks = checks.filter_map(|finding| finding.check.as_ref());
         let mut next: Vec<String> = Vec::new();
-        if let Some(FitResult::LoadCases(fit)) = self.fit.as_ref().map(|fit| &fit.numbers) {
-            next.extend(fit.next.iter().map(next_load_case));
-        }
+        let planned = match self.fit.as_ref().map(|fit| &fit.numbers) {
+            Some(FitResult::LoadCases(fit)) => &fit.next[..],
+            Some(FitResult::Cells(fit)) => &fit.next[..],
+            None => &[],
+        };
+        next.extend(planned.iter().map(next_load_case));
         for check in checks.map(|check| format!("To check by hand: {check}.")) {
             if !next.contains(&check) && next.len() < CHECKS {
                 next.push(check);
@@ -140,9 +144,9 @@ fn stiffness(cells: &[PageCell]) -> String {
 }
 
 /// The springs that were determined, with the intervals of their stiffness, a line for each unit.
-fn springs(fit: &LoadCaseFitReport) -> Vec<String> {
+fn springs(parameters: &[ParameterReport]) -> Vec<String> {
     let mut lines: IndexMap<&str, Vec<String>> = IndexMap::new();
-    for one in &fit.parameters {
+    for one in parameters {
         let (Some(stiffness), Some([low, high])) = (one.stiffness, one.stiffness_ci95) else {
             continue;
         };
@@ -154,7 +158,7 @@ fn springs(fit: &LoadCaseFitReport) -> Vec<String> {
         let words = |value: f64| significant(value / scale, 3);
         let low = low.map_or_else(|| "0".to_owned(), words);
         let high = high.map_or_else(|| "no upper limit".to_owned(), words);
-        let name = &one.parameter.name;
+        let name = &one.name;
         let spring = format!("{name} {} ({low} to {high})", words(stiffness));
         lines
             .entry(unit)

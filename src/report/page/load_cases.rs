@@ -2,11 +2,10 @@
 
 use crate::analysis::{
     AnalysisError, LoadCaseData, LoadCaseSettings, ModelChoice, doubts_about_load_case_fit,
-    resolve_together,
 };
 use crate::report::{LoadCaseFitReport, bad_load_case_value_words, load_case_figures};
 
-use super::build::{NO_DIAGNOSIS, add_diagnosis};
+use super::build::NO_DIAGNOSIS;
 use super::figures::page_figure;
 use super::map::{MappedModel, add_map};
 use super::model::{PageDiagnosis, PageFit, PageModel};
@@ -44,8 +43,8 @@ pub(super) fn add_load_case_model(
             return Ok(());
         }
     };
-    let (planned, _) = data.plan(&fit)?;
-    let numbers = LoadCaseFitReport::new(&fit, planned);
+    let plan = data.plan(&fit)?;
+    let numbers = LoadCaseFitReport::new(&fit, plan.planned);
     let figures = load_case_figures(&fit, &data.posed, &data.model.robot);
     page.figures.fit = figures
         .iter()
@@ -67,11 +66,6 @@ pub(super) fn add_load_case_model(
     warnings.extend(bad.iter().map(bad_load_case_value_words));
     if let Some(session) = page.sessions.first_mut() {
         session.deviations.extend(warnings);
-    }
-    if source.series.len() == source.load_cases.len() {
-        let model = resolve_together(&source.series, choice)?;
-        add_diagnosis(page, &source.series, &model, settings);
-        return Ok(());
     }
     if settings.no_diagnosis {
         page.left_out.push(NO_DIAGNOSIS.to_owned());

@@ -135,19 +135,47 @@ impl PageSession {
         page
     }
 
-    /// Load cases; with their compliance where they are the runs of a session with displacement gauges along the base axes.
+    /// A session with displacement gauges along the base axes, with its compliances.
     #[must_use]
-    pub fn of_load_cases(
-        loaded: &LoadedLoadCases,
-        vectors: Option<&VectorSession>,
+    pub fn of_vectors(
+        vectors: &VectorSession,
+        session: &LoadedSession,
         history: Option<&SessionHistory>,
         files: &[(String, String)],
     ) -> Self {
-        let readings = vectors.map(|session| &session.table.readings[..]);
-        let readings = readings.unwrap_or_default();
-        let temperatures = readings
-            .iter()
-            .filter_map(|reading| reading.temperature_deg_c);
+        let readings = &vectors.table.readings;
+        let temperatures = readings.iter();
+        let temperatures = temperatures.filter_map(|reading| reading.temperature_deg_c);
+        let mut page = SessionFacts {
+            name: session.short_name(),
+            origin: session.origin.clone(),
+            header: session.header.as_ref(),
+            history,
+            overdue: &session.overdue,
+            files,
+            utc: readings.iter().map(|reading| &*reading.utc).collect(),
+            temperatures_deg_c: temperatures.collect(),
+        }
+        .page();
+        let stiffness = vectors.stiffness(Branches::LoadingOnly);
+        let report = VectorStiffnessReport::new(&stiffness, vectors.procedure());
+        page.protected &= !session.differs_from_journal;
+        page.deviations = of_history(history).collect();
+        page.deviations.extend(session.warnings.iter().cloned());
+        page.readings = vectors.table.accepted().count();
+        page.results = report.cells.iter().map(PageCell::from).collect();
+        page.further = text_blocks(&report.text());
+        page.vectors = Some(report);
+        page
+    }
+
+    /// Load cases.
+    #[must_use]
+    pub fn of_load_cases(
+        loaded: &LoadedLoadCases,
+        history: Option<&SessionHistory>,
+        files: &[(String, String)],
+    ) -> Self {
         let mut page = SessionFacts {
             name: loaded.short_name(),
             origin: loaded.origin.clone(),
@@ -155,27 +183,14 @@ impl PageSession {
             history,
             overdue: &loaded.overdue,
             files,
-            utc: readings
-                .iter()
-                .map(|reading| reading.utc.as_str())
-                .collect(),
-            temperatures_deg_c: temperatures.collect(),
+            utc: Vec::new(),
+            temperatures_deg_c: Vec::new(),
         }
         .page();
         page.load_cases = Some(loaded.table.cases.len());
         page.protected &= !loaded.differs_from_journal;
         page.deviations = of_history(history).collect();
         page.deviations.extend(loaded.warnings.iter().cloned());
-        if let Some(session) = vectors {
-            let report = VectorStiffnessReport::new(
-                &session.stiffness(Branches::LoadingOnly),
-                session.procedure(),
-            );
-            page.readings = session.table.accepted().count();
-            page.results = report.cells.iter().map(PageCell::from).collect();
-            page.further = text_blocks(&report.text());
-            page.vectors = Some(report);
-        }
         page
     }
 

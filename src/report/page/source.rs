@@ -15,10 +15,8 @@ use super::session::PageSession;
 pub struct PageSource {
     /// The sessions, in the order in which they were named. Each is called by its identifier or file name, wherever it lies.
     pub sessions: Vec<LoadedSession>,
-    /// Load cases, if the report is of them; it has no sessions with readings along the load then.
+    /// Load cases, if the report is of them; it has no sessions then.
     pub load_cases: Vec<LoadedLoadCases>,
-    /// Sessions of several gauges among them, with a reading for each gauge.
-    pub(super) series: Vec<LoadedSession>,
     pub(super) tables: Vec<StiffnessTable>,
     pub(super) parts: Vec<PageSession>,
 }
@@ -29,8 +27,8 @@ impl PageSource {
     /// # Errors
     /// For data that are not there or cannot be read, and a table that differs from its journal.
     pub fn open(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
-        let opened: Result<Vec<_>, _> = paths.iter().map(|path| open(path, options)).collect();
-        Self::of(opened?)
+        let opened = paths.iter().map(|path| Ok((open(path, options)?, None)));
+        Self::of(opened.collect::<Result<_, AnalysisError>>()?)
     }
 
     /// Opens sessions, or load cases, of one robot that are fitted and diagnosed together.
@@ -44,18 +42,33 @@ impl PageSource {
         if LoadedLoadCases::is_at(first) {
             return Self::of_load_cases(paths, options);
         }
-        let first = LoadedSession::open(first, options)?;
+        let first = LoadedSession::open_series(first, options)?;
         let opened = open_together(first, further, options)?;
-        Self::of(opened.into_iter().map(called_by_short_name).collect())
+        let vectors = paths.iter().map(|path| VectorSession::open(path, options));
+        let vectors: Vec<_> = vectors.collect::<Result<_, _>>()?;
+        let sessions = opened.into_iter().map(called_by_short_name);
+        Self::of(sessions.zip(vectors).collect())
     }
 
-    fn of(sessions: Vec<LoadedSession>) -> Result<Self, AnalysisError> {
+    fn of(opened: Vec<(LoadedSession, Option<VectorSession>)>) -> Result<Self, AnalysisError> {
         let mut source = Self::default();
-        for session in &sessions {
+        let (mut sessions, mut all) = (Vec::new(), Vec::new());
+        for (session, vectors) in opened {
+            sessions.push(session);
+            all.push(vectors);
+        }
+        for (session, vectors) in sessions.iter().zip(&all) {
             let table = session.stiffness(Branches::LoadingOnly)?;
             let history = session.history()?;
             let files = session.file_hashes()?;
-            let part = PageSession::new(session, table.clone(), history.as_ref(), &files);
+            let several = vectors.as_ref();
+            let several = several.filter(|_| !session.table.is_of_one_gauge());
+            let part = match several {
+                Some(vectors) => {
+                    PageSession::of_vectors(vectors, session, history.as_ref(), &files)
+                }
+                None => PageSession::new(session, table.clone(), history.as_ref(), &files),
+            };
             source.parts.push(part);
             source.tables.push(table);
         }
@@ -65,17 +78,13 @@ impl PageSource {
     fn of_load_cases(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
         let mut source = Self::default();
         for path in paths {
-            let vectors = VectorSession::open(path, options)?;
-            let series = vectors.clone().map(VectorSession::by_component);
-            source.series.extend(series.map(called_by_short_name));
             let mut loaded = LoadedLoadCases::open(path, options)?;
             let short = loaded.short_name();
             loaded.warnings = with_short_name(&loaded.warnings, &loaded.name, &short);
             loaded.name = short;
             let history = loaded.history()?;
             let files = loaded.file_hashes()?;
-            let part =
-                PageSession::of_load_cases(&loaded, vectors.as_ref(), history.as_ref(), &files);
+            let part = PageSession::of_load_cases(&loaded, history.as_ref(), &files);
             source.parts.push(part);
             source.load_cases.push(loaded);
         }

@@ -42,6 +42,6 @@ pub use outcome::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,
     ScatterSource,
 };
-pub use plan::{NextStandardError, PlannedLoadCase, plan_load_cases, planned_table};
+pub use plan::{FitKnowledge, NextStandardError, PlannedLoadCase, plan_load_cases, planned_table};
 pub use posed::{PosedLoad, PosedLoadCases, ReadComponent};
 pub use problem::LoadCaseModel;

@@ -1,18 +1,18 @@
-//! Which further pose and load would determine the parameters that load cases leave open.
+//! Which further pose and load would determine the parameters that a fit leaves open.
 
 use indexmap::IndexMap;
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_beams::robot::{FittingFactors, JointMotion, Pose, Robot, RobotError};
+use stiffbench_beams::robot::{FittingFactors, JointMotion, Mechanism, Pose, Robot, RobotError};
 use stiffbench_measurement::load_cases::{
     JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseTable,
 };
-use stiffbench_numeric::statistics::{even_share, golden_ratio};
+use stiffbench_numeric::statistics::{even_share, golden_ratio, median};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use crate::fit::{FactorEstimate, FactorStatus};
+use crate::fit::{FactorEstimate, FactorStatus, FitOutcome, FitProblem};
 
 use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
 use super::error::LoadCaseFitError;
@@ -79,6 +79,39 @@ struct ParameterInformation {
     prior: Vec<f64>,
 }
 
+/// What a fit knows of its parameters, and what it was made from.
+#[derive(Debug, Clone)]
+pub struct FitKnowledge<'a> {
+    robot: &'a Robot,
+    mechanism: &'a Mechanism,
+    factors: &'a FittingFactors,
+    estimates: &'a [FactorEstimate],
+    poses: Vec<MeasuredPose>,
+    /// Standard deviation of a further displacement, m.
+    scatter_m: f64,
+    /// Size of a further force, N.
+    force_n: f64,
+}
+
+/// A pose with what was measured in it.
+#[derive(Debug, Clone)]
+struct MeasuredPose {
+    name: PoseId,
+    pose: Pose,
+    components: Vec<MeasuredMotion>,
+}
+
+/// A motion of the end under a load.
+#[derive(Debug, Clone)]
+struct MeasuredMotion {
+    /// Its unit vector: displacements, then rotations.
+    unit: [f64; 6],
+    /// Force and moment.
+    load: [f64; 6],
+    /// Its standard deviation, m or rad.
+    sd: f64,
+}
+
 /// A pose with the derivatives of its compliance to the free parameters.
 struct TriedPose {
     name: PoseId,
@@ -86,115 +119,249 @@ struct TriedPose {
     derivatives: Vec<EndCompliance>,
 }
 
-/// The further load cases that determine the open parameters best, one after the other; none if no parameter is open, and none beside positions.
-///
-/// All displacements of the end are read. What is made least is the sum of the variances of the open parameters, each in units of what its
-/// bounds allow (weighted A-optimality: Pukelsheim, Optimal Design of Experiments, 2006, section 6.5).
+/// The further load cases that determine the open parameters of a fit to load cases best; none beside positions.
 ///
 /// # Errors
-/// [`LoadCaseFitError`] for a structure that carries nothing; poses that cannot be reached are passed over.
+/// As [`FitKnowledge::plan`].
 pub fn plan_load_cases(
     model: &LoadCaseModel<'_>,
     fit: &LoadCaseFit,
     count: usize,
 ) -> Result<Vec<PlannedLoadCase>, LoadCaseFitError> {
-    let free: Vec<usize> = (0..fit.estimates.len())
-        .filter(|&place| {
-            let estimate = &fit.estimates[place];
-            estimate.bounds.is_some() || is_unloaded(estimate)
-        })
-        .collect();
     if model.posed.has_positions() {
         return Ok(Vec::new());
     }
-    let is_open = |place: &usize| {
-        let estimate = &fit.estimates[*place];
-        estimate
-            .interval_95
-            .is_none_or(|[low, high]| high > WIDE * low)
-    };
-    let open: Vec<usize> = (0..free.len()).filter(|&i| is_open(&free[i])).collect();
-    if open.is_empty() {
-        return Ok(Vec::new());
-    }
-    let parameters: Vec<_> = free
-        .iter()
-        .map(|&place| fit.estimates[place].parameter.clone())
-        .collect();
-    let (robot, mechanism) = (model.robot, model.mechanism);
-    let mut solver = ComplianceSolver::new(robot, mechanism, &parameters, &fit.factors)?;
-    let agreement = fit.agreement.as_ref();
-    let sd = agreement.map_or([None; 2], LoadCaseAgreement::sd);
-    let [scatter, of_rotations] = sd.map(|sd| sd.filter(|sd| *sd > 0.0));
-    let scatter = scatter.unwrap_or(USUAL_SCATTER_M);
-    let mut known = ParameterInformation {
-        matrix: DMatrix::identity(free.len(), free.len()),
-        prior: prior_widths(fit, &free),
-    };
-    let tried = tried_poses(
-        model,
-        &fit.factors,
-        &mut solver,
-        &mut known,
-        [Some(scatter), of_rotations],
-    )?;
-    let usual = model.posed.usual_force_n();
-    let force_n = if usual > 0.0 { usual } else { USUAL_FORCE_N };
-    let at_bound: Vec<bool> = free
-        .iter()
-        .map(|&place| matches!(fit.estimates[place].status, FactorStatus::AtBound { .. }))
-        .collect();
-    let mut planned = Vec::new();
-    for _ in 0..count {
-        let now = known.standard_errors(&open);
-        let best = tried
-            .iter()
-            .flat_map(|pose| Direction::ALL.map(|axis| (pose, axis)))
-            .map(|(pose, axis)| {
-                let with = known.with_load(&pose.derivatives, axis, force_n, scatter);
-                let errors = with.standard_errors(&open);
-                let shares = errors.iter().zip(&open);
-                let shares = shares.map(|(error, &i)| (error / with.prior[i]).powi(2));
-                (shares.sum::<f64>(), pose, axis, with, errors)
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, pose, direction, with, errors)) = best else {
-            break;
-        };
-        let helps = errors
-            .iter()
-            .zip(&now)
-            .any(|(then, now)| *then < WORTH * now);
-        if !helps {
-            break;
-        }
-        planned.push(PlannedLoadCase {
-            name: pose.name.clone(),
-            pose: pose.pose.clone(),
-            joints_deg: robot
-                .variables
-                .iter()
-                .zip(&pose.pose.angles_deg)
-                .map(|(variable, angle)| (variable.name.clone(), (angle * 1e6).round() / 1e6))
-                .collect(),
-            direction,
-            force_n,
-            errors: open
-                .iter()
-                .map(|&i| {
-                    let [now, then] = [&known, &with].map(|one| one.error_of_fit(i, &at_bound));
-                    let name = fit.estimates[free[i]].name.clone();
-                    NextStandardError { name, now, then }
+    FitKnowledge::of_load_cases(model, fit).plan(count)
+}
+
+impl<'a> FitKnowledge<'a> {
+    fn of_load_cases(model: &LoadCaseModel<'a>, fit: &'a LoadCaseFit) -> Self {
+        let agreement = fit.agreement.as_ref();
+        let sd = agreement.map_or([None; 2], LoadCaseAgreement::sd);
+        let [scatter, of_rotations] = sd.map(|sd| sd.filter(|sd| *sd > 0.0));
+        let scatter_m = scatter.unwrap_or(USUAL_SCATTER_M);
+        let sd = [Some(scatter_m), of_rotations];
+        let posed = model.posed;
+        let poses = posed.poses.iter().enumerate().map(|(place, pose)| {
+            let cases = posed.cases.iter().filter(|case| case.pose == place);
+            let label = cases
+                .clone()
+                .next_back()
+                .map(|case| &posed.labels[case.label]);
+            let motions = cases.flat_map(|case| {
+                let read = case.components.iter();
+                read.filter_map(|read| {
+                    Some(MeasuredMotion {
+                        unit: read.unit,
+                        load: case.load,
+                        sd: sd[usize::from(read.is_rotation())]?,
+                    })
                 })
-                .collect(),
+            });
+            MeasuredPose {
+                name: label.cloned().unwrap_or_else(|| PoseId::new("")),
+                pose: pose.clone(),
+                components: motions.collect(),
+            }
         });
-        known = with;
+        Self {
+            robot: model.robot,
+            mechanism: model.mechanism,
+            factors: &fit.factors,
+            estimates: &fit.estimates,
+            poses: poses.collect(),
+            scatter_m,
+            force_n: usual_force(posed.usual_force_n()),
+        }
     }
-    Ok(planned)
+
+    /// Of a fit to stiffnesses and compliances.
+    ///
+    /// # Arguments
+    /// - `force_n`: size of the largest loads.
+    ///
+    /// # Errors
+    /// [`RobotError::UnknownName`] for a pose.
+    pub fn of_cells(
+        problem: &FitProblem<'a>,
+        outcome: &'a FitOutcome,
+        force_n: f64,
+    ) -> Result<Self, RobotError> {
+        let force_n = usual_force(force_n);
+        let along = outcome.cells.iter().map(|cell| {
+            let u = cell.ln_uncertainty.map(|u| u / cell.measured_n_per_m);
+            (&cell.cell, cell.cell.direction.unit_vector(), u)
+        });
+        let across = outcome.across.iter().zip(&problem.measured.across);
+        let across = across.map(|(one, measured)| {
+            let u = outcome.agreement.as_ref().map(|_| one.u_m_per_n);
+            (&one.cell, measured.load.unit_vector(), u)
+        });
+        let usual = USUAL_SCATTER_M / force_n;
+        let mut poses: Vec<MeasuredPose> = Vec::new();
+        let mut known = Vec::new();
+        for (cell, [x, y, z], u) in along.chain(across) {
+            let place = poses.iter().position(|pose| pose.name == cell.pose);
+            if place.is_none() {
+                poses.push(MeasuredPose {
+                    name: cell.pose.clone(),
+                    pose: problem.robot.pose(&cell.pose)?.clone(),
+                    components: Vec::new(),
+                });
+            }
+            let place = place.unwrap_or(poses.len() - 1);
+            let [a, b, c] = cell.direction.unit_vector();
+            let sd = u.filter(|u| *u > 0.0).unwrap_or(usual);
+            known.push(sd);
+            poses[place].components.push(MeasuredMotion {
+                unit: [a, b, c, 0.0, 0.0, 0.0],
+                load: [x, y, z, 0.0, 0.0, 0.0],
+                sd,
+            });
+        }
+        Ok(Self {
+            robot: problem.robot,
+            mechanism: problem.mechanism,
+            factors: &outcome.factors,
+            estimates: &outcome.estimates,
+            poses,
+            scatter_m: force_n * median(&mut known).unwrap_or(usual),
+            force_n,
+        })
+    }
+
+    /// The further load cases that determine the open parameters best, one after the other; none if no parameter is open.
+    ///
+    /// All displacements of the end are read. What is made least is the sum of the variances of the open parameters, each in units of what its
+    /// bounds allow (weighted A-optimality: Pukelsheim, Optimal Design of Experiments, 2006, section 6.5).
+    ///
+    /// # Errors
+    /// [`LoadCaseFitError`] for a structure that carries nothing; poses that cannot be reached are passed over.
+    pub fn plan(&self, count: usize) -> Result<Vec<PlannedLoadCase>, LoadCaseFitError> {
+        let free: Vec<usize> = (0..self.estimates.len())
+            .filter(|&place| {
+                let estimate = &self.estimates[place];
+                estimate.bounds.is_some() || is_unloaded(estimate)
+            })
+            .collect();
+        let is_open = |place: &usize| {
+            let estimate = &self.estimates[*place];
+            estimate
+                .interval_95
+                .is_none_or(|[low, high]| high > WIDE * low)
+        };
+        let open: Vec<usize> = (0..free.len()).filter(|&i| is_open(&free[i])).collect();
+        if open.is_empty() {
+            return Ok(Vec::new());
+        }
+        let parameters: Vec<_> = free
+            .iter()
+            .map(|&place| self.estimates[place].parameter.clone())
+            .collect();
+        let mut solver =
+            ComplianceSolver::new(self.robot, self.mechanism, &parameters, self.factors)?;
+        let mut known = ParameterInformation {
+            matrix: DMatrix::identity(free.len(), free.len()),
+            prior: prior_widths(self.estimates, &free),
+        };
+        let tried = self.tried_poses(&mut solver, &mut known)?;
+        let at_bound: Vec<bool> = free
+            .iter()
+            .map(|&place| matches!(self.estimates[place].status, FactorStatus::AtBound { .. }))
+            .collect();
+        let mut planned = Vec::new();
+        for _ in 0..count {
+            let now = known.standard_errors(&open);
+            let best = tried
+                .iter()
+                .flat_map(|pose| Direction::ALL.map(|axis| (pose, axis)))
+                .map(|(pose, axis)| {
+                    let derivatives = &pose.derivatives;
+                    let with = known.with_load(derivatives, axis, self.force_n, self.scatter_m);
+                    let errors = with.standard_errors(&open);
+                    let shares = errors.iter().zip(&open);
+                    let shares = shares.map(|(error, &i)| (error / with.prior[i]).powi(2));
+                    (shares.sum::<f64>(), pose, axis, with, errors)
+                })
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, pose, direction, with, errors)) = best else {
+                break;
+            };
+            let helps = errors
+                .iter()
+                .zip(&now)
+                .any(|(then, now)| *then < WORTH * now);
+            if !helps {
+                break;
+            }
+            let variables = self.robot.variables.iter();
+            planned.push(PlannedLoadCase {
+                name: pose.name.clone(),
+                pose: pose.pose.clone(),
+                joints_deg: variables
+                    .zip(&pose.pose.angles_deg)
+                    .map(|(variable, angle)| (variable.name.clone(), (angle * 1e6).round() / 1e6))
+                    .collect(),
+                direction,
+                force_n: self.force_n,
+                errors: open
+                    .iter()
+                    .map(|&i| {
+                        let [now, then] = [&known, &with].map(|one| one.error_of_fit(i, &at_bound));
+                        let name = self.estimates[free[i]].name.clone();
+                        NextStandardError { name, now, then }
+                    })
+                    .collect(),
+            });
+            known = with;
+        }
+        Ok(planned)
+    }
+
+    /// Measured poses, whose components join what is known, those of the robot file, and poses spread over the limits.
+    fn tried_poses(
+        &self,
+        solver: &mut ComplianceSolver<'_>,
+        known: &mut ParameterInformation,
+    ) -> Result<Vec<TriedPose>, LoadCaseFitError> {
+        let mut tried: Vec<TriedPose> = Vec::new();
+        for measured in &self.poses {
+            let solved = solver.solve(&measured.pose, self.factors, true, false)?;
+            for one in &measured.components {
+                known.add(&solved.derivatives, &one.unit, &one.load, one.sd);
+            }
+            tried.push(TriedPose {
+                name: measured.name.clone(),
+                pose: measured.pose.clone(),
+                derivatives: solved.derivatives,
+            });
+        }
+        for (name, pose) in further_poses(self.robot, SPREAD_POSES) {
+            match solver.solve(&pose, self.factors, true, false) {
+                Ok(solved) => tried.push(TriedPose {
+                    name,
+                    pose,
+                    derivatives: solved.derivatives,
+                }),
+                Err(RobotError::Unreachable { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(tried)
+    }
+}
+
+/// The size of a further force.
+fn usual_force(measured_n: f64) -> f64 {
+    if measured_n > 0.0 {
+        measured_n
+    } else {
+        USUAL_FORCE_N
+    }
 }
 
 /// What the bounds allow the free parameters: half their width. A spring on which no load acted may be as soft as the softest of the others.
-fn prior_widths(fit: &LoadCaseFit, free: &[usize]) -> Vec<f64> {
+fn prior_widths(estimates: &[FactorEstimate], free: &[usize]) -> Vec<f64> {
     let width = |estimate: &FactorEstimate| {
         let [low, high] = estimate.bounds?;
         Some(if estimate.parameter.is_factor() {
@@ -204,8 +371,7 @@ fn prior_widths(fit: &LoadCaseFit, free: &[usize]) -> Vec<f64> {
         })
     };
     let widest = |unit: &str| {
-        let estimates = fit.estimates.iter();
-        let alike = estimates.filter(|one| one.parameter.unit() == unit);
+        let alike = estimates.iter().filter(|one| one.parameter.unit() == unit);
         let widest = alike.filter_map(width).fold(0.0, f64::max);
         if widest > 0.0 {
             widest
@@ -215,54 +381,10 @@ fn prior_widths(fit: &LoadCaseFit, free: &[usize]) -> Vec<f64> {
     };
     free.iter()
         .map(|&place| {
-            let estimate = &fit.estimates[place];
+            let estimate = &estimates[place];
             width(estimate).unwrap_or_else(|| widest(estimate.parameter.unit()))
         })
         .collect()
-}
-
-/// Poses of the table, whose components join what is known, of the robot file, and poses spread over the limits.
-fn tried_poses(
-    model: &LoadCaseModel<'_>,
-    factors: &FittingFactors,
-    solver: &mut ComplianceSolver<'_>,
-    known: &mut ParameterInformation,
-    scatter: [Option<f64>; 2],
-) -> Result<Vec<TriedPose>, LoadCaseFitError> {
-    let mut tried: Vec<TriedPose> = Vec::new();
-    for (place, pose) in model.posed.poses.iter().enumerate() {
-        let solved = solver.solve(pose, factors, true, false)?;
-        let cases = model.posed.cases.iter().filter(|case| case.pose == place);
-        let mut label = None;
-        for case in cases {
-            label = Some(case.label);
-            for read in &case.components {
-                if let Some(scatter) = scatter[usize::from(read.is_rotation())] {
-                    known.add(&solved.derivatives, &read.unit, &case.load, scatter);
-                }
-            }
-        }
-        tried.push(TriedPose {
-            name: label.map_or_else(
-                || PoseId::new(""),
-                |label| model.posed.labels[label].clone(),
-            ),
-            pose: pose.clone(),
-            derivatives: solved.derivatives,
-        });
-    }
-    for (name, pose) in further_poses(model.robot, SPREAD_POSES) {
-        match solver.solve(&pose, factors, true, false) {
-            Ok(solved) => tried.push(TriedPose {
-                name,
-                pose,
-                derivatives: solved.derivatives,
-            }),
-            Err(RobotError::Unreachable { .. }) => {}
-            Err(error) => return Err(error.into()),
-        }
-    }
-    Ok(tried)
 }
 
 /// Whether no load acts on a parameter that was to be fitted.
@@ -378,8 +500,8 @@ impl ParameterInformation {
 
 /// Planned load cases as a table to be filled in: each row lacks its displacements.
 #[must_use]
-pub fn planned_table(model: &LoadCaseModel<'_>, planned: &[PlannedLoadCase]) -> LoadCaseTable {
-    let variables = &model.robot.variables;
+pub fn planned_table(robot: &Robot, planned: &[PlannedLoadCase]) -> LoadCaseTable {
+    let variables = &robot.variables;
     let joints = variables.iter().map(|variable| JointColumn {
         variable: variable.name.clone(),
         unit: match variable.motion {

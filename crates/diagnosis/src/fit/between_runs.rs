@@ -38,7 +38,7 @@ impl MeasuredStiffness {
     ) -> Result<Self, FitError> {
         let noise: Option<Vec<LnUncertainty>> =
             self.cells.iter().map(|cell| cell.reading_noise).collect();
-        let dof = self.cells.len().saturating_sub(set.free_indices().len());
+        let dof = self.values().saturating_sub(set.free_indices().len());
         let Some(noise) = noise.filter(|_| self.basis == WeightBasis::Equal && dof > 0) else {
             return Ok(self);
         };
@@ -54,6 +54,11 @@ impl MeasuredStiffness {
                     own: noise.own.hypot(variance.sqrt()),
                     ..*noise
                 });
+            }
+            for one in &mut weighted.across {
+                one.u_m_per_n = one
+                    .u_m_per_n
+                    .hypot(variance.sqrt() * one.compliance_m_per_n);
             }
             weighted
         };
@@ -95,8 +100,11 @@ impl MeasuredStiffness {
             }
             variance = (low + high).exp();
         }
-        let own = |noise: &LnUncertainty| noise.own * noise.own + variance;
-        let variances: Vec<f64> = noise.iter().map(own).collect();
+        let along = noise.iter().map(|noise| noise.own);
+        let across = self.across.iter();
+        let across = across.map(|one| one.u_m_per_n / one.compliance_m_per_n.abs().max(1e-300));
+        let variances = along.chain(across).map(|own| own * own + variance);
+        let variances: Vec<f64> = variances.collect();
         let Some(fit) = lowest(variance)? else {
             return Ok(self);
         };

@@ -42,6 +42,8 @@ pub enum ResampledUnit<'a> {
 /// Runs of the training cells, and how far a replicate of ln K must be stretched.
 struct ResampledCells {
     runs: Vec<Vec<RunSums>>,
+    /// ln K by the runs as they were measured.
+    ln_of_runs: Vec<f64>,
     ln_stiffness: Vec<f64>,
 }
 
@@ -151,12 +153,14 @@ impl ResampledCells {
                 .and_then(|row: &CellStiffness| row.line.as_ref().ok());
             line.map_or_else(Vec::new, |line| line.runs.clone())
         };
+        let runs: Vec<Vec<RunSums>> = (measured.cells.iter())
+            .map(|cell| runs_of(&cell.cell))
+            .collect();
         Self {
-            runs: measured
-                .cells
-                .iter()
-                .map(|cell| runs_of(&cell.cell))
+            ln_of_runs: (runs.iter())
+                .map(|runs| ln_stiffness(runs, &vec![1; runs.len()]))
                 .collect(),
+            runs,
             ln_stiffness: measured
                 .cells
                 .iter()
@@ -166,23 +170,25 @@ impl ResampledCells {
     }
 
     /// ln K of every cell from its runs, each as often as it was drawn.
-    fn draw(&self, multiplicities: &[u32], ln_stiffness: &mut [f64]) {
+    fn draw(&self, multiplicities: &[u32], drawn: &mut [f64]) {
         let mut rest = multiplicities;
-        for ((runs, original), value) in self.runs.iter().zip(&self.ln_stiffness).zip(ln_stiffness)
-        {
+        for (place, (runs, value)) in self.runs.iter().zip(drawn).enumerate() {
             let (of_cell, after) = rest.split_at(runs.len());
             rest = after;
-            let weighted = |of: &dyn Fn(&RunSums) -> f64| -> f64 {
-                runs.iter()
-                    .zip(of_cell)
-                    .map(|(run, times)| f64::from(*times) * of(run))
-                    .sum()
-            };
-            let stiffness = weighted(&|run| run.sxx_n2) / weighted(&|run| run.sxy_n_m);
+            let off = ln_stiffness(runs, of_cell) - self.ln_of_runs[place];
             let stretch = (runs.len() as f64 / (runs.len() as f64 - 1.0)).sqrt();
-            *value = original + stretch * (stiffness.ln() - original);
+            *value = self.ln_stiffness[place] + stretch * off;
         }
     }
+}
+
+/// ln K of runs, each as often as it counts.
+fn ln_stiffness(runs: &[RunSums], times: &[u32]) -> f64 {
+    let weighted = |of: &dyn Fn(&RunSums) -> f64| -> f64 {
+        let runs = runs.iter().zip(times);
+        runs.map(|(run, times)| f64::from(*times) * of(run)).sum()
+    };
+    (weighted(&|run| run.sxx_n2) / weighted(&|run| run.sxy_n_m)).ln()
 }
 
 #[cfg(test)]
@@ -218,7 +224,7 @@ mod tests {
                 .map(measured_cell)
                 .collect(),
             basis: WeightBasis::Equal,
-            unusable: Vec::new(),
+            ..MeasuredStiffness::default()
         };
         let problem = FitProblem {
             robot: &robot,

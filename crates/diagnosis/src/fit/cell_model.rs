@@ -1,12 +1,15 @@
 //! Stiffness of many cells of the experiment as a function of the fitting factors, with exact derivatives.
 
+use stiffbench_beams::physics::Mechanics;
 use stiffbench_beams::robot::{
-    FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Robot, RobotError,
+    FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Robot, RobotError,
 };
-use stiffbench_units_and_text::test_point::{Cell, PoseId};
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
+use super::measured::MeasuredCompliance;
 use super::physics_model::PhysicsModel;
 use super::shares::Shares;
 
@@ -17,6 +20,16 @@ use super::shares::Shares;
 pub struct CellModel<'a> {
     cells: Vec<Cell>,
     means: CellSolution<'a>,
+    across: Option<AcrossModel<'a>>,
+}
+
+/// Compliances of the beams along other axes than that of the load.
+#[derive(Debug)]
+struct AcrossModel<'a> {
+    mechanics: Mechanics<'a>,
+    parameters: usize,
+    /// Number of the pose, axis of the displacement, load.
+    places: Vec<(usize, Direction, LoadDirection)>,
 }
 
 /// How the stiffness is computed.
@@ -64,7 +77,45 @@ impl<'a> CellModel<'a> {
                 pose_of_cell,
                 predictor: Box::new(predictor),
             },
+            across: None,
         })
+    }
+
+    /// The same with compliances along other axes than that of the load, behind the cells.
+    ///
+    /// # Errors
+    /// Those of [`CellModel::new`].
+    pub(super) fn with_across(
+        mut self,
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        parameters: &[ModelParameter],
+        across: &[MeasuredCompliance],
+    ) -> Result<Self, RobotError> {
+        if across.is_empty() {
+            return Ok(self);
+        }
+        let mut names: Vec<&PoseId> = Vec::new();
+        let mut places = Vec::with_capacity(across.len());
+        for MeasuredCompliance { cell, load, .. } in across {
+            let known = names.iter().position(|name| **name == cell.pose);
+            let pose = known.unwrap_or_else(|| {
+                names.push(&cell.pose);
+                names.len() - 1
+            });
+            places.push((pose, cell.direction, load.clone()));
+        }
+        let poses = names.into_iter().map(|name| robot.pose(name).cloned());
+        let poses: Vec<Pose> = poses.collect::<Result<_, _>>()?;
+        let unit = FittingFactors::UNIT;
+        let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, &unit, &poses)?;
+        mechanics.differentiate_across()?;
+        self.across = Some(AcrossModel {
+            mechanics,
+            parameters: parameters.len(),
+            places,
+        });
+        Ok(self)
     }
 
     /// The same with physics beside the beams: stiffness as the estimator of the data makes it of predicted readings.
@@ -81,6 +132,7 @@ impl<'a> CellModel<'a> {
         Ok(Self {
             cells: cells.to_vec(),
             means: CellSolution::Readings(Box::new(model)),
+            across: None,
         })
     }
 
@@ -90,8 +142,9 @@ impl<'a> CellModel<'a> {
         &self.cells
     }
 
-    /// Stiffness of every cell, N/m, into `stiffness_n_per_m`, and if asked for the shares of the parameters. What those of the factors leave
-    /// of one is the share of springs and of the physics beside the beams.
+    /// Stiffness of every cell, N/m, into `values`, and if asked for the shares of the parameters. What those of the factors leave of one is the
+    /// share of springs and of the physics beside the beams. Behind the cells stand compliances along other axes than that of the load, m/N,
+    /// with their derivatives.
     ///
     /// # Errors
     /// [`FitError::Robot`] if the structure cannot carry a load with these factors; with physics also [`FitError::NoPrediction`] and
@@ -99,7 +152,7 @@ impl<'a> CellModel<'a> {
     pub fn evaluate(
         &mut self,
         factors: &FittingFactors,
-        stiffness_n_per_m: &mut [f64],
+        values: &mut [f64],
         mut shares: Option<&mut [Shares]>,
     ) -> Result<(), FitError> {
         let (pose_of_cell, predictor) = match &mut self.means {
@@ -108,7 +161,7 @@ impl<'a> CellModel<'a> {
                 predictor,
             } => (pose_of_cell, predictor),
             CellSolution::Readings(model) => {
-                return model.evaluate(factors, stiffness_n_per_m, shares);
+                return model.evaluate(factors, values, shares);
             }
         };
         predictor.solve(factors, shares.is_some())?;
@@ -116,7 +169,7 @@ impl<'a> CellModel<'a> {
             let axis = cell.direction.index();
             let compliance = predictor.direct_compliance(pose, axis);
             let compliance = compliance.expect("every pose was placed and solved");
-            stiffness_n_per_m[place] = 1.0 / compliance;
+            values[place] = 1.0 / compliance;
             if let Some(shares) = shares.as_deref_mut() {
                 let gradient = predictor.gradient(pose, axis);
                 let gradient = gradient.expect("every pose was placed and solved");
@@ -124,6 +177,11 @@ impl<'a> CellModel<'a> {
                 shares[place].clear();
                 shares[place].extend(logarithmic);
             }
+        }
+        if let Some(across) = &mut self.across {
+            let first = self.cells.len();
+            let shares = shares.map(|shares| &mut shares[first..]);
+            across.evaluate(factors, &mut values[first..], shares)?;
         }
         Ok(())
     }
@@ -151,5 +209,28 @@ impl<'a> CellModel<'a> {
         let mut stiffness = vec![0.0; self.cells.len()];
         self.evaluate(factors, &mut stiffness, None)?;
         Ok(stiffness)
+    }
+}
+
+impl AcrossModel<'_> {
+    /// Compliances, m/N, and if asked for their derivatives to the parameters: to the logarithm of a factor, to the compliance of a spring.
+    fn evaluate(
+        &mut self,
+        factors: &FittingFactors,
+        values: &mut [f64],
+        mut shares: Option<&mut [Shares]>,
+    ) -> Result<(), RobotError> {
+        self.mechanics.set_factors_rigid(factors)?;
+        for (place, (pose, read, load)) in self.places.iter().enumerate() {
+            let pose = self.mechanics.pose(*pose);
+            values[place] = pose.compliance_m_per_n(*read, load);
+            if let Some(shares) = shares.as_deref_mut() {
+                let derivatives =
+                    (0..self.parameters).map(|parameter| pose.gradient(parameter, *read, load));
+                shares[place].clear();
+                shares[place].extend(derivatives);
+            }
+        }
+        Ok(())
     }
 }

@@ -16,7 +16,7 @@ use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
     FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome, FittedCell,
-    fitted_cells, plain_estimates,
+    fitted_cells, fitted_compliances, plain_estimates,
 };
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
@@ -47,7 +47,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
             .is_none_or(|train| train.contains(pose))
     };
     let training = measured.select(|cell| in_training(&cell.pose));
-    if training.cells.is_empty() {
+    if training.values() == 0 {
         let train = options
             .train
             .iter()
@@ -69,10 +69,10 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     };
     let set = parameters.set()?;
     let free = set.free_indices().len();
-    if training.cells.len() < free {
+    if training.values() < free {
         return Err(FitError::TooFewCells {
             free,
-            cells: training.cells.len(),
+            cells: training.values(),
         });
     }
     let training = training.weighted_by_residuals(problem, &parameters, &set)?;
@@ -89,13 +89,10 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     let profiled = Profiled::fit(&trained, &mut joint, set, sigma, &settings)?;
     let Profiled { set, fit, .. } = &profiled;
     let factors = joint.factors(&fit.values);
-    let cells: Vec<_> = measured
-        .cells
-        .iter()
-        .map(|cell| cell.cell.clone())
-        .collect();
     let list = parameters.parameters();
-    let predicted = problem.cell_model(list, &cells)?.stiffness(&factors)?;
+    let mut predicted = vec![0.0; measured.values()];
+    let mut model = problem.measured_model(list)?;
+    model.evaluate(&factors, &mut predicted, None)?;
     let mut outcome = FitOutcome {
         method: FitMethod::LeastSquares,
         mechanism: problem.mechanism.name.clone(),
@@ -105,6 +102,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         correlation: None,
         agreement: None,
         cells: fitted_cells(measured, &predicted, |cell| !in_training(&cell.pose)),
+        across: fitted_compliances(measured, &predicted[measured.cells.len()..]),
         termination: fit.termination.to_string(),
         advice: Vec::new(),
         bootstrap: None,
@@ -118,7 +116,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     } else {
         outcome.warnings.push(format!(
             "{} and {} leave no degrees of freedom: the values have no intervals",
-            counted(training.cells.len(), "cell"),
+            counted(training.values(), "cell"),
             counted(free, "free factor")
         ));
     }
@@ -305,7 +303,7 @@ fn leave_poses_out(
     }
     for pose in &poses {
         let others = problem.measured.select(|cell| cell.pose != *pose);
-        if others.cells.len() < set.free_indices().len() {
+        if others.values() < set.free_indices().len() {
             // Too little is left to fit: such a pose has no prediction from the others.
             continue;
         }

@@ -1,11 +1,15 @@
 //! Physics beside the beams that a fit holds fixed, and the loads under which the cells were measured.
 
+use std::sync::Arc;
+
 use stiffbench_beams::physics::{ActingPhysics, LoadPoint};
 use stiffbench_measurement::readings::{Reading, ReadingStatus, ReadingTable, SessionHeader};
 use stiffbench_measurement::stiffness::{
     Branches, LoadCurve, Method, NoStiffness, stiffness_value,
 };
 use stiffbench_units_and_text::test_point::{Branch, Cell};
+
+use crate::mismatch::CellSlopes;
 
 /// What acts beside the beams, and how the stiffness of a cell is made of readings under it.
 ///
@@ -19,6 +23,8 @@ pub struct FixedPhysics {
     method: Method,
     release_n: Option<f64>,
     cells: Vec<CellReadings>,
+    /// How the compliances of cells were made of readings, where it was by least squares in their noise.
+    slopes: Vec<Arc<CellSlopes>>,
 }
 
 /// The readings of a cell, run by run; their displacements are of no account.
@@ -47,6 +53,7 @@ impl FixedPhysics {
             method,
             release_n: None,
             cells: Vec::new(),
+            slopes: Vec::new(),
         }
     }
 
@@ -85,6 +92,21 @@ impl FixedPhysics {
             cell.sort_by_run();
         }
         self
+    }
+
+    /// The same, where cells have the compliances of slopes.
+    #[must_use]
+    pub fn by(mut self, slopes: Option<&Arc<CellSlopes>>) -> Self {
+        self.slopes.extend(slopes.cloned());
+        self
+    }
+
+    /// The slopes in which a cell has its compliance: with its series, and its place there.
+    pub(super) fn slope(&self, cell: &Cell) -> Option<(Arc<CellSlopes>, [usize; 2])> {
+        self.slopes.iter().find_map(|slopes| {
+            let found = slopes.find(cell)?;
+            Some((Arc::clone(slopes), found))
+        })
     }
 
     /// The readings of a cell; those of the paper's loads if it has none.

@@ -1,4 +1,4 @@
-//! Least squares on ln K of all chosen cells at once.
+//! Least squares on ln K of all chosen cells at once, and on the compliances along other axes than that of the load.
 //!
 //! The coordinates are those of [`FitParameters`]; a residual is ln K predicted less measured, whitened with
 //! the full covariance of the measured ln K, whose calibration parts are common to all cells.
@@ -10,6 +10,7 @@ use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresFit, LeastSquaresSettings,
     ParameterSet, ResidualFunction, minimise,
 };
+use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::test_point::Cell;
 
 use super::cell_model::CellModel;
@@ -27,11 +28,17 @@ const LEAST_LN_UNCERTAINTY: f64 = 1e-5;
 pub(super) struct JointProblem<'a> {
     model: CellModel<'a>,
     parameters: FitParameters,
-    ln_measured: Vec<f64>,
+    /// ln K of the cells, then compliances along other axes than that of the load over their unit.
+    measured: Vec<f64>,
+    /// Number of cells with a ln K.
+    along: usize,
+    /// Unit of the compliances, m/N.
+    unit_m_per_n: f64,
     whitening: CellWhitening,
     /// Root of how many times each whitened residual counts.
     root_counts: Vec<f64>,
-    stiffness_n_per_m: Vec<f64>,
+    /// Stiffness of the cells, N/m, then compliances, m/N.
+    values: Vec<f64>,
     shares: Vec<Shares>,
 }
 
@@ -52,23 +59,22 @@ impl<'a> JointProblem<'a> {
         parameters: &FitParameters,
     ) -> Result<Self, RobotError> {
         let measured = problem.measured;
-        let cells: Vec<Cell> = measured
-            .cells
-            .iter()
-            .map(|cell| cell.cell.clone())
-            .collect();
+        let compliances = measured.across.iter().map(|one| one.compliance_m_per_n);
+        let unit_m_per_n = root_mean_square(compliances.clone()).filter(|unit| *unit > 0.0);
+        let unit_m_per_n = unit_m_per_n.unwrap_or(1.0);
+        let along = measured.cells.iter().map(|one| one.stiffness_n_per_m.ln());
+        let across = compliances.map(|compliance| compliance / unit_m_per_n);
+        let count = measured.values();
         Ok(Self {
-            model: problem.cell_model(parameters.parameters(), &cells)?,
+            model: problem.measured_model(parameters.parameters())?,
             parameters: parameters.clone(),
-            ln_measured: measured
-                .cells
-                .iter()
-                .map(|cell| cell.stiffness_n_per_m.ln())
-                .collect(),
-            whitening: CellWhitening::of(measured),
-            root_counts: vec![1.0; cells.len()],
-            stiffness_n_per_m: vec![0.0; cells.len()],
-            shares: vec![Vec::new(); cells.len()],
+            measured: along.chain(across).collect(),
+            along: measured.cells.len(),
+            unit_m_per_n,
+            whitening: CellWhitening::of(measured, unit_m_per_n),
+            root_counts: vec![1.0; count],
+            values: vec![0.0; count],
+            shares: vec![Vec::new(); count],
         })
     }
 
@@ -112,9 +118,9 @@ impl<'a> JointProblem<'a> {
         minimise(self, set, &settings)
     }
 
-    /// Replaces the measured values, keeping cells and weights: for resampling.
+    /// Replaces the measured ln K, keeping cells and weights: for resampling.
     pub(super) fn set_measured(&mut self, ln_stiffness: &[f64]) {
-        self.ln_measured.copy_from_slice(ln_stiffness);
+        self.measured[..self.along].copy_from_slice(ln_stiffness);
     }
 
     /// Counts each cell so many times: for resampled cells.
@@ -134,7 +140,7 @@ impl<'a> JointProblem<'a> {
 
 impl ResidualFunction for JointProblem<'_> {
     fn residual_count(&self) -> usize {
-        self.ln_measured.len()
+        self.measured.len()
     }
 
     fn evaluate(
@@ -146,21 +152,29 @@ impl ResidualFunction for JointProblem<'_> {
         let factors = self.factors(parameters);
         let shares = jacobian.is_some().then_some(&mut self.shares[..]);
         self.model
-            .evaluate(&factors, &mut self.stiffness_n_per_m, shares)
+            .evaluate(&factors, &mut self.values, shares)
             .map_err(EvaluationFailure::of_model)?;
-        for (residual, (k, measured)) in residuals
-            .iter_mut()
-            .zip(self.stiffness_n_per_m.iter().zip(&self.ln_measured))
-        {
-            *residual = k.ln() - measured;
+        let rows = self.values.iter().zip(&self.measured).enumerate();
+        for (residual, (row, (value, measured))) in residuals.iter_mut().zip(rows) {
+            let scaled = if row < self.along {
+                value.ln()
+            } else {
+                value / self.unit_m_per_n
+            };
+            *residual = scaled - measured;
         }
         self.weigh(residuals);
         if let Some(jacobian) = jacobian {
             for parameter in 0..self.parameters.parameters().len() {
                 if let Some(column) = jacobian.column_mut(parameter) {
                     let slope = self.parameters.slope(parameter);
-                    for (entry, shares) in column.iter_mut().zip(&self.shares) {
-                        *entry = shares[parameter] * slope;
+                    for (row, (entry, shares)) in column.iter_mut().zip(&self.shares).enumerate() {
+                        let unit = if row < self.along {
+                            1.0
+                        } else {
+                            self.unit_m_per_n
+                        };
+                        *entry = shares[parameter] * slope / unit;
                     }
                     self.weigh(column);
                 }
@@ -178,33 +192,35 @@ impl ResidualFunction for JointProblem<'_> {
 }
 
 impl CellWhitening {
-    fn of(measured: &MeasuredStiffness) -> Self {
-        let parts: Option<Vec<_>> = measured
-            .cells
-            .iter()
-            .map(|cell| cell.ln_uncertainty)
-            .collect();
-        let Some(parts) = parts else {
+    fn of(measured: &MeasuredStiffness, unit_m_per_n: f64) -> Self {
+        let Some(own) = measured.own_covariance() else {
             return Self::None;
         };
-        let covariance = DMatrix::from_fn(parts.len(), parts.len(), |i, j| {
-            let (a, b) = (parts[i], parts[j]);
-            let own = if i == j {
-                a.own * a.own + LEAST_LN_UNCERTAINTY * LEAST_LN_UNCERTAINTY
-            } else {
-                0.0
-            };
-            own + a.force_calibration * b.force_calibration
-                + a.displacement_calibration * b.displacement_calibration
+        let along = measured.cells.iter().map(|cell| {
+            let parts = cell.ln_uncertainty.unwrap_or_default();
+            (
+                1.0,
+                [parts.force_calibration, parts.displacement_calibration],
+            )
+        });
+        let across = measured.across.iter().map(|one| {
+            let calibration = one.calibration_m_per_n.map(|effect| effect / unit_m_per_n);
+            (unit_m_per_n, calibration)
+        });
+        let rows: Vec<(f64, [f64; 2])> = along.chain(across).collect();
+        let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+            let ((unit, [a, b]), (other, [c, d])) = (rows[i], rows[j]);
+            let least = if i == j { LEAST_LN_UNCERTAINTY } else { 0.0 };
+            own[(i, j)] / (unit * other) + least * least + a * c + b * d
         });
         let factor: Option<Cholesky<f64, Dyn>> = covariance.cholesky();
         let inverse = factor.and_then(|factor| {
-            let identity = DMatrix::identity(parts.len(), parts.len());
+            let identity = DMatrix::identity(rows.len(), rows.len());
             factor.l_dirty().solve_lower_triangular(&identity)
         });
         match inverse {
             Some(inverse) => Self::Rows(
-                (0..parts.len())
+                (0..rows.len())
                     .flat_map(|i| (0..=i).map(move |j| (i, j)))
                     .map(|at| inverse[at])
                     .collect(),

@@ -35,11 +35,13 @@ pub use combine::combine;
 pub use error::FitError;
 pub use fit_cells::{FitOptions, find_lower_minimum, fit_cells};
 pub use fixed_physics::FixedPhysics;
-pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
+pub use measured::{
+    LnUncertainty, MeasuredCell, MeasuredCompliance, MeasuredStiffness, WeightBasis,
+};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
     Advice, BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement,
-    FitMethod, FitOutcome, FittedCell,
+    FitMethod, FitOutcome, FittedCell, FittedCompliance,
 };
 pub(crate) use parameters::FitParameters;
 pub use problem::FitProblem;

@@ -202,6 +202,19 @@ pub struct FittedCell {
     pub predicted_without_its_pose_n_per_m: Option<f64>,
 }
 
+/// A measured compliance along another axis than that of the load, beside the model's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedCompliance {
+    /// Pose, axis and load.
+    pub cell: Cell,
+    /// Measured, m/N.
+    pub measured_m_per_n: f64,
+    /// Standard uncertainty of it, calibration included, m/N.
+    pub u_m_per_n: f64,
+    /// From the fitted parameters, m/N.
+    pub predicted_m_per_n: f64,
+}
+
 impl FittedCell {
     /// Predicted over measured, percent.
     #[must_use]
@@ -331,6 +344,8 @@ pub struct FitOutcome {
     pub agreement: Option<FitAgreement>,
     /// Every measured cell, held-out ones included, in the order of the data.
     pub cells: Vec<FittedCell>,
+    /// The same of every compliance along another axis than that of the load; empty of one gauge.
+    pub across: Vec<FittedCompliance>,
     /// Why the search ended.
     pub termination: String,
     /// What would determine the factors that are not determined.
@@ -409,4 +424,20 @@ pub(super) fn fitted_cells(
             predicted_without_its_pose_n_per_m: None,
         })
         .collect()
+}
+
+/// Measured compliances along other axes than that of the load, beside their predictions.
+pub(super) fn fitted_compliances(
+    measured: &MeasuredStiffness,
+    predicted_m_per_n: &[f64],
+) -> Vec<FittedCompliance> {
+    let both = measured.across.iter().zip(predicted_m_per_n);
+    both.map(|(one, &predicted_m_per_n)| FittedCompliance {
+        cell: one.cell.clone(),
+        measured_m_per_n: one.compliance_m_per_n,
+        u_m_per_n: (one.calibration_m_per_n.iter())
+            .fold(one.u_m_per_n, |u, effect| u.hypot(*effect)),
+        predicted_m_per_n,
+    })
+    .collect()
 }

@@ -85,17 +85,21 @@ impl FitParameters {
         if problem.physics.is_some() {
             return Ok(());
         }
-        let cells = problem.measured.cells.iter();
-        let cells: Vec<_> = cells.map(|cell| cell.cell.clone()).collect();
-        let mut model = problem.cell_model(&self.parameters, &cells)?;
-        let mut shares = vec![Shares::new(); cells.len()];
-        let mut stiffness = vec![0.0; cells.len()];
+        let mut model = problem.measured_model(&self.parameters)?;
+        let mut shares = vec![Shares::new(); problem.measured.values()];
+        let mut values = vec![0.0; shares.len()];
         if model
-            .evaluate(&self.start, &mut stiffness, Some(&mut shares))
+            .evaluate(&self.start, &mut values, Some(&mut shares))
             .is_err()
         {
             // The search names what has no value.
             return Ok(());
+        }
+        // Compliances in units of the largest, as the logarithms are.
+        let along = problem.measured.cells.len();
+        let largest = values[along..].iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+        for derivative in shares[along..].iter_mut().flatten() {
+            *derivative /= largest;
         }
         let places = 0..self.members.len();
         let has_effect = |place: usize| {
@@ -361,16 +365,20 @@ fn spring_scales(
 ) -> Result<SpringScales, FitError> {
     let mut names: Vec<&PoseId> = Vec::new();
     let mut cells = Vec::new();
-    for measured in &problem.measured.cells {
-        let known = names.iter().position(|name| **name == measured.cell.pose);
+    let along = problem.measured.cells.iter();
+    let along = along.map(|one| (&one.cell, one.stiffness_n_per_m.recip()));
+    let across = problem.measured.across.iter();
+    let across = across.map(|one| (&one.cell, one.compliance_m_per_n));
+    for (cell, compliance_m_per_n) in along.chain(across) {
+        let known = names.iter().position(|name| **name == cell.pose);
         let pose = known.unwrap_or_else(|| {
-            names.push(&measured.cell.pose);
+            names.push(&cell.pose);
             names.len() - 1
         });
         cells.push(ScaleCell {
             pose,
-            direction: measured.cell.direction,
-            measured_m_per_n: measured.stiffness_n_per_m.recip().abs(),
+            direction: cell.direction,
+            measured_m_per_n: compliance_m_per_n.abs(),
         });
     }
     let poses = names.iter().map(|name| problem.robot.pose(name).cloned());

@@ -1,9 +1,13 @@
 //! Stiffness of cells by beams and the physics beside them.
 
+use std::sync::Arc;
+
 use stiffbench_beams::physics::{JointRotations, Mechanics, RunLoads};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot, RobotError};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
+
+use crate::mismatch::CellSlopes;
 
 use super::error::FitError;
 use super::fixed_physics::{CellReadings, FixedPhysics};
@@ -28,6 +32,14 @@ struct PlacedCell {
     /// Number of its pose.
     pose: usize,
     readings: CellReadings,
+    /// The slopes that give it its compliance, with its series and its place there.
+    slope: Option<(Arc<CellSlopes>, [usize; 2])>,
+}
+
+impl PlacedCell {
+    fn is_across(&self) -> bool {
+        self.readings.cell.load.is_some()
+    }
 }
 
 impl<'a> PhysicsModel<'a> {
@@ -47,8 +59,11 @@ impl<'a> PhysicsModel<'a> {
                 names.push(&cell.pose);
                 names.len() - 1
             });
-            let readings = physics.readings(cell);
-            placed.push(PlacedCell { pose, readings });
+            placed.push(PlacedCell {
+                pose,
+                readings: physics.readings(cell),
+                slope: physics.slope(cell),
+            });
         }
         let poses: Vec<Pose> = names
             .into_iter()
@@ -67,7 +82,8 @@ impl<'a> PhysicsModel<'a> {
         })
     }
 
-    /// Stiffness of every cell, N/m, and if asked for the derivatives of its logarithm to the parameters, as [`Shares`].
+    /// Stiffness of every cell, N/m, and if asked for the derivatives of its logarithm to the parameters, as [`Shares`]; of a cell that was
+    /// read along another axis than its load the compliance, m/N, and its derivatives.
     ///
     /// # Errors
     /// [`FitError::Robot`], [`FitError::NotFinite`], [`FitError::NoPrediction`].
@@ -103,7 +119,12 @@ impl<'a> PhysicsModel<'a> {
                 }
                 let [up, down] = &sides;
                 for (cell, shares) in shares.iter_mut().enumerate() {
-                    shares.push((up[cell] / down[cell]).ln() / wide);
+                    let change = if self.cells[cell].is_across() {
+                        up[cell] - down[cell]
+                    } else {
+                        (up[cell] / down[cell]).ln()
+                    };
+                    shares.push(change / wide);
                 }
             }
         }
@@ -126,11 +147,23 @@ impl<'a> PhysicsModel<'a> {
     fn stiffness(&mut self, factors: &FittingFactors, out: &mut [f64]) -> Result<(), FitError> {
         self.mechanics.set_factors(factors)?;
         for (place, stiffness) in out.iter_mut().enumerate() {
-            self.predict(place)?;
+            let by_slope = self.predicted_slope(place)?;
+            if self.cells[place].is_across() {
+                *stiffness = by_slope.unwrap_or_default();
+                continue;
+            }
+            let by_slope = by_slope.map(f64::recip);
+            if by_slope.is_none() {
+                self.predict(place)?;
+            }
             let readings = &mut self.cells[place].readings;
-            let value = self
-                .physics
-                .stiffness_n_per_m(readings, &self.displacement_m);
+            let value = by_slope.map_or_else(
+                || {
+                    self.physics
+                        .stiffness_n_per_m(readings, &self.displacement_m)
+                },
+                Ok,
+            );
             *stiffness = match value {
                 Ok(value) if value > 0.0 => value,
                 Ok(value) => {
@@ -169,12 +202,45 @@ impl<'a> PhysicsModel<'a> {
         Ok(displacements)
     }
 
+    /// Compliance that slopes make of the predicted readings of a cell, m/N; `None` if it has it from elsewhere.
+    ///
+    /// # Errors
+    /// [`FitError::NotFinite`].
+    fn predicted_slope(&mut self, place: usize) -> Result<Option<f64>, FitError> {
+        let PlacedCell { pose, slope, .. } = &self.cells[place];
+        let Some((slopes, [series, own])) = slope else {
+            return Ok(None);
+        };
+        let (series, observations) = (&slopes.series[*series], &slopes.observations);
+        let first = series.readings().start;
+        self.displacement_m.clear();
+        self.displacement_m.resize(series.readings().len(), 0.0);
+        for run in series.runs.clone() {
+            let loads = observations.run_loads(run);
+            let own = observations.runs[run].readings.clone();
+            let out = &mut self.displacement_m[own.start - first..own.end - first];
+            let laws = &self.physics.acting.laws;
+            let pose = self.mechanics.pose(*pose);
+            laws.displacements_m(pose, &loads, &mut self.joint_rotations, out);
+            if let Some(place) = out.iter().position(|value| !value.is_finite()) {
+                return Err(FitError::NotFinite {
+                    pose: loads.pose.clone(),
+                    direction: loads.read,
+                    force_n: loads.loads[place].force_n,
+                    repeat: loads.repeat,
+                    value: out[place],
+                });
+            }
+        }
+        Ok(Some(series.estimate(*own, &self.displacement_m)))
+    }
+
     /// Predicts the readings of a cell.
     ///
     /// # Errors
     /// [`FitError::NotFinite`].
     fn predict(&mut self, place: usize) -> Result<(), FitError> {
-        let PlacedCell { pose, readings } = &self.cells[place];
+        let PlacedCell { pose, readings, .. } = &self.cells[place];
         let pose = self.mechanics.pose(*pose);
         let CellReadings {
             cell,

@@ -39,6 +39,24 @@ impl<'a> FitProblem<'a> {
         }
     }
 
+    /// What was measured, by mechanism and physics: stiffness of the cells, N/m, then the other compliances, m/N.
+    ///
+    /// # Errors
+    /// Those of [`CellModel::new`].
+    pub(super) fn measured_model(
+        &self,
+        parameters: &[ModelParameter],
+    ) -> Result<CellModel<'a>, RobotError> {
+        let MeasuredStiffness { cells, across, .. } = self.measured;
+        let mut named: Vec<Cell> = cells.iter().map(|cell| cell.cell.clone()).collect();
+        if self.physics.is_some() {
+            named.extend(across.iter().map(|one| one.cell.clone()));
+            return self.cell_model(parameters, &named);
+        }
+        let model = self.cell_model(parameters, &named)?;
+        model.with_across(self.robot, self.mechanism, parameters, across)
+    }
+
     /// The effects that are held fixed.
     pub(super) fn effects(&self) -> Vec<Effect> {
         self.physics

@@ -265,6 +265,7 @@ fn validate(
         correlation: None,
         agreement: None,
         cells: fitted_cells(measured, &predicted, |cell| !trained(cell)),
+        across: Vec::new(),
         termination: "the trials of every pass were used up".to_owned(),
         advice: Vec::new(),
         bootstrap: None,

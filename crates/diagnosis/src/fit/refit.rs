@@ -121,7 +121,7 @@ pub(super) mod tests {
         let measured = MeasuredStiffness {
             cells: cells.iter().zip(&truth).map(measured_cell).collect(),
             basis: WeightBasis::Equal,
-            unusable: Vec::new(),
+            ..MeasuredStiffness::default()
         };
         let problem = FitProblem {
             robot: &robot,

@@ -177,7 +177,7 @@ pub fn read_stiffness_list(
         } else {
             WeightBasis::Equal
         },
-        unusable: Vec::new(),
+        ..MeasuredStiffness::default()
     })
 }
 

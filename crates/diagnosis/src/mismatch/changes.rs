@@ -371,6 +371,7 @@ pub(super) mod tests {
     use super::*;
     use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
     use stiffbench_beams::structure::RotationInfluence;
+    use stiffbench_units_and_text::load_direction::LoadDirection;
     use stiffbench_units_and_text::test_point::Branch;
 
     /// Two cells, two repeats of five loads.
@@ -395,6 +396,24 @@ pub(super) mod tests {
         };
         let cells = [Direction::X, Direction::Y].map(cell);
         Observations::planned(&cells, GaugeSteps::default(), None)
+    }
+
+    /// Two cells of the same loads, read at once along y and z: two runs of five readings each.
+    pub(in crate::mismatch) fn two_gauges() -> Observations {
+        let mut both = observations();
+        both.gauges = vec![Direction::Y, Direction::Z];
+        for (cell, axis) in both.cells.iter_mut().zip([Direction::Y, Direction::Z]) {
+            cell.load = LoadDirection::Axis(Direction::X);
+            cell.direction = axis;
+        }
+        for run in &mut both.runs {
+            run.session_run = run.repeat;
+        }
+        let half = both.len() / 2;
+        for (place, reading) in both.readings.iter_mut().enumerate() {
+            reading.seq = (place % half) as u32;
+        }
+        both
     }
 
     /// A pose with two joints that mind each other.

@@ -520,26 +520,7 @@ pub(super) fn groups(observations: &Observations) -> impl Iterator<Item = Range<
 mod tests {
     use super::*;
     use crate::mismatch::GaugeSteps;
-    use crate::mismatch::changes::tests::observations;
-    use stiffbench_units_and_text::load_direction::LoadDirection;
-
-    /// Two cells of the same loads, read at once along y and z: two runs of five readings each.
-    fn two_gauges() -> Observations {
-        let mut both = observations();
-        both.gauges = vec![Direction::Y, Direction::Z];
-        for (cell, axis) in both.cells.iter_mut().zip([Direction::Y, Direction::Z]) {
-            cell.load = LoadDirection::Axis(Direction::X);
-            cell.direction = axis;
-        }
-        for run in &mut both.runs {
-            run.session_run = run.repeat;
-        }
-        let half = both.len() / 2;
-        for (place, reading) in both.readings.iter_mut().enumerate() {
-            reading.seq = (place % half) as u32;
-        }
-        both
-    }
+    use crate::mismatch::changes::tests::two_gauges;
 
     #[test]
     fn what_gauges_have_in_common_is_common() {

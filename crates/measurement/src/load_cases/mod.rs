@@ -5,7 +5,6 @@
 
 mod columns;
 mod error;
-mod of_runs;
 mod read;
 mod table;
 mod write;

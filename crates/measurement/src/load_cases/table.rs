@@ -156,15 +156,6 @@ pub enum LoadCaseNote {
     NumberedPoses,
     /// A column that means nothing here.
     UnusedColumn(String),
-    /// Runs of a session, each of which gives one load case.
-    Runs {
-        /// Load cases.
-        runs: usize,
-        /// Readings of their loading branches.
-        readings: usize,
-        /// Readings of unloading branches, which are not used.
-        unloading: usize,
-    },
     /// Rows that are marked as not to be used.
     Rejected {
         /// Their lines.
@@ -193,26 +184,6 @@ impl fmt::Display for LoadCaseNote {
                 "assumed: no column `pose`: poses are numbered in the order of their joint values",
             ),
             Self::UnusedColumn(name) => write!(f, "column `{name}` means nothing here"),
-            Self::Runs {
-                runs,
-                readings,
-                unloading,
-            } => {
-                write!(
-                    f,
-                    "{} of {}: each run is one load case, its displacement per force at its largest load",
-                    counted(readings, "reading"),
-                    counted(runs, "run")
-                )?;
-                if *unloading > 0 {
-                    write!(
-                        f,
-                        "; not used: {} of unloading",
-                        counted(unloading, "reading")
-                    )?;
-                }
-                Ok(())
-            }
             Self::Rejected { lines } => write!(
                 f,
                 "not used, because of its `status`: {}, line {}",

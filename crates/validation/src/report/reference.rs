@@ -162,7 +162,7 @@ fn smallest_loads(cells: &[&ReferenceCell]) -> MeasuredStiffness {
     MeasuredStiffness {
         cells: Direction::ALL.into_iter().filter_map(of).collect(),
         basis: WeightBasis::Equal,
-        unusable: Vec::new(),
+        ..MeasuredStiffness::default()
     }
 }
 
