@@ -41,6 +41,7 @@ fn finding(effect: Effect, group: Option<u32>) -> Finding {
         grade: VerdictGrade::Is,
         shares: MisfitShares::default(),
         at_bound: false,
+        spans_range: false,
         alternative_group: group,
         end_effect_m: 1e-5,
         absorbed_share: 0.2,

@@ -171,6 +171,7 @@ mod tests {
             shares: MisfitShares::default(),
             values: Vec::new(),
             at_bound: false,
+            spans_range: false,
             alternative_group: Some(1),
             end_effect_m: 1e-5,
             absorbed_share: 0.0,

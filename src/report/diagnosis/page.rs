@@ -73,7 +73,7 @@ fn size(finding: &Finding) -> String {
         .first()
         .zip(finding.values.first())
         // Where another term grows with it the first alone is no size.
-        .filter(|_| !law.parameters.iter().any(ParameterSpec::is_ratio))
+        .filter(|_| !law.parameters.iter().any(ParameterSpec::is_ratio) && !finding.spans_range)
         .map(|(spec, value)| format!("{}, ", printed(spec.dimension, value.value)));
     format!(
         "{}up to {} at the end",

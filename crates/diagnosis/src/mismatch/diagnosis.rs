@@ -84,6 +84,8 @@ pub struct Finding {
     pub values: Vec<EstimatedValue>,
     /// Whether its size stands at the bound of what is plausible.
     pub at_bound: bool,
+    /// Whether the interval of its size reaches both ends of what is plausible: the readings do not determine it.
+    pub spans_range: bool,
     /// Members of one group exclude each other and are indistinguishable; `None` where the finding stands alone.
     pub alternative_group: Option<u32>,
     /// Largest change of a reading, m.

@@ -87,6 +87,7 @@ mod tests {
             grade: VerdictGrade::Is,
             shares: MisfitShares::default(),
             at_bound: false,
+            spans_range: false,
             alternative_group,
             end_effect_m: 1e-5,
             absorbed_share: 0.2,

@@ -231,8 +231,9 @@ impl DiagnosisProblem<'_> {
             effect: ranked.effect.clone(),
             grade: VerdictGrade::Undecided,
             shares: found.shares.each.get(place).copied().unwrap_or_default(),
-            values,
             at_bound: self.is_at_bound(&ranked.effect),
+            spans_range: self.spans_range(&ranked.effect, values.first()),
+            values,
             alternative_group,
             end_effect_m: end_effect,
             absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
@@ -241,6 +242,15 @@ impl DiagnosisProblem<'_> {
             p_family: resolved.family_p,
             rivals,
         })
+    }
+
+    /// Whether the interval of the size of an effect reaches both ends of what is plausible.
+    fn spans_range(&self, effect: &Effect, size: Option<&EstimatedValue>) -> bool {
+        let bounds = self.scales().bounds(effect);
+        let interval = size.and_then(EstimatedValue::interval_95);
+        interval
+            .zip(bounds.first())
+            .is_some_and(|([low, high], [least, most])| low <= *least && high >= *most)
     }
 
     /// A candidate with its values in the final model, if it acts there beside others: in a fit of its own it may have changed places with one of

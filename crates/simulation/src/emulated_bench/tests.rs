@@ -294,7 +294,6 @@ fn along_axes(bench: &EmulatedBench, procedure: &Procedure, cell: u32) -> Vec<[f
 }
 
 #[test]
-#[ignore = "its tolerances are not settled"]
 fn several_gauges_show_the_compliance_matrix_and_obey_effects_of_gauges_and_of_time() {
     let procedure = Procedure {
         directions: vec![LoadDirection::from_vector([0.0, 0.6, 0.8]).unwrap()],
@@ -319,7 +318,8 @@ fn several_gauges_show_the_compliance_matrix_and_obey_effects_of_gauges_and_of_t
     for axis in 0..3 {
         let per_n = 0.6 * compliance[axis][1] + 0.8 * compliance[axis][2];
         let off_m = clean[3][axis] - per_n * force_n;
-        assert!(off_m.abs() < 1e-15, "{axis}: {:?} {force_n}", clean[3]);
+        // Nine digits of the largest displacement.
+        assert!(off_m.abs() < 1e-12, "{axis}: {:?} {force_n}", clean[3]);
     }
     let z = |readings: &[[f64; 3]]| readings.iter().map(|of| of[2]).collect::<Vec<f64>>();
     for (effect, gauges) in [

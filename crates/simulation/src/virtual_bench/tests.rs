@@ -238,7 +238,6 @@ fn three_gauges() -> Procedure {
 }
 
 #[test]
-#[ignore = "its tolerances are not settled"]
 fn several_gauges_without_noise_read_the_compliance_matrix() {
     let robot = robot();
     let table = table(NoiseModel::NONE, &three_gauges(), 1);
@@ -248,21 +247,25 @@ fn several_gauges_without_noise_read_the_compliance_matrix() {
         Predictor::new(&robot, mechanism, &robot.factor_set("m_fsd").unwrap()).unwrap();
     for reading in &table.readings {
         predictor.place(robot.pose(&reading.pose).unwrap()).unwrap();
-        let row = predictor.translation_compliance()[reading.direction.index()];
+        let compliance = predictor.translation_compliance();
+        let row = compliance[reading.direction.index()];
         let unit = table.load_direction(reading).unit_vector();
         let along: f64 = (0..3).map(|axis| row[axis] * unit[axis]).sum();
         let expected = along * reading.force_n;
-        // The text shows nine decimals of a micrometre and of a newton.
-        let rounding = 1e-14 + 1e-9 * along.abs();
+        // The text shows nine decimals of a micrometre and of a newton; of the largest compliance nine digits are right.
+        let largest = compliance
+            .iter()
+            .flatten()
+            .fold(0.0, |m: f64, c| m.max(c.abs()));
+        let rounding = 1e-14 + 1e-9 * largest * (1.0 + reading.force_n.abs());
         assert!(
-            (reading.displacement_m - expected).abs() < rounding + 1e-9 * expected.abs(),
+            (reading.displacement_m - expected).abs() < rounding,
             "{reading:?}: {expected}"
         );
     }
 }
 
 #[test]
-#[ignore = "its tolerances are not settled"]
 fn readings_of_several_gauges_are_written_and_read_again() {
     for zero in [ZeroScope::Run, ZeroScope::Cell] {
         let procedure = Procedure {
@@ -287,7 +290,10 @@ fn readings_of_several_gauges_are_written_and_read_again() {
             for (read, made) in read.iter().zip(made) {
                 let key = |of: &Reading| (of.seq, of.run, of.zero, of.direction, of.step);
                 assert_eq!(key(read), key(made));
-                assert_eq!(again.load_direction(read), table.load_direction(made));
+                let units = [again.load_direction(read), table.load_direction(made)];
+                let [unit, other] = units.map(|load| load.unit_vector());
+                let apart = unit.iter().zip(other).map(|(a, b)| (a - b).abs());
+                assert!(apart.fold(0.0, f64::max) < 1e-12, "{unit:?} {other:?}");
                 assert!((read.force_n - made.force_n).abs() < 1e-12);
                 assert!((read.displacement_m - made.displacement_m).abs() < 1e-18);
             }
@@ -398,7 +404,6 @@ fn after_slip(reading: &Reading) -> bool {
 }
 
 #[test]
-#[ignore = "its tolerances are not settled"]
 fn every_kind_of_effect_changes_the_readings_it_should() {
     let cases: [(&str, Changes); 14] = [
         ("joint-backlash@A3:play=0.1mrad,seat_moment=1N*m", in_plane),
@@ -416,7 +421,8 @@ fn every_kind_of_effect_changes_the_readings_it_should() {
             Some(r.direction == Direction::Z)
         }),
         (
-            "gauge-periodic@displacement.y:amplitude=2um,period=0.15mm,phase=1rad",
+            // At another phase it moves the zero too.
+            "gauge-periodic@displacement.y:amplitude=2um,period=0.15mm,phase=0rad",
             |r| of_gauge(r, Direction::Y),
         ),
         ("gauge-scale@displacement.z:scale=2%", |r| {

@@ -421,6 +421,7 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
         shares: MisfitShares::default(),
         values: Vec::new(),
         at_bound: false,
+        spans_range: false,
         alternative_group: group,
         end_effect_m: 1e-5,
         absorbed_share: 0.1,
