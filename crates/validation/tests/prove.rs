@@ -543,3 +543,27 @@ fn power_trials_cover_slips_everywhere_and_noise_of_earlier_sessions() {
         "{text}"
     );
 }
+
+#[test]
+fn the_doors_of_one_robot_differ_as_the_ledger_lists_and_in_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, out) = (data(), folder.path().join("doors"));
+    let arguments = [
+        "--only",
+        "doors",
+        "--quick",
+        "--strict",
+        "--json",
+        "--data",
+        data.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let output = prove(&arguments, "2");
+    let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+    let doors = &printed["data"]["parts"]["doors"];
+    // Nothing missing, and twelve laws.
+    assert_eq!(doors["cases"].as_array().unwrap().len(), 13, "{printed}");
+    assert_eq!(doors["disagreements"], json!([]));
+    assert_eq!(output.status.code(), Some(0));
+}

@@ -2,6 +2,7 @@
 
 #[cfg(unix)]
 mod counter;
+mod doors;
 mod error;
 #[cfg(unix)]
 mod faults;

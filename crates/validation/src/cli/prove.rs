@@ -14,8 +14,8 @@ use crate::prove::{
 };
 use crate::report::{
     BlindVerdicts, CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts,
-    ProveReport, calibration_text, concealed_text, idealised_text, power_figure, power_text,
-    twelve_values_text,
+    ProveReport, calibration_text, concealed_text, doors_text, idealised_text, power_figure,
+    power_text, twelve_values_text,
 };
 use stiffbench::mismatch::SearchOptions;
 use stiffbench::physics::{Law, TestObject, laws};
@@ -23,6 +23,7 @@ use stiffbench::readings::SessionHeader;
 use stiffbench::robot::Robot;
 use stiffbench::source_text::SourceText;
 
+use super::doors::judge_doors;
 use super::error::ValidationError;
 use super::prove_args::{ProveArgs, ProvePart, SetChoice};
 use stiffbench::cli::args::Global;
@@ -76,12 +77,13 @@ type ValidationPart = (
 );
 
 /// The parts, in order.
-const PARTS: [ValidationPart; 5] = [
+const PARTS: [ValidationPart; 6] = [
     (ProvePart::Concealed, concealed),
     (ProvePart::Calibration, calibration),
     (ProvePart::Power, power_part),
     (ProvePart::Paper, paper),
     (ProvePart::Errors, errors),
+    (ProvePart::Doors, doors),
 ];
 
 /// Runs the parts of the proof and writes them to a folder, after each part what there is.
@@ -100,7 +102,9 @@ pub(crate) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure>
     }
     let (text, data) = done.save(args)?;
     let text = format!("{text}\nWritten to {}\n", args.out.display());
-    Ok(Outcome::new("prove", text, data))
+    let doors = data.parts.doors.as_ref();
+    let is_wrong = doors.is_some_and(|doors| !doors.disagreements.is_empty());
+    Ok(Outcome::new("prove", text, data).with_strict_exit(u8::from(is_wrong)))
 }
 
 /// What the parts give.
@@ -270,6 +274,15 @@ fn errors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Fail
     Ok(())
 }
 
+/// The same readings as a session and as a table of vectors.
+fn doors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let uncounted = args.quick && args.trials.is_none();
+    let report = judge_doors(args, global, if uncounted { 0 } else { trials(args) })?;
+    done.text.push_str(&doors_text(&report));
+    done.parts.doors = Some(report);
+    Ok(())
+}
+
 fn trials(args: &ProveArgs) -> usize {
     let usual = if args.quick { QUICK_TRIALS } else { TRIALS };
     args.trials.unwrap_or(usual)
@@ -329,7 +342,7 @@ fn session_texts(folder: &Path, id: &str) -> Result<SessionTexts, Failure> {
 }
 
 /// A file of the proof's data.
-fn read(path: &Path) -> Result<String, Failure> {
+pub(super) fn read(path: &Path) -> Result<String, Failure> {
     fs::read_to_string(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => ValidationError::ProofData {
             path: path.to_owned(),

@@ -21,6 +21,8 @@ pub(crate) enum ProvePart {
     Paper,
     /// Standard errors of the laws on the paper's robot, beside those of an idealised bench
     Errors,
+    /// The same readings as a session and as a table of vectors: whether the answers differ, and whether data/doors lists how
+    Doors,
 }
 
 /// Lists of concealed sessions.
@@ -54,7 +56,7 @@ pub(crate) struct ProveArgs {
     /// Concealed sessions of each list, chosen evenly by name [default: all; with --quick 12]
     #[arg(long, value_name = "N", value_parser = at_least_one())]
     pub(crate) sessions: Option<usize>,
-    /// Benches with nothing missing; each point of a power curve has a twenty-fifth of that [default: 1000; with --quick 60]
+    /// Benches with nothing missing; each point of a power curve has a twenty-fifth of that [default: 1000; with --quick 60, doors none]
     #[arg(long, value_name = "N", value_parser = at_least_one())]
     pub(crate) trials: Option<usize>,
     /// Laws of the power curves, comma-separated; without pairs [default: all, and pairs; with --quick four]
@@ -79,6 +81,9 @@ pub(crate) struct ProveArgs {
     /// Folder for verdicts, tables and figures
     #[arg(long, value_name = "FOLDER", default_value = "stiffbench-prove")]
     pub(crate) out: PathBuf,
+    /// Another build of stiffbench, whose doors are judged
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub(crate) program: Option<PathBuf>,
 }
 
 /// A size that power can be counted at.

@@ -1,5 +1,6 @@
 //! The proof that a diagnosis can be trusted: blind verdicts on concealed sessions, error rates counted on benches with a known
-//! answer, recordings by others, the paper's own twelve stiffness values, and standard errors beside those of an idealised bench.
+//! answer, recordings by others, the paper's own twelve stiffness values, standard errors beside those of an idealised bench, and the same readings by
+//! every door.
 //!
 //! Opens no file: sessions, answers and recordings are passed in as texts, and the sealed answers only after every verdict is there.
 
@@ -9,6 +10,7 @@ mod blind;
 mod calibration;
 mod cases;
 mod criteria;
+mod doors;
 mod error;
 mod ideal;
 mod idealised;
@@ -37,6 +39,10 @@ pub use calibration::{
 };
 pub use cases::LARGEST_SIZE;
 pub use criteria::criteria;
+pub use doors::{
+    CoverageRow, DoorAnswer, DoorBench, DoorBenches, DoorJudge, DoorLedger, JudgedCase, coverage,
+    differences, disagreements, is_named, vector_table,
+};
 pub use error::ProveError;
 pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
 pub use pose_errors::score_pose_errors;

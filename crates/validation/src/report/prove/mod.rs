@@ -2,6 +2,7 @@
 
 mod calibration;
 mod concealed;
+mod doors;
 mod idealised;
 mod power;
 mod recordings;
@@ -10,6 +11,7 @@ mod verdicts;
 
 pub use calibration::{CalibrationReport, calibration_text};
 pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport, concealed_text};
+pub use doors::{DoorsReport, doors_text};
 pub use idealised::{ErrorsOfPlan, IdealisedErrors, idealised_text};
 pub use power::{PowerReport, power_figure, power_text};
 pub use recordings::{
@@ -60,6 +62,9 @@ pub struct ProveParts {
     /// Standard errors beside those of an idealised bench.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub errors: Option<Vec<IdealisedErrors>>,
+    /// The same readings by every door.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doors: Option<DoorsReport>,
 }
 
 /// A share with its interval, percent.
