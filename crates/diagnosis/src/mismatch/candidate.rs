@@ -1,6 +1,7 @@
 //! Every law at every place it can have, with the shapes under which it is searched for.
 
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape, TestObject};
+use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::changes::LinearisedModel;
@@ -272,16 +273,15 @@ fn joint_scale(
 ) -> Option<PlaceScale> {
     let mut best: Option<(f64, f64, f64, f64)> = None;
     let mut moment_nm = 0.0_f64;
-    // Across the load a joint moves the end at most by the mean of what it moves along either.
-    for cell in observations
-        .cells
-        .iter()
-        .filter(|cell| cell.is_along_load())
-    {
-        let axis = cell.direction.index();
+    // Along the load, whichever way the gauge looks: across it a joint moves the end at most by the mean of what it moves along either.
+    for cell in &observations.cells {
         let influence = &poses.poses[cell.pose].influence;
-        let lever = influence.levers_m[joint][axis];
-        let compliance = influence.compliance_m_per_n[axis][axis];
+        let along = |vector: [f64; 3]| match cell.load.axis() {
+            Some(axis) => vector[axis.index()],
+            None => dot(vector, cell.load.unit_vector()),
+        };
+        let lever = along(influence.levers_m[joint]);
+        let compliance = along(influence.compliance_m_per_n.map(along));
         moment_nm = moment_nm.max(lever.abs() * session.force_n);
         let share = lever * lever / compliance;
         if best.is_none_or(|(most, ..)| share > most) {
