@@ -323,7 +323,7 @@ impl LawSet {
             joint_rotations.loaded = true;
             let mechanics =
                 self.mechanics_m(pose, &reach, self.acting_n(run, load), joint_rotations);
-            let mut sum = mechanics * self.growth(load, run.repeat);
+            let mut sum = mechanics * self.growth(run, load);
             for added in self
                 .added
                 .iter()
@@ -342,10 +342,11 @@ impl LawSet {
     }
 
     /// Factor by which the displacement of the mechanics has grown.
-    pub(super) fn growth(&self, load: &LoadPoint, repeat: u32) -> f64 {
+    pub(super) fn growth(&self, run: &RunLoads<'_>, load: &LoadPoint) -> f64 {
         let growths = self.growths.iter();
         1.0 + growths
-            .map(|growth| (growth.function)(&growth.values, load, repeat))
+            .filter(|growth| growth.scope.covers(run, load))
+            .map(|growth| (growth.function)(&growth.values, load, run.repeat))
             .sum::<f64>()
     }
 

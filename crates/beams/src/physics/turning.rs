@@ -235,7 +235,7 @@ impl LawSet {
                 Some(release_n) => Before::Release(step(&LoadPoint::release(release_n), 0.0)),
                 None => Before::Load,
             };
-            let growth = self.growth(load, run.repeat);
+            let growth = self.growth(run, load);
             path.push(before, step(load, growth));
         }
         true

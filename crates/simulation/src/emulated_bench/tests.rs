@@ -294,7 +294,6 @@ fn along_axes(bench: &EmulatedBench, procedure: &Procedure, cell: u32) -> Vec<[f
 }
 
 #[test]
-#[ignore = "gauge-scale of one of several gauges acts on all of them"]
 fn several_gauges_show_the_compliance_matrix_and_obey_effects_of_gauges_and_of_time() {
     let procedure = Procedure {
         directions: vec![LoadDirection::from_vector([0.0, 0.6, 0.8]).unwrap()],

@@ -404,7 +404,6 @@ fn after_slip(reading: &Reading) -> bool {
 }
 
 #[test]
-#[ignore = "gauge-scale of one of several gauges acts on all of them"]
 fn every_kind_of_effect_changes_the_readings_it_should() {
     let cases: [(&str, Changes); 14] = [
         ("joint-backlash@A3:play=0.1mrad,seat_moment=1N*m", in_plane),
