@@ -121,7 +121,7 @@ impl Doors<'_> {
                 let nothing = (judge == DoorJudge::Pair).then_some(None);
                 let effects = nothing
                     .into_iter()
-                    .chain(bench.effects.iter().map(|e| Some(e.as_str())));
+                    .chain(bench.effects_for(judge).into_iter().map(Some));
                 cases.extend(effects.map(|effect| DoorCase {
                     judge,
                     bench,

@@ -13,7 +13,7 @@ use crate::prove::error::ProveError;
 const SCHEMA: &str = "stiffbench/door-ledger/1";
 
 /// What is asked of the doors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DoorJudge {
     /// A session and the same readings as a table of vectors get the same answer.
