@@ -12,11 +12,14 @@ use super::memo::key_of;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::Ranked;
 use super::ranking::CandidateScores;
-use super::refit::{Model, WarmStart, WeightedFit};
+use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
 use crate::search::{Evidence, RowVector, dot};
+
+/// Weighted squares a reading from which a fit may have stopped elsewhere than in the least of its minima.
+const POOR: f64 = 2.0;
 
 impl DiagnosisProblem<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
@@ -156,7 +159,22 @@ impl DiagnosisProblem<'_> {
             warm_start: Some(WarmStart::Start),
             ..self.refit(&state.whitening)
         };
-        let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
+        let near = refit.fit(&mut predictor, &start, true);
+        let is_good = |fitted: &FittedModel| fitted.squares < POOR * self.observations.len() as f64;
+        let fitted = if near.as_ref().is_some_and(is_good) {
+            near
+        } else {
+            // Parameters that stood in for the missing element may be too far from where they belong.
+            let known = self.baseline.parameters().iter();
+            let start = Model {
+                parameters: known.map(|parameter| parameter.start).collect(),
+                effects: start.effects,
+            };
+            let far = refit.fit(&mut predictor, &start, true);
+            let fits = near.into_iter().chain(far);
+            fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
+        };
+        let Some(fitted) = fitted else {
             return Ok(None);
         };
         let delta_chi2 = state.fitted.squares - fitted.squares;
