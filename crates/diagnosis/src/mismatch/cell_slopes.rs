@@ -21,6 +21,9 @@ use super::restricted_likelihood::estimate_noise;
 /// How often compliances and noise are found from each other: the noise hardly depends on the compliances.
 const ROUNDS: usize = 2;
 
+/// Most loads of a run; of more, neighbours are averaged: the line through them stays what it is, and the effort grows with the cube.
+const MOST_LOADS: usize = 40;
+
 /// Compliances of all cells of a session, with their covariance.
 #[derive(Debug, Clone)]
 pub struct CellSlopes {
@@ -76,6 +79,7 @@ impl CellSlopes {
     /// Of readings; `None` if a cell was never loaded, or the readings determine no line.
     #[must_use]
     pub fn new(observations: Observations) -> Option<Self> {
+        let observations = averaged(observations);
         let mut compliance = plain_slopes(&observations)?;
         let from_repeats = observations.cells.iter().any(|cell| cell.runs.len() > 1);
         let mut found: Option<(EstimatedNoise, NoiseCovariance, Vec<SeriesSlopes>)> = None;
@@ -135,6 +139,37 @@ impl CellSlopes {
         let u = series.covariance[(place, place)].sqrt();
         (compliance > 0.0).then(|| (compliance.recip(), u / compliance))
     }
+}
+
+/// Readings of long runs, averaged with their neighbours.
+fn averaged(observations: Observations) -> Observations {
+    let lengths = observations.runs.iter().map(|run| run.readings.len());
+    let together = lengths.max().unwrap_or(0).div_ceil(MOST_LOADS);
+    if together < 2 {
+        return observations;
+    }
+    let mut groups: Vec<(u32, Range<usize>)> = Vec::new();
+    for run in &observations.runs {
+        let firsts = run.readings.clone().step_by(together);
+        let ends = firsts.map(|first| first..run.readings.end.min(first + together));
+        groups.extend((0..).zip(ends));
+    }
+    let mut is_first = vec![false; observations.len()];
+    for (_, group) in &groups {
+        is_first[group.start] = true;
+    }
+    let mut averaged = observations.filtered(&is_first);
+    for (place, (step, group)) in groups.into_iter().enumerate() {
+        let count = group.len() as f64;
+        let forces = observations.loads[group.clone()].iter();
+        let load = &mut averaged.loads[place];
+        load.force_n = forces.map(|load| load.force_n).sum::<f64>() / count;
+        load.step = step;
+        averaged.readings[place].hold_number = 0;
+        averaged.displacement_m[place] =
+            observations.displacement_m[group].iter().sum::<f64>() / count;
+    }
+    averaged
 }
 
 /// Slope of each cell through the origin.
@@ -291,6 +326,7 @@ fn degrees_of_freedom(
 mod tests {
     use super::*;
     use crate::mismatch::changes::tests::two_gauges;
+    use stiffbench_beams::physics::LoadPoint;
 
     #[test]
     fn slopes_are_those_of_dense_matrices() {
@@ -344,6 +380,48 @@ mod tests {
             assert!(
                 (series.estimate(cell, &both.displacement_m) - slope).abs() < 1e-9 * slope.abs()
             );
+        }
+    }
+
+    #[test]
+    fn long_runs_keep_their_slopes_when_neighbours_are_averaged() {
+        let both = two_gauges();
+        let mut long = Observations::without_readings(both.steps, both.recorded);
+        (long.poses, long.gauges) = (both.poses.clone(), both.gauges.clone());
+        for cell in &both.cells {
+            long.begin_cell(cell.pose, cell.load.clone(), cell.direction);
+            for run in &both.runs[cell.runs.clone()] {
+                long.begin_run(run.repeat, run.session_run);
+                for step in 0..101 {
+                    let first = run.readings.start;
+                    let load = LoadPoint {
+                        force_n: -0.7 * f64::from(step),
+                        step,
+                        ..both.loads[first]
+                    };
+                    let scatter_m = 1e-7 * (f64::from(7 * step % 5) - 2.0);
+                    let shown_m = 2e-6 * load.force_n + scatter_m;
+                    long.push(both.readings[first], load, shown_m);
+                }
+            }
+        }
+        let found = CellSlopes::new(long).unwrap();
+        assert!(
+            found
+                .observations
+                .runs
+                .iter()
+                .all(|run| run.readings.len() == 34)
+        );
+        for series in &found.series {
+            for (compliance, variance) in series
+                .compliance_m_per_n
+                .iter()
+                .zip(series.covariance.diagonal().iter())
+            {
+                let off = (compliance - 2e-6).abs();
+                assert!(off < 3.0 * variance.sqrt() && off < 2e-9, "{compliance}");
+            }
         }
     }
 
