@@ -16,11 +16,12 @@
 
 use stiffbench_units_and_text::test_point::{Branch, Direction, DirectionName, PoseId};
 
+use super::bad_runs::ScreenedRuns;
 use super::baseline::Baseline;
+use super::data_screen::ScreenedData;
 use super::deleted_residuals::{has_repeats, testable};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
-use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::reading_screen::{ReadingScreen, SuspectReading, TestedReadings};
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
@@ -71,53 +72,27 @@ pub struct BadReading {
     pub kind: BadReadingKind,
 }
 
-/// Readings without those that their repeats contradict.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ScreenedReadings {
-    /// The others.
-    pub observations: Observations,
-    /// The bad ones, the worst first.
-    pub bad: Vec<BadReading>,
-    /// Degrees of freedom of Student's t that the others have; none where a normal distribution fits as well, or nothing could be tested.
-    pub tails_dof: Option<f64>,
-    /// Readings that could not be tested: without three repeats and without neighbours on both sides.
-    pub untested: usize,
-}
-
-/// Looks for bad readings, and lays out the others.
-///
-/// # Errors
-/// [`MismatchError`] if the structure cannot be solved at the start of the fit.
-pub fn screen_readings(
+/// Looks for bad readings in good runs, and lays out the others.
+pub(super) fn screen_readings(
     baseline: &dyn Baseline,
-    observations: &Observations,
+    runs: ScreenedRuns,
     noise: &KnownNoise,
-) -> Result<ScreenedReadings, MismatchError> {
-    screened_readings(baseline, (observations, None), noise)
-}
-
-/// [`screen_readings`] of readings and their noise, if it has been estimated.
-pub(super) fn screened_readings(
-    baseline: &dyn Baseline,
-    (observations, estimated): (&Observations, Option<ReadingNoise>),
-    noise: &KnownNoise,
-) -> Result<ScreenedReadings, MismatchError> {
-    let untested = (0..observations.cells.len())
-        .map(|cell| observations.cells[cell].readings.len() - testable(observations, cell).len())
-        .sum();
-    let all_are_good = |tails_dof| ScreenedReadings {
-        observations: observations.clone(),
-        bad: Vec::new(),
+) -> Result<ScreenedData, MismatchError> {
+    let observations = &runs.observations;
+    let screened = |observations, bad_readings, tails_dof| ScreenedData {
+        observations,
+        bad_runs: runs.bad.clone(),
+        bad_readings,
         tails_dof,
-        untested,
     };
-    if observations.is_empty() || untested == observations.len() {
-        return Ok(all_are_good(None));
+    let mut cells = 0..observations.cells.len();
+    if cells.all(|cell| testable(observations, cell).is_empty()) {
+        return Ok(screened(observations.clone(), Vec::new(), None));
     }
     let screen = ReadingScreen::new(baseline, observations, noise)?;
     let most = (MOST_BAD_READINGS * observations.len() as f64).ceil() as usize;
     let all = vec![true; observations.len()];
-    let noise_of_all = estimated.unwrap_or_else(|| screen.noise_of(&all, None));
+    let noise_of_all = runs.noise.unwrap_or_else(|| screen.noise_of(&all, None));
     let of_all = TestedReadings::new(&screen, all, noise_of_all);
     let tails_of_all = of_all.tails_dof();
     let mut tested = of_all;
@@ -143,17 +118,11 @@ pub(super) fn screened_readings(
         p.push(family_p);
     }
     let Some(last) = p.iter().rposition(|p| *p <= BAD_READING_LEVEL) else {
-        return Ok(all_are_good(tails_of_all));
+        return Ok(screened(observations.clone(), Vec::new(), tails_of_all));
     };
     suspects.truncate(last + 1);
     // Each as the good readings alone let expect it: what lay far out only beside the others is good.
-    let good_without = |suspects: &[usize]| {
-        let mut good = vec![true; observations.len()];
-        for suspect in suspects {
-            good[*suspect] = false;
-        }
-        good
-    };
+    let good_without = |suspects: &[usize]| observations.mask(|one| !suspects.contains(&one));
     let all_out = good_without(&suspects);
     let found = screen.noise_of(&all_out, None);
     let tested = TestedReadings::new(&screen, all_out, found);
@@ -171,12 +140,9 @@ pub(super) fn screened_readings(
         .map(|(one, p)| BadReading::new(observations, one.reading, (one.shift_m, one.u_m), p))
         .collect();
     bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family).then(a.line.cmp(&b.line)));
-    Ok(ScreenedReadings {
-        observations: observations.filtered(&good),
-        bad,
-        tails_dof: TestedReadings::new(&screen, good, found).tails_dof(),
-        untested,
-    })
+    let others = observations.filtered(&good);
+    let tails_dof = TestedReadings::new(&screen, good, found).tails_dof();
+    Ok(screened(others, bad, tails_dof))
 }
 
 impl BadReading {
@@ -197,9 +163,7 @@ impl BadReading {
         noise: &KnownNoise,
     ) -> Result<Self, MismatchError> {
         let screen = ReadingScreen::new(baseline, observations, noise)?;
-        let others: Vec<bool> = (0..observations.len())
-            .map(|one| one != self.reading)
-            .collect();
+        let others = observations.mask(|one| one != self.reading);
         let found = screen.noise_of(&others, None);
         let tested = TestedReadings::new(&screen, others, found);
         let (Some(deviation), p_family) = tested.judged(self.reading, 1) else {

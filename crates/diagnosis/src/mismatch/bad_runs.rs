@@ -7,7 +7,7 @@
 use stiffbench_numeric::statistics::{mean, normal_upper_tail, root_mean_square};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::bad_readings::{BadReadingKind, ScreenedReadings, screened_readings, slip};
+use super::bad_readings::{BadReadingKind, slip};
 use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
@@ -48,26 +48,46 @@ pub struct BadRun {
 
 /// Readings without bad runs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ScreenedRuns {
+pub(super) struct ScreenedRuns {
     /// The others.
-    pub observations: Observations,
+    pub(super) observations: Observations,
     /// The bad ones, the worst first.
-    pub bad: Vec<BadRun>,
+    pub(super) bad: Vec<BadRun>,
     /// The noise of the others, where it was estimated.
-    noise: Option<ReadingNoise>,
+    pub(super) noise: Option<ReadingNoise>,
 }
 
-impl ScreenedRuns {
-    /// Looks for bad readings in the good runs: [`super::screen_readings`].
-    ///
-    /// # Errors
-    /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
-    pub fn screen_readings(
-        &self,
-        baseline: &dyn Baseline,
-        noise: &KnownNoise,
-    ) -> Result<ScreenedReadings, MismatchError> {
-        screened_readings(baseline, (&self.observations, self.noise), noise)
+impl BadRun {
+    /// # Arguments
+    /// - `run`: the run; none if the whole cell is meant.
+    /// - `compliance`, `expected`, `u`: m/N.
+    pub(super) fn new(
+        observations: &Observations,
+        (cell, run): (usize, Option<usize>),
+        [compliance, expected, u]: [f64; 3],
+        p_family: f64,
+        kind: BadReadingKind,
+    ) -> Self {
+        let (own, run) = (
+            &observations.cells[cell],
+            run.map(|run| &observations.runs[run]),
+        );
+        let readings = run.map_or(&own.readings, |run| &run.readings).clone();
+        let (pose, direction) = observations.name_of(cell);
+        Self {
+            lines: readings
+                .map(|one| observations.readings[one].line)
+                .collect(),
+            pose,
+            direction,
+            repeat: run.map(|run| run.repeat),
+            exchanged_with: None,
+            compliance,
+            expected,
+            u,
+            p_family,
+            kind,
+        }
     }
 }
 
@@ -75,7 +95,7 @@ impl ScreenedRuns {
 ///
 /// # Errors
 /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
-pub fn screen_runs(
+pub(super) fn screen_runs(
     baseline: &dyn Baseline,
     observations: &Observations,
     noise: &KnownNoise,
@@ -94,14 +114,13 @@ pub fn screen_runs(
     for _ in 0..most {
         let screen = ReadingScreen::new(baseline, &rest, noise)?;
         let noise_of_all = screen.noise_of(&vec![true; rest.len()], None);
-        let Some(worst) = worst_run(&rest, &screen, &noise_of_all) else {
+        let Some((worst, worst_bad)) = worst_run(&rest, &screen, &noise_of_all) else {
             found = Some(noise_of_all);
             break;
         };
-        let run = rest.runs[worst.run].readings.clone();
-        bad.push(worst.bad);
-        let keep: Vec<bool> = (0..rest.len()).map(|one| !run.contains(&one)).collect();
-        rest = rest.filtered(&keep);
+        let run = rest.runs[worst].readings.clone();
+        bad.push(worst_bad);
+        rest = rest.filtered(&rest.mask(|one| !run.contains(&one)));
     }
     let screen = ReadingScreen::new(baseline, &rest, noise)?;
     let of_rest = found.unwrap_or_else(|| screen.noise_of(&vec![true; rest.len()], None));
@@ -109,10 +128,8 @@ pub fn screen_runs(
     let mut known = Some(of_rest);
     let mut take = |rest: &mut Observations, cells: Vec<(usize, BadRun)>| {
         if !cells.is_empty() {
-            let of_cell =
-                |reading: usize| cells.iter().any(|(cell, _)| *cell == rest.cell_of(reading));
-            let keep: Vec<bool> = (0..rest.len()).map(|one| !of_cell(one)).collect();
-            *rest = rest.filtered(&keep);
+            let is_other = |one: usize| cells.iter().all(|(cell, _)| *cell != rest.cell_of(one));
+            *rest = rest.filtered(&rest.mask(is_other));
             bad.extend(cells.into_iter().map(|(_, bad)| bad));
             known = None;
         }
@@ -128,12 +145,7 @@ pub fn screen_runs(
     })
 }
 
-struct WorstRun {
-    run: usize,
-    bad: BadRun,
-}
-
-/// The run that deviates most, if it is bad.
+/// The run that deviates most, with its place, if it is bad.
 ///
 /// # Arguments
 /// - `noise_of_all`: the noise of all runs.
@@ -141,7 +153,7 @@ fn worst_run(
     observations: &Observations,
     screen: &ReadingScreen<'_>,
     noise_of_all: &ReadingNoise,
-) -> Option<WorstRun> {
+) -> Option<(usize, BadRun)> {
     let slopes = run_slopes(observations, screen, noise_of_all, None);
     let ratio = |one: &RunSlope| one.ratio.abs();
     let suspect = slopes.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
@@ -153,9 +165,7 @@ fn worst_run(
     }
     // What it does to the noise, and to its neighbours, must not speak for it.
     let readings = observations.runs[suspect.run].readings.clone();
-    let others: Vec<bool> = (0..observations.len())
-        .map(|one| !readings.contains(&one))
-        .collect();
+    let others = observations.mask(|one| !readings.contains(&one));
     let found = screen.noise_of(&others, None);
     let slopes = run_slopes(observations, screen, &found, Some(suspect.run));
     let own = slopes.iter().find(|one| one.run == suspect.run)?;
@@ -175,23 +185,11 @@ fn worst_run(
     let expected = own.compliance;
     let u = tails.scale(Beside::NOTHING) * own.u * expected.abs();
     let compliance = expected * (1.0 + own.off);
-    let run = &observations.runs[own.run];
-    let cell = &observations.cells[run.cell];
-    let bad = BadRun {
-        lines: readings
-            .map(|one| observations.readings[one].line)
-            .collect(),
-        pose: observations.poses[cell.pose].clone(),
-        direction: cell.direction,
-        repeat: Some(run.repeat),
-        exchanged_with: None,
-        compliance,
-        expected,
-        u,
-        p_family,
-        kind: slip(compliance, expected, u),
-    };
-    Some(WorstRun { run: own.run, bad })
+    let place = (observations.runs[own.run].cell, Some(own.run));
+    let kind = slip(compliance, expected, u);
+    let values = [compliance, expected, u];
+    let bad = BadRun::new(observations, place, values, p_family, kind);
+    Some((own.run, bad))
 }
 
 /// The slope of a run against its repeats.
@@ -251,10 +249,7 @@ fn run_slope(
     screen: &ReadingScreen<'_>,
     (weights, noise): (&[f64], &ReadingNoise),
 ) -> Option<RunSlope> {
-    let key = |reading: usize| {
-        let detail = &observations.readings[reading];
-        (observations.loads[reading].step, detail.hold_number)
-    };
+    let key = |reading: usize| observations.load_key(reading);
     let force_n = |reading: usize| observations.loads[reading].force_n;
     // Displacement of this run at the forces of its repeats, less theirs; theirs is what the scale of a run multiplies.
     let mut rows: Vec<Row> = Vec::new();
@@ -290,7 +285,7 @@ fn run_slope(
             row.more_m -= scale * row.by_force_m;
         }
         centre(&mut rows);
-        (product, square) = projection(&rows, |place| rows[place].slope_m);
+        (product, square) = projection(&rows);
         if square <= 0.0 {
             return None;
         }
@@ -306,7 +301,7 @@ fn run_slope(
             row.slope_m = f64::from(u8::from(moved(place)));
         }
         centre(&mut column);
-        let (product, square) = projection(&column, |place| column[place].slope_m);
+        let (product, square) = projection(&column);
         if square > 0.0 {
             product * product / square
         } else {
@@ -353,12 +348,12 @@ fn centre(rows: &mut [Row]) {
     }
 }
 
-/// Weighted product of the differences with a column, and the square of the column.
-fn projection(rows: &[Row], column: impl Fn(usize) -> f64) -> (f64, f64) {
+/// Weighted product of the differences with the slopes, and the square of the slopes.
+fn projection(rows: &[Row]) -> (f64, f64) {
     let (mut product, mut square) = (0.0, 0.0);
-    for (place, row) in rows.iter().enumerate() {
-        product += row.weight * column(place) * row.more_m;
-        square += row.weight * column(place) * column(place);
+    for row in rows {
+        product += row.weight * row.slope_m * row.more_m;
+        square += row.weight * row.slope_m * row.slope_m;
     }
     (product, square)
 }
@@ -379,23 +374,12 @@ fn cells_against_their_load(
         let p = 2.0 * normal_upper_tail(u_relative.recip());
         let p_family = -(observations.cells.len() as f64 * (-p).ln_1p()).exp_m1();
         if p_family <= BAD_READING_LEVEL {
-            let bad = BadRun {
-                lines: cell
-                    .readings
-                    .clone()
-                    .map(|one| observations.readings[one].line)
-                    .collect(),
-                pose: observations.poses[cell.pose].clone(),
-                direction: cell.direction,
-                repeat: None,
-                exchanged_with: None,
-                compliance,
-                expected: -compliance,
-                u: u_relative * compliance.abs(),
-                p_family,
-                kind: BadReadingKind::Sign,
-            };
-            out.push((number, bad));
+            let values = [compliance, -compliance, u_relative * compliance.abs()];
+            let (place, kind) = ((number, None), BadReadingKind::Sign);
+            out.push((
+                number,
+                BadRun::new(observations, place, values, p_family, kind),
+            ));
         }
     }
     // Where most do, the sign of force or displacement is a convention of the session.

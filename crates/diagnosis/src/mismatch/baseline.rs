@@ -160,3 +160,9 @@ pub(super) fn prior_sd(baseline: &dyn Baseline) -> Vec<f64> {
     let parameters = baseline.parameters().iter();
     parameters.map(|parameter| parameter.prior_sd).collect()
 }
+
+/// Values of the parameters at the start.
+pub(super) fn start(baseline: &dyn Baseline) -> Vec<f64> {
+    let parameters = baseline.parameters().iter();
+    parameters.map(|parameter| parameter.start).collect()
+}

@@ -9,7 +9,6 @@ use stiffbench_numeric::simd::widest;
 
 use super::candidate::Candidate;
 use super::changes::Changes;
-use super::diagnosis::Impossible;
 use crate::search::WhiteSpace;
 use crate::search::constants::{HIDDEN_JOINT, INVISIBLE};
 use crate::search::{BestAmplitude, Moments, RowVector, ScoreEngine, dot, subtract};
@@ -399,27 +398,6 @@ pub(super) fn best_shapes(candidates: &[ScoredCandidate]) -> Vec<Option<BestShap
         Some(found)
     };
     candidates.iter().map(best_shape).collect()
-}
-
-/// Candidates that would need an impossible value, the largest gain first.
-pub(super) fn impossible_ones(
-    seen: &[ScoredCandidate],
-    screened: &[Option<BestShape>],
-) -> Vec<Impossible> {
-    let mut out: Vec<Impossible> = seen
-        .iter()
-        .zip(screened)
-        .filter_map(|(candidate, screened)| {
-            let delta_chi2 = screened.as_ref()?.best.forbidden_delta_chi2;
-            (delta_chi2 > 0.0).then(|| Impossible {
-                law: candidate.candidate.law,
-                place: candidate.candidate.place.clone(),
-                delta_chi2,
-            })
-        })
-        .collect();
-    out.sort_by(|a, b| b.delta_chi2.total_cmp(&a.delta_chi2));
-    out
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use stiffbench_numeric::least_squares::{
 };
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::baseline::{Baseline, PoseSolver};
+use super::baseline::{Baseline, PoseSolver, start};
 use super::error::MismatchError;
 
 /// Displacement per force of a cell.
@@ -74,9 +74,8 @@ impl<'a> CellComplianceModel<'a> {
         baseline: &'a dyn Baseline,
         cells: &[CellCompliance],
     ) -> Result<Self, MismatchError> {
-        let start: Vec<f64> = baseline.parameters().iter().map(|one| one.start).collect();
         let mut solver = baseline.solver(0)?;
-        solver.solve(&start)?;
+        solver.solve(&start(baseline))?;
         let pose = |cell: &CellCompliance| solver.pose(cell.pose);
         let mut springs: Vec<Vec<[f64; 2]>> = Vec::new();
         for joint in 0..baseline.joints().len() {

@@ -17,6 +17,7 @@ use super::estimated_noise::EstimatedNoise;
 use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use super::restricted_likelihood::estimate_noise;
+use crate::search::largest;
 
 /// How often compliances and noise are found from each other: the noise hardly depends on the compliances.
 const ROUNDS: usize = 2;
@@ -221,24 +222,13 @@ fn noise_about_lines(observations: &Observations, residual_m: &[f64]) -> Estimat
         .filter(|(_, count)| *count > 0.0);
     let logs: Vec<f64> = seen.map(|(variance, _)| 0.5 * variance.ln()).collect();
     let reading_sd_m = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
-    let largest_m = observations
-        .displacement_m
-        .iter()
-        .fold(0.0_f64, |m, d| m.max(d.abs()));
-    let mut covariance = [[0.0; 3]; 3];
-    covariance[0][0] = 2.0 / counts.iter().sum::<f64>().max(2.0);
     let mut noise = ReadingNoise {
         reading_sd_m,
-        zero_sd_m: 10.0 * largest_m,
+        zero_sd_m: 10.0 * largest(&observations.displacement_m),
         ..ReadingNoise::default()
     };
     noise.gauges.reading_ratios = variance.map(|variance| variance.sqrt() / reading_sd_m);
-    EstimatedNoise {
-        noise,
-        covariance,
-        further_se: [0.0; 2],
-        from_repeats: false,
-    }
+    EstimatedNoise::of_readings(noise, counts.iter().sum())
 }
 
 /// Generalised least squares of every series.

@@ -11,6 +11,8 @@ use stiffbench_units_and_text::test_point::Direction;
 use super::baseline::StructureColumn;
 use super::noise::groups;
 use super::observations::Observations;
+use super::predictor::law_set;
+use crate::search::{largest, subtract};
 
 /// The solved poses of one structure, shared by all threads.
 #[derive(Debug, Clone, Default)]
@@ -47,18 +49,7 @@ impl LinearisedModel {
 
     /// The laws of effects; `None` if one sits in a joint that is not there.
     fn laws(&self, effects: &[&Effect]) -> Option<LawSet> {
-        let mut laws = LawSet::default();
-        for effect in effects
-            .iter()
-            .filter(|effect| !effect.law.changes_structure())
-        {
-            let joint = match &effect.place {
-                Place::Joint(name) => Some(self.joint(name)?),
-                _ => None,
-            };
-            laws.push(effect, joint);
-        }
-        Some(laws)
+        Some(law_set(&self.joints, effects.iter().copied())?.0)
     }
 
     /// The structure with a mistake of the robot file put right, to the first order; `None` for a mistake that is not known.
@@ -82,31 +73,23 @@ impl LinearisedModel {
     }
 }
 
-/// Largest change of a reading by an effect of a model, m.
+/// Largest change of a reading by the last effect of a model, m.
 pub(super) fn end_effect_m(
     linearised: &LinearisedModel,
     observations: &Observations,
     effects: &[Effect],
-    effect: usize,
 ) -> f64 {
     let all: Vec<&Effect> = effects.iter().collect();
-    let without: Vec<&Effect> = effects
-        .iter()
-        .enumerate()
-        .filter(|(place, _)| *place != effect)
-        .map(|(_, effect)| effect)
-        .collect();
+    let without = &all[..all.len().saturating_sub(1)];
     let n = observations.len();
     let (mut with, mut rest) = (vec![0.0; n], vec![0.0; n]);
     let mut joint_rotations = JointRotations::default();
     let known = linearised
         .predict(observations, &all, &mut joint_rotations, &mut with)
-        .and_then(|()| linearised.predict(observations, &without, &mut joint_rotations, &mut rest));
+        .and_then(|()| linearised.predict(observations, without, &mut joint_rotations, &mut rest));
     known.map_or(0.0, |()| {
-        with.iter()
-            .zip(&rest)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max)
+        subtract(&mut with, 1.0, &rest);
+        largest(&with)
     })
 }
 
@@ -205,9 +188,7 @@ impl<'a> Changes<'a> {
                 self.linearised
                     .predict(self.observations, &all, joint_rotations, out)?;
             }
-            for (value, before) in out.iter_mut().zip(&self.before_m) {
-                *value -= before;
-            }
+            subtract(out, 1.0, &self.before_m);
         }
         Some(0..out.len())
     }

@@ -10,7 +10,7 @@ use stiffbench_beams::physics::{Law, Place};
 use super::candidate::Candidate;
 use super::candidate_scores::{WhiteCandidate, WhiteCandidates, WhiteShape};
 use super::observations::Observations;
-use super::patterns::{PatternScratch, Patterns};
+use super::patterns::{PatternScratch, Patterns, places_alike};
 use crate::search::WhiteSpace;
 use crate::search::constants::{LAW_LEVEL, SAME_DIRECTION, SETUP_LEVEL, UNEXPLAINED_LEVEL};
 use crate::search::{
@@ -56,15 +56,8 @@ pub(super) fn critical_values(
         all.dedup();
         all
     };
-    let mut alike: Vec<(ShapeGroup, Vec<usize>)> = Vec::new();
-    for (place, candidate) in searched.candidates.iter().enumerate() {
-        let group = ShapeGroup::of(candidate);
-        // Those of one group mostly follow each other.
-        match alike.iter_mut().rfind(|(known, _)| *known == group) {
-            Some((_, places)) => places.push(place),
-            None => alike.push((group, vec![place])),
-        }
-    }
+    let candidates = searched.candidates.iter();
+    let alike = places_alike(candidates.map(|candidate| ShapeGroup::of(candidate)));
     let of_laws = |places: Vec<usize>| -> NullShapes<'_> {
         let families = &families;
         Box::new(move || {
@@ -78,7 +71,7 @@ pub(super) fn critical_values(
             shapes.collect()
         })
     };
-    let laws = alike.into_iter().map(|(_, places)| of_laws(places));
+    let laws = alike.into_iter().map(of_laws);
     let patterns = patterns.into_iter().flat_map(|patterns| {
         let alike = patterns.alike().into_iter();
         alike.map(|places| patterns_alike(patterns, places, families.len(), space))

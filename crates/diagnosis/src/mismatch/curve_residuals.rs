@@ -10,7 +10,7 @@ use super::deleted_residuals::Tested;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::constants::{AFTER_A_JUMP, NEIGHBOURS, ROUNDING, UNSEEN_READING};
-use crate::search::{dot, push_orthonormal, subtract};
+use crate::search::{dot, largest, push_orthonormal, take_out};
 
 /// A reading beside others under the same branch, in the order of their loads.
 struct Neighbour {
@@ -114,12 +114,9 @@ fn inner(count: usize) -> std::ops::Range<usize> {
     AFTER_A_JUMP..count.saturating_sub(AFTER_A_JUMP).max(AFTER_A_JUMP)
 }
 
-/// The reading of another run under the load of this one.
+/// A reading of another run under the same load.
 fn same_load(observations: &Observations, run: usize, reading: usize) -> Option<usize> {
-    let key = |one: usize| {
-        let detail = &observations.readings[one];
-        (observations.loads[one].step, detail.hold_number)
-    };
+    let key = |one: usize| observations.load_key(one);
     let mut readings = observations.runs[run].readings.clone();
     readings.find(|other| key(*other) == key(reading))
 }
@@ -149,9 +146,7 @@ struct CurveShift {
 /// The shift of a reading from the curve of the others, beside the kink or jump that leaves least of it; `None` with too few others.
 fn shift_at(window: &[Neighbour], at: usize) -> Option<CurveShift> {
     let count = window.len();
-    let largest_n = window
-        .iter()
-        .fold(0.0, |most: f64, one| most.max(one.force_n.abs()));
+    let largest_n = largest(window.iter().map(|one| &one.force_n));
     if largest_n == 0.0 {
         return None;
     }
@@ -186,12 +181,8 @@ fn shift_at(window: &[Neighbour], at: usize) -> Option<CurveShift> {
             .iter()
             .map(|one| one.weight * one.displacement_m)
             .collect();
-        for unit in &free {
-            for vector in [&mut own, &mut left] {
-                let share = dot(unit, vector);
-                subtract(vector, share, unit);
-            }
-        }
+        take_out(&free, &mut own);
+        take_out(&free, &mut left);
         let (square, product) = (dot(&own, &own), dot(&own, &left));
         if square < UNSEEN_READING * window[at].weight.powi(2) {
             return None;

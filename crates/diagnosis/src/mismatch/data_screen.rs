@@ -1,6 +1,6 @@
 //! What of the data cannot be right, and the data without it: the one way in which all who search look at readings first.
 
-use super::bad_readings::BadReading;
+use super::bad_readings::{BadReading, screen_readings};
 use super::bad_runs::{BadRun, screen_runs};
 use super::baseline::Baseline;
 use super::error::MismatchError;
@@ -30,11 +30,5 @@ pub fn screen_data(
     noise: &KnownNoise,
 ) -> Result<ScreenedData, MismatchError> {
     let runs = screen_runs(baseline, observations, noise)?;
-    let readings = runs.screen_readings(baseline, noise)?;
-    Ok(ScreenedData {
-        observations: readings.observations,
-        bad_runs: runs.bad,
-        bad_readings: readings.bad,
-        tails_dof: readings.tails_dof,
-    })
+    screen_readings(baseline, runs, noise)
 }

@@ -10,7 +10,7 @@ use super::free_means::fixed_part;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::constants::{AFTER_A_JUMP, ENOUGH_REPEATS, ROUNDING, UNSEEN_READING};
-use crate::search::{Covariance, dot, push_orthonormal, subtract};
+use crate::search::{Covariance, dot, push_orthonormal, subtract, take_out};
 
 /// A reading against its repeats.
 #[derive(Debug, Clone, Copy)]
@@ -33,8 +33,7 @@ pub(super) struct Tested {
 fn repeats(observations: &Observations, cell: usize) -> BTreeMap<(u32, u32), Vec<usize>> {
     let mut repeats: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
     for reading in observations.cells[cell].readings.clone() {
-        let detail = &observations.readings[reading];
-        let key = (observations.loads[reading].step, detail.hold_number);
+        let key = observations.load_key(reading);
         repeats.entry(key).or_default().push(reading);
     }
     repeats
@@ -183,7 +182,7 @@ impl<'a> FreeMeans<'a> {
                 }
                 let mut residual = observations.displacement_m[rows.clone()].to_vec();
                 white(&mut residual);
-                project(&own, &mut residual);
+                take_out(&own, &mut residual);
                 FreeRun {
                     common: vec![Vec::new(); rows.len()],
                     rows,
@@ -202,7 +201,7 @@ impl<'a> FreeMeans<'a> {
                 let place = run.rows.start - cell_rows.start..run.rows.end - cell_rows.start;
                 covariance.whiten_own(&run.rows, &mut column[place.clone()]);
                 whole += dot(&column[place.clone()], &column[place.clone()]);
-                project(&run.own, &mut column[place]);
+                take_out(&run.own, &mut column[place]);
             }
             push_orthonormal(&mut common, column, ROUNDING, ROUNDING * whole.sqrt());
         }
@@ -235,7 +234,7 @@ impl<'a> FreeMeans<'a> {
         let mut column: Vec<f64> = run.rows.clone().map(inside).collect();
         self.covariance.whiten_own(&run.rows, &mut column);
         let whole = dot(&column, &column);
-        project(&run.own, &mut column);
+        take_out(&run.own, &mut column);
         let mut common = vec![0.0; run.common.first().map_or(0, Vec::len)];
         for (value, row) in column.iter().zip(&run.common) {
             subtract(&mut common, -value, row);
@@ -248,13 +247,6 @@ impl<'a> FreeMeans<'a> {
             common,
         };
         shift.is_seen().then_some(shift)
-    }
-}
-
-fn project(basis: &[Vec<f64>], vector: &mut [f64]) {
-    for unit in basis {
-        let share = dot(unit, vector);
-        subtract(vector, share, unit);
     }
 }
 

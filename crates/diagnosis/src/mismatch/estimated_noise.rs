@@ -19,6 +19,27 @@ pub struct EstimatedNoise {
 }
 
 impl EstimatedNoise {
+    /// Noise that is known.
+    pub(super) fn known(noise: ReadingNoise) -> Self {
+        Self {
+            noise,
+            covariance: [[0.0; 3]; 3],
+            further_se: [0.0; 2],
+            from_repeats: true,
+        }
+    }
+
+    /// Noise of which the part of single readings was estimated, without repeats.
+    ///
+    /// # Arguments
+    /// - `dof`: degrees of freedom of its variance.
+    pub(super) fn of_readings(noise: ReadingNoise, dof: f64) -> Self {
+        let mut found = Self::known(noise);
+        found.covariance[0][0] = 2.0 / dof.max(2.0);
+        found.from_repeats = false;
+        found
+    }
+
     /// Degrees of freedom of a variance with these shares of the three (Satterthwaite).
     #[must_use]
     pub fn degrees_of_freedom(&self, shares: [f64; 3]) -> f64 {

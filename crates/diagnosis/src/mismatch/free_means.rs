@@ -7,8 +7,10 @@ use stiffbench_units_and_text::test_point::Branch;
 
 use super::observations::Observations;
 use crate::search::constants::SAME_STEP;
+use crate::search::{largest, push_orthonormal};
 
 /// Fixed part of one series, cells whose readings have noise in common: what may be anything without being noise.
+#[derive(Default)]
 pub(super) struct FixedPart {
     pub(super) readings: Range<usize>,
     /// For each reading the number of its step, whose mean is free; empty where no step has a mean of its own.
@@ -30,35 +32,18 @@ impl FixedPart {
     }
 
     /// Values of the cell's readings without their means over each step: what the steps leave free makes no difference, but costs digits.
-    pub(super) fn centred(&self, mut values: Vec<f64>) -> Vec<f64> {
-        let mut sums = vec![(0.0, 0.0); self.steps];
-        for (value, step) in values.iter().zip(&self.step_of) {
-            sums[*step].0 += value;
-            sums[*step].1 += 1.0;
-        }
-        for (value, step) in values.iter_mut().zip(&self.step_of) {
-            *value -= sums[*step].0 / sums[*step].1;
-        }
-        values
+    pub(super) fn centred(&self, values: Vec<f64>) -> Vec<f64> {
+        about_means(values, self.step_of.iter().copied(), self.steps)
     }
-}
 
-impl FixedPart {
     /// Of the cells of a series.
     pub(super) fn of_series(observations: &Observations, cells: Range<usize>) -> Self {
-        let mut cells = cells.map(|cell| fixed_part(observations, cell));
-        let Some(mut series) = cells.next() else {
-            return Self {
-                readings: 0..0,
-                step_of: Vec::new(),
-                steps: 0,
-                further: Vec::new(),
-            };
-        };
-        for cell in cells {
+        let cells = cells.map(|cell| fixed_part(observations, cell));
+        let whole = cells.reduce(|mut series, cell| {
             series.add(cell);
-        }
-        series
+            series
+        });
+        whole.unwrap_or_default()
     }
 
     /// Adds the cell that follows.
@@ -99,20 +84,12 @@ pub(super) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart 
     let readings = cell.readings.clone();
     let loads = &observations.loads[readings.clone()];
     let details = &observations.readings[readings.clone()];
-    let force_scale = loads
-        .iter()
-        .map(|load| load.force_n.abs())
-        .fold(0.0, f64::max)
-        .max(1e-12);
-    let force: Vec<f64> = loads
-        .iter()
-        .map(|load| load.force_n / force_scale)
-        .collect();
+    let force_scale = largest(loads.iter().map(|load| &load.force_n)).max(1e-12);
+    let force = loads.iter().map(|load| load.force_n / force_scale);
+    let force: Vec<f64> = force.collect();
     let mut part = FixedPart {
         readings,
-        step_of: Vec::new(),
-        steps: 0,
-        further: Vec::new(),
+        ..FixedPart::default()
     };
     let mut numbers: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for (load, detail) in loads.iter().zip(details) {
@@ -148,8 +125,10 @@ pub(super) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart 
             unloading.clone(),
             product(&unloading, &force),
         ];
+        let mut units = Vec::new();
         for column in all {
-            if independent(&part.further, &column) {
+            push_orthonormal(&mut units, column.clone(), 1e-4, 0.0);
+            if units.len() > part.further.len() {
                 part.further.push(column);
             }
         }
@@ -157,32 +136,22 @@ pub(super) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart 
     part
 }
 
-/// Whether a column adds something to those already there.
-fn independent(columns: &[Vec<f64>], column: &[f64]) -> bool {
-    let mut rest = column.to_vec();
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    let whole = length(&rest);
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for other in columns {
-        let mut vector = other.clone();
-        for b in &basis {
-            remove(&mut vector, b);
-        }
-        let norm = length(&vector).sqrt();
-        if norm > 0.0 {
-            for x in &mut vector {
-                *x /= norm;
-            }
-            remove(&mut rest, &vector);
-            basis.push(vector);
-        }
+/// Values without the means of the groups that they are in.
+///
+/// # Arguments
+/// - `groups`: the number of each value's group.
+pub(super) fn about_means(
+    mut values: Vec<f64>,
+    groups: impl Iterator<Item = usize> + Clone,
+    count: usize,
+) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); count];
+    for (value, group) in values.iter().zip(groups.clone()) {
+        sums[group].0 += value;
+        sums[group].1 += 1.0;
     }
-    length(&rest) > 1e-8 * whole && whole > 0.0
-}
-
-fn remove(vector: &mut [f64], unit: &[f64]) {
-    let product: f64 = vector.iter().zip(unit).map(|(a, b)| a * b).sum();
-    for (value, u) in vector.iter_mut().zip(unit) {
-        *value -= product * u;
+    for (value, group) in values.iter_mut().zip(groups) {
+        *value -= sums[group].0 / sums[group].1;
     }
+    values
 }

@@ -29,10 +29,7 @@ pub fn given_noise(
     reading_sd_m: f64,
 ) -> Result<GivenNoise, MismatchError> {
     let bench = DiagnosisProblem::new(baseline, observations);
-    let seen = bench
-        .alternate(bench.start(), KnownNoise::Nothing)?
-        .ok_or(MismatchError::Empty)?
-        .noise;
+    let seen = bench.state_of(bench.start(), KnownNoise::Nothing)?.noise;
     let mut noise = seen;
     noise.noise.reading_sd_m = reading_sd_m;
     // What is given has no uncertainty, and none in common with the rest.

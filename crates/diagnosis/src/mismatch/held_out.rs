@@ -21,22 +21,25 @@ impl DiagnosisProblem<'_> {
         let free: usize =
             model.parameters.len() + model.effects.iter().map(|e| e.values.len()).sum::<usize>();
         let poses = self.observations.poses.len();
-        let left_out = if poses > 1 { 0..poses } else { 0..0 };
-        let predicted: Vec<(f64, f64)> = left_out
-            .into_par_iter()
-            .map(|pose| self.without_pose(state, model, pose))
+        let folds = if poses > 1 {
+            self.folds_of_poses()
+        } else {
+            Vec::new()
+        };
+        let predicted: Vec<(f64, f64)> = folds
+            .par_iter()
+            .map(|held| self.without(state, model, held))
             .collect::<Result<_, MismatchError>>()?;
         let squares: f64 = predicted.iter().map(|(_, white)| white).sum();
         let held_out = self
             .observations
             .poses
             .iter()
-            .zip(&predicted)
-            .enumerate()
-            .map(|(pose, (name, (rms_m, white)))| HeldOut {
+            .zip(folds.iter().zip(&predicted))
+            .map(|(name, (fold, (rms_m, white)))| HeldOut {
                 pose: name.clone(),
                 rms_m: *rms_m,
-                noise_units: (white / self.readings_of_pose(pose) as f64).sqrt(),
+                noise_units: (white / fold.iter().filter(|held| **held).count() as f64).sqrt(),
             })
             .collect();
         let mean =
@@ -128,38 +131,20 @@ impl DiagnosisProblem<'_> {
         Ok(squares.iter().sum())
     }
 
-    /// Root mean square, m, and weighted squares of a pose that a model was not fitted to.
-    fn without_pose(
-        &self,
-        state: &State,
-        model: &Model,
-        pose: usize,
-    ) -> Result<(f64, f64), MismatchError> {
-        self.without(state, model, &self.fold(|cell| cell.pose == pose))
-    }
-
-    /// The same of any readings.
+    /// Root mean square, m, and weighted squares of readings that a model was not fitted to.
     fn without(
         &self,
         state: &State,
         model: &Model,
         held: &[bool],
     ) -> Result<(f64, f64), MismatchError> {
-        let kept: Vec<bool> = held.iter().map(|held| !held).collect();
-        let fitted = if self.observations.free_zeros {
-            self.fitted_to_kept(state, model, &kept)?
-        } else {
-            let refit = WeightedFit {
-                kept: Some(&kept),
-                ..self.refit(&state.whitening)
-            };
-            refit.fit(&mut self.predictor(), model, true)
-        };
-        let fitted = fitted.map_or_else(|| model.clone(), |fitted| fitted.model);
-        let residuals = self.raw_residuals(&fitted)?;
+        let residuals = self.residuals_of_kept(state, model, held)?;
+        let rms_m = self.rms_about_zeros(&residuals, held);
         if self.observations.free_zeros {
-            let squares = self.squares_about_kept_zeros(state, &residuals, held);
-            return Ok((self.rms_about_zeros(&residuals, held), squares));
+            let weights = state.whitening.covariance.weights();
+            let left = self.about_kept_zeros(state, &residuals, held).into_iter();
+            let squares = left.map(|(reading, residual)| (residual * weights[reading]).powi(2));
+            return Ok((rms_m, squares.sum()));
         }
         let mut white: Vec<f64> = residuals
             .iter()
@@ -167,8 +152,7 @@ impl DiagnosisProblem<'_> {
             .map(|(residual, held)| if *held { *residual } else { 0.0 })
             .collect();
         state.whitening.covariance.whiten(&mut white);
-        let squares = white.iter().map(|x| x * x).sum();
-        Ok((self.rms_about_zeros(&residuals, held), squares))
+        Ok((rms_m, white.iter().map(|x| x * x).sum()))
     }
 
     /// A model fitted to the readings that were kept, of zeros that others of their run do not know.
@@ -197,20 +181,29 @@ impl DiagnosisProblem<'_> {
         model: &Model,
         held: &[bool],
     ) -> Result<Vec<f64>, MismatchError> {
-        let kept: Vec<bool> = held.iter().map(|held| !held).collect();
-        let fitted = self.fitted_to_kept(state, model, &kept)?;
-        let fitted = fitted.map_or_else(|| model.clone(), |fitted| fitted.model);
-        let residuals = self.raw_residuals(&fitted)?;
+        let residuals = self.residuals_of_kept(state, model, held)?;
         let left = self.about_kept_zeros(state, &residuals, held);
         Ok(left.into_iter().map(|(_, residual)| residual).collect())
     }
 
-    /// Weighted squares of readings about their zeros.
-    fn squares_about_kept_zeros(&self, state: &State, residuals: &[f64], held: &[bool]) -> f64 {
-        let weights = state.whitening.covariance.weights();
-        let left = self.about_kept_zeros(state, residuals, held).into_iter();
-        left.map(|(reading, residual)| (residual * weights[reading]).powi(2))
-            .sum()
+    /// All readings minus a model that was fitted to those that were not left out, m.
+    fn residuals_of_kept(
+        &self,
+        state: &State,
+        model: &Model,
+        held: &[bool],
+    ) -> Result<Vec<f64>, MismatchError> {
+        let kept: Vec<bool> = held.iter().map(|held| !held).collect();
+        let fitted = if self.observations.free_zeros {
+            self.fitted_to_kept(state, model, &kept)?
+        } else {
+            let refit = WeightedFit {
+                kept: Some(&kept),
+                ..self.refit(&state.whitening)
+            };
+            refit.fit(&mut self.predictor(), model, true)
+        };
+        self.raw_residuals(fitted.as_ref().map_or(model, |fitted| &fitted.model))
     }
 
     /// Readings that were left out about their zeros: those of the readings that were kept, their own where none was.
@@ -220,8 +213,7 @@ impl DiagnosisProblem<'_> {
         residuals: &[f64],
         held: &[bool],
     ) -> Vec<(usize, f64)> {
-        let zeros = self.observations.readings.iter();
-        let count = zeros.map(|r| r.zero as usize + 1).max().unwrap_or(0);
+        let count = self.observations.zero_count();
         let weights = state.whitening.covariance.weights();
         let mut kept = vec![(0.0, 0.0); count];
         let mut own = vec![(0.0, 0.0); count];
@@ -247,13 +239,6 @@ impl DiagnosisProblem<'_> {
             .collect()
     }
 
-    fn readings_of_pose(&self, pose: usize) -> usize {
-        let cells = &self.observations.cells;
-        (0..self.observations.len())
-            .filter(|reading| cells[self.observations.cell_of(*reading)].pose == pose)
-            .count()
-    }
-
     /// Readings minus a model, m.
     pub(super) fn raw_residuals(&self, model: &Model) -> Result<Vec<f64>, MismatchError> {
         let mut residuals = self.predicted(&mut self.predictor(), model)?;
@@ -265,13 +250,7 @@ impl DiagnosisProblem<'_> {
 
     /// Root mean square about the mean of each gauge zero.
     fn rms_about_zeros(&self, residuals: &[f64], counted: &[bool]) -> f64 {
-        let zeros = self
-            .observations
-            .readings
-            .iter()
-            .map(|r| r.zero as usize + 1);
-        let count = zeros.max().unwrap_or(0);
-        let mut sums = vec![(0.0, 0.0, 0.0); count];
+        let mut sums = vec![(0.0, 0.0, 0.0); self.observations.zero_count()];
         for ((residual, reading), counted) in residuals
             .iter()
             .zip(&self.observations.readings)

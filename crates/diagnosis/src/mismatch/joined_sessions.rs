@@ -51,8 +51,8 @@ pub fn noise_alone(
     observations: &Observations,
 ) -> Result<ReadingNoise, MismatchError> {
     let problem = DiagnosisProblem::new(baseline, observations);
-    let state = problem.alternate(problem.start(), KnownNoise::Nothing)?;
-    Ok(state.ok_or(MismatchError::Empty)?.noise.noise)
+    let state = problem.state_of(problem.start(), KnownNoise::Nothing)?;
+    Ok(state.noise.noise)
 }
 
 impl Observations {

@@ -11,9 +11,7 @@ use super::state::State;
 impl DiagnosisProblem<'_> {
     /// The model that the search starts from, fitted. Of known effects that bend or jump at some load it is searched where.
     pub(super) fn first_state(&self, options: &SearchOptions) -> Result<State, MismatchError> {
-        let mut state = self
-            .alternate(self.start(), options.noise)?
-            .ok_or(MismatchError::Empty)?;
+        let mut state = self.state_of(self.start(), options.noise)?;
         for place in 0..self.known_effects.len() {
             let mut rest = state.fitted.model.clone();
             let effect = rest.effects.remove(place);

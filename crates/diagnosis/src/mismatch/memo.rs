@@ -59,26 +59,19 @@ impl SearchMemo {
             return work(start);
         }
         let key = (start.clone(), noise);
-        let known = self.models.of(&key, || work(start))?;
-        Ok((*known).clone())
+        self.models.of(&key, || work(start))
     }
 
     /// Candidates seen from a state, none of them a period.
-    pub(super) fn seen(
+    pub(super) fn seen<E>(
         &self,
         key: &StateKey,
-        work: impl FnOnce() -> Vec<ScoredCandidate>,
-    ) -> Vec<ScoredCandidate> {
+        work: impl FnOnce() -> Result<Vec<ScoredCandidate>, E>,
+    ) -> Result<Vec<ScoredCandidate>, E> {
         if !stands_anywhere(&key.0.effects) {
             return work();
         }
-        let known = self
-            .seen
-            .of(key, || Ok::<_, std::convert::Infallible>(work()));
-        match known {
-            Ok(known) => (*known).clone(),
-            Err(never) => match never {},
-        }
+        self.seen.of(key, work)
     }
 
     /// A candidate fitted from a state, by the effect that it starts with.
@@ -91,8 +84,7 @@ impl SearchMemo {
         if !stands_anywhere(&key.0.effects) || start.law.is_gauge_error() {
             return work();
         }
-        let known = self.fitted.of(&(key.clone(), start.clone()), work)?;
-        Ok((*known).clone())
+        self.fitted.of(&(key.clone(), start.clone()), work)
     }
 
     /// The noise that the first model left, where the search for that of others starts.
@@ -115,11 +107,7 @@ impl SearchMemo {
         &self,
         work: impl FnOnce() -> Result<Vec<StructureColumn>, E>,
     ) -> Result<Arc<[StructureColumn]>, E> {
-        if let Some(known) = self.columns.get() {
-            return Ok(Arc::clone(known));
-        }
-        let columns = work()?;
-        Ok(Arc::clone(self.columns.get_or_init(|| columns.into())))
+        once(&self.columns, || Ok(work()?.into())).cloned()
     }
 
     /// What loose members would change.
@@ -127,11 +115,7 @@ impl SearchMemo {
         &self,
         work: impl FnOnce() -> Result<Vec<MissingMemberChange>, E>,
     ) -> Result<&[MissingMemberChange], E> {
-        if let Some(known) = self.missing_member_changes.get() {
-            return Ok(known);
-        }
-        let changes = work()?;
-        Ok(self.missing_member_changes.get_or_init(|| changes))
+        once(&self.missing_member_changes, work).map(Vec::as_slice)
     }
 }
 
@@ -145,21 +129,31 @@ impl<K, V> Default for Memo<K, V> {
     }
 }
 
-impl<K: PartialEq + Clone, V> Memo<K, V> {
-    fn of<E>(&self, key: &K, work: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
+impl<K: PartialEq + Clone, V: Clone> Memo<K, V> {
+    fn of<E>(&self, key: &K, work: impl FnOnce() -> Result<V, E>) -> Result<V, E> {
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let find = |kept: &[(K, Arc<V>)]| {
             let mut known = kept.iter().filter(|(known, _)| known == key);
             known.next().map(|(_, value)| Arc::clone(value))
         };
-        if let Some(known) = find(&kept()) {
-            return Ok(known);
+        let known = find(&kept());
+        if let Some(known) = known {
+            return Ok((*known).clone());
         }
         // Not under the lock: others work on other keys meanwhile.
         let value = Arc::new(work()?);
         kept().push((key.clone(), Arc::clone(&value)));
-        Ok(value)
+        Ok((*value).clone())
     }
+}
+
+/// A value that is worked out once.
+fn once<T, E>(kept: &OnceLock<T>, work: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
+    if let Some(known) = kept.get() {
+        return Ok(known);
+    }
+    let value = work()?;
+    Ok(kept.get_or_init(|| value))
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
-use crate::search::{Evidence, RowVector, dot};
+use crate::search::{Evidence, RowVector, dot, largest, subtract};
 
 /// Weighted squares a reading from which a fit may have stopped elsewhere than in the least of its minima.
 const POOR: f64 = 2.0;
@@ -50,7 +50,7 @@ impl DiagnosisProblem<'_> {
                     shape,
                     vectors: vec![RowVector::from(white)],
                     square,
-                    peak_m: change_m.iter().fold(0.0, |most, d| d.abs().max(most)),
+                    peak_m: largest(change_m),
                 }],
             })
         };
@@ -75,10 +75,7 @@ impl DiagnosisProblem<'_> {
                 .observations
                 .with_displacements(self.predicted(&mut self.predictor(), &base)?);
             let change = |effect: Effect| {
-                let start = Model {
-                    parameters: base.parameters.clone(),
-                    effects: vec![effect.clone()],
-                };
+                let start = base.with(&effect);
                 let mut predictor = self.predictor();
                 let refit = WeightedFit {
                     observations: &exact,
@@ -88,9 +85,7 @@ impl DiagnosisProblem<'_> {
                 let change_m = fitted
                     .map(|fitted| {
                         let mut with = self.predicted(&mut predictor, &fitted.model)?;
-                        for (value, without) in with.iter_mut().zip(&exact.displacement_m) {
-                            *value -= without;
-                        }
+                        subtract(&mut with, 1.0, &exact.displacement_m);
                         Ok::<_, MismatchError>(with)
                     })
                     .transpose()?;
@@ -146,11 +141,7 @@ impl DiagnosisProblem<'_> {
         space: &WhiteSpace,
         effect: &Effect,
     ) -> Result<Option<Ranked>, MismatchError> {
-        let existing = &state.fitted.model.effects;
-        let start = Model {
-            parameters: state.fitted.model.parameters.clone(),
-            effects: existing.iter().chain([effect]).cloned().collect(),
-        };
+        let start = state.fitted.model.with(effect);
         if self.baseline.variant(&start.effects).is_none() {
             return Ok(None);
         }

@@ -75,8 +75,8 @@ mod white_laws;
 mod wrong_cells;
 
 pub use crate::search::MOST_READINGS_OF_A_PART;
-pub use bad_readings::{BadReading, BadReadingKind, ScreenedReadings, screen_readings};
-pub use bad_runs::{BadRun, ScreenedRuns, screen_runs};
+pub use bad_readings::{BadReading, BadReadingKind};
+pub use bad_runs::BadRun;
 pub use baseline::{Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn};
 pub use cell_slopes::{CellSlopes, SeriesSlopes};
 pub use configurations::ConfigurationSizes;

@@ -7,6 +7,7 @@ use stiffbench_measurement::readings::{Reading, ReadingTable, SessionHeader, Sin
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
+use super::free_means::about_means;
 use super::joined_sessions::ObservedSession;
 use super::recorded_history::RecordedHistory;
 
@@ -185,11 +186,6 @@ impl Observations {
             (*pose, place_of_load(reading), axis, reading.run)
         });
         let instruments = header.map(|header| &header.instruments);
-        let mut layout = GrowingArrays::default();
-        for (pose, reading, since) in rows {
-            layout.push((pose, table.load_direction(reading)), reading, since);
-        }
-        let gauges = gauges_read_at_once(&layout.readings, &layout.cells);
         let any = |known: fn(&Reading) -> bool| table.accepted().any(known);
         let recorded = Recorded {
             time: any(|reading| reading.time_s.is_some()),
@@ -207,16 +203,14 @@ impl Observations {
             })),
         };
         let mut observations = Self {
-            poses,
-            cells: layout.cells,
-            runs: layout.runs,
-            readings: layout.readings,
-            loads: layout.loads,
-            displacement_m: layout.displacement_m,
-            gauges,
             release_n: header.and_then(SessionHeader::release_n),
             ..Self::without_readings(steps, recorded)
         };
+        for (pose, reading, since) in rows {
+            observations.push_recorded((pose, table.load_direction(reading)), reading, since);
+        }
+        observations.poses = poses;
+        observations.gauges = observations.gauges_read_at_once();
         observations.unloaded_shift_m = observations.count_from_unloaded();
         observations
     }
@@ -310,6 +304,43 @@ impl Observations {
         self.runs[self.readings[reading].run].cell
     }
 
+    /// Pose and direction of a cell.
+    pub(super) fn name_of(&self, cell: usize) -> (PoseId, Direction) {
+        let cell = &self.cells[cell];
+        (self.poses[cell.pose].clone(), cell.direction)
+    }
+
+    /// Step and hold of a reading: its repeats in other runs of the cell have the same.
+    pub(super) fn load_key(&self, reading: usize) -> (u32, u32) {
+        (self.loads[reading].step, self.readings[reading].hold_number)
+    }
+
+    /// For each reading whether it is meant.
+    pub(super) fn mask(&self, is_meant: impl Fn(usize) -> bool) -> Vec<bool> {
+        (0..self.len()).map(is_meant).collect()
+    }
+
+    /// Number of gauge zeros, those of readings left out among them.
+    pub(super) fn zero_count(&self) -> usize {
+        let zeros = self
+            .readings
+            .iter()
+            .map(|reading| reading.zero as usize + 1);
+        zeros.max().unwrap_or(0)
+    }
+
+    /// Values minus their means over their gauge zeros.
+    pub(super) fn about_zeros(&self, values: Vec<f64>) -> Vec<f64> {
+        let zeros = self.readings.iter().map(|reading| reading.zero as usize);
+        about_means(values, zeros, self.zero_count())
+    }
+
+    /// Directions that were measured.
+    pub(super) fn directions(&self) -> impl Iterator<Item = Direction> + '_ {
+        let measured = |axis: &Direction| self.cells.iter().any(|cell| cell.direction == *axis);
+        Direction::ALL.into_iter().filter(measured)
+    }
+
     /// The same readings with where the gauge stood at each.
     #[must_use]
     pub(super) fn with_positions(&self, position_m: &[f64]) -> Self {
@@ -360,32 +391,19 @@ impl Observations {
             session.readings = first..first + kept(session.readings.clone());
         }
         for cell in cells {
-            let (first_run, first) = (out.runs.len(), out.readings.len());
-            for run in &self.runs[cell.runs.clone()] {
-                let start = out.readings.len();
-                for reading in run.readings.clone().filter(|&reading| keep[reading]) {
-                    out.readings.push(ObservedReading {
-                        run: out.runs.len(),
-                        ..self.readings[reading]
-                    });
-                    out.loads.push(self.loads[reading]);
-                    out.displacement_m.push(self.displacement_m[reading]);
-                }
-                if out.readings.len() > start {
-                    out.runs.push(ObservedRun {
-                        cell: out.cells.len(),
-                        repeat: run.repeat,
-                        session_run: run.session_run,
-                        readings: start..out.readings.len(),
-                    });
-                }
+            let is_kept = |reading: &usize| keep[*reading];
+            if cell.readings.clone().any(|reading| keep[reading]) {
+                out.begin_cell(cell.pose, cell.load.clone(), cell.direction);
             }
-            if out.readings.len() > first {
-                out.cells.push(ObservedCell {
-                    runs: first_run..out.runs.len(),
-                    readings: first..out.readings.len(),
-                    ..cell.clone()
-                });
+            for run in &self.runs[cell.runs.clone()] {
+                let mut kept = run.readings.clone().filter(is_kept).peekable();
+                if kept.peek().is_some() {
+                    out.begin_run(run.repeat, run.session_run);
+                }
+                for reading in kept {
+                    let load = self.loads[reading];
+                    out.push(self.readings[reading], load, self.displacement_m[reading]);
+                }
             }
         }
         for session in &mut out.sessions {
@@ -407,70 +425,87 @@ impl Observations {
     }
 }
 
-/// Axes of the gauges of a session, where two or more were read under one load at once.
-pub(super) fn gauges_read_at_once(
-    readings: &[ObservedReading],
-    cells: &[ObservedCell],
-) -> Vec<Direction> {
-    let at_once = cells.windows(2).any(|pair| {
-        let seq = |cell: &ObservedCell| readings[cell.readings.start].seq;
-        pair[1].goes_on(&pair[0]) && seq(&pair[0]) == seq(&pair[1])
-    });
-    let axes = Direction::ALL.into_iter().filter(|_| at_once);
-    axes.filter(|axis| cells.iter().any(|cell| cell.direction == *axis))
-        .collect()
-}
+impl Observations {
+    /// Axes of the gauges, if several were read at once.
+    pub(super) fn gauges_read_at_once(&self) -> Vec<Direction> {
+        let at_once = self.cells.windows(2).any(|pair| {
+            let seq = |cell: &ObservedCell| self.readings[cell.readings.start].seq;
+            pair[1].goes_on(&pair[0]) && seq(&pair[0]) == seq(&pair[1])
+        });
+        self.directions().filter(|_| at_once).collect()
+    }
 
-/// Arrays as they grow.
-#[derive(Debug, Default)]
-struct GrowingArrays {
-    cells: Vec<ObservedCell>,
-    runs: Vec<ObservedRun>,
-    readings: Vec<ObservedReading>,
-    loads: Vec<LoadPoint>,
-    displacement_m: Vec<f64>,
-    table_run: Option<u32>,
-}
+    /// Begins a cell.
+    pub(super) fn begin_cell(&mut self, pose: usize, load: LoadDirection, direction: Direction) {
+        let (runs, readings) = (self.runs.len(), self.readings.len());
+        self.cells.push(ObservedCell {
+            pose,
+            load,
+            direction,
+            runs: runs..runs,
+            readings: readings..readings,
+        });
+    }
 
-impl GrowingArrays {
-    fn push(&mut self, (pose, load): (usize, LoadDirection), reading: &Reading, since: SinceZero) {
+    /// Begins a run of the last cell.
+    pub(super) fn begin_run(&mut self, repeat: u32, session_run: u32) {
         let place = self.readings.len();
+        self.runs.push(ObservedRun {
+            cell: self.cells.len().saturating_sub(1),
+            repeat,
+            session_run,
+            readings: place..place,
+        });
+        if let Some(cell) = self.cells.last_mut() {
+            cell.runs.end = self.runs.len();
+        }
+    }
+
+    /// Adds a reading to the last run.
+    pub(super) fn push(&mut self, reading: ObservedReading, load: LoadPoint, displacement_m: f64) {
+        let run = self.runs.len().saturating_sub(1);
+        self.readings.push(ObservedReading { run, ..reading });
+        self.loads.push(load);
+        self.displacement_m.push(displacement_m);
+        if let (Some(cell), Some(run)) = (self.cells.last_mut(), self.runs.last_mut()) {
+            cell.readings.end = self.readings.len();
+            run.readings.end = self.readings.len();
+        }
+    }
+
+    /// Number of readings that the last run has under a load step so far, if that is its last.
+    pub(super) fn next_hold(&self, step: u32) -> u32 {
+        match (self.readings.last(), self.loads.last()) {
+            (Some(last), Some(load)) if last.run + 1 == self.runs.len() && load.step == step => {
+                last.hold_number + 1
+            }
+            _ => 0,
+        }
+    }
+
+    /// Adds a reading of a table whose readings come cell by cell and run by run.
+    fn push_recorded(
+        &mut self,
+        (pose, load): (usize, LoadDirection),
+        reading: &Reading,
+        since: SinceZero,
+    ) {
         let same_cell = self.cells.last().is_some_and(|cell| {
             cell.pose == pose && cell.direction == reading.direction && cell.load == load
         });
         if !same_cell {
-            let runs = self.runs.len();
-            self.cells.push(ObservedCell {
-                pose,
-                load,
-                direction: reading.direction,
-                runs: runs..runs,
-                readings: place..place,
-            });
-            self.table_run = None;
+            self.begin_cell(pose, load, reading.direction);
         }
-        if self.table_run != Some(reading.run) {
-            self.table_run = Some(reading.run);
-            self.runs.push(ObservedRun {
-                cell: self.cells.len() - 1,
-                repeat: reading.repeat,
-                session_run: reading.run,
-                readings: place..place,
-            });
+        let run = self.runs.last().map(|run| run.session_run);
+        if !same_cell || run != Some(reading.run) {
+            self.begin_run(reading.repeat, reading.run);
         }
-        let run = self.runs.len() - 1;
-        let hold_number = match (self.readings.last(), self.loads.last()) {
-            (Some(last), Some(load)) if last.run == run && load.step == reading.step => {
-                last.hold_number + 1
-            }
-            _ => 0,
-        };
-        self.readings.push(ObservedReading {
-            run,
+        let observed = ObservedReading {
+            run: 0,
             seq: reading.seq,
             zero: reading.zero,
             branch: reading.branch,
-            hold_number,
+            hold_number: self.next_hold(reading.step),
             time_s: reading.time_s,
             line: reading.line,
             target_n: reading.target_n,
@@ -478,8 +513,8 @@ impl GrowingArrays {
                 .text
                 .as_ref()
                 .is_some_and(|text| !text.flag.is_empty()),
-        });
-        self.loads.push(LoadPoint {
+        };
+        let load = LoadPoint {
             force_n: reading.force_n,
             step: reading.step,
             hold_s: reading.hold_s.unwrap_or(0.0),
@@ -487,12 +522,7 @@ impl GrowingArrays {
             warming_k: since.warming_k.unwrap_or(0.0),
             position_m: None,
             is_unloaded: reading.target_n == 0.0,
-        });
-        self.displacement_m.push(reading.displacement_m);
-        self.runs[run].readings.end = place + 1;
-        if let Some(cell) = self.cells.last_mut() {
-            cell.runs.end = self.runs.len();
-            cell.readings.end = place + 1;
-        }
+        };
+        self.push(observed, load, reading.displacement_m);
     }
 }

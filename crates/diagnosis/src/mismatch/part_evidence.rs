@@ -13,7 +13,7 @@ use super::ranked_candidate::Ranked;
 use super::refit::{FittedModel, Model};
 use super::sharpness::against_gradual_change;
 use super::state::State;
-use crate::search::{WhiteSpace, dot, subtract};
+use crate::search::{WhiteSpace, dot, largest, subtract, take_out};
 
 /// Most parts of a recording that are left out in turn.
 const FOLDS: usize = 5;
@@ -190,9 +190,7 @@ impl DiagnosisProblem<'_> {
         values: usize,
     ) -> f64 {
         let loads = &self.observations.loads;
-        let largest = loads
-            .iter()
-            .fold(0.0_f64, |m, load| m.max(load.force_n.abs()));
+        let largest = largest(loads.iter().map(|load| &load.force_n));
         let fall = |powers: &mut dyn Iterator<Item = i32>| {
             let mut left = residuals.to_vec();
             let mut basis: Vec<Vec<f64>> = Vec::new();
@@ -200,10 +198,7 @@ impl DiagnosisProblem<'_> {
                 let of_power = |load: &LoadPoint| (load.force_n / largest).powi(power);
                 let rows: Vec<f64> = loads.iter().map(of_power).collect();
                 let mut column = space.projected(&rows);
-                for other in &basis {
-                    let along = dot(&column, other);
-                    subtract(&mut column, along, other);
-                }
+                take_out(&basis, &mut column);
                 let length = dot(&column, &column).sqrt();
                 if length > 0.0 {
                     for value in &mut column {

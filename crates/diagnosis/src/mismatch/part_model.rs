@@ -142,9 +142,7 @@ impl PartModel {
 impl DiagnosisProblem<'_> {
     /// How far a model is off in parts of a recording that are left out of its fit in turn.
     fn band(&self, model: &Model) -> Result<PartBand, MismatchError> {
-        let state = self
-            .alternate(model.clone(), KnownNoise::Nothing)?
-            .ok_or(MismatchError::Empty)?;
+        let state = self.state_of(model.clone(), KnownNoise::Nothing)?;
         let mut off: Vec<f64> = Vec::new();
         for held in self.observations.unseen_parts() {
             let left = self.residuals_left_out(&state, model, &held)?;

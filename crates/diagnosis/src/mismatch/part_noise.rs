@@ -8,6 +8,7 @@ use super::estimated_noise::EstimatedNoise;
 use super::noise::ReadingNoise;
 use super::observations::{Observations, ObservedRun};
 use crate::search::constants::{ENOUGH_OF_A_LINE, ENOUGH_OF_A_RECORDING};
+use crate::search::largest;
 use stiffbench_beams::physics::TestObject;
 
 /// Share of the smallest deviations of neighbours that are used (1): turning points and jumps are among the others.
@@ -42,26 +43,17 @@ impl Observations {
     /// # Arguments
     /// - `residual_m`: what the model leaves.
     pub(super) fn noise_of_neighbours(&self, residual_m: &[f64]) -> EstimatedNoise {
-        let largest = self
-            .displacement_m
-            .iter()
-            .fold(0.0_f64, |m, d| m.max(d.abs()));
+        let largest = largest(&self.displacement_m);
         let (of_neighbours, dof) = self.scatter_of_neighbours();
         let floor_m = (self.resolution() / 12.0_f64.sqrt()).max(SIX_DIGITS * largest);
         let left = self.scatter_about_zeros(residual_m);
         let reading_sd_m = of_neighbours.min(left).max(floor_m);
-        let mut covariance = [[0.0; 3]; 3];
-        covariance[0][0] = 2.0 / dof.max(2.0);
-        EstimatedNoise {
-            noise: ReadingNoise {
-                reading_sd_m,
-                zero_sd_m: 10.0 * largest,
-                ..ReadingNoise::default()
-            },
-            covariance,
-            further_se: [0.0; 2],
-            from_repeats: false,
-        }
+        let noise = ReadingNoise {
+            reading_sd_m,
+            zero_sd_m: 10.0 * largest,
+            ..ReadingNoise::default()
+        };
+        EstimatedNoise::of_readings(noise, dof)
     }
 
     /// Standard deviation of a reading about the line between its neighbours, and its degrees of freedom.

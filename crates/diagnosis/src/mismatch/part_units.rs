@@ -70,8 +70,6 @@ impl PartUnits {
                 si_name: spec.unit().to_owned(),
             };
         };
-        let product =
-            |answer: f64, load: f64| answer.powi(of_answer.into()) * load.powi(of_load.into());
         let name = |answer: &str, load: &str| match (of_answer, of_load, of_time) {
             (1, 0, 0) if spec.dimension == Dimension::LengthPerTemperature => per(answer, "K"),
             (1, 0, 0) => answer.to_owned(),
@@ -81,34 +79,19 @@ impl PartUnits {
             _ if self.scale.order_is_clock => per(answer, "reading"),
             _ => per(answer, "s"),
         };
-        PartUnit {
-            si: product(self.scale.answer, self.scale.load),
-            si_per_unit: product(self.answer.si_per_unit, self.load.si_per_unit),
-            name: name(&self.answer.name, &self.load.name),
-            si_name: name(self.answer.si, self.load.si),
-        }
+        self.of_powers([of_answer, of_load], name)
     }
 
     /// The unit of an answer.
     #[must_use]
     pub fn of_answer(&self) -> PartUnit {
-        PartUnit {
-            si: self.scale.answer,
-            si_per_unit: self.answer.si_per_unit,
-            name: self.answer.name.clone(),
-            si_name: self.answer.si.to_owned(),
-        }
+        self.of_powers([1, 0], |answer, _| answer.to_owned())
     }
 
     /// The unit of what was set.
     #[must_use]
     pub fn of_load(&self) -> PartUnit {
-        PartUnit {
-            si: self.scale.load,
-            si_per_unit: self.load.si_per_unit,
-            name: self.load.name.clone(),
-            si_name: self.load.si.to_owned(),
-        }
+        self.of_powers([0, 1], |_, load| load.to_owned())
     }
 
     /// The unit of a slope.
@@ -117,8 +100,26 @@ impl PartUnits {
         PartUnit {
             si: self.scale.answer / self.scale.load,
             si_per_unit: self.answer.si_per_unit / self.load.si_per_unit,
-            name: per(&self.answer.name, &self.load.name),
-            si_name: per(self.answer.si, self.load.si),
+            ..self.of_powers([1, -1], per)
+        }
+    }
+
+    /// The unit of a product of powers of answer and load.
+    ///
+    /// # Arguments
+    /// - `name`: its name by those of the answer and the load.
+    fn of_powers(
+        &self,
+        [of_answer, of_load]: [i8; 2],
+        name: impl Fn(&str, &str) -> String,
+    ) -> PartUnit {
+        let product =
+            |answer: f64, load: f64| answer.powi(of_answer.into()) * load.powi(of_load.into());
+        PartUnit {
+            si: product(self.scale.answer, self.scale.load),
+            si_per_unit: product(self.answer.si_per_unit, self.load.si_per_unit),
+            name: name(&self.answer.name, &self.load.name),
+            si_name: name(self.answer.si, self.load.si),
         }
     }
 }

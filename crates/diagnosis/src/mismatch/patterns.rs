@@ -16,7 +16,7 @@ use crate::search::WhiteSpace;
 use crate::search::constants::{
     ABSORBED_PATTERN, ENOUGH_FOR_A_RHYTHM, FREQUENCIES, RUNS_OF_A_SWING,
 };
-use crate::search::{Batched, RowVector, ScoreEngine};
+use crate::search::{Batched, RowVector, ScoreEngine, largest};
 
 /// The readings a pattern acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +26,32 @@ pub(super) struct PatternGroup {
 }
 
 impl PatternGroup {
-    fn holds(&self, cell: &ObservedCell) -> bool {
+    /// Each direction that was measured.
+    pub(super) fn of_directions(observations: &Observations) -> impl Iterator<Item = Self> {
+        observations.directions().map(|direction| Self {
+            direction: Some(direction),
+            ..EVERYWHERE
+        })
+    }
+
+    /// Each pose, if there are several.
+    pub(super) fn of_poses(observations: &Observations) -> impl Iterator<Item = Self> + use<> {
+        let count = observations.poses.len();
+        (0..count).filter(move |_| count > 1).map(|pose| Self {
+            pose: Some(pose),
+            ..EVERYWHERE
+        })
+    }
+
+    /// Each cell.
+    pub(super) fn of_cells(observations: &Observations) -> impl Iterator<Item = Self> {
+        observations.cells.iter().map(|cell| Self {
+            pose: Some(cell.pose),
+            direction: Some(cell.direction),
+        })
+    }
+
+    pub(super) fn holds(&self, cell: &ObservedCell) -> bool {
         self.pose.is_none_or(|pose| pose == cell.pose)
             && self.direction.is_none_or(|d| d == cell.direction)
     }
@@ -131,15 +156,8 @@ impl<'a> Patterns<'a> {
 
     /// Places of the patterns that may share bases, group by group.
     pub(super) fn alike(&self) -> Vec<Vec<usize>> {
-        let mut alike: Vec<(Option<PatternGroup>, Vec<usize>)> = Vec::new();
-        for (place, pattern) in self.all.iter().enumerate() {
-            let group = (pattern.stratum != Stratum::Rest).then_some(pattern.group);
-            match alike.iter_mut().find(|(known, _)| *known == group) {
-                Some((_, places)) => places.push(place),
-                None => alike.push((group, vec![place])),
-            }
-        }
-        alike.into_iter().map(|(_, places)| places).collect()
+        let patterns = self.all.iter();
+        places_alike(patterns.map(|one| (one.stratum != Stratum::Rest).then_some(one.group)))
     }
 
     /// Writes what a pattern changes.
@@ -205,12 +223,11 @@ impl<'a> Patterns<'a> {
         let values = scratch.values_m.iter().take(pattern.form.vectors());
         let white = values.map(|values| space.white_part(values, &range));
         let (units, length) = space.orthonormal(white, ABSORBED_PATTERN)?;
-        let changes = scratch.values_m[0][range].iter();
         Some(ResidualPattern {
             stratum: pattern.stratum,
             group: pattern.group,
             units,
-            size_m: changes.fold(0.0_f64, |most, v| most.max(v.abs())) / length,
+            size_m: largest(&scratch.values_m[0][range]) / length,
             period_s: match pattern.form {
                 PatternForm::Swing(period_s) => Some(period_s),
                 _ => None,
@@ -297,6 +314,19 @@ impl PatternForm {
 }
 
 /// All readings.
+/// Places that have the same key, in the order in which the keys come.
+pub(super) fn places_alike<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<Vec<usize>> {
+    let mut alike: Vec<(K, Vec<usize>)> = Vec::new();
+    for (place, key) in keys.enumerate() {
+        // Those of one key mostly follow each other.
+        match alike.iter_mut().rfind(|(known, _)| *known == key) {
+            Some((_, places)) => places.push(place),
+            None => alike.push((key, vec![place])),
+        }
+    }
+    alike.into_iter().map(|(_, places)| places).collect()
+}
+
 const EVERYWHERE: PatternGroup = PatternGroup {
     pose: None,
     direction: None,
@@ -341,36 +371,17 @@ fn order_patterns(
 }
 
 fn groups(observations: &Observations) -> Vec<PatternGroup> {
-    let mut groups = vec![EVERYWHERE];
-    let directions = Direction::ALL
-        .into_iter()
-        .filter(|d| observations.cells.iter().any(|cell| cell.direction == *d));
-    groups.extend(directions.map(|direction| PatternGroup {
-        pose: None,
-        direction: Some(direction),
-    }));
-    if observations.poses.len() > 1 {
-        groups.extend((0..observations.poses.len()).map(|pose| PatternGroup {
-            pose: Some(pose),
-            direction: None,
-        }));
-    }
-    groups.extend(observations.cells.iter().map(|cell| PatternGroup {
-        pose: Some(cell.pose),
-        direction: Some(cell.direction),
-    }));
-    groups
+    let directions = PatternGroup::of_directions(observations);
+    let parts = directions.chain(PatternGroup::of_poses(observations));
+    let parts = parts.chain(PatternGroup::of_cells(observations));
+    std::iter::once(EVERYWHERE).chain(parts).collect()
 }
 
 /// Sines and cosines of the reading, in all cells together and in each pose: periods of gauges, and half of them for their harmonics.
 fn period_patterns(
     observations: &Observations,
 ) -> impl Iterator<Item = (PatternGroup, PatternForm)> {
-    let range_m = observations
-        .displacement_m
-        .iter()
-        .map(|d| d.abs())
-        .fold(0.0, f64::max);
+    let range_m = largest(&observations.displacement_m);
     let allowed = stiffbench_beams::physics::laws::SHORTEST_PERIOD_M..0.7 * range_m;
     let nominal = stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
     let mut periods: Vec<f64> = nominal
@@ -380,17 +391,11 @@ fn period_patterns(
     periods.retain(|period| allowed.contains(period));
     periods.sort_by(f64::total_cmp);
     periods.dedup();
-    let poses = observations.poses.len();
+    let poses = PatternGroup::of_poses(observations);
+    let groups: Vec<PatternGroup> = std::iter::once(EVERYWHERE).chain(poses).collect();
     periods.into_iter().flat_map(move |period| {
-        let each = (0..poses).filter(move |_| poses > 1).map(Some);
-        let groups = std::iter::once(None).chain(each);
-        groups.map(move |pose| {
-            let group = PatternGroup {
-                pose,
-                direction: None,
-            };
-            (group, PatternForm::Period(period))
-        })
+        let groups = groups.clone().into_iter();
+        groups.map(move |group| (group, PatternForm::Period(period)))
     })
 }
 

@@ -4,10 +4,7 @@ use stiffbench_beams::physics::LoadPoint;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
-use super::observations::{
-    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
-    gauges_read_at_once,
-};
+use super::observations::{GaugeSteps, Observations, ObservedReading, Recorded};
 
 /// One planned reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,7 +93,7 @@ impl Observations {
             out.push_cell(pose.unwrap_or_default(), cell, &mut zeros);
         }
         out.poses = poses;
-        out.gauges = gauges_read_at_once(&out.readings, &out.cells);
+        out.gauges = out.gauges_read_at_once();
         out
     }
 
@@ -115,40 +112,26 @@ impl Observations {
         }
         let mut places: Vec<usize> = (0..cell.loads.len()).collect();
         places.sort_by_key(|&place| cell.loads[place].repeat);
-        let (first, first_run) = (self.readings.len(), self.runs.len());
+        self.begin_cell(pose, cell.load.clone(), cell.direction);
+        let mut repeat = None;
         for place in places {
             let load = &cell.loads[place];
-            let seq = place as u32 + 1;
-            let new = self.runs.len() == first_run
-                || self.runs.last().is_none_or(|run| run.repeat != load.repeat);
-            let at = self.readings.len();
-            if new {
-                self.runs.push(ObservedRun {
-                    cell: self.cells.len(),
-                    repeat: load.repeat,
-                    session_run: load.repeat,
-                    readings: at..at,
-                });
+            if repeat.replace(load.repeat) != Some(load.repeat) {
+                self.begin_run(load.repeat, load.repeat);
             }
-            let hold_number = match (self.readings.last(), self.loads.last()) {
-                (Some(reading), Some(before)) if !new && before.step == load.step => {
-                    reading.hold_number + 1
-                }
-                _ => 0,
-            };
             let (zero, zero_load) = zeroed[place];
-            self.readings.push(ObservedReading {
-                run: self.runs.len() - 1,
-                seq,
+            let reading = ObservedReading {
+                run: 0,
+                seq: place as u32 + 1,
                 zero,
                 branch: load.branch,
-                hold_number,
+                hold_number: self.next_hold(load.step),
                 time_s: Some(load.time_s),
                 line: 0,
                 target_n: load.force_n,
                 flagged: false,
-            });
-            self.loads.push(LoadPoint {
+            };
+            let load = LoadPoint {
                 force_n: load.force_n,
                 step: load.step,
                 hold_s: load.hold_s,
@@ -159,19 +142,9 @@ impl Observations {
                     (Some(now), Some(then)) => now - then,
                     _ => 0.0,
                 },
-            });
-            self.displacement_m.push(0.0);
-            if let Some(run) = self.runs.last_mut() {
-                run.readings.end = at + 1;
-            }
+            };
+            self.push(reading, load, 0.0);
         }
-        self.cells.push(ObservedCell {
-            pose,
-            load: cell.load.clone(),
-            direction: cell.direction,
-            runs: first_run..self.runs.len(),
-            readings: first..self.readings.len(),
-        });
     }
 }
 

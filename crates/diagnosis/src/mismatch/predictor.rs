@@ -249,14 +249,15 @@ impl<'a> ReadingPredictor<'a> {
     }
 }
 
-/// The laws of effects and the joints they turn; `None` if one sits in a joint that is not there.
-fn law_set(joints: &[String], effects: &[Effect]) -> Option<(LawSet, Vec<usize>)> {
+/// The laws of effects, and the joints that they turn; `None` if one sits in a joint that is not there.
+pub(super) fn law_set<'e>(
+    joints: &[String],
+    effects: impl IntoIterator<Item = &'e Effect>,
+) -> Option<(LawSet, Vec<usize>)> {
     let mut set = LawSet::default();
     let mut turning = Vec::new();
-    for effect in effects
-        .iter()
-        .filter(|effect| !effect.law.changes_structure())
-    {
+    let acting = effects.into_iter();
+    for effect in acting.filter(|effect| !effect.law.changes_structure()) {
         let joint = match &effect.place {
             Place::Joint(name) => Some(joints.iter().position(|joint| joint == name)?),
             _ => None,

@@ -101,6 +101,11 @@ impl<'a> DiagnosisProblem<'a> {
             .model(start, known, |start| self.alternate_anew(start, known))
     }
 
+    /// The same where there must be one.
+    pub(super) fn state_of(&self, start: Model, known: KnownNoise) -> Result<State, MismatchError> {
+        self.alternate(start, known)?.ok_or(MismatchError::Empty)
+    }
+
     fn alternate_anew(
         &self,
         start: Model,

@@ -7,9 +7,7 @@ use rayon::prelude::*;
 use stiffbench_beams::physics::{Effect, JointRotations, Law};
 
 use super::candidate::{Candidate, candidates};
-use super::candidate_scores::{
-    BestShape, ScoredCandidate, best_shapes, impossible_ones, score_candidates,
-};
+use super::candidate_scores::{BestShape, ScoredCandidate, best_shapes, score_candidates};
 use super::changes::{Changes, LinearisedModel};
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::Impossible;
@@ -25,16 +23,15 @@ use super::state::State;
 use crate::search::constants::{
     FAR_FROM_ITS_BEST, FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
 };
-use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace, dot};
+use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace, dot, subtract};
 
-/// Where candidates are fitted: a state, and the white space of its residuals.
+/// Where candidates are fitted: a state, and its residuals as candidates see them.
 struct FitContext<'a> {
     state: &'a State,
-    key: &'a StateKey,
-    space: &'a WhiteSpace,
-    residuals: &'a [f64],
+    key: StateKey,
+    scores: &'a CandidateScores,
     changes: &'a Changes<'a>,
-    engine: &'a Batched<'a>,
+    engine: Batched<'a>,
     /// Weighted squares that the state leaves in parts of a recording that it was not fitted to.
     unseen: OnceLock<f64>,
 }
@@ -51,9 +48,22 @@ pub(super) struct CandidateScores {
 }
 
 impl CandidateScores {
-    /// Candidates that would need an impossible value, the largest gain first.
-    pub(super) fn impossible(&self) -> Vec<Impossible> {
-        impossible_ones(&self.seen, &best_shapes(&self.seen))
+    /// Candidates that would need an impossible value to gain more than their limit, the largest gain first.
+    pub(super) fn impossible(&self, critical: &LawCriticalValues) -> Vec<Impossible> {
+        let impossible = |(seen, best): (&ScoredCandidate, Option<BestShape>)| {
+            let candidate = &seen.candidate;
+            let limit = critical.laws.values.get(&(candidate.law, false))?;
+            let delta_chi2 = best?.best.forbidden_delta_chi2;
+            (delta_chi2 > limit.max(0.0)).then(|| Impossible {
+                law: candidate.law,
+                place: candidate.place.clone(),
+                delta_chi2,
+            })
+        };
+        let all = self.seen.iter().zip(best_shapes(&self.seen));
+        let mut out: Vec<Impossible> = all.filter_map(impossible).collect();
+        out.sort_by(|a, b| b.delta_chi2.total_cmp(&a.delta_chi2));
+        out
     }
 }
 
@@ -75,9 +85,8 @@ impl DiagnosisProblem<'_> {
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
             .into_iter()
             .partition(|candidate| candidate.law.is_gauge_error());
-        let mut seen = self
-            .memory
-            .seen(&key_of(state), || self.see(state, &scores, list));
+        let see = || Ok::<_, MismatchError>(self.see(state, &scores, list));
+        let mut seen = self.memory.seen(&key_of(state), see)?;
         seen.extend(self.see(state, &scores, periods));
         scores.seen = seen;
         Ok(scores)
@@ -153,24 +162,12 @@ impl DiagnosisProblem<'_> {
         let effects = &state.fitted.model.effects;
         let enough =
             |law, wide, delta_chi2: f64| delta_chi2 >= least * critical.laws.of((law, wide));
-        let mut ranked = Vec::new();
-        if let Some(changes) = &Changes::new(self.observations, &scores.linearised, effects) {
-            let field = FitContext {
-                state,
-                key: &key_of(state),
-                space: &scores.space,
-                residuals: &scores.residuals,
-                changes,
-                engine: &Batched::new(&scores.space, &scores.residuals),
-                unseen: OnceLock::new(),
-            };
-            let mut selected = select(&scores.seen, &best_shapes(&scores.seen), effects);
-            selected.retain(|&(place, screened)| {
-                let Candidate { law, wide, .. } = scores.seen[place].candidate;
-                enough(law, wide, screened.best.delta_chi2)
-            });
-            ranked = self.fit_selected(&field, &scores.seen, &selected)?;
-        }
+        let mut selected = select(&scores.seen, &best_shapes(&scores.seen), effects);
+        selected.retain(|&(place, screened)| {
+            let Candidate { law, wide, .. } = scores.seen[place].candidate;
+            enough(law, wide, screened.best.delta_chi2)
+        });
+        let mut ranked = self.fit_selected(state, scores, &selected)?;
         let worth = |law, delta_chi2| !without.contains(&law) && enough(law, false, delta_chi2);
         ranked.extend(self.missing_members(state, scores, worth)?);
         weigh(&mut ranked);
@@ -181,19 +178,34 @@ impl DiagnosisProblem<'_> {
         Ok(ranked)
     }
 
-    /// Fits the candidates that the screen has chosen.
+    /// Fits candidates of a view.
+    ///
+    /// # Arguments
+    /// - `selected`: their places, and their best shapes.
     fn fit_selected(
         &self,
-        field: &FitContext<'_>,
-        seen: &[ScoredCandidate],
+        state: &State,
+        scores: &CandidateScores,
         selected: &[(usize, BestShape)],
     ) -> Result<Vec<Ranked>, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let Some(changes) = &Changes::new(self.observations, &scores.linearised, effects) else {
+            return Ok(Vec::new());
+        };
+        let field = FitContext {
+            state,
+            key: key_of(state),
+            scores,
+            changes,
+            engine: Batched::new(&scores.space, &scores.residuals),
+            unseen: OnceLock::new(),
+        };
         let fitted: Vec<Option<Ranked>> = selected
             .par_iter()
             .map_init(
                 || self.predictor(),
                 |predictor, &(place, screened)| {
-                    self.fit_candidate(field, predictor, &seen[place], screened)
+                    self.fit_candidate(&field, predictor, &scores.seen[place], screened)
                 },
             )
             .collect::<Result<_, _>>()?;
@@ -206,31 +218,15 @@ impl DiagnosisProblem<'_> {
         rest: &State,
         effect: &Effect,
     ) -> Result<Option<FittedModel>, MismatchError> {
-        let others: Vec<Law> = Law::ALL
-            .iter()
-            .copied()
-            .filter(|law| *law != effect.law)
-            .collect();
+        let mut others: Vec<Law> = Law::ALL.to_vec();
+        others.retain(|law| *law != effect.law);
         let scores = self.score_laws(rest, &others)?;
-        let effects = &rest.fitted.model.effects;
-        let Some(changes) = &Changes::new(self.observations, &scores.linearised, effects) else {
-            return Ok(None);
-        };
-        let field = FitContext {
-            state: rest,
-            key: &key_of(rest),
-            space: &scores.space,
-            residuals: &scores.residuals,
-            changes,
-            engine: &Batched::new(&scores.space, &scores.residuals),
-            unseen: OnceLock::new(),
-        };
         let shapes = best_shapes(&scores.seen).into_iter().enumerate();
         let selected: Vec<(usize, BestShape)> = shapes
             .filter(|(place, _)| scores.seen[*place].candidate.place == effect.place)
             .filter_map(|(place, shape)| Some((place, shape?)))
             .collect();
-        let fitted = self.fit_selected(&field, &scores.seen, &selected)?;
+        let fitted = self.fit_selected(rest, &scores, &selected)?;
         let fitted = fitted.into_iter().map(|ranked| ranked.fitted);
         Ok(fitted.min_by(|a, b| a.squares.total_cmp(&b.squares)))
     }
@@ -247,7 +243,7 @@ impl DiagnosisProblem<'_> {
         let mut effect = shape.effect(&seen.candidate, screened.best.multiple);
         let bounds = &seen.candidate.bounds_near(&shape.shape);
         field.polish(bounds, &mut effect);
-        self.memory.fitted(field.key, &effect, || {
+        self.memory.fitted(&field.key, &effect, || {
             let fitted = self.fit_from(field, predictor, bounds, &effect);
             fitted.map_or(Ok(None), |fitted| {
                 self.ranked(
@@ -269,11 +265,7 @@ impl DiagnosisProblem<'_> {
         effect: &Effect,
     ) -> Option<FittedModel> {
         let state = field.state;
-        let existing = &state.fitted.model.effects;
-        let start = Model {
-            parameters: state.fitted.model.parameters.clone(),
-            effects: existing.iter().chain([effect]).cloned().collect(),
-        };
+        let start = state.fitted.model.with(effect);
         let refit = WeightedFit {
             bounds_of_last: Some(bounds),
             ..self.refit(&state.whitening)
@@ -303,7 +295,8 @@ impl DiagnosisProblem<'_> {
             return Ok(None);
         };
         let last = fitted.model.effects.len() - 1;
-        let (vector, whole) = self.effect_vector(predictor, &fitted.model, last, field.space)?;
+        let (vector, whole) =
+            self.effect_vector(predictor, &fitted.model, last, &field.scores.space)?;
         let mut scratch = Vec::new();
         let shares = state
             .whitening
@@ -313,7 +306,7 @@ impl DiagnosisProblem<'_> {
             linear_delta_chi2,
             white: &vector,
         };
-        let seen = (field.space, field.residuals);
+        let seen = (&field.scores.space, &field.scores.residuals[..]);
         let (of_a_part, against_gradual) =
             self.part_evidence(state, predictor, &scored, seen, &field.unseen)?;
         Ok(Some(Ranked {
@@ -349,16 +342,23 @@ impl DiagnosisProblem<'_> {
         effect: usize,
         space: &WhiteSpace,
     ) -> Result<(Vec<f64>, f64), MismatchError> {
-        let mut with = self.predicted(predictor, model)?;
-        let mut rest = model.clone();
-        rest.effects.remove(effect);
-        for (value, without) in with.iter_mut().zip(self.predicted(predictor, &rest)?) {
-            *value -= without;
-        }
-        let mut white = space.white(&with);
+        let mut white = space.white(&self.effect_m(predictor, model, effect)?);
         let whole = dot(&white, &white);
         space.project(&mut white);
         Ok((white, whole))
+    }
+
+    /// What an effect of a model changes in the readings, m.
+    pub(super) fn effect_m(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+        effect: usize,
+    ) -> Result<Vec<f64>, MismatchError> {
+        let mut change_m = self.predicted(predictor, model)?;
+        let rest = self.predicted(predictor, &model.without(effect))?;
+        subtract(&mut change_m, 1.0, &rest);
+        Ok(change_m)
     }
 }
 
@@ -383,26 +383,33 @@ impl FitContext<'_> {
             moments.best_within([0.5, 2.0]).delta_chi2
         };
         let mut best = gain_of(effect);
-        let mut ratio = 1.25;
-        for _ in 0..14 {
-            let mut moved = false;
-            for factor in [ratio, 1.0 / ratio] {
-                let mut trial = effect.clone();
-                let [lower, upper] = bounds[value];
-                trial.values[value] = (trial.values[value] * factor).clamp(lower, upper);
-                let delta_chi2 = gain_of(&trial);
-                if delta_chi2 > best {
-                    best = delta_chi2;
-                    *effect = trial;
-                    moved = true;
-                    break;
-                }
+        let [lower, upper] = bounds[value];
+        search_by_ratios(1.25, 14, 1.01, |factor| {
+            let mut trial = effect.clone();
+            trial.values[value] = (trial.values[value] * factor).clamp(lower, upper);
+            let delta_chi2 = gain_of(&trial);
+            let is_better = delta_chi2 > best;
+            if is_better {
+                best = delta_chi2;
+                *effect = trial;
             }
-            if !moved {
-                ratio = ratio.sqrt();
-                if ratio < 1.01 {
-                    break;
-                }
+            is_better
+        });
+    }
+}
+
+/// Tries factors by which a value may be better, a ratio and its inverse, and smaller ones where neither helps.
+///
+/// # Arguments
+/// - `ratio`: the first, above 1.
+/// - `least`: the search ends below.
+/// - `helps`: tries a factor, and takes it if it is better.
+fn search_by_ratios(mut ratio: f64, rounds: usize, least: f64, mut helps: impl FnMut(f64) -> bool) {
+    for _ in 0..rounds {
+        if !helps(ratio) && !helps(1.0 / ratio) {
+            ratio = ratio.sqrt();
+            if ratio < least {
+                break;
             }
         }
     }
@@ -420,29 +427,15 @@ fn search_shape(
         return start;
     };
     let mut best = start;
-    let mut ratio = 1.2;
-    for _ in 0..12 {
-        let mut moved = false;
-        for factor in [ratio, 1.0 / ratio] {
-            let mut trial = best.model.clone();
-            let [lower, upper] = bounds[value];
-            let moved_to = trial.effects[last].values[value] * factor;
-            trial.effects[last].values[value] = moved_to.clamp(lower, upper);
-            if let Some(fitted) = refit.fit(predictor, &trial, true)
-                && fitted.squares < best.squares
-            {
-                best = fitted;
-                moved = true;
-                break;
-            }
-        }
-        if !moved {
-            ratio = ratio.sqrt();
-            if ratio < 1.02 {
-                break;
-            }
-        }
-    }
+    let [lower, upper] = bounds[value];
+    search_by_ratios(1.2, 12, 1.02, |factor| {
+        let mut trial = best.model.clone();
+        let moved = &mut trial.effects[last].values[value];
+        *moved = (*moved * factor).clamp(lower, upper);
+        let fitted = refit.fit(predictor, &trial, true);
+        let better = fitted.filter(|fitted| fitted.squares < best.squares);
+        better.map(|better| best = better).is_some()
+    });
     best
 }
 
@@ -458,9 +451,8 @@ fn select(
     existing: &[Effect],
 ) -> Vec<(usize, BestShape)> {
     let there = |candidate: &Candidate| {
-        existing
-            .iter()
-            .any(|effect| effect.law == candidate.law && effect.place == candidate.place)
+        let mut existing = existing.iter();
+        existing.any(|effect| effect.law == candidate.law && effect.place == candidate.place)
     };
     let mut all: Vec<(usize, BestShape)> = screened
         .iter()

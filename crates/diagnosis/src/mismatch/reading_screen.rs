@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_numeric::statistics::{mean, median, root_mean_square};
+use stiffbench_numeric::statistics::{LeastSquaresLine, mean, median, root_mean_square};
 
 use super::baseline::Baseline;
 use super::deleted_residuals::{Tested, deleted_residuals};
@@ -26,23 +26,15 @@ pub(super) struct SuspectReading {
 
 /// Median of the slopes of the runs of a cell, m/N: one bad reading does not change it.
 fn measured_compliance(observations: &Observations, cell: usize) -> Option<f64> {
-    let runs = observations.cells[cell].runs.clone();
-    let slope = |run: usize| {
-        let readings = observations.runs[run].readings.clone();
-        let n = readings.len() as f64;
-        let force_n = |reading: usize| observations.loads[reading].force_n;
-        let mean = |of: &dyn Fn(usize) -> f64| readings.clone().map(of).sum::<f64>() / n;
-        let mean_n = mean(&force_n);
-        let mean_m = mean(&|reading| observations.displacement_m[reading]);
-        let (mut product, mut square) = (0.0, 0.0);
-        for reading in readings.clone() {
-            let from_mean_n = force_n(reading) - mean_n;
-            product += from_mean_n * (observations.displacement_m[reading] - mean_m);
-            square += from_mean_n * from_mean_n;
-        }
-        (square > 0.0).then(|| product / square)
+    let point = |one: usize| {
+        (
+            observations.loads[one].force_n,
+            observations.displacement_m[one],
+        )
     };
-    let mut slopes: Vec<f64> = runs.filter_map(slope).collect();
+    let runs = observations.runs[observations.cells[cell].runs.clone()].iter();
+    let lines = runs.filter_map(|run| LeastSquaresLine::through(run.readings.clone().map(point)));
+    let mut slopes: Vec<f64> = lines.map(|line| line.slope).collect();
     median(&mut slopes)
 }
 

@@ -21,6 +21,22 @@ pub(super) struct Model {
     pub(super) effects: Vec<Effect>,
 }
 
+impl Model {
+    /// The same with one more effect, the last.
+    pub(super) fn with(&self, effect: &Effect) -> Self {
+        let mut more = self.clone();
+        more.effects.push(effect.clone());
+        more
+    }
+
+    /// The same without an effect.
+    pub(super) fn without(&self, effect: usize) -> Self {
+        let mut rest = self.clone();
+        rest.effects.remove(effect);
+        rest
+    }
+}
+
 /// A model fitted to the readings.
 #[derive(Debug, Clone)]
 pub(super) struct FittedModel {

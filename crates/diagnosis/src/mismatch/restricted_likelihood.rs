@@ -12,7 +12,7 @@ use super::free_means::FixedPart;
 use super::noise::{GaugeNoise, NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use crate::search::constants::{ASKED_FOR, COARSE, PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD};
-use crate::search::{Precision, SparseRows};
+use crate::search::{Precision, SparseRows, largest};
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
@@ -54,11 +54,7 @@ pub(super) fn estimate_noise(
         compliance,
         earlier,
         floor_m,
-        free_zero_sd_m: 10.0
-            * observations
-                .displacement_m
-                .iter()
-                .fold(0.0_f64, |largest, d| largest.max(d.abs())),
+        free_zero_sd_m: 10.0 * largest(&observations.displacement_m),
     };
     let rough = problem.rough_sd();
     let mut centre = [0.0; VALUES];
@@ -228,8 +224,7 @@ impl VarianceProblem<'_> {
 
     /// Largest displacement per force of any reading, m/N; never zero.
     fn largest_compliance(&self) -> f64 {
-        let sizes = self.compliance.iter().map(|c| c.abs());
-        sizes.fold(f64::MIN_POSITIVE, f64::max)
+        largest(self.compliance).max(f64::MIN_POSITIVE)
     }
 
     /// The values that give a noise, within range of `centre`; a zero that may be anything has none.

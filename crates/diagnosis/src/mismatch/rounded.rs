@@ -127,8 +127,8 @@ impl RoundedNoise<'_> {
     pub(super) fn errors_m(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let mut normal = || -> f64 { StandardNormal.sample(rng) };
         let readings = &self.observations.readings;
-        let last_zero = readings.iter().map(|reading| reading.zero as usize).max();
-        let zeros: Vec<f64> = (0..=last_zero.unwrap_or(0)).map(|_| normal()).collect();
+        let zeros = (0..self.observations.zero_count()).map(|_| normal());
+        let zeros: Vec<f64> = zeros.collect();
         let runs = &self.observations.runs;
         let slopes: Vec<f64> = runs.iter().map(|_| normal()).collect();
         let mut stood = self.predicted_m.clone();

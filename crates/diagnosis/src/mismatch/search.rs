@@ -2,6 +2,7 @@
 
 use stiffbench_beams::physics::{Effect, Law, TestObject};
 
+use super::baseline::start;
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
 use super::grade::GradeBasis;
@@ -25,8 +26,8 @@ use crate::search::{
     DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
 };
 
-/// What a search is to do.
-#[derive(Debug, Clone, PartialEq)]
+/// What a search is to do; by default with all laws, no known physics, seed 0 and noise from the readings.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SearchOptions {
     /// Laws that are left out.
     pub without: Vec<Law>,
@@ -36,18 +37,6 @@ pub struct SearchOptions {
     pub seed: u64,
     /// What is known of the noise before the readings are checked.
     pub noise: KnownNoise,
-}
-
-impl Default for SearchOptions {
-    /// All laws, no known physics, seed 0, noise from the readings.
-    fn default() -> Self {
-        Self {
-            without: Vec::new(),
-            known_effects: Vec::new(),
-            seed: 0,
-            noise: KnownNoise::Nothing,
-        }
-    }
 }
 
 /// A found effect, its rivals in the order of their evidence, itself the first.
@@ -102,6 +91,20 @@ impl SearchResult {
     pub(super) fn changed(&self) -> bool {
         key_of(&self.before) != key_of(&self.after)
     }
+
+    /// What is asked of the model before and the model after.
+    pub(super) fn both<T: Clone, E>(
+        &self,
+        ask: impl Fn(&State) -> Result<T, E>,
+    ) -> Result<[T; 2], E> {
+        let before = ask(&self.before)?;
+        let after = if self.changed() {
+            ask(&self.after)?
+        } else {
+            before.clone()
+        };
+        Ok([before, after])
+    }
 }
 
 /// The largest pattern that a model leaves.
@@ -116,12 +119,7 @@ impl DiagnosisProblem<'_> {
     /// The model that the search starts from: what is known, and no other effects.
     pub(super) fn start(&self) -> Model {
         Model {
-            parameters: self
-                .baseline
-                .parameters()
-                .iter()
-                .map(|parameter| parameter.start)
-                .collect(),
+            parameters: start(self.baseline),
             effects: self.known_effects.to_vec(),
         }
     }
@@ -131,10 +129,7 @@ impl DiagnosisProblem<'_> {
         &self,
         options: &SearchOptions,
     ) -> Result<Vec<f64>, MismatchError> {
-        let state = self
-            .alternate(self.start(), options.noise)?
-            .ok_or(MismatchError::Empty)?;
-        self.positions(&state)
+        self.positions(&self.state_of(self.start(), options.noise)?)
     }
 
     /// Where the gauge stood at each reading, m: a state's effects moved it, but for those of the gauge itself.
@@ -395,11 +390,9 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     fn without(&self, state: &State, effect: usize) -> Result<State, MismatchError> {
-        let mut rest = state.fitted.model.clone();
-        rest.effects.remove(self.bench.known_effects.len() + effect);
-        self.bench
-            .alternate(rest, KnownNoise::Given(state.noise))?
-            .ok_or(MismatchError::Empty)
+        let place = self.bench.known_effects.len() + effect;
+        let rest = state.fitted.model.without(place);
+        self.bench.state_of(rest, KnownNoise::Given(state.noise))
     }
 
     fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {

@@ -60,17 +60,11 @@ impl DiagnosisProblem<'_> {
         }
         let after = &found.after;
         let under = KnownNoise::Given(after.noise);
-        let fitted = |model: Model| -> Result<State, MismatchError> {
-            self.alternate(model, under)?.ok_or(MismatchError::Empty)
-        };
+        let fitted = |model: Model| self.state_of(model, under);
         let start = fitted(found.before.fitted.model.clone())?;
         let last = fitted(after.fitted.model.clone())?;
         let without: Vec<State> = (0..found.resolved.len())
-            .map(|place| {
-                let mut rest = after.fitted.model.clone();
-                rest.effects.remove(self.known_effects.len() + place);
-                fitted(rest)
-            })
+            .map(|place| fitted(after.fitted.model.without(self.known_effects.len() + place)))
             .collect::<Result<_, _>>()?;
         let readings = self.observations.len() as f64;
         // Parameters have priors, which count as readings; values of effects have none.

@@ -4,20 +4,18 @@
 //! with a lever of one length unit stands for whatever has play, friction or curvature. Numbers are scaled so that the largest load is
 //! that of the paper and the largest displacement a millimetre: the sizes of the laws' priors mean the same there.
 
-use std::ops::Range;
-
 use stiffbench_beams::physics::{LoadPoint, PoseMechanics, TestObject};
 use stiffbench_beams::structure::RotationInfluence;
 use stiffbench_measurement::specimen::{ResponseVariable, SpecimenReading, SpecimenTable};
+use stiffbench_numeric::statistics::LeastSquaresLine;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::baseline::{Baseline, BaselineParameter, PoseSolver};
 use super::error::MismatchError;
-use super::observations::{
-    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, ReadingClock, Recorded,
-};
+use super::observations::{GaugeSteps, Observations, ObservedReading, ReadingClock, Recorded};
 use super::recorded_history::RecordedHistory;
 use crate::search::constants::{LARGEST_DISPLACEMENT, LARGEST_LOAD};
+use crate::search::largest;
 
 /// Name of the joint that stands for the specimen.
 pub const SPECIMEN_JOINT: &str = "specimen";
@@ -60,12 +58,10 @@ pub fn specimen_bench(
         .iter()
         .map(|reading| (table.driver(reading), table.answer(reading)))
         .collect();
-    let largest =
-        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, v| m.max(v.abs()));
-    let load = largest(&mut pairs.iter().map(|pair| pair.0)) / LARGEST_LOAD;
+    let load = largest(pairs.iter().map(|pair| &pair.0)) / LARGEST_LOAD;
     let (slope, offset) = line(&pairs);
-    let answer = largest(&mut pairs.iter().map(|pair| pair.1 - offset)).max(f64::MIN_POSITIVE)
-        / LARGEST_DISPLACEMENT;
+    let answers: Vec<f64> = pairs.iter().map(|pair| pair.1 - offset).collect();
+    let answer = largest(&answers).max(f64::MIN_POSITIVE) / LARGEST_DISPLACEMENT;
     let load = if load > 0.0 { load } else { 1.0 };
     let scale = SpecimenScale {
         load,
@@ -111,17 +107,10 @@ impl SpecimenBaseline {
     }
 }
 
-/// Slope and intercept of the straight line through all pairs.
 fn line(pairs: &[(f64, f64)]) -> (f64, f64) {
-    let n = pairs.len() as f64;
-    let mean = |pick: fn(&(f64, f64)) -> f64| pairs.iter().map(pick).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let squares: f64 = pairs.iter().map(|p| (p.0 - x).powi(2)).sum();
-    if squares == 0.0 {
-        return (0.0, y);
-    }
-    let slope = pairs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / squares;
-    (slope, y - slope * x)
+    let mean = pairs.iter().map(|pair| pair.1).sum::<f64>() / pairs.len() as f64;
+    let line = LeastSquaresLine::through(pairs.iter().copied());
+    line.map_or((0.0, mean), |line| (line.slope, line.at(0.0)))
 }
 
 /// The face of the laws of a part.
@@ -164,34 +153,17 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
         bench: test_object(table.response),
         ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
-    let empty: Range<usize> = 0..0;
     for configuration in 0..table.configurations.len() {
-        let start = out.readings.len();
-        let first_run = out.runs.len();
+        out.begin_cell(configuration, Direction::X.into(), Direction::X);
         let members = table
             .runs
             .iter()
             .enumerate()
             .filter(|(_, run)| run.configuration as usize == configuration);
         for (number, (index, _)) in members.enumerate() {
-            let place = out.readings.len();
-            out.runs.push(ObservedRun {
-                cell: configuration,
-                repeat: number as u32 + 1,
-                session_run: index as u32,
-                readings: empty.clone(),
-            });
+            out.begin_run(number as u32 + 1, index as u32);
             add_run(table, scale, index, &mut out);
-            let last = out.runs.len() - 1;
-            out.runs[last].readings = place..out.readings.len();
         }
-        out.cells.push(ObservedCell {
-            pose: configuration,
-            load: Direction::X.into(),
-            direction: Direction::X,
-            runs: first_run..out.runs.len(),
-            readings: start..out.readings.len(),
-        });
     }
     out.histories = RecordedHistory::of_runs(&out);
     out
@@ -223,8 +195,8 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
     let first_warmth = readings().find_map(|reading| reading.temperature_deg_c);
     for (step, reading) in readings().enumerate() {
         let time_s = clock(reading);
-        out.readings.push(ObservedReading {
-            run: out.runs.len() - 1,
+        let observed = ObservedReading {
+            run: 0,
             seq: reading.line,
             zero: run as u32,
             branch: reading.branch,
@@ -233,8 +205,8 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
             line: reading.line,
             target_n: table.driver(reading) / scale.load,
             flagged: false,
-        });
-        out.loads.push(LoadPoint {
+        };
+        let load = LoadPoint {
             force_n: table.driver(reading) / scale.load,
             step: step as u32,
             hold_s: reading.hold_s.unwrap_or(0.0),
@@ -245,9 +217,9 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
             },
             position_m: None,
             is_unloaded: table.driver(reading) == 0.0,
-        });
-        out.displacement_m
-            .push((table.answer(reading) - scale.offset) / scale.answer);
+        };
+        let displacement_m = (table.answer(reading) - scale.offset) / scale.answer;
+        out.push(observed, load, displacement_m);
     }
 }
 

@@ -10,6 +10,7 @@ use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
+use super::refit::Model;
 
 /// One reading as the models see it.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,17 +98,14 @@ pub fn trace(
     let before = prediction(&mut predictor, observations, &first, &known)?;
     let (parameters, effects) = (&diagnosis.parameters, &diagnosis.effects);
     let after = prediction(&mut predictor, observations, parameters, effects)?;
-    let mut compliance = vec![0.0; observations.len()];
-    predictor.compliance(parameters, effects, &mut compliance)?;
-    let slope: Vec<f64> = compliance
-        .iter()
-        .zip(&observations.loads)
-        .map(|(compliance, load)| compliance * load.force_n)
-        .collect();
+    let model = Model {
+        parameters: parameters.clone(),
+        effects: effects.clone(),
+    };
+    let (slope, compliance) = bench.slope(&mut predictor, &model)?;
     let mut traced = Vec::new();
     for place in 0..effects.len() {
-        let mut rest = effects.clone();
-        rest.remove(place);
+        let rest = model.without(place).effects;
         let mut without = vec![0.0; observations.len()];
         if predictor.predict(parameters, &rest, &mut without)? {
             let change = after.iter().zip(&without).map(|(with, rest)| with - rest);
@@ -122,16 +120,16 @@ pub fn trace(
         let measured = observations.displacement_m.iter();
         measured.zip(prediction).map(|(y, p)| y - p).collect()
     });
-    let displacements = about_zeros(observations, observations.displacement_m.clone());
+    let displacements = observations.about_zeros(observations.displacement_m.clone());
     let squares: f64 = displacements.iter().map(|d| d * d).sum();
     let forces = observations.loads.iter().map(|load| load.force_n).collect();
-    let forces = about_zeros(observations, forces);
-    let about_zeros_m = residuals.map(|r| about_zeros(observations, r));
+    let forces = observations.about_zeros(forces);
+    let about_zeros_m = residuals.map(|r| observations.about_zeros(r));
     let models = ModelPair {
         within: (about_zeros_m.clone()).map(|r| within_runs(observations, r, &forces)),
         about_zeros: about_zeros_m,
         change: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
-        slope_m: about_zeros(observations, slope),
+        slope_m: observations.about_zeros(slope),
         weights: whitening.covariance.weights(),
     };
     Ok(DiagnosisTrace {
@@ -216,19 +214,4 @@ fn readings(observations: &Observations, models: &ModelPair<'_>) -> Vec<ReadingT
             }
         })
         .collect()
-}
-
-/// Values minus the mean over their gauge zero.
-fn about_zeros(observations: &Observations, mut values: Vec<f64>) -> Vec<f64> {
-    let zeros = observations.readings.iter().map(|r| r.zero as usize + 1);
-    let mut sums = vec![(0.0, 0.0); zeros.max().unwrap_or(0)];
-    for (value, reading) in values.iter().zip(&observations.readings) {
-        let sum = &mut sums[reading.zero as usize];
-        *sum = (sum.0 + value, sum.1 + 1.0);
-    }
-    for (value, reading) in values.iter_mut().zip(&observations.readings) {
-        let (sum, count) = sums[reading.zero as usize];
-        *value -= sum / count;
-    }
-    values
 }

@@ -78,10 +78,8 @@ pub fn simulate(
         let z: f64 = StandardNormal.sample(&mut rng);
         sd * z
     };
-    let zero_count = acting.readings.iter().map(|r| r.zero as usize + 1).max();
-    let zeros: Vec<f64> = (0..zero_count.unwrap_or(0))
-        .map(|_| normal(noise.zero_sd_m))
-        .collect();
+    let zeros = (0..acting.zero_count()).map(|_| normal(noise.zero_sd_m));
+    let zeros: Vec<f64> = zeros.collect();
     let slopes: Vec<f64> = acting
         .runs
         .iter()
@@ -140,11 +138,7 @@ pub fn standard_errors(
     plan: &Observations,
     truth: &Truth,
 ) -> Result<f64, MismatchError> {
-    let Some(last) = truth.effects.len().checked_sub(1) else {
-        return Ok(0.0);
-    };
-    let prior_sd = prior_sd(baseline);
-    TrueSpace::new(baseline, plan, truth, &[], &prior_sd)?.length(&truth.effects, last)
+    standard_errors_with(baseline, plan, truth, &prior_sd(baseline))
 }
 
 /// The same by the readings alone, whatever was known of the parameters beforehand: of an effect that a free parameter imitates nothing is
@@ -157,10 +151,21 @@ pub fn standard_errors_of_readings(
     plan: &Observations,
     truth: &Truth,
 ) -> Result<f64, MismatchError> {
+    standard_errors_with(baseline, plan, truth, &[])
+}
+
+/// # Arguments
+/// - `prior_sd`: what was known of the parameters beforehand.
+fn standard_errors_with(
+    baseline: &dyn Baseline,
+    plan: &Observations,
+    truth: &Truth,
+    prior_sd: &[f64],
+) -> Result<f64, MismatchError> {
     let Some(last) = truth.effects.len().checked_sub(1) else {
         return Ok(0.0);
     };
-    TrueSpace::new(baseline, plan, truth, &[], &[])?.length(&truth.effects, last)
+    TrueSpace::new(baseline, plan, truth, &[], prior_sd)?.length(&truth.effects, last)
 }
 
 /// What a rival leaves of the last effect of a truth, in standard errors: how far apart the two are.
@@ -282,15 +287,10 @@ impl<'a> TrueSpace<'a> {
 /// The noise of a truth, the step of its gauge included.
 fn known_noise(truth: &Truth) -> EstimatedNoise {
     let step = truth.noise.displacement_step_m;
-    EstimatedNoise {
-        noise: ReadingNoise {
-            reading_sd_m: (truth.noise.noise.reading_sd_m.powi(2) + step * step / 12.0).sqrt(),
-            ..truth.noise.noise
-        },
-        covariance: [[0.0; 3]; 3],
-        further_se: [0.0; 2],
-        from_repeats: true,
-    }
+    EstimatedNoise::known(ReadingNoise {
+        reading_sd_m: (truth.noise.noise.reading_sd_m.powi(2) + step * step / 12.0).sqrt(),
+        ..truth.noise.noise
+    })
 }
 
 /// Scales the last effect of a truth to a length in standard errors; `None` if no size reaches it.

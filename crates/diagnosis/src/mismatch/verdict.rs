@@ -16,14 +16,13 @@ use super::error::MismatchError;
 use super::grade::{GradeBasis, VerdictGrade};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
-use super::ranking::CandidateScores;
 use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
 use crate::search::constants::{
     AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL,
 };
-use crate::search::{distinguishable, dot};
+use crate::search::{distinguishable, dot, largest};
 
 impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
@@ -87,12 +86,7 @@ impl DiagnosisProblem<'_> {
             }
         }
         let effects = &found.after.fitted.model.effects;
-        let before = self.quality(&found.before)?;
-        let after = if found.changed() {
-            self.quality(&found.after)?
-        } else {
-            before.clone()
-        };
+        let [before, after] = found.both(|state| self.quality(state))?;
         Ok(Diagnosis {
             verdict,
             grade,
@@ -114,7 +108,7 @@ impl DiagnosisProblem<'_> {
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
             further_noise: found.after.noise.further_ci95(),
             detection_limits: self.detection_limits(found, critical)?,
-            impossible: impossible(&found.first, critical),
+            impossible: found.first.impossible(critical),
             parameters: found.after.fitted.model.parameters.clone(),
             effects: effects.iter().map(Effect::simplest).collect(),
         })
@@ -222,9 +216,9 @@ impl DiagnosisProblem<'_> {
             })
             .collect();
         let end_effect = if ranked.effect.law.changes_structure() {
-            self.missing_member_effect_m(model)?
+            largest(&self.effect_m(&mut self.predictor(), model, last)?)
         } else {
-            end_effect_m(&linearised, self.observations, &model.effects, last)
+            end_effect_m(&linearised, self.observations, &model.effects)
         };
         debug_assert!(place < found.after.fitted.model.effects.len());
         Ok(Finding {
@@ -287,16 +281,6 @@ impl DiagnosisProblem<'_> {
             let near = |bound: &f64| (size - bound).abs() < AT_A_PLAUSIBLE_BOUND * bound.abs();
             bounds.iter().any(near)
         })
-    }
-
-    fn missing_member_effect_m(&self, model: &super::refit::Model) -> Result<f64, MismatchError> {
-        let mut predictor = self.predictor();
-        let with = self.predicted(&mut predictor, model)?;
-        let mut rest = model.clone();
-        rest.effects.pop();
-        let without = self.predicted(&mut predictor, &rest)?;
-        let changes = with.iter().zip(&without).map(|(a, b)| (a - b).abs());
-        Ok(changes.fold(0.0, f64::max))
     }
 
     /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation.
@@ -385,12 +369,7 @@ impl DiagnosisProblem<'_> {
     }
 
     fn factor_shifts(&self, found: &SearchResult) -> Result<Vec<FactorChange>, MismatchError> {
-        let before = self.covariance(&found.before, &found.before.fitted.model)?;
-        let after = if found.changed() {
-            self.covariance(&found.after, &found.after.fitted.model)?
-        } else {
-            before.clone()
-        };
+        let [before, after] = found.both(|state| self.covariance(state, &state.fitted.model))?;
         Ok(self
             .baseline
             .parameters()
@@ -449,24 +428,6 @@ impl DiagnosisProblem<'_> {
             size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
         }
     }
-}
-
-/// Candidates that need an impossible value and would have passed with it.
-fn impossible(
-    first: &CandidateScores,
-    critical: &LawCriticalValues,
-) -> Vec<super::diagnosis::Impossible> {
-    first
-        .impossible()
-        .into_iter()
-        .filter(|candidate| {
-            critical
-                .laws
-                .values
-                .get(&(candidate.law, false))
-                .is_some_and(|limit| candidate.delta_chi2 > *limit)
-        })
-        .collect()
 }
 
 /// Places in the ranking of the first and of those that cannot be distinguished from the likeliest.

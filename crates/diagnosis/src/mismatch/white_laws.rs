@@ -59,9 +59,7 @@ pub fn white_laws(
     let positions = DiagnosisProblem::new(baseline, observations).positions_at_start(options)?;
     let at_start = observations.with_positions(&positions);
     let bench = DiagnosisProblem::new(baseline, &at_start);
-    let state = bench
-        .alternate(bench.start(), options.noise)?
-        .ok_or(MismatchError::Empty)?;
+    let state = bench.state_of(bench.start(), options.noise)?;
     let scores = bench.score_laws(&state, &options.without)?;
     bench.with_white_shapes(&scores, &state, |searched| {
         let all: Vec<usize> = (0..searched.candidates.len()).collect();

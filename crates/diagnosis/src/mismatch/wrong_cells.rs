@@ -28,7 +28,7 @@ use crate::search::constants::{
     BAD_READING_LEVEL, BY_COINCIDENCE, COLUMN_LEFT, LEAST_KNOWN_CELL, MISTAKES_FITTED,
     STRONG_EVIDENCE,
 };
-use crate::search::{dot, push_orthonormal, subtract};
+use crate::search::{dot, push_orthonormal, take_out};
 
 /// What may have been done to the names or values of cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -217,27 +217,34 @@ pub(super) fn wrong_cells(
     if p > BAD_READING_LEVEL || by_coincidence > BY_COINCIDENCE {
         return Ok(Vec::new());
     }
-    let of_cell = |cell: usize| WrongCell {
-        place: places[cell],
-        measured: cells[cell].log.exp(),
-        expected: chosen.fit.logs[cell].exp(),
-        u_relative: chosen.corrected[cell].u * scale.sqrt(),
-        p_family: p.max(by_coincidence),
+    let p_family = p.max(by_coincidence);
+    let bad = |cell: usize, kind: BadReadingKind| {
+        let expected = chosen.fit.logs[cell].exp();
+        let u = chosen.corrected[cell].u * scale.sqrt() * expected;
+        let values = [cells[cell].log.exp(), expected, u];
+        BadRun::new(observations, (places[cell], None), values, p_family, kind)
     };
     Ok(match chosen.mistake {
         CellMistake::Exchanged(pairs) => pairs
             .iter()
             .flat_map(|(a, b)| [(*a, *b), (*b, *a)])
             .map(|(cell, with)| {
-                let bad = of_cell(cell).bad(observations, BadReadingKind::Any, Some(places[with]));
+                let exchanged_with = Some(observations.name_of(places[with]));
+                let bad = bad(cell, BadReadingKind::Any);
+                let bad = BadRun {
+                    exchanged_with,
+                    ..bad
+                };
                 (places[cell], bad)
             })
             .collect(),
         CellMistake::DecimalPoint(cells, moved) => cells
             .iter()
             .map(|cell| {
-                let kind = BadReadingKind::DecimalPoint(*moved);
-                (places[*cell], of_cell(*cell).bad(observations, kind, None))
+                (
+                    places[*cell],
+                    bad(*cell, BadReadingKind::DecimalPoint(*moved)),
+                )
             })
             .collect(),
     })
@@ -262,47 +269,6 @@ fn best_fit(
         }
     }
     best
-}
-
-/// A cell that is not what its name says.
-struct WrongCell {
-    /// Its place among the observed cells.
-    place: usize,
-    /// Displacement per force as recorded, and by the other cells, m/N.
-    measured: f64,
-    expected: f64,
-    /// Standard error of their difference, as a share of what is expected.
-    u_relative: f64,
-    p_family: f64,
-}
-
-impl WrongCell {
-    fn bad(
-        &self,
-        observations: &Observations,
-        kind: BadReadingKind,
-        exchanged_with: Option<usize>,
-    ) -> BadRun {
-        let own = &observations.cells[self.place];
-        let name = |place: usize| {
-            let cell = &observations.cells[place];
-            (observations.poses[cell.pose].clone(), cell.direction)
-        };
-        let lines = own.readings.clone();
-        let (pose, direction) = name(self.place);
-        BadRun {
-            lines: lines.map(|one| observations.readings[one].line).collect(),
-            pose,
-            direction,
-            repeat: None,
-            exchanged_with: exchanged_with.map(name),
-            compliance: self.measured,
-            expected: self.expected,
-            u: self.u_relative * self.expected,
-            p_family: self.p_family,
-            kind,
-        }
-    }
 }
 
 /// The compliances of cells that the readings determine, with the places of the cells.
@@ -366,10 +332,7 @@ fn nearest<'m>(
         for (place, cell) in corrected.iter().enumerate() {
             residual[place] = (as_recorded.logs[place] - cell.log) / cells[place].u;
         }
-        for unit in &basis {
-            let share = dot(unit, &residual);
-            subtract(&mut residual, share, unit);
-        }
+        take_out(&basis, &mut residual);
         dot(&residual, &residual)
     };
     let mut all: Vec<(f64, &CellMistake)> = mistakes.iter().map(|one| (left(one), one)).collect();

@@ -8,7 +8,7 @@ use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::serial_correlation::{RowErrors, SerialFilter};
 use super::symmetric_root::symmetric_root;
-use super::vectors::RowVector;
+use super::vectors::{RowVector, divide, multiply};
 
 /// Rank within a block up to which products need no memory of their own.
 const FEW_COLUMNS: usize = 64;
@@ -123,38 +123,26 @@ impl Covariance {
     #[must_use]
     pub fn inverse_columns(&self) -> Vec<LowRankBlock> {
         let of_block = |block: &CovarianceBlock| {
-            let (rows, n) = (block.rows.clone(), block.rows.len());
-            let (mut columns, _) = inverse_columns(block.columns.clone(), n);
-            for column in columns.chunks_mut(n) {
-                self.serial.innovations_transposed(&rows, column);
-                for (value, weight) in column.iter_mut().zip(&self.weights[rows.clone()]) {
-                    *value *= weight;
-                }
-            }
-            LowRankBlock { rows, columns }
+            let (rows, columns) = (block.rows.clone(), block.columns.clone());
+            let white = LowRankBlock { rows, columns };
+            inverse_block(white, &self.weights, &self.serial).0
         };
         self.blocks.iter().map(of_block).collect()
     }
 
     /// D^(1/2) R D^(1/2) times a vector, in place: the covariance without what blocks have in common.
     pub fn own_part(&self, vector: &mut [f64]) {
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value /= weight;
-        }
+        divide(vector, &self.weights);
         // R = F⁻¹ F⁻ᵀ.
         let all = 0..vector.len();
         self.serial.remembered_transposed(&all, vector);
         self.serial.remembered(&all, vector);
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value /= weight;
-        }
+        divide(vector, &self.weights);
     }
 
     /// W times a vector of rows, in place.
     pub fn whiten(&self, vector: &mut [f64]) {
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value *= weight;
-        }
+        multiply(vector, &self.weights);
         self.serial.innovations(&(0..vector.len()), vector);
         Self::symmetric(self.blocks.iter(), 0, vector);
     }
@@ -203,9 +191,7 @@ impl Covariance {
     /// - `rows`: whole series.
     /// - `values`: one for each of them.
     pub fn whiten_own(&self, rows: &Range<usize>, values: &mut [f64]) {
-        for (value, weight) in values.iter_mut().zip(&self.weights[rows.clone()]) {
-            *value *= weight;
-        }
+        multiply(values, &self.weights[rows.clone()]);
         self.serial.innovations(rows, values);
     }
 
@@ -214,9 +200,7 @@ impl Covariance {
         Self::symmetric(self.blocks.iter(), 0, vector);
         let all = 0..vector.len();
         self.serial.innovations_transposed(&all, vector);
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value *= weight;
-        }
+        multiply(vector, &self.weights);
     }
 
     /// W⁻¹ times a white vector, in place.
@@ -238,9 +222,7 @@ impl Covariance {
         }
         let all = 0..vector.len();
         self.serial.remembered(&all, vector);
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value /= weight;
-        }
+        divide(vector, &self.weights);
     }
 
     /// The part that blocks have in common, in values of rows from `first` on.
@@ -261,17 +243,22 @@ impl Covariance {
     }
 }
 
+impl LowRankBlock {
+    /// F D^(-1/2) times its columns.
+    pub(super) fn white(mut self, weights: &[f64], serial: &SerialFilter) -> Self {
+        for column in self.columns.chunks_mut(self.rows.len()) {
+            multiply(column, &weights[self.rows.clone()]);
+            serial.innovations(&self.rows, column);
+        }
+        self
+    }
+}
+
 impl CovarianceBlock {
     /// The block and its part of ln det V.
     fn new(block: LowRankBlock, weights: &[f64], serial: &SerialFilter) -> (Self, f64) {
-        let LowRankBlock { rows, mut columns } = block;
+        let LowRankBlock { rows, columns } = block.white(weights, serial);
         let n = rows.len();
-        for column in columns.chunks_mut(n) {
-            for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
-                *value *= weight;
-            }
-            serial.innovations(&rows, column);
-        }
         let rank = columns.len() / n;
         let (inner, log_determinant) = symmetric_root(&gram(&columns, n));
         let mut weighted = vec![0.0; rank * n];
@@ -318,11 +305,17 @@ impl CovarianceBlock {
     }
 }
 
-/// C L⁻ᵀ with I + Cᵀ C = L Lᵀ, so that (I + C Cᵀ)⁻¹ = I - C L⁻ᵀ L⁻¹ Cᵀ, and ln det (I + C Cᵀ).
+/// D^(-1/2) Fᵀ C L⁻ᵀ with I + Cᵀ C = L Lᵀ, so that (I + C Cᵀ)⁻¹ = I - C L⁻ᵀ L⁻¹ Cᵀ, and ln det (I + C Cᵀ).
 ///
 /// # Arguments
-/// - `columns`: C, columns of `n` numbers.
-pub(super) fn inverse_columns(mut columns: Vec<f64>, n: usize) -> (Vec<f64>, f64) {
+/// - `white`: C.
+pub(super) fn inverse_block(
+    white: LowRankBlock,
+    weights: &[f64],
+    serial: &SerialFilter,
+) -> (LowRankBlock, f64) {
+    let LowRankBlock { rows, mut columns } = white;
+    let n = rows.len();
     let mut gram = gram(&columns, n);
     let rank = gram.nrows();
     for i in 0..rank {
@@ -348,7 +341,11 @@ pub(super) fn inverse_columns(mut columns: Vec<f64>, n: usize) -> (Vec<f64>, f64
         }
     }
     let log_determinant = (0..rank).map(|i| 2.0 * entry(i, i).ln()).sum();
-    (columns, log_determinant)
+    for column in columns.chunks_mut(n) {
+        serial.innovations_transposed(&rows, column);
+        multiply(column, &weights[rows.clone()]);
+    }
+    (LowRankBlock { rows, columns }, log_determinant)
 }
 
 /// Products of columns of `n` numbers with each other. In large blocks most columns are zero in most rows.

@@ -20,8 +20,6 @@ mod evidence;
 mod forward;
 mod linear;
 mod null_noise;
-#[cfg(test)]
-mod plain;
 mod precision;
 mod serial_correlation;
 mod symmetric_root;
@@ -51,9 +49,11 @@ pub use linear::{
 #[cfg(test)]
 pub(crate) use null_noise::put_drawn;
 pub use null_noise::{DrawResiduals, NullNoise};
-#[cfg(test)]
-pub(crate) use plain::Plain;
 pub use precision::{Precision, SparseRows};
 pub use serial_correlation::{MOST_STATES, RowErrors, RowMemory, RowStates};
-pub use vectors::{RowVector, dot, norm, push_orthonormal, push_orthonormal_rows, subtract};
+#[cfg(test)]
+pub(crate) use tests::Plain;
+pub use vectors::{
+    RowVector, dot, largest, norm, push_orthonormal, push_orthonormal_rows, subtract, take_out,
+};
 pub use white_space::WhiteSpace;

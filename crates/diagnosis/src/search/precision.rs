@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
-use super::covariance::{LowRankBlock, inverse_columns};
+use super::covariance::{LowRankBlock, inverse_block};
 use super::serial_correlation::{RowErrors, SerialFilter};
 
 /// V⁻¹ = K - E Eᵀ of a covariance V (`Covariance`): K = D^(-1/2) Fᵀ F D^(-1/2) mixes rows of one series, E is of low rank within blocks.
@@ -33,23 +33,11 @@ impl Precision {
         let serial = SerialFilter::new(errors);
         let mut log_determinant = serial.log_determinant;
         log_determinant += variances.iter().map(|v| v.ln()).sum::<f64>();
-        let of_block = |LowRankBlock { rows, mut columns }| {
-            let n = rows.len();
-            for column in columns.chunks_mut(n) {
-                for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
-                    *value *= weight;
-                }
-                serial.innovations(&rows, column);
-            }
-            let (mut columns, of_block) = inverse_columns(columns, n);
+        let of_block = |block: LowRankBlock| {
+            let white = block.white(&weights, &serial);
+            let (block, of_block) = inverse_block(white, &weights, &serial);
             log_determinant += of_block;
-            for column in columns.chunks_mut(n) {
-                serial.innovations_transposed(&rows, column);
-                for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
-                    *value *= weight;
-                }
-            }
-            LowRankBlock { rows, columns }
+            block
         };
         let blocks = blocks.into_iter().map(of_block).collect();
         Self {

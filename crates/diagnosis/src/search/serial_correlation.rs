@@ -234,7 +234,12 @@ impl SerialFilter {
 
     /// F times the rows of a range, in place; a series begins with the range.
     pub(super) fn innovations(&self, range: &Range<usize>, rows: &mut [f64]) {
-        with_steps!(self, range, |steps, row| innovations(steps, row, rows));
+        with_steps!(self, range, |steps, row| forwards(
+            steps,
+            row,
+            rows,
+            |step, value, expected| step.innovation(step.direct * value, expected)
+        ));
     }
 
     /// F itself, row by row as they come: calls `action` with the place of each row of a range, the places of the rows that came before it and
@@ -259,13 +264,12 @@ impl SerialFilter {
 
     /// F⁻¹ times them.
     pub(super) fn remembered(&self, range: &Range<usize>, rows: &mut [f64]) {
-        with_steps!(self, range, |steps, row| {
-            let mut expected = state_of(steps);
-            for (place, step) in steps.iter().enumerate() {
-                let at = row(place);
-                rows[at] = step.remembered(rows[at], &mut expected);
-            }
-        });
+        with_steps!(self, range, |steps, row| forwards(
+            steps,
+            row,
+            rows,
+            FilterStep::remembered
+        ));
     }
 
     /// F⁻ᵀ times them.
@@ -294,20 +298,17 @@ impl SerialFilter {
     }
 }
 
-fn state_of<const STATES: usize>(_: &[FilterStep<STATES>]) -> [f64; STATES] {
-    [0.0; STATES]
-}
-
 #[inline]
-fn innovations<const STATES: usize>(
+fn forwards<const STATES: usize>(
     steps: &[FilterStep<STATES>],
     row: impl Fn(usize) -> usize,
     rows: &mut [f64],
+    of_step: impl Fn(&FilterStep<STATES>, f64, &mut [f64; STATES]) -> f64,
 ) {
     let mut expected = [0.0; STATES];
     for (place, step) in steps.iter().enumerate() {
         let at = row(place);
-        rows[at] = step.innovation(step.direct * rows[at], &mut expected);
+        rows[at] = of_step(step, rows[at], &mut expected);
     }
 }
 

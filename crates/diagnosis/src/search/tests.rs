@@ -4,8 +4,11 @@ use nalgebra::DMatrix;
 use proptest::prelude::*;
 
 use super::constants::LEFT_OUT;
-use super::plain::Plain;
 use super::*;
+
+mod plain;
+
+pub(crate) use plain::Plain;
 
 /// Rows in three blocks of seven, in which two columns are shared.
 const BLOCK: usize = 7;

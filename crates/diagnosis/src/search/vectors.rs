@@ -20,15 +20,42 @@ pub fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// Takes a vector's parts along orthonormal vectors out of it, one after the other.
+pub fn take_out(units: &[Vec<f64>], vector: &mut [f64]) {
+    for unit in units {
+        let product = dot(unit, vector);
+        subtract(vector, product, unit);
+    }
+}
+
+/// The largest size of some numbers, 0 of none.
+pub fn largest<'v>(values: impl IntoIterator<Item = &'v f64>) -> f64 {
+    let sizes = values.into_iter().map(|value| value.abs());
+    sizes.fold(0.0, f64::max)
+}
+
+/// Multiplies numbers by as many others, in place.
+#[inline]
+pub(super) fn multiply(values: &mut [f64], by: &[f64]) {
+    for (value, factor) in values.iter_mut().zip(by) {
+        *value *= factor;
+    }
+}
+
+/// Divides them.
+#[inline]
+pub(super) fn divide(values: &mut [f64], by: &[f64]) {
+    for (value, divisor) in values.iter_mut().zip(by) {
+        *value /= divisor;
+    }
+}
+
 /// Adds a vector to orthonormal ones, unless what is new in it is no longer than a share of its length, or than a length.
 pub fn push_orthonormal(units: &mut Vec<Vec<f64>>, mut vector: Vec<f64>, share: f64, least: f64) {
     let before = norm(&vector);
     // Twice: once leaves rounding errors of the size of the vectors before.
     for _ in 0..2 {
-        for unit in units.iter() {
-            let product = dot(unit, &vector);
-            subtract(&mut vector, product, unit);
-        }
+        take_out(units, &mut vector);
     }
     let after = norm(&vector);
     if after > 0.0 && after > share * before && after > least {

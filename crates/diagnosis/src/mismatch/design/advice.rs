@@ -2,21 +2,13 @@
 
 use super::bench::LawAtPlace;
 
-/// A check in words and the minutes it takes.
-pub(super) struct RecommendedCheck {
-    pub(super) text: String,
-    pub(super) minutes: f64,
-}
-
-/// The measurement that tells two apart where no load plan does: the check of the one that is checked most directly.
-pub(super) fn advice(first: &LawAtPlace, second: &LawAtPlace) -> Option<RecommendedCheck> {
+/// The measurement that tells two apart where no load plan does, in words and the minutes that it takes: the check of the one that is checked
+/// most directly.
+pub(super) fn advice(first: &LawAtPlace, second: &LawAtPlace) -> Option<(String, f64)> {
     let checks = [first, second].into_iter();
     let checks = checks.filter_map(|suspect| Some((suspect.law.check?, &suspect.place)));
     let (check, place) = checks.min_by_key(|(check, _)| check.rank)?;
-    Some(RecommendedCheck {
-        text: (check.text)(place),
-        minutes: check.minutes,
-    })
+    Some(((check.text)(place), check.minutes))
 }
 
 #[cfg(test)]
@@ -39,7 +31,7 @@ mod tests {
             law: laws::GAUGE_STAND_COMPLIANCE,
             place: Place::Direction(Direction::Y),
         };
-        let text = |a: &LawAtPlace, b: &LawAtPlace| advice(a, b).map(|advice| advice.text);
+        let text = |a: &LawAtPlace, b: &LawAtPlace| advice(a, b).map(|(text, _)| text);
         assert!(text(&joint, &gauge).is_some_and(|t| t.contains("known weights")));
         assert!(text(&joint, &stand).is_some_and(|t| t.contains("second dial gauge")));
         assert!(text(&joint, &joint).is_some_and(|t| t.contains("across joint A4")));

@@ -11,7 +11,6 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::mismatch::baseline::Baseline;
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::noise::{GaugeNoise, ReadingNoise};
 use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::PlannedCell;
@@ -72,16 +71,6 @@ pub struct DesignBench<'a> {
 }
 
 impl DesignBench<'_> {
-    /// The noise as one that is known.
-    pub(super) fn known_noise(&self) -> EstimatedNoise {
-        EstimatedNoise {
-            noise: self.noise,
-            covariance: [[0.0; 3]; 3],
-            further_se: [0.0; 2],
-            from_repeats: true,
-        }
-    }
-
     /// Planned cells laid out for the baseline.
     pub(super) fn lay_out(
         &self,

@@ -3,6 +3,7 @@
 use crate::mismatch::diagnosis::{Diagnosis, Finding, Verdict};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::ranked_candidate::same;
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, MOST_PAIRS};
 use stiffbench_beams::physics::Effect;
 use stiffbench_measurement::procedure::Procedure;
@@ -98,10 +99,6 @@ fn exclude_each_other(a: &Finding, b: &Finding) -> bool {
     a.alternative_group.is_some() && a.alternative_group == b.alternative_group
 }
 
-fn alike(a: &Effect, b: &Effect) -> bool {
-    a.law == b.law && a.place == b.place
-}
-
 /// Pairs as they are found.
 #[derive(Default)]
 struct Open {
@@ -111,7 +108,7 @@ struct Open {
 
 impl Open {
     fn place(&mut self, effect: &Effect) -> usize {
-        let known = self.effects.iter().position(|other| alike(other, effect));
+        let known = self.effects.iter().position(|other| same(other, effect));
         known.unwrap_or_else(|| {
             self.effects.push(effect.clone());
             self.effects.len() - 1
@@ -135,14 +132,14 @@ impl Open {
         for index in 0..self.pairs.len() {
             let [first, second] = self.pairs[index].effects;
             let of_pair = |finding: &&Finding| {
-                alike(&finding.effect, &self.effects[first])
-                    || alike(&finding.effect, &self.effects[second])
+                same(&finding.effect, &self.effects[first])
+                    || same(&finding.effect, &self.effects[second])
             };
             let own: Vec<&Finding> = findings.iter().filter(of_pair).collect();
             let mut besides: Vec<&Finding> = Vec::new();
             for finding in findings {
                 let known = |other: &&&Finding| {
-                    alike(&other.effect, &finding.effect) || exclude_each_other(other, finding)
+                    same(&other.effect, &finding.effect) || exclude_each_other(other, finding)
                 };
                 if own.iter().chain(&besides).find(known).is_none() {
                     besides.push(finding);
@@ -225,14 +222,14 @@ pub(super) fn plan_for(
             });
         }
         if reached < CAN_TELL
-            && let Some(advice) = advice(first, second)
+            && let Some((plan, minutes)) = advice(first, second)
         {
             out.push(ProposedMeasurement {
-                plan: advice.text,
+                plan,
                 separates,
                 expected_log_lr: None,
                 log_lr_now: now[place],
-                minutes: advice.minutes,
+                minutes,
                 procedure: None,
                 weight: pair.weight,
             });

@@ -12,6 +12,7 @@ use crate::mismatch::candidate_scores::{
 use crate::mismatch::changes::Changes;
 use crate::mismatch::critical_values::{LawCriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::FittedModel;
@@ -165,15 +166,12 @@ impl DesignBench<'_> {
             return Err(MismatchError::Empty);
         }
         let rough = DiagnosisProblem::new(self.baseline, observations);
-        let mut model = rough.start();
-        if let Some(parameters) = self.parameters {
-            model.parameters = parameters.to_vec();
-        }
+        let model = self.model();
         let predicted = rough.predicted(&mut rough.predictor(), &model)?;
         let observations = observations.with_displacements(predicted);
         let bench = DiagnosisProblem::new(self.baseline, &observations);
         let mut predictor = bench.predictor();
-        let noise = self.known_noise();
+        let noise = EstimatedNoise::known(self.noise);
         let whitening = bench.whitening(&mut predictor, &model, &noise)?;
         let columns = bench.columns(&mut predictor, &model)?;
         let space = WhiteSpace::new(

@@ -1,13 +1,15 @@
 //! How far apart effects lie in given readings, cell by cell, so that plans can be put together from cells.
 
-use crate::mismatch::baseline::prior_sd;
+use crate::mismatch::baseline::{prior_sd, start};
 use crate::mismatch::candidate::candidates;
 use crate::mismatch::changes::LinearisedModel;
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Model;
 use crate::search::constants::IMITATIONS;
+use crate::search::subtract;
 use stiffbench_beams::physics::{Effect, JointRotations, Place, SignConstraint};
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -126,11 +128,10 @@ impl<'a> DesignBench<'a> {
 
     /// The model without effects.
     pub(super) fn model(&self) -> Model {
-        let start = self.baseline.parameters().iter().map(|p| p.start);
         Model {
             parameters: self
                 .parameters
-                .map_or_else(|| start.collect(), <[f64]>::to_vec),
+                .map_or_else(|| start(self.baseline), <[f64]>::to_vec),
             effects: Vec::new(),
         }
     }
@@ -148,7 +149,8 @@ impl<'a> DesignBench<'a> {
         let bench = self.bench(observations);
         let model = self.model();
         let mut predictor = bench.predictor();
-        let whitening = bench.whitening(&mut predictor, &model, &self.known_noise())?;
+        let whitening =
+            bench.whitening(&mut predictor, &model, &EstimatedNoise::known(self.noise))?;
         let mut columns = bench.columns(&mut predictor, &model)?;
         let factors = columns.len();
         let linearised = predictor.linearised(&model.parameters, &[])?;
@@ -164,9 +166,7 @@ impl<'a> DesignBench<'a> {
             } else {
                 predict(&linearised, observations, effect, &mut with);
             }
-            for (value, without) in with.iter_mut().zip(&without) {
-                *value -= without;
-            }
+            subtract(&mut with, 1.0, &without);
             columns.push(with);
         }
         for column in &mut columns {

@@ -1,14 +1,13 @@
 //! Columns of readings: of one cell each (zeros, slopes, levels of load), and through all cells (factors, clock, repeats).
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::mismatch::noise::NoiseCovariance;
-use crate::mismatch::observations::Observations;
+use crate::mismatch::observations::{Observations, ObservedReading};
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::bases::{CellColumns, GlobalColumn, LocalBasis, Stage};
-use super::levels::levels;
+use super::levels::{indicators, levels};
 use crate::search::RowVector;
 use crate::search::constants::{ABSORBS_NOTHING, COLUMN_LEFT, ROUNDING};
 
@@ -42,16 +41,30 @@ pub(super) fn bases(
 ) -> [LocalBasis; 4] {
     let cells = CellColumnSet { observations };
     let none = |_: usize| CellColumns::new();
-    let zeros = |cell| cells.zeros(cell);
+    let zeros = |cell| cells.by_level(cell, |_, one| Some(one.zero));
     let runs = |cell| cells.run_slopes(cell);
     let slope = |cell| vec![cells.of(cell, |force| force)];
     let offset = |cell| vec![cells.of(cell, |_| 1.0)];
     let sizes = |cell| vec![cells.of(cell, f64::abs)];
-    let curves = |cell| cells.curves(cell);
-    let levels = |cell| cells.levels(cell);
-    let loops = |cell| cells.loops(cell);
-    let branches = |cell| cells.branches(cell);
-    let holds = |cell| cells.holds(cell);
+    // Curves of the force as it was: the loads of a level differ by what the jack left.
+    let curves = |cell| {
+        vec![
+            cells.of(cell, |force| force * force.abs()),
+            cells.of(cell, |force| force.powi(3)),
+        ]
+    };
+    let unloads = |one: &ObservedReading| one.branch == Branch::Unloading;
+    let levels = |cell| cells.by_level(cell, |level, _| Some(level));
+    // The unloading branch as a whole, and each level on it.
+    let loops = |cell| cells.by_level(cell, |_, one| unloads(one).then_some(()));
+    let branches = |cell| cells.by_level(cell, |level, one| unloads(one).then_some(level));
+    // Each later reading of a hold, by level, branch and its number.
+    let holds = |cell| {
+        cells.by_level(cell, |level, one| {
+            let number = one.hold_number;
+            (number > 0).then_some((level, unloads(one), number))
+        })
+    };
     let [sign_within, sign_between]: [&(dyn Fn(usize) -> CellColumns + Sync); 2] = if mixed {
         [&sizes, &none]
     } else {
@@ -123,24 +136,16 @@ impl CellColumnSet<'_> {
         }
     }
 
-    fn zeros(&self, cell: usize) -> CellColumns {
-        let zero = |reading: usize| Some(self.observations.readings[reading].zero);
-        self.indicators(cell, zero)
-    }
-
-    /// Columns of ones, one for each key that occurs among the readings, in the order of the keys.
-    fn indicators<K: Ord>(&self, cell: usize, key: impl Fn(usize) -> Option<K>) -> CellColumns {
-        let mut columns: BTreeMap<K, RowVector> = BTreeMap::new();
-        for reading in self.observations.cells[cell].readings.clone() {
-            let Some(key) = key(reading) else { continue };
-            let column = columns.entry(key).or_insert_with(|| RowVector {
-                first: reading,
-                values: Vec::new(),
-            });
-            column.values.resize(reading - column.first, 0.0);
-            column.values.push(1.0);
-        }
-        columns.into_values().collect()
+    /// Columns of ones, one for each key that the levels and readings of a cell have.
+    fn by_level<K: Ord>(
+        &self,
+        cell: usize,
+        key: impl Fn(usize, &ObservedReading) -> Option<K>,
+    ) -> CellColumns {
+        let readings = self.observations.cells[cell].readings.clone();
+        let details = self.observations.readings[readings.clone()].iter();
+        let keys = levels(self.observations, cell).into_iter().zip(details);
+        indicators(readings.start, keys.map(|(level, one)| key(level, one)))
     }
 
     fn run_slopes(&self, cell: usize) -> CellColumns {
@@ -148,50 +153,6 @@ impl CellColumnSet<'_> {
         let readings = |run: usize| &self.observations.runs[run].readings;
         runs.map(|run| self.of_readings(cell, readings(run), |force| force))
             .collect()
-    }
-
-    /// Curves of the force as it was: the loads of a level differ by what the jack left.
-    fn curves(&self, cell: usize) -> CellColumns {
-        vec![
-            self.of(cell, |force| force * force.abs()),
-            self.of(cell, |force| force.powi(3)),
-        ]
-    }
-
-    fn levels(&self, cell: usize) -> CellColumns {
-        let first = self.observations.cells[cell].readings.start;
-        let levels = levels(self.observations, cell);
-        self.indicators(cell, |reading| Some(levels[reading - first]))
-    }
-
-    /// The unloading branch as a whole.
-    fn loops(&self, cell: usize) -> CellColumns {
-        self.indicators(cell, |reading| {
-            let unloading = self.observations.readings[reading].branch == Branch::Unloading;
-            unloading.then_some(())
-        })
-    }
-
-    /// Each level on the unloading branch.
-    fn branches(&self, cell: usize) -> CellColumns {
-        let first = self.observations.cells[cell].readings.start;
-        let levels = levels(self.observations, cell);
-        self.indicators(cell, |reading| {
-            let unloading = self.observations.readings[reading].branch == Branch::Unloading;
-            unloading.then_some(levels[reading - first])
-        })
-    }
-
-    /// Each later reading of a hold, by level, branch and its number.
-    fn holds(&self, cell: usize) -> CellColumns {
-        let first = self.observations.cells[cell].readings.start;
-        let levels = levels(self.observations, cell);
-        self.indicators(cell, |reading| {
-            let details = &self.observations.readings[reading];
-            let unloading = details.branch == Branch::Unloading;
-            let number = details.hold_number;
-            (number > 0).then_some((levels[reading - first], unloading, number))
-        })
     }
 }
 

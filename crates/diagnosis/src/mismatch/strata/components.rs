@@ -284,15 +284,13 @@ fn grouped(mut ranked: Vec<(ExplainedShare, Vec<f64>)>) -> Vec<ExplainedShare> {
     out.into_iter().map(|(share_of, _)| share_of).collect()
 }
 
-/// Columns of ones for each level and branch, the same in all cells.
 fn nodes(observations: &Observations) -> Vec<Vec<f64>> {
-    let mut keys: Vec<Option<(usize, bool)>> = Vec::with_capacity(observations.len());
-    for (index, cell) in observations.cells.iter().enumerate() {
-        let levels = levels(observations, index);
-        keys.extend(cell.readings.clone().zip(levels).map(|(reading, level)| {
-            let unloading = observations.readings[reading].branch == Branch::Unloading;
-            Some((level, unloading))
-        }));
-    }
-    indicators(&keys)
+    let cells = 0..observations.cells.len();
+    let levels = cells.flat_map(|cell| levels(observations, cell));
+    let nodes = levels.zip(&observations.readings);
+    let keys = nodes.map(|(level, one)| Some((level, one.branch == Branch::Unloading)));
+    let columns = indicators(0, keys).into_iter();
+    columns
+        .map(|column| column.whole(observations.len()))
+        .collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::search::constants::{COLUMN_LEFT, KNOWN_VARIANCE, LONGEST_PERIOD, UNSEEN_READING};
-use crate::search::dot;
+use crate::search::{dot, largest};
 use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
 
 use super::bases::GlobalColumn;
@@ -32,18 +32,10 @@ impl Decomposition<'_> {
         };
         let statistic = error / dof;
         let more = tail(statistic, dof, d2);
-        Some(StratumTest {
-            stratum: Contrast::NoiseSize.stratum(),
-            contrast: Contrast::NoiseSize,
-            statistic,
-            dof: [dof, d2],
-            p: (2.0 * more.min(1.0 - more)).min(1.0),
-            p_family: 1.0,
-            p_at_floor: false,
-            size_m: known.noise.reading_sd_m * (statistic.sqrt() - 1.0).abs(),
-            share: 0.0,
-            spots: Vec::new(),
-        })
+        let p = (2.0 * more.min(1.0 - more)).min(1.0);
+        let size_m = known.noise.reading_sd_m * (statistic.sqrt() - 1.0).abs();
+        let contrast = Contrast::NoiseSize;
+        Some(StratumTest::new(contrast, statistic, [dof, d2], p, size_m))
     }
 
     /// The largest departure of one reading, each against the scatter without itself: t², with tails as long as those of the others.
@@ -79,26 +71,20 @@ impl Decomposition<'_> {
         let size_m = self.size_m(unit);
         let reading = &self.observations.readings[place];
         let run = &self.observations.runs[reading.run];
-        let cell = &self.observations.cells[run.cell];
-        Some(StratumTest {
-            stratum: Contrast::Outlier.stratum(),
-            contrast: Contrast::Outlier,
-            statistic,
-            dof: [1.0, dof - 1.0],
-            p,
-            p_family: 1.0,
-            p_at_floor: false,
+        let (pose, direction) = self.observations.name_of(run.cell);
+        let spot = Spot {
+            pose: Some(pose),
+            direction: Some(direction),
+            repeat: Some(run.repeat),
+            step: Some(self.observations.loads[place].step),
+            p_family: p,
             size_m,
-            share: 0.0,
-            spots: vec![Spot {
-                pose: Some(self.observations.poses[cell.pose].clone()),
-                direction: Some(cell.direction),
-                repeat: Some(run.repeat),
-                step: Some(self.observations.loads[place].step),
-                p_family: p,
-                size_m,
-                share: 1.0,
-            }],
+            share: 1.0,
+        };
+        let dof = [1.0, dof - 1.0];
+        Some(StratumTest {
+            spots: vec![spot],
+            ..StratumTest::new(Contrast::Outlier, statistic, dof, p, size_m)
         })
     }
 
@@ -107,9 +93,7 @@ impl Decomposition<'_> {
     /// # Arguments
     /// - `positions_m`: where the gauge stood, not what it showed: else the columns would move with the noise they are tested against.
     pub(super) fn periods(&self, positions_m: &[f64]) -> Vec<Period> {
-        let range_m = positions_m
-            .iter()
-            .fold(0.0_f64, |most, d| most.max(d.abs()));
+        let range_m = largest(positions_m);
         NOMINAL_PERIODS_M
             .into_iter()
             .filter(|period| *period < LONGEST_PERIOD * range_m)
@@ -167,18 +151,14 @@ impl Decomposition<'_> {
             }
         }
         let (p, statistic, dof, size_m) = best?;
-        Some(StratumTest {
-            stratum: Contrast::Period.stratum(),
-            contrast: Contrast::Period,
+        let p = (count * p).min(1.0);
+        Some(StratumTest::new(
+            Contrast::Period,
             statistic,
             dof,
-            p: (count * p).min(1.0),
-            p_family: 1.0,
-            p_at_floor: false,
+            p,
             size_m,
-            share: 0.0,
-            spots: Vec::new(),
-        })
+        ))
     }
 }
 

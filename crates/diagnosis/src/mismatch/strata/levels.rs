@@ -1,7 +1,10 @@
 //! Which readings of a cell have the same load, whatever the order in which the loads came.
 
+use std::collections::BTreeMap;
+
 use crate::mismatch::observations::Observations;
 use crate::search::constants::{ONE_LEVEL, SAME_FORCE};
+use crate::search::{RowVector, largest};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// For each reading of a cell the index of its level of load; levels count up with the force.
@@ -30,7 +33,7 @@ pub(super) fn levels(observations: &Observations, cell: usize) -> Vec<usize> {
     let mut gaps: Vec<f64> = forces.windows(2).map(|pair| pair[1] - pair[0]).collect();
     gaps.sort_by(f64::total_cmp);
     let usual = gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
-    let largest_n = forces.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
+    let largest_n = largest(&forces);
     let tolerance_n = (ONE_LEVEL * usual).max(SAME_FORCE * largest_n);
     let mut levels: Vec<f64> = Vec::new();
     for force in forces {
@@ -61,17 +64,24 @@ pub(super) fn levels(observations: &Observations, cell: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Columns of ones, one for each key that occurs among `keys`, in the order of the keys.
-pub(super) fn indicators<K: Ord + Copy>(keys: &[Option<K>]) -> Vec<Vec<f64>> {
-    let mut known: Vec<K> = keys.iter().flatten().copied().collect();
-    known.sort_unstable();
-    known.dedup();
-    known
-        .into_iter()
-        .map(|wanted| {
-            keys.iter()
-                .map(|key| f64::from(u8::from(*key == Some(wanted))))
-                .collect()
-        })
-        .collect()
+/// Columns of ones, one for each key that occurs, in the order of the keys.
+///
+/// # Arguments
+/// - `first`: the first reading.
+/// - `keys`: of it and those that follow.
+pub(super) fn indicators<K: Ord>(
+    first: usize,
+    keys: impl Iterator<Item = Option<K>>,
+) -> Vec<RowVector> {
+    let mut columns: BTreeMap<K, RowVector> = BTreeMap::new();
+    for (reading, key) in (first..).zip(keys) {
+        let Some(key) = key else { continue };
+        let column = columns.entry(key).or_insert_with(|| RowVector {
+            first: reading,
+            values: Vec::new(),
+        });
+        column.values.resize(reading - column.first, 0.0);
+        column.values.push(1.0);
+    }
+    columns.into_values().collect()
 }

@@ -35,11 +35,11 @@ pub(super) fn entries(
     residual_m: &[f64],
     white: &[f64],
 ) -> Vec<MapEntry> {
-    let zeros = zero_means(observations, residual_m);
+    let about_zeros_m = observations.about_zeros(residual_m.to_vec());
     let mut out: Vec<(usize, MapEntry, f64)> = Vec::new();
     for (place, reading) in observations.readings.iter().enumerate() {
         let load = &observations.loads[place];
-        let residual = residual_m[place] - zeros[reading.zero as usize];
+        let residual = about_zeros_m[place];
         match out.last_mut() {
             Some((run, entry, sum))
                 if *run == reading.run
@@ -78,23 +78,4 @@ pub(super) fn entries(
         }
     }
     out.into_iter().map(|(_, entry, _)| entry).collect()
-}
-
-/// Mean residual of each gauge zero, m.
-fn zero_means(observations: &Observations, residual_m: &[f64]) -> Vec<f64> {
-    let count = observations
-        .readings
-        .iter()
-        .map(|reading| reading.zero as usize + 1)
-        .max()
-        .unwrap_or(0);
-    let mut sums = vec![(0.0, 0.0); count];
-    for (reading, residual) in observations.readings.iter().zip(residual_m) {
-        let sum = &mut sums[reading.zero as usize];
-        sum.0 += residual;
-        sum.1 += 1.0;
-    }
-    sums.into_iter()
-        .map(|(sum, readings)| sum / f64::max(readings, 1.0))
-        .collect()
 }

@@ -76,9 +76,7 @@ impl DiagnosisProblem<'_> {
         &self,
         options: &SearchOptions,
     ) -> Result<Located, MismatchError> {
-        let state = self
-            .alternate(self.start(), options.noise)?
-            .ok_or(MismatchError::Empty)?;
+        let state = self.state_of(self.start(), options.noise)?;
         self.located(&state, options.noise.given())
     }
 

@@ -118,6 +118,30 @@ pub struct StratumTest {
     pub spots: Vec<Spot>,
 }
 
+impl StratumTest {
+    /// A test alone, without its spots.
+    pub(super) fn new(
+        contrast: Contrast,
+        statistic: f64,
+        dof: [f64; 2],
+        p: f64,
+        size_m: f64,
+    ) -> Self {
+        Self {
+            stratum: contrast.stratum(),
+            contrast,
+            statistic,
+            dof,
+            p,
+            p_family: 1.0,
+            p_at_floor: false,
+            size_m,
+            share: 0.0,
+            spots: Vec::new(),
+        }
+    }
+}
+
 /// Part of a contrast.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Spot {

@@ -2,8 +2,8 @@
 
 use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::patterns::PatternGroup;
 use crate::mismatch::rounded::{LEAST_COUNTED, RoundedNoise};
-use stiffbench_units_and_text::test_point::Direction;
 
 use super::contrasts::ErrorTerm;
 use super::decomposition::{Decomposition, FitContrast, squares};
@@ -11,6 +11,7 @@ use super::extremes::Period;
 use super::results::{Contrast, Spot, StratumTest, Untested};
 use super::tails::{holm, tail};
 use crate::search::constants::STRATUM_LEVEL;
+use crate::search::largest;
 
 impl Decomposition<'_> {
     /// All tests of a white residual.
@@ -95,26 +96,14 @@ impl Decomposition<'_> {
         let (pattern, d1) = self.pattern(comparison, white);
         let (error, d2) = self.error(comparison.error, white);
         let statistic = (squares(&pattern) / d1) / (error / d2).max(f64::MIN_POSITIVE);
-        StratumTest {
-            stratum: comparison.contrast.stratum(),
-            contrast: comparison.contrast,
-            statistic,
-            dof: [d1, d2],
-            p: tail(statistic, d1, d2),
-            p_family: 1.0,
-            p_at_floor: false,
-            size_m: self.size_m(pattern),
-            share: 0.0,
-            spots: Vec::new(),
-        }
+        let (contrast, p) = (comparison.contrast, tail(statistic, d1, d2));
+        StratumTest::new(contrast, statistic, [d1, d2], p, self.size_m(pattern))
     }
 
     /// Largest departure of a reading in a white pattern, m.
     pub(super) fn size_m(&self, mut pattern: Vec<f64>) -> f64 {
         self.whitening.covariance.unwhiten(&mut pattern);
-        pattern
-            .iter()
-            .fold(0.0, |most, value| most.max(value.abs()))
+        largest(&pattern)
     }
 
     /// Each pose, direction and cell alone.
@@ -123,12 +112,8 @@ impl Decomposition<'_> {
         let whole = squares(&self.pattern(comparison, white).0);
         let mut spots: Vec<(Spot, f64)> = groups(self.observations)
             .into_iter()
-            .filter_map(|(pose, direction)| {
-                let inside = |cell: usize| {
-                    let cell = &self.observations.cells[cell];
-                    pose.is_none_or(|pose| cell.pose == pose)
-                        && direction.is_none_or(|direction| cell.direction == direction)
-                };
+            .filter_map(|group| {
+                let inside = |cell: usize| group.holds(&self.observations.cells[cell]);
                 let (pattern, d1) = self.pattern_in(comparison, white, &inside);
                 if d1 == 0.0 {
                     return None;
@@ -136,8 +121,8 @@ impl Decomposition<'_> {
                 let explained = squares(&pattern);
                 let statistic = (explained / d1) / (error / d2).max(f64::MIN_POSITIVE);
                 let spot = Spot {
-                    pose: pose.map(|pose| self.observations.poses[pose].clone()),
-                    direction,
+                    pose: (group.pose).map(|pose| self.observations.poses[pose].clone()),
+                    direction: group.direction,
                     repeat: None,
                     step: None,
                     p_family: 1.0,
@@ -162,26 +147,14 @@ impl Decomposition<'_> {
     }
 }
 
-/// Poses, directions and cells; what would be all readings is left out.
-fn groups(observations: &Observations) -> Vec<(Option<usize>, Option<Direction>)> {
-    let cells = &observations.cells;
-    let directions: Vec<Direction> = Direction::ALL
-        .into_iter()
-        .filter(|direction| cells.iter().any(|cell| cell.direction == *direction))
-        .collect();
-    let mut out = Vec::new();
-    if observations.poses.len() > 1 {
-        out.extend((0..observations.poses.len()).map(|pose| (Some(pose), None)));
-    }
+/// Poses, directions and cells, where there are several.
+fn groups(observations: &Observations) -> Vec<PatternGroup> {
+    let mut groups: Vec<PatternGroup> = PatternGroup::of_poses(observations).collect();
+    let several_poses = !groups.is_empty();
+    let directions: Vec<PatternGroup> = PatternGroup::of_directions(observations).collect();
     if directions.len() > 1 {
-        out.extend(directions.iter().map(|direction| (None, Some(*direction))));
+        groups.extend(directions);
+        groups.extend(PatternGroup::of_cells(observations).filter(|_| several_poses));
     }
-    if observations.poses.len() > 1 && directions.len() > 1 {
-        out.extend(
-            cells
-                .iter()
-                .map(|cell| (Some(cell.pose), Some(cell.direction))),
-        );
-    }
-    out
+    groups
 }

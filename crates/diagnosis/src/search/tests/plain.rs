@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::constants::SAMPLES_TOGETHER;
-use super::engine::{Moments, NullMaxima, NullShape, NullShapes, PairMoments, ScoreEngine};
-use super::null_noise::NullNoise;
-use super::vectors::RowVector;
+use crate::search::constants::SAMPLES_TOGETHER;
+use crate::search::engine::{Moments, NullMaxima, NullShape, NullShapes, PairMoments, ScoreEngine};
+use crate::search::null_noise::NullNoise;
+use crate::search::vectors::RowVector;
 
 /// Scores by P = V⁻¹ - V⁻¹ X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹ as one dense matrix: with s a shape and y the rows, the square is sᵀ P s and the product
 /// sᵀ P y.
