@@ -128,13 +128,7 @@ impl PlaceScales {
                     .collect()
             }
             PlaceKind::Toward => {
-                let measured = Direction::ALL.into_iter().filter(|direction| {
-                    observations
-                        .cells
-                        .iter()
-                        .any(|cell| cell.direction == *direction)
-                });
-                let towards = measured.flat_map(|direction| {
+                let towards = observations.directions().flat_map(|direction| {
                     let others = Direction::ALL
                         .into_iter()
                         .filter(move |axis| *axis != direction);

@@ -287,18 +287,9 @@ impl<'a> Changes<'a> {
         let observations = self.observations;
         let all = 0..observations.len();
         match place {
-            Place::Run {
-                pose,
-                direction,
-                repeat,
-                step,
-                gauge,
-            } => {
-                let here = observations.cells.iter().filter(|cell| {
-                    gauge.is_none_or(|axis| axis == cell.direction)
-                        && cell.load.is_called(direction)
-                        && observations.poses[cell.pose] == *pose
-                });
+            Place::Run { repeat, step, .. } => {
+                let cells = observations.cells.iter();
+                let here = cells.filter(|cell| observations.is_cell_of(place, cell));
                 let runs = here.flat_map(|cell| &observations.runs[cell.runs.clone()]);
                 let from_step = |readings: Range<usize>| {
                     let is_later = |reading: &usize| observations.loads[*reading].step >= *step;

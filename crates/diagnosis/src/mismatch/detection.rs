@@ -1,6 +1,5 @@
 //! The smallest effects that readings would have shown.
 
-use stiffbench_beams::physics::Place;
 use stiffbench_numeric::statistics::NORMAL_95;
 
 use super::candidate_scores::{ScoredCandidate, ScoredShape};
@@ -37,13 +36,9 @@ impl DiagnosisProblem<'_> {
                 .map(|white| of(&ScoredCandidate::of(white, &first.residuals))),
         );
         for cell in &self.observations.cells {
-            let pose = &self.observations.poses[cell.pose];
-            let here = |seen: &&&ScoredCandidate| {
-                matches!(&seen.candidate.place, Place::Run { pose: own, direction, gauge, .. }
-                    if own == pose
-                        && cell.load.is_called(direction)
-                        && gauge.is_none_or(|axis| axis == cell.direction))
-            };
+            let observations = self.observations;
+            let here =
+                |seen: &&&ScoredCandidate| observations.is_cell_of(&seen.candidate.place, cell);
             out.extend(hardest(slips.iter().filter(here).map(|seen| of(seen))));
         }
         if found.changed() {

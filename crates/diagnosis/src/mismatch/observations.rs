@@ -315,6 +315,14 @@ impl Observations {
         (self.loads[reading].step, self.readings[reading].hold_number)
     }
 
+    /// Whether a run with this place may be one of a cell.
+    pub(super) fn is_cell_of(&self, place: &Place, cell: &ObservedCell) -> bool {
+        matches!(place, Place::Run { pose, direction, gauge, .. }
+            if self.poses[cell.pose] == *pose
+                && cell.load.is_called(direction)
+                && gauge.is_none_or(|axis| axis == cell.direction))
+    }
+
     /// For each reading whether it is meant.
     pub(super) fn mask(&self, is_meant: impl Fn(usize) -> bool) -> Vec<bool> {
         (0..self.len()).map(is_meant).collect()

@@ -56,22 +56,14 @@ struct NamedSlip<'a> {
 
 impl<'a> NamedSlip<'a> {
     fn new(observations: &Observations, finding: &'a Finding) -> Option<Self> {
-        let Place::Run {
-            pose,
-            direction,
-            repeat,
-            step,
-            gauge,
-        } = &finding.effect.place
-        else {
+        let place = &finding.effect.place;
+        let Place::Run { repeat, step, .. } = place else {
             return None;
         };
-        let run = observations.runs.iter().position(|run| {
+        let mut runs = observations.runs.iter();
+        let run = runs.position(|run| {
             let cell = &observations.cells[run.cell];
-            observations.poses[cell.pose] == *pose
-                && cell.load.is_called(direction)
-                && gauge.is_none_or(|axis| axis == cell.direction)
-                && run.repeat == *repeat
+            observations.is_cell_of(place, cell) && run.repeat == *repeat
         })?;
         let mut readings = observations.runs[run].readings.clone();
         let reading = readings.find(|&reading| observations.loads[reading].step >= *step)?;

@@ -147,16 +147,10 @@ impl Observations {
         let (mut product, mut square, mut count) = (0.0, 0.0, 0.0);
         for history in &self.histories {
             let mut before: Option<Vec<f64>> = None;
-            let readings = history.kept_readings();
-            let mut start = readings.start;
-            while start < readings.end {
-                let of = |reading: usize| (self.readings[reading].run, cycles[reading]);
-                let mut end = start + 1;
-                while end < readings.end && of(end) == of(start) {
-                    end += 1;
-                }
-                let own = &white[start..end];
-                start = end;
+            let readings: Vec<usize> = history.kept_readings().collect();
+            let of = |reading: &usize| (self.readings[*reading].run, cycles[*reading]);
+            for cycle in readings.chunk_by(|a, b| of(a) == of(b)) {
+                let own = &white[cycle[0]..cycle[0] + cycle.len()];
                 if own.len() < 2 * PLACES {
                     before = None;
                     continue;

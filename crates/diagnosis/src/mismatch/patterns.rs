@@ -128,7 +128,6 @@ impl<'a> Patterns<'a> {
         let groups = groups(observations);
         let (mut all, mut values) = (Vec::new(), Vec::new());
         for (number, profile) in profiles(observations).into_iter().enumerate() {
-            values.push((0..observations.len()).map(&profile.value).collect());
             for scaled in [false, true].into_iter().filter(|s| !s || profile.scaled) {
                 all.extend(groups.iter().map(|group| Pattern {
                     stratum: profile.stratum,
@@ -136,6 +135,7 @@ impl<'a> Patterns<'a> {
                     form: PatternForm::Profile { number, scaled },
                 }));
             }
+            values.push(profile.values);
         }
         let waves = period_patterns(observations).chain(order_patterns(observations));
         let waves = waves.map(|(group, form)| (Stratum::Rest, group, form));

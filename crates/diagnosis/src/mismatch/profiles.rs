@@ -5,12 +5,13 @@ use stiffbench_units_and_text::test_point::Branch;
 use super::observations::Observations;
 use super::stratum::Stratum;
 
-/// A profile: what it is called under, and its value at a reading.
+/// A profile: what it is called under, and its values.
 pub(super) struct Profile {
     pub(super) stratum: Stratum,
     /// Whether it is tried in proportion to the compliance too.
     pub(super) scaled: bool,
-    pub(super) value: Box<dyn Fn(usize) -> f64>,
+    /// One a reading.
+    pub(super) values: Vec<f64>,
 }
 
 /// All profiles that these observations can show.
@@ -21,12 +22,10 @@ pub(super) fn profiles(observations: &Observations) -> Vec<Profile> {
     repeat_profiles(&details, &mut out);
     time_profiles(&details, &mut out);
     if observations.recorded.hold {
-        let (f, h) = (details.load.clone(), details.hold.clone());
-        add(&mut out, Stratum::RepeatTime, true, move |i| f[i] * h[i]);
-        let (f, h) = (details.load, details.hold);
-        add(&mut out, Stratum::RepeatTime, true, move |i| {
-            f[i] * f[i].abs() * h[i]
-        });
+        let (f, h) = (&details.load, &details.hold);
+        let curved = |i: usize| f[i] * f[i].abs() * h[i];
+        out.push(details.profile(Stratum::RepeatTime, true, |i| f[i] * h[i]));
+        out.push(details.profile(Stratum::RepeatTime, true, curved));
     }
     out
 }
@@ -99,26 +98,22 @@ impl Details {
             longest_s,
         }
     }
-}
 
-fn add(
-    out: &mut Vec<Profile>,
-    stratum: Stratum,
-    scaled: bool,
-    value: impl Fn(usize) -> f64 + 'static,
-) {
-    out.push(Profile {
-        stratum,
-        scaled,
-        value: Box::new(value),
-    });
+    /// # Arguments
+    /// - `value`: its value at a reading.
+    fn profile(&self, stratum: Stratum, scaled: bool, value: impl Fn(usize) -> f64) -> Profile {
+        Profile {
+            stratum,
+            scaled,
+            values: (0..self.load.len()).map(value).collect(),
+        }
+    }
 }
 
 /// Profiles over the load, its sign and its branch.
 fn load_profiles(details: &Details, out: &mut Vec<Profile>) {
-    let load = &details.load;
-    let f = load.clone();
-    add(out, Stratum::CellSlope, false, move |i| f[i]);
+    let f = &details.load;
+    out.push(details.profile(Stratum::CellSlope, false, |i| f[i]));
     let shapes: [fn(f64) -> f64; 5] = [
         |f| f * f.abs(),
         |f| f * f * f,
@@ -127,29 +122,33 @@ fn load_profiles(details: &Details, out: &mut Vec<Profile>) {
         |f| (std::f64::consts::TAU * f).sin(),
     ];
     for shape in shapes {
-        let f = load.clone();
-        add(out, Stratum::LoadStep, true, move |i| shape(f[i]));
+        out.push(details.profile(Stratum::LoadStep, true, |i| shape(f[i])));
     }
     // In a cell that is loaded one way these are its slope and its curve.
     if details.both_ways.contains(&true) {
         let shapes: [fn(f64) -> f64; 2] = [f64::abs, |f| f * f];
         for shape in shapes {
-            let (f, both) = (load.clone(), details.both_ways.clone());
-            let value = move |i: usize| if both[i] { shape(f[i]) } else { 0.0 };
-            add(out, Stratum::Sign, true, value);
+            let value = |i: usize| {
+                if details.both_ways[i] {
+                    shape(f[i])
+                } else {
+                    0.0
+                }
+            };
+            out.push(details.profile(Stratum::Sign, true, value));
         }
     }
     if details.unloading.contains(&1.0) {
         let shapes: [fn(f64) -> f64; 3] = [|_| 1.0, |f| f, |f| 4.0 * f * (1.0 - f.abs())];
         for shape in shapes {
-            let (f, b) = (load.clone(), details.unloading.clone());
-            add(out, Stratum::Branch, true, move |i| b[i] * shape(f[i]));
+            let value = |i: usize| details.unloading[i] * shape(f[i]);
+            out.push(details.profile(Stratum::Branch, true, value));
         }
         // What stays when the load comes off: parts that seat, a permanent set.
         let shapes: [fn(f64) -> f64; 2] = [|most| most, f64::sqrt];
         for shape in shapes {
-            let most = details.largest_so_far.clone();
-            add(out, Stratum::Branch, true, move |i| shape(most[i]));
+            let value = |i: usize| shape(details.largest_so_far[i]);
+            out.push(details.profile(Stratum::Branch, true, value));
         }
     }
 }
@@ -161,8 +160,8 @@ fn repeat_profiles(details: &Details, out: &mut Vec<Profile>) {
     }
     let trends: [fn(f64) -> f64; 3] = [|r| f64::from(u8::from(r == 0.0)), |r| (-r).exp(), |r| r];
     for trend in trends {
-        let (f, r) = (details.load.clone(), details.repeat.clone());
-        add(out, Stratum::RepeatTime, true, move |i| f[i] * trend(r[i]));
+        let value = |i: usize| details.load[i] * trend(details.repeat[i]);
+        out.push(details.profile(Stratum::RepeatTime, true, value));
     }
 }
 
@@ -172,21 +171,18 @@ fn time_profiles(details: &Details, out: &mut Vec<Profile>) {
         return;
     }
     let trends: [fn(f64) -> f64; 2] = [|t| t, |t| t * t];
+    let (f, w, t) = (&details.load, &details.within, &details.clock);
     for trend in trends {
-        let t = details.within.clone();
-        add(out, Stratum::RepeatTime, false, move |i| trend(t[i]));
+        out.push(details.profile(Stratum::RepeatTime, false, |i| trend(w[i])));
     }
-    let (f, t) = (details.load.clone(), details.within.clone());
-    add(out, Stratum::RepeatTime, true, move |i| f[i] * t[i]);
+    out.push(details.profile(Stratum::RepeatTime, true, |i| f[i] * w[i]));
     let slow: [fn(f64) -> f64; 3] = [
         |t| t - 0.5,
         |t| (std::f64::consts::TAU * t).sin(),
         |t| (std::f64::consts::TAU * t).cos(),
     ];
     for trend in slow {
-        let (w, t) = (details.within.clone(), details.clock.clone());
-        add(out, Stratum::RepeatTime, false, move |i| w[i] * trend(t[i]));
-        let (f, t) = (details.load.clone(), details.clock.clone());
-        add(out, Stratum::RepeatTime, true, move |i| f[i] * trend(t[i]));
+        out.push(details.profile(Stratum::RepeatTime, false, |i| w[i] * trend(t[i])));
+        out.push(details.profile(Stratum::RepeatTime, true, |i| f[i] * trend(t[i])));
     }
 }

@@ -1,5 +1,7 @@
 //! How much of the misfit the findings explain, in the readings that were fitted and in others that were left out.
 
+use std::collections::BTreeSet;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -162,11 +164,9 @@ impl DiagnosisProblem<'_> {
         }
         let folds = |label: &dyn Fn(usize) -> u32| -> Option<Vec<Fold>> {
             let labels: Vec<u32> = (0..self.observations.len()).map(label).collect();
-            let mut distinct = labels.clone();
-            distinct.sort_unstable();
-            distinct.dedup();
-            let fold = |own: u32| labels.iter().map(|label| *label == own).collect();
-            Some(distinct.iter().map(|own| fold(*own)).collect()).filter(determines)
+            let distinct: BTreeSet<&u32> = labels.iter().collect();
+            let fold = |own: &u32| labels.iter().map(|label| label == own).collect();
+            Some(distinct.into_iter().map(fold).collect()).filter(determines)
         };
         folds(&of_pose).or_else(|| folds(&of_repeat))
     }

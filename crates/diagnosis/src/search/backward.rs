@@ -1,7 +1,7 @@
 //! Backward elimination: from a group of terms together to those that the rows need beside the others.
 
 use super::constants::STRONG_EVIDENCE;
-use super::forward::{ForwardProblem, rivals};
+use super::forward::{ForwardProblem, evidence_of_terms, rivals};
 
 /// Takes the term that the rows need least out of a model, again and again, until each that is left has strong evidence beside the others.
 ///
@@ -15,15 +15,8 @@ pub fn backward_elimination<P: ForwardProblem>(
 ) -> Result<P::Model, P::Error> {
     let mut model = start.clone();
     while problem.terms(&model) > 0 {
-        let mut weakest: Option<(usize, f64)> = None;
-        for term in 0..problem.terms(&model) {
-            let ranked = rivals(problem, &model, term)?;
-            let own = ranked.iter().find(|one| problem.is_term(&model, term, one));
-            let evidence = own.map_or(f64::NEG_INFINITY, |own| problem.evidence(own).log_bayes());
-            if weakest.is_none_or(|(_, least)| evidence < least) {
-                weakest = Some((term, evidence));
-            }
-        }
+        let terms = evidence_of_terms(problem, &model)?.into_iter().enumerate();
+        let weakest = terms.min_by(|(_, a), (_, b)| a.total_cmp(b));
         let Some((term, _)) = weakest.filter(|(_, evidence)| *evidence <= STRONG_EVIDENCE) else {
             break;
         };

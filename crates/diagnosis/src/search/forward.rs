@@ -257,7 +257,8 @@ fn selection_after<P: ForwardProblem>(
         // Swaps come first: one term found alone may stand for two, and only the two predict rows left out.
         let next = swap(problem, model)?;
         // Each further term is one more chance to be wrong: it needs as much evidence against no further one as against another.
-        if weakest(problem, &next)? <= STRONG_EVIDENCE
+        let evidence = evidence_of_terms(problem, &next)?;
+        if evidence.iter().any(|evidence| *evidence <= STRONG_EVIDENCE)
             || !problem.is_confirmed(&found.model, &next, &fitted)?
         {
             break;
@@ -344,16 +345,20 @@ fn swap<P: ForwardProblem>(problem: &P, mut model: P::Model) -> Result<P::Model,
     Ok(model)
 }
 
-/// Log Bayes factor of that term of a model which the rows need least, beside the others.
-fn weakest<P: ForwardProblem>(problem: &P, model: &P::Model) -> Result<f64, P::Error> {
-    let mut weakest = f64::INFINITY;
-    for term in 0..problem.terms(model) {
+/// Log Bayes factor of each term of a model, beside the others.
+///
+/// # Errors
+/// That of the problem.
+pub(super) fn evidence_of_terms<P: ForwardProblem>(
+    problem: &P,
+    model: &P::Model,
+) -> Result<Vec<f64>, P::Error> {
+    let evidence = |term: usize| {
         let ranked = rivals(problem, model, term)?;
         let own = ranked.iter().find(|one| problem.is_term(model, term, one));
-        let evidence = |own: &P::Fitted| problem.evidence(own).log_bayes();
-        weakest = weakest.min(own.map_or(f64::NEG_INFINITY, evidence));
-    }
-    Ok(weakest)
+        Ok(own.map_or(f64::NEG_INFINITY, |own| problem.evidence(own).log_bayes()))
+    };
+    (0..problem.terms(model)).map(evidence).collect()
 }
 
 /// All candidates in the place of one term, the others kept, under the covariance of the model; the largest evidence first.

@@ -38,17 +38,15 @@ impl DiagnosisProblem<'_> {
         let linearised = self.predictor().linearised(parameters, &[])?;
         let cells = &self.observations.cells;
         let mut parts: Vec<ComponentResponse> = Vec::new();
-        let compliances = |lever_m: &dyn Fn(&ObservedCell) -> [f64; 3]| -> Vec<f64> {
-            let cells = cells.iter();
-            cells
-                .map(|cell| cell.lever_product(lever_m(cell)))
-                .collect()
+        let of_levers = |place: Place, lever_m: &dyn Fn(&ObservedCell) -> [f64; 3]| {
+            let compliance = cells.iter().map(|cell| cell.lever_product(lever_m(cell)));
+            let lever = |cell: &ObservedCell| lever_m(cell)[cell.direction.index()].abs();
+            let levers = cells.iter().map(lever).collect();
+            ComponentResponse::new(place, compliance.collect(), Some(levers))
         };
         for (joint, name) in linearised.joints.iter().enumerate() {
             let lever_m =
                 |cell: &ObservedCell| linearised.poses[cell.pose].influence.levers_m[joint];
-            let lever = |cell: &ObservedCell| lever_m(cell)[cell.direction.index()].abs();
-            let levers: Vec<f64> = cells.iter().map(lever).collect();
             let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
             parts.push(ComponentResponse {
                 stiffness: linearised
@@ -56,24 +54,13 @@ impl DiagnosisProblem<'_> {
                     .iter()
                     .map(stiffness)
                     .fold(f64::INFINITY, f64::min),
-                ..ComponentResponse::new(
-                    Place::Joint(name.clone()),
-                    compliances(&lever_m),
-                    Some(levers),
-                )
+                ..of_levers(Place::Joint(name.clone()), &lever_m)
             });
         }
         for &axis in &linearised.rocking_axes {
             let lever_m =
                 |cell: &ObservedCell| linearised.poses[cell.pose].base_levers_m[axis.index()];
-            let lever = |cell: &ObservedCell| lever_m(cell)[cell.direction.index()].abs();
-            let levers: Vec<f64> = cells.iter().map(lever).collect();
-            let compliance = compliances(&lever_m);
-            parts.push(ComponentResponse::new(
-                Place::Axis(axis),
-                compliance,
-                Some(levers),
-            ));
+            parts.push(of_levers(Place::Axis(axis), &lever_m));
         }
         for direction in Direction::ALL {
             let own = cells.iter().map(|cell| {
@@ -115,7 +102,7 @@ impl Decomposition<'_> {
         parts: &SuspectComponents,
         white: &[f64],
     ) -> Vec<ExplainedShare> {
-        let contrast = |c: &&FitContrast| c.contrast == Contrast::CellSlope;
+        let contrast = |c: &&FitContrast| c.plan.contrast == Contrast::CellSlope;
         let Some(comparison) = self.comparisons.iter().find(contrast) else {
             return Vec::new();
         };

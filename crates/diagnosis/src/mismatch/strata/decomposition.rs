@@ -6,17 +6,13 @@ use crate::mismatch::observations::Observations;
 use super::bases::{Fit, GlobalColumn, LocalBasis, WholeColumns};
 use super::columns::{Setting, bases, sets};
 use super::contrasts::{
-    BETWEEN, Common, ErrorTerm, OFFSETS, WITHIN, between, offsets, plans, within,
+    BETWEEN, Common, ErrorTerm, OFFSETS, Plan, WITHIN, between, offsets, plans, within,
 };
 use super::results::{Contrast, Untested};
 
 /// A contrast: what one fit explains beyond another.
 pub(super) struct FitContrast {
-    pub(super) contrast: Contrast,
-    pub(super) error: ErrorTerm,
-    basis: usize,
-    /// Stages of the local columns without and with the contrast.
-    stages: [usize; 2],
+    pub(super) plan: Plan,
     /// Global columns that are taken out in both.
     common: Vec<usize>,
     /// Global columns that are the contrast.
@@ -107,14 +103,11 @@ impl<'a> Decomposition<'a> {
                 continue;
             }
             comparisons.push(FitContrast {
-                contrast: plan.contrast,
-                error: plan.error,
-                basis: plan.basis,
-                stages: plan.stages,
                 common: common.iter().flat_map(|set| set.iter().copied()).collect(),
                 added: added.to_vec(),
                 without,
                 with,
+                plan,
             });
         }
         let shape =
@@ -173,9 +166,10 @@ impl<'a> Decomposition<'a> {
         let run_slope = runs(BETWEEN, &self.run_slope);
         let run_zero = runs(OFFSETS, &self.run_zero);
         let ratio = |one: &FitContrast| {
-            let explained = within(one.basis, &one.with) - within(one.basis, &one.without);
+            let explained =
+                within(one.plan.basis, &one.with) - within(one.plan.basis, &one.without);
             let d1 = (one.with.rank - one.without.rank) as f64;
-            let (error, d2) = match one.error {
+            let (error, d2) = match one.plan.error {
                 ErrorTerm::RunSlope => run_slope,
                 ErrorTerm::RunZero => run_zero,
                 ErrorTerm::Pure => pure,
@@ -188,7 +182,7 @@ impl<'a> Decomposition<'a> {
     /// What a contrast explains of a white vector, and its degrees of freedom.
     pub(super) fn pattern(&self, comparison: &FitContrast, white: &[f64]) -> (Vec<f64>, f64) {
         self.between_fits(
-            comparison.basis,
+            comparison.plan.basis,
             &comparison.without,
             &comparison.with,
             white,
@@ -202,7 +196,7 @@ impl<'a> Decomposition<'a> {
         white: &[f64],
         inside: &dyn Fn(usize) -> bool,
     ) -> (Vec<f64>, f64) {
-        let [from, to] = comparison.stages;
+        let [from, to] = comparison.plan.stages;
         let stages = (0..self.observations.cells.len())
             .map(|cell| if inside(cell) { to } else { from })
             .collect();
@@ -217,8 +211,8 @@ impl<'a> Decomposition<'a> {
             .map(|&place| &self.globals[place])
             .chain(&added)
             .collect();
-        let with = Fit::new(&self.bases[comparison.basis], stages, &columns);
-        self.between_fits(comparison.basis, &comparison.without, &with, white)
+        let with = Fit::new(&self.bases[comparison.plan.basis], stages, &columns);
+        self.between_fits(comparison.plan.basis, &comparison.without, &with, white)
     }
 
     fn restricted(&self, column: &GlobalColumn, inside: &dyn Fn(usize) -> bool) -> GlobalColumn {

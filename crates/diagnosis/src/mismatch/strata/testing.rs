@@ -56,7 +56,7 @@ impl Decomposition<'_> {
         for comparison in &self.comparisons {
             let place = tests
                 .iter()
-                .position(|test| test.contrast == comparison.contrast);
+                .position(|test| test.contrast == comparison.plan.contrast);
             if let Some(place) = place.filter(|&place| tests[place].p_family <= STRATUM_LEVEL) {
                 tests[place].spots = self.spots(comparison, &tests[place], white);
             }
@@ -94,9 +94,9 @@ impl Decomposition<'_> {
 
     pub(super) fn test(&self, comparison: &FitContrast, white: &[f64]) -> StratumTest {
         let (pattern, d1) = self.pattern(comparison, white);
-        let (error, d2) = self.error(comparison.error, white);
+        let (error, d2) = self.error(comparison.plan.error, white);
         let statistic = (squares(&pattern) / d1) / (error / d2).max(f64::MIN_POSITIVE);
-        let (contrast, p) = (comparison.contrast, tail(statistic, d1, d2));
+        let (contrast, p) = (comparison.plan.contrast, tail(statistic, d1, d2));
         StratumTest::new(contrast, statistic, [d1, d2], p, self.size_m(pattern))
     }
 
@@ -108,7 +108,7 @@ impl Decomposition<'_> {
 
     /// Each pose, direction and cell alone.
     fn spots(&self, comparison: &FitContrast, test: &StratumTest, white: &[f64]) -> Vec<Spot> {
-        let (error, d2) = self.error(comparison.error, white);
+        let (error, d2) = self.error(comparison.plan.error, white);
         let whole = squares(&self.pattern(comparison, white).0);
         let mut spots: Vec<(Spot, f64)> = groups(self.observations)
             .into_iter()

@@ -282,7 +282,7 @@ fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
                 let comparison = decomposition
                     .comparisons
                     .iter()
-                    .find(|comparison| comparison.contrast == contrast)
+                    .find(|comparison| comparison.plan.contrast == contrast)
                     .unwrap();
                 values.push(decomposition.test(comparison, &white).p);
             }
