@@ -75,7 +75,7 @@ pub struct BadReading {
 /// Looks for bad readings in good runs, and lays out the others.
 pub(super) fn screen_readings(
     baseline: &dyn Baseline,
-    runs: ScreenedRuns,
+    runs: &ScreenedRuns,
     noise: &KnownNoise,
 ) -> Result<ScreenedData, MismatchError> {
     let observations = &runs.observations;

@@ -30,5 +30,5 @@ pub fn screen_data(
     noise: &KnownNoise,
 ) -> Result<ScreenedData, MismatchError> {
     let runs = screen_runs(baseline, observations, noise)?;
-    screen_readings(baseline, runs, noise)
+    screen_readings(baseline, &runs, noise)
 }

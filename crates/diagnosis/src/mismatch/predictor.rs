@@ -121,17 +121,17 @@ impl<'a> ReadingPredictor<'a> {
         Ok(place.as_mut().map(|solver| (variant, solver)))
     }
 
-    /// The same, solved as far as displacements and derivatives of the linear structure need it.
+    /// The solver of effects, its compliances and gradients solved, no joint; `None` if the structure is not there.
     fn solved(
         &mut self,
         parameters: &[f64],
         effects: &[Effect],
-    ) -> Result<Option<usize>, MismatchError> {
-        let Some((variant, solver)) = self.solver(effects)? else {
+    ) -> Result<Option<&AnySolver<'a>>, MismatchError> {
+        let Some((_, solver)) = self.solver(effects)? else {
             return Ok(None);
         };
         solver.solve_for(parameters, &[])?;
-        Ok(Some(variant))
+        Ok(Some(solver))
     }
 
     /// Displacements of all readings, m; `false` if there is no such structure.
@@ -188,11 +188,9 @@ impl<'a> ReadingPredictor<'a> {
         effects: &[Effect],
         out: &mut [f64],
     ) -> Result<(), MismatchError> {
-        let Some(variant) = self.solved(parameters, effects)? else {
-            return Ok(());
-        };
-        if let Some(solver) = &self.solvers[variant] {
-            for cell in &self.observations.cells {
+        let observations = self.observations;
+        if let Some(solver) = self.solved(parameters, effects)? {
+            for cell in &observations.cells {
                 out[cell.readings.clone()].fill(cell.compliance(solver.pose(cell.pose)));
             }
         }
@@ -208,17 +206,14 @@ impl<'a> ReadingPredictor<'a> {
         effects: &[Effect],
         out: &mut [f64],
     ) -> Result<(), MismatchError> {
-        let n = self.observations.len();
-        let Some(variant) = self.solved(parameters, effects)? else {
-            return Ok(());
-        };
-        if let Some(solver) = &self.solvers[variant] {
-            for cell in &self.observations.cells {
+        let observations = self.observations;
+        if let Some(solver) = self.solved(parameters, effects)? {
+            for cell in &observations.cells {
                 let pose = solver.pose(cell.pose);
-                for (parameter, column) in out.chunks_mut(n).enumerate() {
+                for (parameter, column) in out.chunks_mut(observations.len()).enumerate() {
                     let gradient = pose.gradient(parameter, cell.direction, &cell.load);
                     for reading in cell.readings.clone() {
-                        column[reading] = gradient * self.observations.loads[reading].force_n;
+                        column[reading] = gradient * observations.loads[reading].force_n;
                     }
                 }
             }

@@ -2,6 +2,7 @@
 
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
+use crate::search::subtract;
 
 use super::bases::{Fit, GlobalColumn, LocalBasis, WholeColumns};
 use super::columns::{Setting, bases, sets};
@@ -237,9 +238,7 @@ impl<'a> Decomposition<'a> {
     ) -> (Vec<f64>, f64) {
         let mut pattern = without.left(&self.bases[basis], white);
         let rest = with.left(&self.bases[basis], white);
-        for (value, rest) in pattern.iter_mut().zip(&rest) {
-            *value -= rest;
-        }
+        subtract(&mut pattern, 1.0, &rest);
         (pattern, (with.rank - without.rank) as f64)
     }
 
