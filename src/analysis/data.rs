@@ -9,11 +9,11 @@ use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
 use crate::readings::{
     GaugeLogOptions, OverdueGauge, ReadOptions, Reading, ReadingTable, SessionHeader,
-    is_vector_table, read_gauge_log, read_readings, write_readings,
+    is_vector_table, read_gauge_log, read_readings, read_vector_readings, write_readings,
 };
 use crate::stiffness::{
-    Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
-    stiffness_table_with_drifts,
+    Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable, VectorStiffness,
+    stiffness_table_with_drifts, vector_stiffness,
 };
 
 use super::calibration::GivenCalibration;
@@ -24,7 +24,7 @@ use super::files::{
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
 use super::load_cases::LoadedLoadCases;
-use super::vectors::{SessionTable, VectorSession, origin_of};
+use super::session_table::{SessionTable, origin_of};
 
 /// Stiffness lists that come with the program.
 const SHIPPED_LISTS: [(&str, &str); 3] = [
@@ -105,9 +105,6 @@ impl Data {
                 measured: read_stiffness_list(name, text)?,
             });
         }
-        if let Some(vectors) = VectorSession::open(path, options)? {
-            return Ok(Self::Readings(Box::new(vectors.by_component())));
-        }
         if LoadedLoadCases::is_at(path) {
             let loaded = LoadedLoadCases::open(path, options)?;
             return Ok(Self::LoadCases(Box::new(loaded)));
@@ -121,7 +118,7 @@ impl Data {
                 name,
             });
         }
-        Ok(Self::Readings(Box::new(LoadedSession::open(
+        Ok(Self::Readings(Box::new(LoadedSession::open_series(
             path, options,
         )?)))
     }
@@ -211,18 +208,23 @@ impl LoadedSession {
     /// # Errors
     /// As [`LoadedSession::open`].
     pub fn open_series(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
-        match VectorSession::open(path, options)? {
-            Some(vectors) => Ok(vectors.by_component()),
-            None => Self::open(path, options),
-        }
+        Self::open_gauges(path, options, true)
     }
 
     /// Opens a session folder, a readings file, or a gauge's own log.
     ///
     /// # Errors
     /// For data that are not there or cannot be read, a list of stiffness values, a table that differs from its journal, and an
-    /// overdue calibration, as the options have it.
+    /// overdue calibration, as the options have it; and for readings of several gauges.
     pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+        Self::open_gauges(path, options, false)
+    }
+
+    fn open_gauges(
+        path: &Path,
+        options: &OpenSettings,
+        takes_several: bool,
+    ) -> Result<Self, AnalysisError> {
         // Displacements without repeats, which also can be a list, may be readings that lack the column.
         let is_list = is_file(path) && first_line(path)?.contains("stiffness_N_per_um");
         if shipped_list(path).is_some() || is_list {
@@ -235,14 +237,19 @@ impl LoadedSession {
         let folder = folder_of(&file);
         let name = shown(&file);
         let bytes = read_bytes(&file)?;
-        if options.gauge_log.is_none() && is_vector_table(&bytes) {
+        let of_vectors = options.gauge_log.is_none() && is_vector_table(&bytes);
+        if of_vectors && !takes_several {
             return Err(AnalysisError::Vectors { path: file });
+        }
+        if of_vectors {
+            options.gauges.refuse(&name)?;
         }
         if options.gauge_log.is_none() && LoadedLoadCases::is_at(path) {
             return Err(LoadedLoadCases::open(path, options)?.needs_runs("this subcommand"));
         }
         let mut table = match &options.gauge_log {
             Some(log) => read_gauge_log(&name, bytes.as_slice(), log)?,
+            None if of_vectors => read_vector_readings(&name, bytes.as_slice())?,
             None => read_readings(&name, bytes.as_slice(), &ReadOptions::default())?,
         };
         let mut warnings: Vec<String> = table
@@ -250,7 +257,9 @@ impl LoadedSession {
             .iter()
             .map(|assumption| format!("assumed: {assumption}"))
             .collect();
-        warnings.extend(table.notes.iter().map(ToString::to_string));
+        // Of several gauges the notes would be on each.
+        let notes = table.notes.iter().filter(|_| !of_vectors);
+        warnings.extend(notes.map(ToString::to_string));
         let mut header = session_header(&folder, &mut warnings)?;
         let mut differs_from_journal = false;
         if file.file_name().is_some_and(|name| name == "readings.csv")
@@ -272,9 +281,11 @@ impl LoadedSession {
             overdue: Vec::new(),
             differs_from_journal,
         };
-        let read_off = session.gauges()?;
-        session.warnings.extend(read_off.read_off());
-        let texts = session.table.readings.iter();
+        if !of_vectors {
+            let read_off = session.gauges()?;
+            session.warnings.extend(read_off.read_off());
+        }
+        let texts = session.table.one_of_each_load();
         let texts = texts.filter_map(|reading| reading.text.as_ref());
         session.overdue = check_calibration(
             session.header.as_ref(),
@@ -340,6 +351,22 @@ impl LoadedSession {
             StiffnessOptions { branches },
             &drifts.unwrap_or_default(),
         ))
+    }
+
+    /// Compliance along each axis for every pose and direction of load, of several gauges along the base axes.
+    #[must_use]
+    pub fn compliances(&self, branches: Branches) -> Vec<VectorStiffness> {
+        let header = self.header.as_ref();
+        let procedure = header.and_then(|header| header.procedure.as_ref());
+        let preload_n = procedure.and_then(|procedure| procedure.preload_n);
+        vector_stiffness(&self.table, branches, preload_n.unwrap_or(0.0))
+    }
+
+    /// Name of its procedure.
+    #[must_use]
+    pub fn procedure(&self) -> Option<&str> {
+        let procedure = self.header.as_ref()?.procedure.as_ref()?;
+        procedure.name.as_deref()
     }
 }
 

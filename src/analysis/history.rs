@@ -10,7 +10,7 @@ use crate::test_point::{Cell, PoseId};
 
 use super::files::{ReadError, read_bytes, session_file};
 use super::hash::sha256;
-use super::vectors::SessionTable;
+use super::session_table::SessionTable;
 use crate::count::counted;
 
 /// Files of a session folder that a report names, if they are there.

@@ -12,7 +12,7 @@ use crate::session::read_inside;
 use super::data::{LoadedSession, gauges_text};
 use super::hash::sha256;
 use super::model::ResolvedModel;
-use super::vectors::SessionTable;
+use super::session_table::SessionTable;
 
 /// Digits of a hash in text; JSON has them all.
 const SHORT_HASH: usize = 12;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::readings::SessionHeader;
+use crate::readings::{ReadingTable, SessionHeader};
 use crate::session::{
-    Difference, Integrity, KeptTable, OmittedReadings, SessionState, integrity, read_journal,
+    Difference, Integrity, OmittedReadings, SessionState, integrity, read_journal,
 };
 
 use super::error::AnalysisError;
@@ -39,9 +39,9 @@ pub enum JournalCheck {
 ///
 /// # Errors
 /// For a journal that cannot be read.
-pub fn compare_with_journal<T: KeptTable>(
+pub fn compare_with_journal(
     folder: &Path,
-    table: &T,
+    table: &ReadingTable,
     header: Option<&SessionHeader>,
 ) -> Result<JournalCheck, AnalysisError> {
     let Some(path) = session_file(folder, "journal.jsonl")? else {

@@ -24,7 +24,7 @@ use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
 use super::pose_plan::procedure_of;
 use super::procedure::add_missing_poses;
-use super::vectors::{SessionTable, origin_of};
+use super::session_table::{SessionTable, origin_of};
 
 /// Load cases with the session they belong to.
 pub type LoadedLoadCases = SessionTable<LoadCaseTable>;

@@ -42,9 +42,9 @@ mod pose_plan;
 mod procedure;
 mod residuals;
 mod robot_check;
+mod session_table;
 mod together;
 mod unknown_springs;
-mod vectors;
 
 pub use calibration::{GaugeCalibration, GivenCalibration, StatedError};
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings, gauges_text, session_header};
@@ -81,6 +81,6 @@ pub use pose_plan::choose_poses;
 pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state_joint_values};
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
+pub use session_table::SessionTable;
 pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};
 pub use unknown_springs::UnknownSprings;
-pub use vectors::{SessionTable, VectorSession};

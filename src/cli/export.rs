@@ -6,12 +6,11 @@ use clap::Args;
 use jiff::Timestamp;
 
 use crate::analysis::{
-    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, SessionTable, VectorSession, gauges_text,
-    sha256,
+    Inputs, LoadedLoadCases, LoadedSession, OpenSettings, SessionTable, gauges_text, sha256,
 };
 use crate::export::tidy::{
     PackageResource, TableProvenance, TidyTable, csv, data_package, load_case_table, reading_table,
-    ro_crate, stiffness_tables, vector_reading_table, vector_stiffness_tables, xlsx,
+    ro_crate, stiffness_tables, vector_stiffness_tables, xlsx,
 };
 use crate::procedure::Procedure;
 use crate::readings::OverdueGauge;
@@ -192,24 +191,27 @@ fn open(args: &DataExportArgs, global: &Global) -> Result<Exported, Failure> {
         ..global.open_settings()
     };
     let branches = Branches::from(args.branches);
-    if let Some(session) = VectorSession::open(&args.data, &settings)? {
-        return Ok(of_vectors(session, branches));
-    }
     if settings.gauge_log.is_none() && LoadedLoadCases::is_at(&args.data) {
         return Ok(of_load_cases(&LoadedLoadCases::open(
             &args.data, &settings,
         )?));
     }
-    of_readings(LoadedSession::open(&args.data, &settings)?, branches)
+    of_readings(LoadedSession::open_series(&args.data, &settings)?, branches)
 }
 
 fn of_readings(session: LoadedSession, branches: Branches) -> Result<Exported, Failure> {
     let mut tables = vec![reading_table(&session.table, session.origin.as_deref())?];
-    tables.extend(stiffness_tables(&session.stiffness(branches)?));
     let mut about = provenance(&session);
-    about
-        .facts
-        .push(("branches".to_owned(), words_of(branches).to_owned()));
+    if session.table.is_of_vectors() {
+        let cells = session.compliances(branches);
+        let report = VectorStiffnessReport::new(&cells, session.procedure());
+        tables.extend(vector_stiffness_tables(&report));
+    } else {
+        tables.extend(stiffness_tables(&session.stiffness(branches)?));
+        about
+            .facts
+            .push(("branches".to_owned(), words_of(branches).to_owned()));
+    }
     about.measured_until = last_time(&tables[0]);
     let inputs = Inputs::default().with_session(&session);
     about.notes = session.warnings;
@@ -218,21 +220,6 @@ fn of_readings(session: LoadedSession, branches: Branches) -> Result<Exported, F
         about,
         inputs,
     })
-}
-
-fn of_vectors(session: VectorSession, branches: Branches) -> Exported {
-    let report = VectorStiffnessReport::new(&session.stiffness(branches), session.procedure());
-    let mut tables = vec![vector_reading_table(&session.table)];
-    tables.extend(vector_stiffness_tables(&report));
-    let mut about = provenance(&session);
-    about.measured_until = last_time(&tables[0]);
-    let inputs = Inputs::default().with_table(&session);
-    about.notes = session.warnings;
-    Exported {
-        tables: marked(tables, &session.overdue),
-        about,
-        inputs,
-    }
 }
 
 fn of_load_cases(loaded: &LoadedLoadCases) -> Exported {

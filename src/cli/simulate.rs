@@ -7,9 +7,7 @@ use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
 use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::readings::{
-    InstrumentRecord, Instruments, SessionHeader, write_readings, write_vector_readings,
-};
+use crate::readings::{InstrumentRecord, Instruments, SessionHeader, WrittenRows, write_rows};
 use crate::report::SimulationReport;
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::Direction;
@@ -62,11 +60,11 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
     create_new(&args.out)?;
     let mut readings = Vec::new();
-    if several_gauges {
-        write_vector_readings(&table, &mut readings)?;
-    } else {
-        write_readings(&table, &mut readings)?;
-    }
+    let rows = WrittenRows {
+        of_vectors: several_gauges,
+        ..WrittenRows::default()
+    };
+    write_rows(&table, rows, &mut readings)?;
     // A reading of several gauges is one.
     let count = table.readings.last().map_or(0, |last| last.seq as usize);
     write(

@@ -1,9 +1,9 @@
 //! `stiffbench stiffness`.
 
-use crate::analysis::{
-    ArgumentError, Inputs, LoadedSession, OpenSettings, VectorSession, doubts_about_stiffness,
-};
-use crate::readings::{Reading, VectorReading};
+use std::ops::RangeInclusive;
+
+use crate::analysis::{ArgumentError, Inputs, LoadedSession, OpenSettings, doubts_about_stiffness};
+use crate::readings::{Reading, ReadingTable};
 use crate::report::{VectorStiffnessReport, stiffness_text};
 use crate::stiffness::Branches;
 
@@ -19,17 +19,12 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         ..args.calibration.open_settings(global)?
     };
     let branches = Branches::from(args.branches);
-    let range_n = args.from_load..=args.to_load;
-    if let Some(mut session) = VectorSession::open(&args.data, &options)? {
-        let loads = |reading: &VectorReading| range_n.contains(&reading.target_n.abs());
-        let note = keep(&mut session.table.readings, loads)?;
-        session.warnings.extend(note);
+    let mut session = LoadedSession::open_series(&args.data, &options)?;
+    let note = keep(&mut session.table, &(args.from_load..=args.to_load))?;
+    session.warnings.extend(note);
+    if session.table.is_of_vectors() {
         return Ok(of_vectors(session, branches));
     }
-    let mut session = LoadedSession::open(&args.data, &options)?;
-    let loads = |reading: &Reading| range_n.contains(&reading.target_n.abs());
-    let note = keep(&mut session.table.readings, loads)?;
-    session.warnings.extend(note);
     let table = session.stiffness(branches)?;
     let flagged = table.cells.iter().any(|cell| !cell.flags.is_empty());
     let inputs = Inputs::default().with_session(&session);
@@ -46,22 +41,25 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
 }
 
 /// Keeps the readings whose loads count; what to say of the others.
-fn keep<R>(
-    readings: &mut Vec<R>,
-    loads: impl Fn(&R) -> bool,
+fn keep(
+    table: &mut ReadingTable,
+    range_n: &RangeInclusive<f64>,
 ) -> Result<Option<String>, ArgumentError> {
-    let all = readings.len();
-    readings.retain(loads);
-    if readings.is_empty() {
+    let all = table.one_of_each_load().count();
+    let counts = |reading: &Reading| range_n.contains(&reading.target_n.abs());
+    table.readings.retain(counts);
+    table.unloaded.retain(counts);
+    let kept = table.one_of_each_load().count();
+    if kept == 0 {
         return Err(ArgumentError::new(
             "--from-load, --to-load",
             "no reading has a load in this range",
             "state sizes of loads in N, without a sign: the smallest, then the largest",
         ));
     }
-    let beyond = counted(all - readings.len(), "reading");
+    let beyond = counted(all - kept, "reading");
     let note = format!("not counted: {beyond} at loads outside --from-load, --to-load");
-    Ok((readings.len() < all).then_some(note))
+    Ok((kept < all).then_some(note))
 }
 
 /// What to say of readings that were left out because of their status, if any were.
@@ -71,13 +69,13 @@ fn not_counted(left_out: usize) -> Option<String> {
 }
 
 /// The compliance along each axis of a session with several displacement gauges.
-fn of_vectors(session: VectorSession, branches: Branches) -> Outcome {
-    let cells = session.stiffness(branches);
+fn of_vectors(session: LoadedSession, branches: Branches) -> Outcome {
+    let cells = session.compliances(branches);
     let report = VectorStiffnessReport::new(&cells, session.procedure());
-    let inputs = Inputs::default().with_table(&session);
+    let inputs = Inputs::default().with_session(&session);
     let mut warnings = session.warnings;
-    let left_out = session.table.readings.len() - session.table.accepted().count();
-    warnings.extend(not_counted(left_out));
+    let loads = session.table.one_of_each_load();
+    warnings.extend(not_counted(loads.filter(|one| !one.is_accepted()).count()));
     let text = report.text();
     Outcome::new("stiffness-vectors", text, report)
         .with_inputs(inputs)

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use jiff::Timestamp;
 use miette::Diagnostic;
 
-use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter, VectorReadingsWriter};
+use stiffbench_measurement::readings::{ReadingsError, WrittenRows};
 
 use super::inside::{inside, read_inside};
 use super::journal::{Journal, JournalEnd, ReadJournal, Record, Store, read_journal, write_lines};
@@ -342,7 +342,7 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
 /// The table of readings of a session.
 ///
 /// # Errors
-/// As [`ReadingsWriter::write`].
+/// As [`write_rows`](stiffbench_measurement::readings::write_rows).
 pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsError> {
     write_rows(state, output, false)
 }
@@ -353,35 +353,11 @@ fn write_rows(
     output: impl Write,
     only_last: bool,
 ) -> Result<(), ReadingsError> {
-    let started = state.started.as_ref();
-    let session = started.map(|started| started.session.as_str());
-    let origin = started.and_then(|started| started.origin.as_deref());
-    let first = if only_last {
-        state.readings.len().saturating_sub(1)
-    } else {
-        0
+    let rows = WrittenRows {
+        of_vectors: state.is_of_vectors(),
+        only_last,
     };
-    if state.is_of_vectors() {
-        let joints = state.joint_columns();
-        let mut writer = if only_last {
-            VectorReadingsWriter::continuing(output, session, origin, &joints)
-        } else {
-            VectorReadingsWriter::new(output, session, origin, &joints)?
-        };
-        for reading in &state.vector_rows()[first..] {
-            writer.write(reading)?;
-        }
-        return writer.flush();
-    }
-    let mut writer = if only_last {
-        ReadingsWriter::continuing(output, session, origin)
-    } else {
-        ReadingsWriter::new(output, session, origin)?
-    };
-    for (reading, run, zero) in &state.rows()[first..] {
-        writer.write(reading, run, zero)?;
-    }
-    writer.flush()
+    stiffbench_measurement::readings::write_rows(&state.table(), rows, output)
 }
 
 /// Writes a file whole or not at all.

@@ -6,13 +6,16 @@
 use std::collections::BTreeMap;
 
 use stiffbench_measurement::readings::{
-    MARK_COLUMNS, ReadOptions, Reading, ReadingTable, ReadingsError, RunKey, VectorTable,
-    read_readings, read_vector_readings,
+    ReadOptions, ReadingTable, ReadingText, ReadingsError, RunKey, read_readings,
+    read_vector_readings,
 };
 
 use super::folder::table as write_table;
 use super::journal::{JournalEnd, ReadJournal};
 use super::state::SessionState;
+
+/// Columns that hold the analyst's own marks; all others make the result.
+const MARK_COLUMNS: [&str; 3] = ["status", "flag", "note"];
 
 /// A value of the table that is not that of the journal.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,100 +45,64 @@ pub struct Integrity {
     pub behind: Vec<u32>,
 }
 
-/// A table of readings that can be held against the journal of its session.
-pub trait KeptTable: Sized {
-    /// Reads what the journal's own readings are written as.
-    ///
-    /// # Errors
-    /// [`ReadingsError`] if they make no table.
-    fn read_back(bytes: &[u8]) -> Result<Self, ReadingsError>;
-
-    /// Number in the session and line of each reading, in the order of the table.
-    fn numbers_and_lines(&self) -> Vec<(u32, u32)>;
-
-    /// Changed values and changed marks of the reading at a place in this table, of the journal, and at its place in the other.
-    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<ChangedField>; 2];
-}
-
 /// A column with what the journal and what the table has there.
 type ChangedField = (String, String, String);
 
-impl KeptTable for ReadingTable {
-    fn read_back(bytes: &[u8]) -> Result<Self, ReadingsError> {
-        read_readings("journal.jsonl", bytes, &ReadOptions::default())
-    }
-
-    fn numbers_and_lines(&self) -> Vec<(u32, u32)> {
-        let readings = self.readings.iter();
-        readings.map(|of| (of.seq, of.line)).collect()
-    }
-
-    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<ChangedField>; 2] {
-        let (kept, read) = (&self.readings[kept], &table.readings[read]);
-        let both = [
-            (values(self, kept), values(table, read)),
-            (marks(kept), marks(read)),
-        ];
-        both.map(|(kept, read)| {
-            let pairs = kept.into_iter().zip(read);
-            let changed = pairs.filter(|((_, journal), (_, table))| journal != table);
-            changed
-                .map(|((column, journal), (_, table))| (column.to_owned(), journal, table))
-                .collect()
-        })
-    }
+/// Changed values and changed marks of the reading at a place in the journal's table, and at its place in the other.
+fn differences(
+    kept: (&ReadingTable, usize),
+    table: (&ReadingTable, usize),
+) -> [Vec<ChangedField>; 2] {
+    let read = columns(table);
+    // Fields along the base axes are texts, whose numbers may be written otherwise.
+    let is_number_alike = |was: &str, is: &str| {
+        let numbers = (is.parse::<f64>(), was.parse::<f64>());
+        kept.0.is_of_vectors() && matches!(numbers, (Ok(is), Ok(was)) if is == was)
+    };
+    let both = columns(kept).into_iter().map(|(column, was)| {
+        let mut alike = read.iter();
+        let is = alike.find(|(name, _)| *name == column);
+        let is = is.map(|(_, is)| is.clone()).unwrap_or_default();
+        (column, was, is)
+    });
+    let changed = both.filter(|(_, was, is)| was != is && !is_number_alike(was, is));
+    let (marks, values) = changed.partition(|(column, ..)| MARK_COLUMNS.contains(&column.as_str()));
+    [values, marks]
 }
 
-impl KeptTable for VectorTable {
-    fn read_back(bytes: &[u8]) -> Result<Self, ReadingsError> {
-        read_vector_readings("journal.jsonl", bytes)
+/// Number in the session and line of each reading, in the order of the table.
+fn numbers_and_lines(table: &ReadingTable) -> Vec<(u32, u32)> {
+    if table.is_of_vectors() {
+        let rows = table.fields.rows.iter();
+        return rows.map(|row| (row.seq, row.line)).collect();
     }
-
-    fn numbers_and_lines(&self) -> Vec<(u32, u32)> {
-        let readings = self.readings.iter();
-        readings.map(|of| (of.seq, of.line)).collect()
-    }
-
-    /// By the names of the journal's columns.
-    fn differences(&self, kept: usize, table: &Self, read: usize) -> [Vec<ChangedField>; 2] {
-        let field = |table: &Self, at: usize, column: &str| {
-            let index = table.names.iter().position(|name| name == column);
-            index.map_or_else(String::new, |index| table.rows[at][index].clone())
-        };
-        let both = self.names.iter().map(|column| {
-            let (was, is) = (field(self, kept, column), field(table, read, column));
-            (column.clone(), was, is)
-        });
-        let changed = both.filter(|(_, was, is)| {
-            let numbers = (is.parse::<f64>(), was.parse::<f64>());
-            is != was && !matches!(numbers, (Ok(is), Ok(was)) if is == was)
-        });
-        let (marks, values) =
-            changed.partition(|(column, ..)| MARK_COLUMNS.contains(&column.as_str()));
-        [values, marks]
-    }
+    let readings = table.readings.iter();
+    readings.map(|of| (of.seq, of.line)).collect()
 }
 
 /// Compares a table with the journal of its session, value by value.
 ///
 /// # Errors
 /// [`ReadingsError`] if the journal's own readings make no table.
-pub fn integrity<T: KeptTable>(
-    journal: &ReadJournal,
-    table: &T,
-) -> Result<Integrity, ReadingsError> {
+pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrity, ReadingsError> {
     let state = SessionState::fold(&journal.records);
     // Through the same file form, so that both have been rounded alike.
     let mut bytes = Vec::new();
     write_table(&state, &mut bytes)?;
-    let kept = match T::read_back(&bytes) {
+    let name = "journal.jsonl";
+    let kept = if table.is_of_vectors() {
+        read_vector_readings(name, bytes.as_slice())
+    } else {
+        read_readings(name, bytes.as_slice(), &ReadOptions::default())
+    };
+    let kept = match kept {
         Ok(kept) => Some(kept),
         // Of a journal that was cut before the first reading.
         Err(_) if state.readings.is_empty() => None,
         Err(error) => return Err(error),
     };
     let damaged = matches!(journal.end, JournalEnd::Damaged { lines: 1.., .. });
-    let rows = table.numbers_and_lines();
+    let rows = numbers_and_lines(table);
     let last_written = rows.iter().map(|(seq, _)| *seq).max();
     let mut found = Integrity::default();
     let whole = |line: Option<u32>, seq: u32, journal: String, table: String| Difference {
@@ -153,9 +120,9 @@ pub fn integrity<T: KeptTable>(
         }
     }
     if let Some(kept) = &kept {
-        for (at, (seq, _)) in kept.numbers_and_lines().into_iter().enumerate() {
+        for (at, (seq, _)) in numbers_and_lines(kept).into_iter().enumerate() {
             if let Some(other) = of_table.remove(&seq) {
-                let [values, marks] = kept.differences(at, table, other).map(|changes| {
+                let [values, marks] = differences((kept, at), (table, other)).map(|changes| {
                     let changes = changes.into_iter();
                     changes.map(|(column, journal, table)| Difference {
                         line: Some(rows[other].1),
@@ -188,19 +155,24 @@ pub fn integrity<T: KeptTable>(
     Ok(found)
 }
 
-/// What makes the result, by column.
-fn values(table: &ReadingTable, reading: &Reading) -> Vec<(&'static str, String)> {
+/// What a table has of a reading, by column.
+fn columns((table, at): (&ReadingTable, usize)) -> Vec<(String, String)> {
+    if table.is_of_vectors() {
+        let names = table.fields.names.iter().cloned();
+        return names.zip(table.fields.rows[at].fields.clone()).collect();
+    }
+    let reading = &table.readings[at];
     let label = |keys: &[RunKey], index: u32| {
         let key = keys.get(index as usize);
         key.and_then(|key| key.label.as_deref())
             .map_or_else(|| index.to_string(), str::to_owned)
     };
     let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
-    let raw = |part: fn(&stiffbench_measurement::readings::ReadingText) -> &str| {
+    let text = |part: fn(&ReadingText) -> &str| {
         let text = reading.text.as_deref();
         text.map_or_else(String::new, |text| part(text).to_owned())
     };
-    vec![
+    let columns = [
         ("pose", reading.pose.to_string()),
         ("direction", reading.direction.to_string()),
         ("branch", reading.branch.to_string()),
@@ -211,30 +183,20 @@ fn values(table: &ReadingTable, reading: &Reading) -> Vec<(&'static str, String)
         ("run", label(&table.runs, reading.run)),
         ("zero_id", label(&table.zeros, reading.zero)),
         ("force_N", reading.force_n.to_string()),
-        ("force_raw", raw(|text| &text.force_raw)),
+        ("force_raw", text(|text| &text.force_raw)),
         (
             "displacement_um",
             (reading.displacement_m * 1e6).to_string(),
         ),
-        ("displacement_raw", raw(|text| &text.displacement_raw)),
+        ("displacement_raw", text(|text| &text.displacement_raw)),
         ("t_s", optional(reading.time_s)),
         ("hold_s", optional(reading.hold_s)),
         ("temp_degC", optional(reading.temperature_deg_c)),
-    ]
-}
-
-/// What an analyst may change.
-fn marks(reading: &Reading) -> Vec<(&'static str, String)> {
-    let text = reading.text.as_deref();
-    vec![
-        ("status", format!("{:?}", reading.status).to_lowercase()),
-        (
-            "flag",
-            text.map_or_else(String::new, |text| text.flag.to_string()),
-        ),
-        (
-            "note",
-            text.map_or_else(String::new, |text| text.note.to_string()),
-        ),
-    ]
+        ("status", reading.status.to_string()),
+        ("flag", text(|text| &text.flag)),
+        ("note", text(|text| &text.note)),
+    ];
+    columns
+        .map(|(column, value)| (column.to_owned(), value))
+        .into()
 }

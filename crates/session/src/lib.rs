@@ -40,7 +40,7 @@ pub use event::{
 };
 pub use folder::{FolderError, ReadFolder, SessionFolder, read_folder, recover, table};
 pub use inside::{append_inside, inside, read_inside};
-pub use integrity::{Difference, Integrity, KeptTable, integrity};
+pub use integrity::{Difference, Integrity, integrity};
 pub use journal::{
     Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal,
     write_line, write_lines,

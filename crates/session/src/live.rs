@@ -20,7 +20,7 @@ pub(super) fn cell_view(
 ) -> CellView {
     let of_vectors = state.is_of_vectors();
     let (readings, direction) = match planned.direction.axis() {
-        Some(axis) if !of_vectors => (state.table_readings(), axis),
+        Some(axis) if !of_vectors => (state.table().readings, axis),
         _ => (state.readings_along_load(number), Direction::X),
     };
     let cell = &Cell::new(planned.pose.clone(), direction);

@@ -6,7 +6,7 @@ use jiff::Timestamp;
 
 use stiffbench_gauges::Channel;
 use stiffbench_measurement::readings::{
-    JointColumn, Reading, ReadingStatus, ReadingText, RunKey, RunNumbers, VectorReading,
+    PoseJoints, Reading, ReadingStatus, ReadingTable, ReadingText, RunNumbers,
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -323,23 +323,45 @@ impl SessionState {
                 .any(|kept| !kept.taken.gauges.is_empty())
     }
 
-    /// All readings of a session with one displacement gauge as they go into `readings.csv`, each with its run and gauge zero.
+    /// The readings as they go into `readings.csv`, of each displacement gauge one.
     #[must_use]
-    pub fn rows(&self) -> Vec<(Reading, RunKey, RunKey)> {
+    pub fn table(&self) -> ReadingTable {
+        let started = self.started.as_ref();
+        let mut table = ReadingTable {
+            session: started.map(|started| started.session.clone()),
+            origin: started.and_then(|started| started.origin.clone()),
+            pose_joints: self.pose_joints(),
+            ..ReadingTable::default()
+        };
+        let of_vectors = self.is_of_vectors();
         let (mut runs, mut zeros) = (RunNumbers::default(), RunNumbers::default());
-        self.readings
-            .iter()
-            .map(|kept| row(kept, &mut runs, &mut zeros))
-            .collect()
-    }
-
-    /// The readings as analyses take them.
-    #[must_use]
-    pub fn table_readings(&self) -> Vec<Reading> {
-        self.rows()
-            .into_iter()
-            .map(|(reading, ..)| reading)
-            .collect()
+        for kept in &self.readings {
+            let reading = reading(kept, &mut runs, &mut zeros);
+            if !of_vectors {
+                table.readings.push(reading);
+                continue;
+            }
+            let load = &kept.taken.direction;
+            for direction in Direction::ALL {
+                let mut gauges = kept.taken.gauges.iter();
+                let gauge = gauges.find(|of| of.channel.axis() == Some(direction));
+                let Some(gauge) = gauge else { continue };
+                let other = (*load != direction).then(|| table.place_of(load));
+                let mut reading = Reading {
+                    direction,
+                    load: other,
+                    displacement_m: gauge.displacement_m,
+                    ..reading.clone()
+                };
+                if let Some(text) = &mut reading.text {
+                    text.displacement_raw = gauge.raw.as_str().into();
+                    text.zero_si = [text.zero_si[0], Some(gauge.zero_m)];
+                }
+                table.readings.push(reading);
+            }
+        }
+        (table.runs, table.zeros) = (runs.into_keys(), zeros.into_keys());
+        table
     }
 
     /// The readings of a cell with the displacement along its load, as if that were x; none where an axis of the load is not read.
@@ -349,118 +371,38 @@ impl SessionState {
         let of_cell = self.readings.iter().filter(|kept| kept.taken.cell == cell);
         let along = of_cell.filter_map(|kept| Some((kept, kept.taken.along_load_m()?)));
         along
-            .map(|(kept, displacement_m)| {
-                let (reading, ..) = row(kept, &mut runs, &mut zeros);
-                Reading {
-                    displacement_m,
-                    direction: Direction::X,
-                    ..reading
-                }
+            .map(|(kept, displacement_m)| Reading {
+                displacement_m,
+                direction: Direction::X,
+                ..reading(kept, &mut runs, &mut zeros)
             })
             .collect()
     }
 
-    /// All readings of a session with gauges along base axes as they go into `readings.csv`.
-    #[must_use]
-    pub fn vector_rows(&self) -> Vec<VectorReading> {
-        let columns = self.joint_columns();
-        let rows = self.readings.iter();
-        rows.map(|kept| vector_row(kept, self.joints_of(&kept.taken.pose, &columns)))
-            .collect()
-    }
-
-    /// The variables of the robot whose values are known in the poses that were set.
-    #[must_use]
-    pub fn joint_columns(&self) -> Vec<JointColumn> {
-        let mut columns: Vec<JointColumn> = Vec::new();
-        for (column, _) in self.poses.values().flatten().filter_map(JointSet::column) {
-            if !columns.contains(&column) {
-                columns.push(column);
-            }
-        }
-        columns
-    }
-
-    fn joints_of(&self, pose: &str, columns: &[JointColumn]) -> Vec<Option<f64>> {
-        let set = self.poses.get(pose).map_or(&[][..], Vec::as_slice);
-        let value = |column: &JointColumn| {
-            let mut known = set.iter().filter_map(JointSet::column);
-            known.find(|(of, _)| of == column).map(|(_, value)| value)
-        };
-        columns.iter().map(value).collect()
+    /// The values of the robot's variables in the poses that were set, as far as they are known.
+    fn pose_joints(&self) -> Vec<PoseJoints> {
+        let poses = self.poses.iter().map(|(pose, set)| PoseJoints {
+            pose: PoseId::new(pose),
+            values: set.iter().filter_map(JointSet::column).collect(),
+        });
+        poses.collect()
     }
 }
 
-fn vector_row(kept: &KeptReading, joints: Vec<Option<f64>>) -> VectorReading {
-    let taken = &kept.taken;
-    let zero_n = taken.zero_si.map(|zeros| zeros[0]);
-    let of = |axis: Direction| {
-        taken
-            .gauges
-            .iter()
-            .find(|of| of.channel.axis() == Some(axis))
-    };
-    VectorReading {
-        line: 0,
-        seq: taken.number,
-        pose: PoseId::new(&taken.pose),
-        direction: taken.direction.to_string(),
-        branch: taken.branch,
-        step: taken.step,
-        repeat: taken.repeat,
-        attempt: taken.attempt,
-        status: match kept.superseded {
-            Some(_) => ReadingStatus::Superseded,
-            None => ReadingStatus::Accepted,
-        },
-        target_n: taken.target_n,
-        joints,
-        // Without a minus in front of zero.
-        force_n: taken
-            .direction
-            .unit_vector()
-            .map(|part| part * taken.force_n + 0.0),
-        displacement_m: Direction::ALL.map(|axis| Some(of(axis)?.displacement_m)),
-        run: taken.repeat.to_string(),
-        zero: taken.zero.clone(),
-        time_s: Some(milliseconds(kept.t_s)),
-        hold_s: Some(milliseconds(taken.hold_s)),
-        temperature_deg_c: taken.temperature_deg_c,
-        utc: kept.utc.to_string(),
-        force_raw: taken.force_raw.clone(),
-        force_zero_n: zero_n,
-        displacement_raw: Direction::ALL
-            .map(|axis| of(axis).map_or_else(String::new, |of| of.raw.clone())),
-        displacement_zero_m: Direction::ALL.map(|axis| Some(of(axis)?.zero_m)),
-        flag: kept.flag(),
-        note: String::new(),
-    }
-}
-
-fn row(
-    kept: &KeptReading,
-    runs: &mut RunNumbers,
-    zeros: &mut RunNumbers,
-) -> (Reading, RunKey, RunKey) {
+/// A reading of the one displacement gauge, along the load.
+fn reading(kept: &KeptReading, runs: &mut RunNumbers, zeros: &mut RunNumbers) -> Reading {
     let taken = &kept.taken;
     let pose = PoseId::new(&taken.pose);
     // With one displacement gauge every load is along an axis.
     let direction = taken.direction.axis().unwrap_or(Direction::X);
-    let key = |label: String| RunKey {
-        pose: pose.clone(),
-        direction,
-        repeat: taken.repeat,
-        label: Some(label.into_boxed_str()),
+    let number = |numbers: &mut RunNumbers, label: &str| {
+        numbers.number(&pose, direction, taken.repeat, Some(label))
     };
-    let (run, zero) = (key(taken.repeat.to_string()), key(taken.zero.clone()));
-    let number = |numbers: &mut RunNumbers, key: &RunKey| {
-        numbers.number(&pose, direction, taken.repeat, key.label.as_deref())
-    };
-    let reading = Reading {
+    Reading {
         line: 0,
         seq: taken.number,
-        run: number(runs, &run),
-        zero: number(zeros, &zero),
+        run: number(runs, &taken.repeat.to_string()),
+        zero: number(zeros, &taken.zero),
         pose: pose.clone(),
         direction,
         load: None,
@@ -486,8 +428,7 @@ fn row(
             flag: kept.flag().into(),
             note: Box::default(),
         })),
-    };
-    (reading, run, zero)
+    }
 }
 
 /// A time to the millisecond; no reading is timed better.

@@ -101,11 +101,14 @@ fn the_table_has_components_along_the_base_axes_and_is_held_against_the_journal(
         .expect("there are readings")
         .taken
         .force_n;
-    assert_eq!(last.direction, "diagonal");
-    for (part, share) in last.force_n.iter().zip([0.0, 0.6, 0.8]) {
-        assert!((part - share * force_n).abs() < 1e-12);
+    let load = read.load_direction(last);
+    assert_eq!(load.to_string(), "diagonal");
+    for (part, share) in load.unit_vector().iter().zip([0.0, 0.6, 0.8]) {
+        assert!((part * last.force_n - share * force_n).abs() < 1e-12);
     }
-    assert!(last.displacement_m[0].is_some() && last.displacement_m[1].is_none());
+    let gauges = read.loads().last().expect("there are readings").iter();
+    let gauges: Vec<Direction> = gauges.map(|reading| reading.direction).collect();
+    assert_eq!(gauges, [Direction::X, Direction::Z]);
     let journal = read_journal(&rig.journal_bytes());
     let same = integrity(&journal, &read).expect("it is a table");
     assert!(same.changed.is_empty() && same.marks.is_empty(), "{same:?}");

@@ -160,19 +160,17 @@ fn verify_table(
     let name = file.display().to_string();
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
     let of_vectors = header.is_of_vectors();
-    let check = if of_vectors {
+    let table = if of_vectors {
         read_vector_readings(&name, open)
-            .map(|table| compare_with_journal(folder, &table, Some(&header)))
     } else {
         read_readings(&name, open, &ReadOptions::default())
-            .map(|table| compare_with_journal(folder, &table, Some(&header)))
     };
     let is_begun = |error: &ReadingsError| match error {
         ReadingsError::Empty { .. } => true,
         ReadingsError::NoReadings { .. } => of_vectors,
         _ => false,
     };
-    match check {
+    match table {
         // A session that has just begun.
         Err(error) if is_begun(&error) => Ok((TableCheck::Empty, "no reading yet".to_owned(), 0)),
         Err(error) => {
@@ -180,7 +178,10 @@ fn verify_table(
             let reason = error.to_string();
             Ok((TableCheck::Unreadable { reason }, found, PART))
         }
-        Ok(check) => Ok(judged(&check?, file, &read.journal.end)),
+        Ok(table) => {
+            let check = compare_with_journal(folder, &table, Some(&header))?;
+            Ok(judged(&check, file, &read.journal.end))
+        }
     }
 }
 

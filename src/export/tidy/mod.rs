@@ -15,7 +15,7 @@ mod table;
 pub use package::{PackageResource, TableProvenance, data_package};
 #[cfg(feature = "parquet")]
 pub use parquet_file::parquet;
-pub use readings::{load_case_table, reading_table, vector_reading_table};
+pub use readings::{load_case_table, reading_table};
 pub use ro_crate::ro_crate;
 pub use spreadsheet::{SpreadsheetError, xlsx};
 pub use stiffness::{stiffness_tables, vector_stiffness_tables};

@@ -1,9 +1,7 @@
 //! Readings and load cases as tidy tables: the columns of the files that hold measurements.
 
 use crate::load_cases::{LoadCaseTable, write_load_cases};
-use crate::readings::{
-    Column, ReadingTable, ReadingsError, RunKey, VectorTable, unescape_formula, write_readings,
-};
+use crate::readings::{Column, ReadingTable, ReadingsError, unescape_formula, write_readings};
 
 use super::table::{FieldKind, TidyColumn, TidyTable};
 
@@ -12,7 +10,7 @@ const UNITS: [&str; 14] = [
     "N", "kN", "Nm", "Nmm", "um", "mm", "m", "urad", "mrad", "rad", "deg", "s", "degC", "min",
 ];
 
-/// The readings of a session with one displacement gauge, along the load.
+/// The readings of a session; those along the base axes as they stand in their file.
 ///
 /// # Arguments
 /// - `origin`: how the readings came about if they were not measured; it stands in every row.
@@ -23,63 +21,45 @@ pub fn reading_table(
     table: &ReadingTable,
     origin: Option<&str>,
 ) -> Result<TidyTable, ReadingsError> {
-    let mut marked = table.clone();
-    marked.origin = origin.map(str::to_owned);
-    let mut text = Vec::new();
-    write_readings(&marked, &mut text)?;
-    let (names, mut rows) = fields(&text);
-    for (column, keys) in [(Column::Run, &table.runs), (Column::Zero, &table.zeros)] {
-        let Some(place) = names.iter().position(|name| name == column.name()) else {
-            continue;
-        };
-        for (row, reading) in rows.iter_mut().zip(&table.readings) {
-            let number = match column {
-                Column::Run => reading.run,
-                _ => reading.zero,
-            };
-            row[place] = label(&keys[number as usize]);
-        }
-    }
-    let columns = names.into_iter().map(|name| {
-        let column = Column::ALL.into_iter().find(|column| column.name() == name);
-        let meaning = column.map_or("", meaning_of);
-        named_column(name, meaning)
-    });
+    let (names, rows) = if table.is_of_vectors() {
+        let rows = table.fields.rows.iter();
+        let rows = rows.map(|row| row.fields.clone()).collect();
+        (table.fields.names.clone(), rows)
+    } else {
+        along_load(table, origin)?
+    };
     Ok(TidyTable::new(
         "readings",
         "One reading of the gauges under one load",
-        columns.collect(),
+        names.into_iter().map(named_column).collect(),
         rows,
     ))
 }
 
-/// The readings of a session with displacement gauges along the base axes.
-#[must_use]
-pub fn vector_reading_table(table: &VectorTable) -> TidyTable {
-    let columns = table.names.iter().map(|name| {
-        let meaning = vector_meaning(name);
-        named_column(name.clone(), &meaning)
-    });
-    TidyTable::new(
-        "readings",
-        "One reading of the gauges under one load",
-        columns.collect(),
-        table.rows.clone(),
-    )
+/// Heads and rows of readings along the load.
+fn along_load(
+    table: &ReadingTable,
+    origin: Option<&str>,
+) -> Result<(Vec<String>, Vec<Vec<String>>), ReadingsError> {
+    let mut marked = table.clone();
+    marked.origin = origin.map(str::to_owned);
+    for key in marked.runs.iter_mut().chain(&mut marked.zeros) {
+        let repeat = key.repeat;
+        key.label.get_or_insert_with(|| repeat.to_string().into());
+    }
+    let mut text = Vec::new();
+    write_readings(&marked, &mut text)?;
+    Ok(fields(&text))
 }
 
 /// Load cases.
 #[must_use]
 pub fn load_case_table(table: &LoadCaseTable) -> TidyTable {
     let (names, rows) = fields(write_load_cases(table).as_bytes());
-    let columns = names.into_iter().map(|name| {
-        let meaning = vector_meaning(&name);
-        named_column(name, &meaning)
-    });
     TidyTable::new(
         "load-cases",
         "One load application in one pose",
-        columns.collect(),
+        names.into_iter().map(named_column).collect(),
         rows,
     )
 }
@@ -99,16 +79,8 @@ fn fields(text: &[u8]) -> (Vec<String>, Vec<Vec<String>>) {
     (heads, records.collect())
 }
 
-/// The name of a run or zero within its pose and direction.
-fn label(key: &RunKey) -> String {
-    match &key.label {
-        Some(label) => label.to_string(),
-        None => key.repeat.to_string(),
-    }
-}
-
-/// A column, its kind and unit by its name.
-fn named_column(name: String, meaning: &str) -> TidyColumn {
+/// A column, its kind, unit and meaning by its name.
+fn named_column(name: String) -> TidyColumn {
     let end = name.rsplit_once('_').map_or("", |(_, unit)| unit);
     let unit = UNITS.into_iter().find(|unit| *unit == end).unwrap_or("");
     let kind = match name.as_str() {
@@ -120,7 +92,7 @@ fn named_column(name: String, meaning: &str) -> TidyColumn {
     TidyColumn {
         unit: unit.to_owned(),
         kind,
-        meaning: meaning.to_owned(),
+        meaning: vector_meaning(&name),
         name,
     }
 }

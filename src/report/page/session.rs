@@ -3,9 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{
-    LoadedLoadCases, LoadedSession, SessionHistory, VectorSession, doubts_about_stiffness,
-};
+use crate::analysis::{LoadedLoadCases, LoadedSession, SessionHistory, doubts_about_stiffness};
 use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
 };
@@ -102,7 +100,7 @@ pub struct PageSession {
 }
 
 impl PageSession {
-    /// A session with its stiffness and, if it has one, what its journal tells.
+    /// A session with its stiffness, of several gauges with its compliances, and, if it has one, what its journal tells.
     #[must_use]
     pub fn new(
         session: &LoadedSession,
@@ -110,11 +108,9 @@ impl PageSession {
         history: Option<&SessionHistory>,
         files: &[(String, String)],
     ) -> Self {
-        let readings = &session.table.readings;
-        let texts = readings.iter().filter_map(|reading| reading.text.as_ref());
-        let temperatures = readings
-            .iter()
-            .filter_map(|reading| reading.temperature_deg_c);
+        let readings = || session.table.one_of_each_load();
+        let texts = readings().filter_map(|reading| reading.text.as_ref());
+        let temperatures = readings().filter_map(|reading| reading.temperature_deg_c);
         let mut page = SessionFacts {
             name: session.short_name(),
             origin: session.origin.clone(),
@@ -126,46 +122,22 @@ impl PageSession {
             temperatures_deg_c: temperatures.collect(),
         }
         .page();
-        page.readings = readings.iter().filter(|one| one.is_accepted()).count();
+        page.readings = readings().filter(|one| one.is_accepted()).count();
+        page.protected &= !session.differs_from_journal;
+        if session.table.is_of_vectors() && !session.table.is_of_one_gauge() {
+            let stiffness = session.compliances(Branches::LoadingOnly);
+            let report = VectorStiffnessReport::new(&stiffness, session.procedure());
+            page.deviations = of_history(history).collect();
+            page.deviations.extend(session.warnings.iter().cloned());
+            page.results = report.cells.iter().map(PageCell::from).collect();
+            page.further = text_blocks(&report.text());
+            page.vectors = Some(report);
+            return page;
+        }
         page.results = table.cells.iter().map(page_cell).collect();
         page.budget = PageBudget::from(&table);
         page.deviations = deviations(session, &table, history);
-        page.protected &= !session.differs_from_journal;
         page.numbers = Some(table);
-        page
-    }
-
-    /// A session with displacement gauges along the base axes, with its compliances.
-    #[must_use]
-    pub fn of_vectors(
-        vectors: &VectorSession,
-        session: &LoadedSession,
-        history: Option<&SessionHistory>,
-        files: &[(String, String)],
-    ) -> Self {
-        let readings = &vectors.table.readings;
-        let temperatures = readings.iter();
-        let temperatures = temperatures.filter_map(|reading| reading.temperature_deg_c);
-        let mut page = SessionFacts {
-            name: session.short_name(),
-            origin: session.origin.clone(),
-            header: session.header.as_ref(),
-            history,
-            overdue: &session.overdue,
-            files,
-            utc: readings.iter().map(|reading| &*reading.utc).collect(),
-            temperatures_deg_c: temperatures.collect(),
-        }
-        .page();
-        let stiffness = vectors.stiffness(Branches::LoadingOnly);
-        let report = VectorStiffnessReport::new(&stiffness, vectors.procedure());
-        page.protected &= !session.differs_from_journal;
-        page.deviations = of_history(history).collect();
-        page.deviations.extend(session.warnings.iter().cloned());
-        page.readings = vectors.table.accepted().count();
-        page.results = report.cells.iter().map(PageCell::from).collect();
-        page.further = text_blocks(&report.text());
-        page.vectors = Some(report);
         page
     }
 

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::analysis::{
-    AnalysisError, Inputs, LoadedLoadCases, LoadedSession, OpenSettings, VectorSession,
-    open_together,
+    AnalysisError, Inputs, LoadedLoadCases, LoadedSession, OpenSettings, open_together,
 };
 use crate::stiffness::{Branches, StiffnessTable};
 
@@ -27,7 +26,7 @@ impl PageSource {
     /// # Errors
     /// For data that are not there or cannot be read, and a table that differs from its journal.
     pub fn open(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
-        let opened = paths.iter().map(|path| Ok((open(path, options)?, None)));
+        let opened = paths.iter().map(|path| open(path, options));
         Self::of(opened.collect::<Result<_, AnalysisError>>()?)
     }
 
@@ -44,31 +43,16 @@ impl PageSource {
         }
         let first = LoadedSession::open_series(first, options)?;
         let opened = open_together(first, further, options)?;
-        let vectors = paths.iter().map(|path| VectorSession::open(path, options));
-        let vectors: Vec<_> = vectors.collect::<Result<_, _>>()?;
-        let sessions = opened.into_iter().map(called_by_short_name);
-        Self::of(sessions.zip(vectors).collect())
+        Self::of(opened.into_iter().map(called_by_short_name).collect())
     }
 
-    fn of(opened: Vec<(LoadedSession, Option<VectorSession>)>) -> Result<Self, AnalysisError> {
+    fn of(sessions: Vec<LoadedSession>) -> Result<Self, AnalysisError> {
         let mut source = Self::default();
-        let (mut sessions, mut all) = (Vec::new(), Vec::new());
-        for (session, vectors) in opened {
-            sessions.push(session);
-            all.push(vectors);
-        }
-        for (session, vectors) in sessions.iter().zip(&all) {
+        for session in &sessions {
             let table = session.stiffness(Branches::LoadingOnly)?;
             let history = session.history()?;
             let files = session.file_hashes()?;
-            let several = vectors.as_ref();
-            let several = several.filter(|_| !session.table.is_of_one_gauge());
-            let part = match several {
-                Some(vectors) => {
-                    PageSession::of_vectors(vectors, session, history.as_ref(), &files)
-                }
-                None => PageSession::new(session, table.clone(), history.as_ref(), &files),
-            };
+            let part = PageSession::new(session, table.clone(), history.as_ref(), &files);
             source.parts.push(part);
             source.tables.push(table);
         }

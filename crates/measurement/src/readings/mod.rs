@@ -6,7 +6,6 @@
 
 mod assumption;
 mod column;
-mod components;
 mod csv;
 mod defaults;
 mod encoding;
@@ -29,7 +28,6 @@ mod table;
 mod targets;
 mod text_table;
 mod toml_values;
-mod vector_reading;
 mod vector_table;
 mod write;
 
@@ -50,10 +48,9 @@ pub use session_file::{
     SessionFileError, SessionFileProblem, SessionHeader, SettleRecord, ZeroScope,
 };
 pub use since_zero::SinceZero;
-pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};
-pub use vector_reading::{MARK_COLUMNS, VectorReading, VectorReadingsWriter};
-pub use vector_table::{VectorTable, is_vector_table, read_vector_readings};
-pub use write::{ReadingsWriter, write_readings, write_vector_readings};
+pub use table::{FieldRow, FileFields, ReadingTable, RunKey, RunNumbers, check_poses};
+pub use vector_table::{is_vector_table, read_vector_readings};
+pub use write::{WrittenRows, write_readings, write_rows};
 
 // What reads any table of numbers, for readers of other tables.
 pub(crate) use assumption::left_out;
@@ -66,4 +63,3 @@ pub(crate) use number::{
 pub(crate) use reading::{BRANCH_WORDS, STATUS_WORDS, meaning_of};
 pub(crate) use targets::are_one_load;
 pub(crate) use text_table::RecordTable;
-pub(crate) use vector_reading::largest_load;

@@ -138,9 +138,98 @@ pub struct ReadingTable {
     pub excluded: Excluded,
     /// What an analysis should know.
     pub notes: Vec<AssumptionNote>,
+    /// What the load of each run is called in a file of readings along the base axes, by [`Reading::run`].
+    pub load_names: Vec<String>,
+    /// A reading of each load of the series without any force, whose direction nobody knows: kept, but in no run and no analysis.
+    pub unloaded: Vec<Reading>,
+    /// The file as it stands, of readings along the base axes; else empty.
+    pub fields: FileFields,
+}
+
+/// The fields of a file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FileFields {
+    /// Column names.
+    pub names: Vec<String>,
+    /// Its rows, in order.
+    pub rows: Vec<FieldRow>,
+}
+
+/// The fields of a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldRow {
+    /// Line of the file, from 1.
+    pub line: u32,
+    /// Number of the reading in its session.
+    pub seq: u32,
+    /// A field for each name.
+    pub fields: Vec<String>,
 }
 
 impl ReadingTable {
+    /// Whether its file has forces and displacements along the base axes.
+    #[must_use]
+    pub fn is_of_vectors(&self) -> bool {
+        !self.fields.names.is_empty()
+    }
+
+    /// Whether each load was read by one gauge, along the load.
+    #[must_use]
+    pub fn is_of_one_gauge(&self) -> bool {
+        let at_once = self
+            .readings
+            .windows(2)
+            .any(|pair| pair[0].seq == pair[1].seq);
+        self.load_directions.is_empty() && !at_once
+    }
+
+    /// The readings of each load: one of each gauge.
+    pub fn loads(&self) -> impl Iterator<Item = &[Reading]> {
+        let readings = &self.readings;
+        readings.chunk_by(|a, b| (a.seq, a.line) == (b.seq, b.line))
+    }
+
+    /// One reading of each load, those included whose direction nobody knows.
+    pub fn one_of_each_load(&self) -> impl Iterator<Item = &Reading> {
+        let known = self.loads().filter_map(<[Reading]>::first);
+        known.chain(&self.unloaded)
+    }
+
+    /// The cell of a reading.
+    #[must_use]
+    pub fn cell(&self, reading: &Reading) -> Cell {
+        let other = reading.load.map(|_| self.load_direction(reading).called());
+        Cell {
+            load: other,
+            ..reading.cell()
+        }
+    }
+
+    /// The direction of the load of a reading.
+    #[must_use]
+    pub fn load_direction(&self, reading: &Reading) -> LoadDirection {
+        let other = reading.load.map(usize::from);
+        let other = other.and_then(|place| self.load_directions.get(place));
+        other.cloned().unwrap_or(reading.direction.into())
+    }
+
+    /// What the load of a reading is called, in its file if that names it.
+    #[must_use]
+    pub fn load_name(&self, reading: &Reading) -> String {
+        let name = self.load_names.get(reading.run as usize).cloned();
+        name.unwrap_or_else(|| self.load_direction(reading).to_string())
+    }
+
+    /// The place of a direction among those of loads that are not along the displacement.
+    pub fn place_of(&mut self, load: &LoadDirection) -> u16 {
+        let known = self.load_directions.iter().position(|known| known == load);
+        let place = known.unwrap_or_else(|| {
+            self.load_directions.push(load.clone());
+            self.load_directions.len() - 1
+        });
+        u16::try_from(place).unwrap_or(u16::MAX)
+    }
+
     /// The readings that count.
     pub fn accepted(&self) -> impl Iterator<Item = &Reading> {
         self.readings.iter().filter(|reading| reading.is_accepted())

@@ -5,211 +5,268 @@ use std::io::Write;
 use super::column::Column;
 use super::error::ReadingsError;
 use super::formula::keep_quote;
+use super::joint_values::JointColumn;
 use super::number::write_decimal;
 use super::reading::{Reading, ReadingText};
 use super::table::{ReadingTable, RunKey};
-use super::vector_reading::VectorReadingsWriter;
-use super::vector_table::VectorTable;
+use super::vector_table::{BASE_AXES, DISPLACEMENTS, FORCES};
+use stiffbench_units_and_text::test_point::Direction;
 
-/// Writes readings one by one, so that a session can add each as it is made.
-///
-/// Numbers are written with up to 15 significant digits, the instruments' own texts as they were.
-pub struct ReadingsWriter<W: Write> {
-    output: csv::Writer<W>,
-    session: String,
-    origin: String,
-    number: String,
+/// Which rows of a table are written, and in which form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct WrittenRows {
+    /// Forces and displacements along the base axes, a row for each load; else a row for each reading.
+    pub of_vectors: bool,
+    /// The last row alone, without the column names: what a session adds.
+    pub only_last: bool,
 }
 
-impl<W: Write> ReadingsWriter<W> {
-    /// Writes the header; `session` and `origin` go into every row. Readings that were measured have no origin and no such column.
-    ///
-    /// # Errors
-    /// [`ReadingsError::Write`] if the output fails.
-    pub fn new(
-        output: W,
-        session: Option<&str>,
-        origin: Option<&str>,
-    ) -> Result<Self, ReadingsError> {
-        let mut writer = Self::continuing(output, session, origin);
-        let marked = origin.is_some();
-        let columns = Column::ALL.into_iter();
-        let columns = columns.filter(|column| marked || *column != Column::Origin);
-        writer
-            .output
-            .write_record(columns.map(Column::name))
-            .map_err(failed)?;
-        Ok(writer)
-    }
-
-    /// The same behind rows that are there already: no header is written.
-    #[must_use]
-    pub fn continuing(output: W, session: Option<&str>, origin: Option<&str>) -> Self {
-        Self {
-            output: csv_writer(output),
-            session: session.unwrap_or_default().to_owned(),
-            origin: origin.unwrap_or_default().to_owned(),
-            number: String::new(),
-        }
-    }
-
-    /// Writes one reading, of the given run and gauge zero.
-    ///
-    /// # Errors
-    /// [`ReadingsError::NotWritable`] for a number that is not finite, before anything of the row is written;
-    /// [`ReadingsError::Write`] if the output fails.
-    pub fn write(
-        &mut self,
-        reading: &Reading,
-        run: &RunKey,
-        zero: &RunKey,
-    ) -> Result<(), ReadingsError> {
-        check_finite(reading)?;
-        let none = ReadingText::default();
-        let text = reading.text.as_deref().unwrap_or(&none);
-        self.output.write_field(&self.session).map_err(failed)?;
-        self.count(reading.seq)?;
-        self.text(&text.utc)?;
-        self.optional(reading.time_s, 0)?;
-        self.text(reading.pose.as_str())?;
-        self.text(&reading.direction.to_string())?;
-        self.text(&reading.branch.to_string())?;
-        self.count(reading.step)?;
-        self.decimal(reading.target_n, 0)?;
-        self.count(reading.repeat)?;
-        self.count(reading.attempt)?;
-        self.text(run.label.as_deref().unwrap_or_default())?;
-        self.text(zero.label.as_deref().unwrap_or_default())?;
-        self.decimal(reading.force_n, 0)?;
-        self.text(&text.force_raw)?;
-        self.optional(text.zero_si[0], 0)?;
-        self.decimal(reading.displacement_m, 6)?;
-        self.text(&text.displacement_raw)?;
-        self.optional(text.zero_si[1], 6)?;
-        self.optional(reading.hold_s, 0)?;
-        self.optional(reading.temperature_deg_c, 0)?;
-        self.text(&reading.status.to_string())?;
-        self.text(&text.flag)?;
-        self.text(&text.note)?;
-        if !self.origin.is_empty() {
-            self.output.write_field(&self.origin).map_err(failed)?;
-        }
-        self.output.write_record(None::<&[u8]>).map_err(failed)
-    }
-
-    /// Hands everything written so far to the output.
-    ///
-    /// # Errors
-    /// [`ReadingsError::Write`] if the output fails.
-    pub fn flush(&mut self) -> Result<(), ReadingsError> {
-        self.output.flush().map_err(|error| failed(error.into()))
-    }
-
-    fn text(&mut self, text: &str) -> Result<(), ReadingsError> {
-        let text = keep_quote(text);
-        self.output.write_field(text.as_bytes()).map_err(failed)
-    }
-
-    fn count(&mut self, count: u32) -> Result<(), ReadingsError> {
-        self.text(&count.to_string())
-    }
-
-    /// The number with its decimal point `shift` places further right.
-    fn decimal(&mut self, value: f64, shift: i32) -> Result<(), ReadingsError> {
-        write_decimal(value, shift, &mut self.number);
-        self.output.write_field(&self.number).map_err(failed)
-    }
-
-    fn optional(&mut self, value: Option<f64>, shift: i32) -> Result<(), ReadingsError> {
-        match value {
-            Some(value) => self.decimal(value, shift),
-            None => self.text(""),
-        }
-    }
-}
-
-/// A table with `,`, every row as long as the first.
-pub(super) fn csv_writer<W: Write>(output: W) -> csv::Writer<W> {
-    csv::WriterBuilder::new()
-        .terminator(csv::Terminator::Any(b'\n'))
-        // A first field that starts with `#` must not become a comment.
-        .comment(Some(b'#'))
-        .flexible(false)
-        .from_writer(output)
-}
-
-pub(super) fn failed(error: csv::Error) -> ReadingsError {
-    ReadingsError::Write { error }
-}
-
-/// Refuses the first number of a reading that is not finite, with its column.
-pub(super) fn refuse_not_finite(
-    seq: u32,
-    numbers: impl IntoIterator<Item = (&'static str, Option<f64>)>,
-) -> Result<(), ReadingsError> {
-    let mut numbers = numbers.into_iter();
-    let odd = numbers.find_map(|(column, value)| {
-        let value = value.filter(|value| !value.is_finite())?;
-        Some((column, value))
-    });
-    odd.map_or(Ok(()), |(column, value)| {
-        Err(ReadingsError::NotWritable { seq, column, value })
-    })
-}
-
-fn check_finite(reading: &Reading) -> Result<(), ReadingsError> {
-    let zeros = reading.text.as_ref().map_or([None; 2], |text| text.zero_si);
-    let numbers = [
-        (Column::ForceZero, zeros[0]),
-        (Column::DisplacementZero, zeros[1]),
-        (Column::Target, Some(reading.target_n)),
-        (Column::Force, Some(reading.force_n)),
-        (Column::Displacement, Some(reading.displacement_m)),
-        (Column::Time, reading.time_s),
-        (Column::Hold, reading.hold_s),
-        (Column::Temperature, reading.temperature_deg_c),
-    ];
-    let named = numbers.map(|(column, value)| (column.name(), value));
-    refuse_not_finite(reading.seq, named)
-}
-
-/// Writes a whole table.
+/// Writes a whole table of readings along the load.
 ///
 /// Reading it back gives the same readings, runs and zeros, as long as no number needs more than 15 significant digits, which no gauge
 /// gives. (If no reading has a time but there is `utc`, the reader works the times out from that.)
 ///
 /// # Errors
-/// As [`ReadingsWriter::write`].
-///
-/// # Panics
-/// If a reading's run or zero is not in the table's lists.
+/// As [`write_rows`].
 pub fn write_readings(table: &ReadingTable, output: impl Write) -> Result<(), ReadingsError> {
-    let mut writer =
-        ReadingsWriter::new(output, table.session.as_deref(), table.origin.as_deref())?;
-    for reading in &table.readings {
-        let run = &table.runs[reading.run as usize];
-        let zero = &table.zeros[reading.zero as usize];
-        writer.write(reading, run, zero)?;
-    }
-    writer.flush()
+    write_rows(table, WrittenRows::default(), output)
 }
 
-/// Writes a whole table as forces and displacements along the base axes, a row for each load.
+/// Writes rows of a table; its session and origin go into every row. Readings that were measured have no origin and no such column.
+///
+/// Numbers are written with up to 15 significant digits, the instruments' own texts as they were; a component without a gauge is empty.
 ///
 /// # Errors
-/// As [`VectorReadingsWriter::write`].
-///
-/// # Panics
-/// If a reading's run or zero is not in the table's lists.
-pub fn write_vector_readings(
+/// [`ReadingsError::NotWritable`] for a number that is not finite, before anything of the row is written;
+/// [`ReadingsError::Write`] if the output fails.
+pub fn write_rows(
     table: &ReadingTable,
+    rows: WrittenRows,
     output: impl Write,
 ) -> Result<(), ReadingsError> {
-    let (session, origin) = (table.session.as_deref(), table.origin.as_deref());
-    let vectors = VectorTable::of_components(table);
-    let mut writer = VectorReadingsWriter::new(output, session, origin, &vectors.joints)?;
-    for reading in &vectors.readings {
-        writer.write(reading)?;
+    let mut output = csv::WriterBuilder::new()
+        .terminator(csv::Terminator::Any(b'\n'))
+        // A first field that starts with `#` must not become a comment.
+        .comment(Some(b'#'))
+        .flexible(false)
+        .from_writer(output);
+    let mut row = RowWriter {
+        table,
+        joints: rows.of_vectors.then(|| joint_columns(table)),
+        fields: csv::ByteRecord::new(),
+        seq: 0,
+        number: String::new(),
+    };
+    if !rows.only_last {
+        row.names();
+        output.write_record(&row.fields).map_err(failed)?;
     }
-    writer.flush()
+    let loads: Vec<&[Reading]> = if rows.of_vectors {
+        table.loads().collect()
+    } else {
+        table.readings.chunks(1).collect()
+    };
+    let first = if rows.only_last {
+        loads.len().saturating_sub(1)
+    } else {
+        0
+    };
+    for load in &loads[first..] {
+        row.load(load)?;
+        output.write_record(&row.fields).map_err(failed)?;
+    }
+    output.flush().map_err(|error| failed(error.into()))
+}
+
+/// The joint columns of all poses.
+fn joint_columns(table: &ReadingTable) -> Vec<JointColumn> {
+    let mut columns: Vec<JointColumn> = Vec::new();
+    for (column, _) in table.pose_joints.iter().flat_map(|pose| &pose.values) {
+        if !columns.contains(column) {
+            columns.push(column.clone());
+        }
+    }
+    columns
+}
+
+/// The fields of one row after another.
+struct RowWriter<'t> {
+    table: &'t ReadingTable,
+    /// Columns of joint values of rows along the base axes; `None` of rows along the load.
+    joints: Option<Vec<JointColumn>>,
+    fields: csv::ByteRecord,
+    /// Number of the reading.
+    seq: u32,
+    number: String,
+}
+
+impl RowWriter<'_> {
+    fn names(&mut self) {
+        let along_load = Column::Force..=Column::DisplacementZero;
+        for column in Column::ALL {
+            if column == Column::Force
+                && let Some(joints) = &self.joints
+            {
+                joints
+                    .iter()
+                    .for_each(|joint| self.fields.push_field(joint.name().as_bytes()));
+                let force = ["axes"].into_iter().chain(FORCES);
+                let force = force.chain(["force_raw", "force_zero_N"]);
+                for name in force.chain(DISPLACEMENTS.into_iter().flatten()) {
+                    self.fields.push_field(name.as_bytes());
+                }
+            }
+            let is_left_out = self.joints.is_some() && along_load.contains(&column)
+                || self.table.origin.is_none() && column == Column::Origin;
+            if !is_left_out {
+                self.fields.push_field(column.name().as_bytes());
+            }
+        }
+    }
+
+    /// The row of one reading, or of those of one load.
+    fn load(&mut self, load: &[Reading]) -> Result<(), ReadingsError> {
+        let Some(first) = load.first() else {
+            return Ok(());
+        };
+        let table = self.table;
+        let none = ReadingText::default();
+        let text = first.text.as_deref().unwrap_or(&none);
+        self.fields.clear();
+        self.seq = first.seq;
+        self.text(table.session.as_deref().unwrap_or_default());
+        self.text(&first.seq.to_string());
+        self.text(&text.utc);
+        self.optional(Column::Time.name(), first.time_s, 0)?;
+        self.text(first.pose.as_str());
+        if self.joints.is_some() {
+            self.text(&table.load_direction(first).to_string());
+        } else {
+            self.text(&first.direction.to_string());
+        }
+        self.text(&first.branch.to_string());
+        self.text(&first.step.to_string());
+        self.decimal(Column::Target.name(), first.target_n, 0)?;
+        self.text(&first.repeat.to_string());
+        self.text(&first.attempt.to_string());
+        self.label(table.runs.get(first.run as usize));
+        self.label(table.zeros.get(first.zero as usize));
+        if let Some(joints) = self.joints.take() {
+            let along = self.along_axes(&joints, first, load);
+            self.joints = Some(joints);
+            along?;
+        } else {
+            self.decimal(Column::Force.name(), first.force_n, 0)?;
+            self.text(&text.force_raw);
+            self.optional(Column::ForceZero.name(), text.zero_si[0], 0)?;
+            let names = [
+                Column::Displacement,
+                Column::DisplacementRaw,
+                Column::DisplacementZero,
+            ];
+            self.displacement(names.map(Column::name), Some(first))?;
+        }
+        self.optional(Column::Hold.name(), first.hold_s, 0)?;
+        self.optional(Column::Temperature.name(), first.temperature_deg_c, 0)?;
+        self.text(&first.status.to_string());
+        self.text(&text.flag);
+        self.text(&text.note);
+        if let Some(origin) = &table.origin {
+            self.text(origin);
+        }
+        Ok(())
+    }
+
+    /// Joint values, force and displacements of a load along the base axes.
+    fn along_axes(
+        &mut self,
+        joints: &[JointColumn],
+        first: &Reading,
+        load: &[Reading],
+    ) -> Result<(), ReadingsError> {
+        let stated = self.table.pose_joints.iter();
+        let stated = stated.filter(|stated| stated.pose == first.pose);
+        let stated: Vec<&(JointColumn, f64)> = stated.flat_map(|stated| &stated.values).collect();
+        for joint in joints {
+            let value = stated.iter().find(|(of, _)| of == joint);
+            let value = value.map(|(_, value)| self.finite("joint", *value));
+            let value = value.transpose()?;
+            self.text(&value.map_or_else(String::new, |value| joint.unit.written(value)));
+        }
+        self.text(BASE_AXES);
+        let unit = self.table.load_direction(first).unit_vector();
+        for (name, part) in FORCES.into_iter().zip(unit) {
+            self.decimal(name, part * first.force_n, 0)?;
+        }
+        let text = first.text.as_deref();
+        self.text(text.map_or("", |text| &text.force_raw));
+        let zero_n = text.and_then(|text| text.zero_si[0]);
+        self.optional(Column::ForceZero.name(), zero_n, 0)?;
+        for (axis, names) in Direction::ALL.into_iter().zip(DISPLACEMENTS) {
+            let mut gauges = load.iter();
+            self.displacement(names, gauges.find(|reading| reading.direction == axis))?;
+        }
+        Ok(())
+    }
+
+    /// Displacement, text and zero of a gauge; empty without it.
+    fn displacement(
+        &mut self,
+        names: [&'static str; 3],
+        of: Option<&Reading>,
+    ) -> Result<(), ReadingsError> {
+        let text = of.and_then(|of| of.text.as_deref());
+        self.optional(names[0], of.map(|of| of.displacement_m), 6)?;
+        self.text(text.map_or("", |text| &text.displacement_raw));
+        self.optional(names[2], text.and_then(|text| text.zero_si[1]), 6)
+    }
+
+    /// The name of a run or zero; along the base axes one without a name has its repeat for it.
+    fn label(&mut self, key: Option<&RunKey>) {
+        let of_repeat = key.filter(|_| self.joints.is_some());
+        let of_repeat = of_repeat.map_or_else(String::new, |key| key.repeat.to_string());
+        let label = key.and_then(|key| key.label.as_deref());
+        self.text(label.unwrap_or(&of_repeat));
+    }
+
+    fn text(&mut self, text: &str) {
+        self.fields.push_field(keep_quote(text).as_bytes());
+    }
+
+    /// The number with its decimal point `shift` places further right.
+    fn decimal(
+        &mut self,
+        column: &'static str,
+        value: f64,
+        shift: i32,
+    ) -> Result<(), ReadingsError> {
+        write_decimal(self.finite(column, value)?, shift, &mut self.number);
+        self.fields.push_field(self.number.as_bytes());
+        Ok(())
+    }
+
+    fn optional(
+        &mut self,
+        column: &'static str,
+        value: Option<f64>,
+        shift: i32,
+    ) -> Result<(), ReadingsError> {
+        match value {
+            Some(value) => self.decimal(column, value, shift),
+            None => {
+                self.text("");
+                Ok(())
+            }
+        }
+    }
+
+    fn finite(&self, column: &'static str, value: f64) -> Result<f64, ReadingsError> {
+        let seq = self.seq;
+        let not_writable = ReadingsError::NotWritable { seq, column, value };
+        value.is_finite().then_some(value).ok_or(not_writable)
+    }
+}
+
+fn failed(error: csv::Error) -> ReadingsError {
+    ReadingsError::Write { error }
 }

@@ -2,11 +2,10 @@
 
 use indexmap::{IndexMap, IndexSet};
 use stiffbench_numeric::statistics::{Estimate, LeastSquaresLine, mean, standard_deviation};
-use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::curve::Branches;
-use crate::readings::{VectorReading, largest_load};
+use crate::readings::{Reading, ReadingTable};
 
 /// Components of a unit vector below this are none.
 const NO_COMPONENT: f64 = 1e-9;
@@ -44,37 +43,49 @@ type ForcePoint = (f64, f64);
 /// the line, n - 2. The calibration of the gauges is not in it.
 ///
 /// # Arguments
-/// - `readings`: those that count.
 /// - `preload_n`: force along the load at which the displacement gauges were zeroed, N.
 #[must_use]
 pub fn vector_stiffness(
-    readings: &[&VectorReading],
+    table: &ReadingTable,
     branches: Branches,
     preload_n: f64,
 ) -> Vec<VectorStiffness> {
-    let mut groups: IndexMap<(&PoseId, &str), Vec<&VectorReading>> = IndexMap::new();
-    let included = readings
-        .iter()
-        .filter(|reading| branches.include(reading.branch));
-    for reading in included {
-        let cell = (&reading.pose, reading.direction.as_str());
-        groups.entry(cell).or_default().push(reading);
+    let mut groups: IndexMap<(&PoseId, String), Vec<&[Reading]>> = IndexMap::new();
+    for load in table.loads() {
+        let first = &load[0];
+        if first.is_accepted() && branches.include(first.branch) {
+            let cell = (&first.pose, table.load_name(first));
+            groups.entry(cell).or_default().push(load);
+        }
     }
     groups
-        .values()
-        .filter_map(|group| of_group(group, preload_n))
+        .into_iter()
+        .filter_map(|((_, name), group)| of_group(table, name, &group, preload_n))
         .collect()
 }
 
 /// `None` for a group whose forces are all zero.
-fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness> {
-    let (largest, unit) = largest_load(group)?;
-    let largest_n = largest.force_size_n();
-    let force = |reading: &VectorReading| dot(reading.force_n, unit);
+fn of_group(
+    table: &ReadingTable,
+    name: String,
+    group: &[&[Reading]],
+    preload_n: f64,
+) -> Option<VectorStiffness> {
+    let unit = table.load_direction(&group[0][0]).unit_vector();
+    let sizes = group.iter().map(|load| load[0].force_n.abs());
+    let largest_n = sizes.fold(0.0, f64::max);
+    if largest_n == 0.0 {
+        return None;
+    }
+    let displacement_m = |load: &[Reading], axis: usize| {
+        let mut gauges = load.iter();
+        let gauge = gauges.find(|reading| reading.direction.index() == axis)?;
+        Some(gauge.displacement_m)
+    };
     let largest_target =
         group
             .iter()
-            .map(|reading| reading.target_n)
+            .map(|load| load[0].target_n)
             .fold(0.0, |most: f64, target| {
                 if target.abs() > most.abs() {
                     target
@@ -83,26 +94,26 @@ fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness>
                 }
             });
     // A zero that was set anew within a run begins a line of its own.
-    let labels = group.iter();
-    let labels = labels.map(|reading| (reading.run.as_str(), reading.zero.as_str()));
-    let labels: IndexSet<(&str, &str)> = labels.collect();
-    let runs = |of: &dyn Fn(&VectorReading) -> Option<f64>| -> Vec<Vec<ForcePoint>> {
-        let of_run = |(run, zero): &(&str, &str)| {
-            let run = group
-                .iter()
-                .filter(|reading| reading.run == *run && reading.zero == *zero);
-            run.filter_map(|reading| Some((force(reading), of(reading)?)))
+    let label = |load: &[Reading]| {
+        let zero = table.zeros.get(load[0].zero as usize);
+        (load[0].run, zero.and_then(|zero| zero.label.as_deref()))
+    };
+    let labels: IndexSet<_> = group.iter().map(|load| label(load)).collect();
+    let runs = |of: &dyn Fn(&[Reading]) -> Option<f64>| -> Vec<Vec<ForcePoint>> {
+        let of_run = |named: &(u32, Option<&str>)| {
+            let run = group.iter().filter(|load| label(load) == *named);
+            run.filter_map(|load| Some((load[0].force_n, of(load)?)))
                 .collect()
         };
         labels.iter().map(of_run).collect()
     };
-    let axis = |axis: usize| move |reading: &VectorReading| reading.displacement_m[axis];
-    let along = |reading: &VectorReading| {
+    let axis = |axis: usize| move |load: &[Reading]| displacement_m(load, axis);
+    let along = |load: &[Reading]| {
         let parts = (0..3).map(|axis| {
             if unit[axis].abs() < NO_COMPONENT {
                 Some(0.0)
             } else {
-                reading.displacement_m[axis].map(|part_m| unit[axis] * part_m)
+                displacement_m(load, axis).map(|part_m| unit[axis] * part_m)
             }
         });
         parts.sum::<Option<f64>>()
@@ -110,19 +121,19 @@ fn of_group(group: &[&VectorReading], preload_n: f64) -> Option<VectorStiffness>
     let at_largest = |number: usize| {
         let at = group
             .iter()
-            .filter(|reading| reading.target_n == largest_target);
+            .filter(|load| load[0].target_n == largest_target);
         let ratios: Vec<f64> = at
-            .filter_map(|reading| {
-                let from_zero_n = force(reading) - preload_n;
-                Some(reading.displacement_m[number]? / from_zero_n)
+            .filter_map(|load| {
+                let from_zero_n = load[0].force_n - preload_n;
+                Some(displacement_m(load, number)? / from_zero_n)
             })
             .filter(|ratio| ratio.is_finite())
             .collect();
         averaged(&ratios)
     };
     Some(VectorStiffness {
-        pose: group[0].pose.clone(),
-        direction: group[0].direction.clone(),
+        pose: group[0][0].pose.clone(),
+        direction: name,
         unit,
         runs: labels.len(),
         readings: group.len(),
@@ -170,53 +181,65 @@ fn averaged(values: &[f64]) -> Option<Estimate> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readings::ReadingStatus;
-    use stiffbench_units_and_text::test_point::Branch;
+    use crate::readings::{ReadingStatus, RunKey};
+    use stiffbench_numeric::vector::dot;
+    use stiffbench_units_and_text::load_direction::LoadDirection;
+    use stiffbench_units_and_text::test_point::{Branch, Direction};
 
-    /// A reading of a load `f` along (0.6, 0, 0.8) on an end with the compliance matrix below, in run `run`.
-    fn reading(f: f64, run: u32, extra_m: f64) -> VectorReading {
-        let force_n = [0.6 * f, 0.0, 0.8 * f];
-        // Rows of a symmetric compliance, µm/N.
+    /// Displacements of an end with a symmetric compliance, µm/N, under a load `f` along (0.6, 0, 0.8).
+    fn displaced(f: f64, extra_m: f64) -> [Option<f64>; 3] {
         let matrix = [[5.0, 1.0, 2.0], [1.0, 3.0, 0.5], [2.0, 0.5, 8.0]];
-        let displacement_m = matrix.map(|row: [f64; 3]| Some(1e-6 * dot(row, force_n) + extra_m));
-        VectorReading {
-            line: 0,
-            seq: 1,
-            pose: PoseId::new("P1"),
-            direction: "oblique".to_owned(),
-            branch: Branch::Loading,
-            step: 0,
-            repeat: run,
-            attempt: 1,
-            status: ReadingStatus::Accepted,
-            target_n: f,
-            joints: Vec::new(),
-            force_n,
-            displacement_m,
-            run: run.to_string(),
-            zero: run.to_string(),
-            time_s: None,
-            hold_s: None,
-            temperature_deg_c: None,
-            utc: String::new(),
-            force_raw: String::new(),
-            force_zero_n: None,
-            displacement_raw: <[String; 3]>::default(),
-            displacement_zero_m: [None; 3],
-            flag: String::new(),
-            note: String::new(),
+        matrix.map(|row: [f64; 3]| Some(1e-6 * dot(row, [0.6 * f, 0.0, 0.8 * f]) + extra_m))
+    }
+
+    /// Readings of loads along (0.6, 0, 0.8): the run from 1, the load and the displacements of each.
+    fn table(loads: &[(u32, f64, [Option<f64>; 3])]) -> ReadingTable {
+        let mut table = ReadingTable::default();
+        let oblique = LoadDirection::from_vector([0.6, 0.0, 0.8]).unwrap();
+        table.place_of(&oblique.named("oblique"));
+        table.runs = [1, 2]
+            .map(|run| RunKey::of_repeat(PoseId::new("P1"), Direction::X, run))
+            .to_vec();
+        table.zeros = table.runs.clone();
+        for (seq, (run, f, displacement_m)) in (1..).zip(loads) {
+            for direction in Direction::ALL {
+                let Some(displacement_m) = displacement_m[direction.index()] else {
+                    continue;
+                };
+                table.readings.push(Reading {
+                    line: 0,
+                    seq,
+                    pose: PoseId::new("P1"),
+                    direction,
+                    load: Some(0),
+                    branch: Branch::Loading,
+                    step: 0,
+                    repeat: *run,
+                    attempt: 1,
+                    run: run - 1,
+                    zero: run - 1,
+                    status: ReadingStatus::Accepted,
+                    target_n: *f,
+                    force_n: *f,
+                    displacement_m,
+                    time_s: None,
+                    hold_s: None,
+                    temperature_deg_c: None,
+                    text: None,
+                });
+            }
         }
+        table
     }
 
     #[test]
     fn compliances_are_those_of_the_matrix_and_zeros_do_not_count() {
         // Each run has a zero of its own; by hand c = C d: (0.6·5 + 0.8·2, 0.6·1 + 0.8·0.5, 0.6·2 + 0.8·8) µm/N.
-        let readings: Vec<VectorReading> = [(1, 3e-6), (2, -1e-6)]
+        let loads: Vec<_> = [(1, 3e-6), (2, -1e-6)]
             .into_iter()
-            .flat_map(|(run, zero_m)| [-10.0, -20.0, -30.0].map(|f| reading(f, run, zero_m)))
+            .flat_map(|(run, zero_m)| [-10.0, -20.0, -30.0].map(|f| (run, f, displaced(f, zero_m))))
             .collect();
-        let listed: Vec<&VectorReading> = readings.iter().collect();
-        let cells = vector_stiffness(&listed, Branches::LoadingOnly, 0.0);
+        let cells = vector_stiffness(&table(&loads), Branches::LoadingOnly, 0.0);
         assert_eq!(cells.len(), 1);
         let cell = &cells[0];
         assert_eq!((cell.runs, cell.readings), (2, 6));
@@ -236,14 +259,8 @@ mod tests {
 
     #[test]
     fn an_axis_that_was_not_read_has_no_value_and_none_along_the_load() {
-        let readings: Vec<VectorReading> = [10.0, 20.0]
-            .map(|f| VectorReading {
-                displacement_m: [None, Some(f * 1e-6), None],
-                ..reading(f, 1, 0.0)
-            })
-            .to_vec();
-        let listed: Vec<&VectorReading> = readings.iter().collect();
-        let cell = &vector_stiffness(&listed, Branches::Both, 0.0)[0];
+        let loads = [10.0, 20.0].map(|f| (1, f, [None, Some(f * 1e-6), None]));
+        let cell = &vector_stiffness(&table(&loads), Branches::Both, 0.0)[0];
         assert_eq!(
             (cell.compliance_m_per_n[0], cell.along_m_per_n),
             (None, None)

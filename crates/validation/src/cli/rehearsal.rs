@@ -78,7 +78,7 @@ impl Rehearsal<'_> {
                 }
             }
         }
-        let mut readings = state.table_readings();
+        let mut readings = state.table().readings;
         readings.retain(Reading::is_accepted);
         Ok(Rehearsed {
             readings,

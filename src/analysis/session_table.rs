@@ -1,0 +1,50 @@
+//! A table with the session it belongs to.
+
+use std::path::{Path, PathBuf};
+
+use crate::readings::{OverdueGauge, SessionHeader};
+
+/// A table of readings or load cases with the session it belongs to.
+#[derive(Debug, Clone)]
+pub struct SessionTable<T> {
+    /// What the user called it.
+    pub name: String,
+    /// SHA-256 of its file, in hexadecimal.
+    pub sha256: String,
+    /// The table.
+    pub table: T,
+    /// How it came about if it was not measured.
+    pub origin: Option<String>,
+    /// `session.toml` beside it, if there is one.
+    pub header: Option<SessionHeader>,
+    /// Folder of `session.toml`.
+    pub folder: PathBuf,
+    /// What was assumed, and what a user should know.
+    pub warnings: Vec<String>,
+    /// Calibrations that were given beside the session, in words.
+    pub calibration: Vec<String>,
+    /// Gauges whose calibration is overdue.
+    pub overdue: Vec<OverdueGauge>,
+    /// Whether the readings were used though they differ from the journal.
+    pub differs_from_journal: bool,
+}
+
+impl<T> SessionTable<T> {
+    /// Its identifier, else the last part of its name: not a path, so that it is called the same wherever it lies.
+    #[must_use]
+    pub fn short_name(&self) -> String {
+        let header = self.header.as_ref();
+        let id = header.and_then(|header| header.id.clone());
+        id.or_else(|| {
+            let file_name = Path::new(&self.name).file_name()?;
+            Some(file_name.to_string_lossy().into_owned())
+        })
+        .unwrap_or_else(|| self.name.clone())
+    }
+}
+
+/// What the table states, else what its header does.
+pub(super) fn origin_of(table: Option<&String>, header: Option<&SessionHeader>) -> Option<String> {
+    let of_header = header.and_then(|header| header.origin.as_ref());
+    table.or(of_header).cloned()
+}
