@@ -10,7 +10,7 @@ use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
 use crate::cli::gauge_lines::{GaugeLineArgs, table_of};
 use crate::cli::outcome::shell_word;
-use crate::import::{FlippedSign, ImportMapping, MarkWord};
+use crate::import::{ImportMapping, ImportedQuantity, MarkWord};
 use crate::quantity::Kind;
 use crate::table_files::FieldDelimiter;
 
@@ -267,10 +267,10 @@ fn value_name<T: ValueEnum>(choice: &T) -> Option<String> {
 }
 
 impl FlipChoice {
-    fn word(self) -> FlippedSign {
+    fn word(self) -> ImportedQuantity {
         match self {
-            Self::Force => FlippedSign::Force,
-            Self::Displacement => FlippedSign::Displacement,
+            Self::Force => ImportedQuantity::Force,
+            Self::Displacement => ImportedQuantity::Displacement,
         }
     }
 }

@@ -10,7 +10,9 @@ use crate::analysis::{
     Inputs, LoadedSession, OpenSettings, add_poses, doubts_about_stiffness, is_dash, read_bytes,
     robot_source, sha256, shown,
 };
-use crate::import::{ImportDraft, ImportMapping, ImportNote, ImportedReadings, MissingPart};
+use crate::import::{
+    ImportDraft, ImportMapping, ImportNote, ImportedQuantity, ImportedReadings, MissingPart,
+};
 use crate::procedure::Procedure;
 use crate::quantity::Kind;
 use crate::readings::{ImportRecord, ProcedureRecord, SessionHeader, write_readings};
@@ -187,10 +189,14 @@ fn asked(
 fn answered(mapping: &mut ImportMapping, missing: &MissingPart, answer: &str) {
     let answer = Some(answer.to_owned());
     match missing {
-        MissingPart::ForceColumn { .. } => mapping.columns.force = answer,
-        MissingPart::DisplacementColumn { .. } => mapping.columns.displacement = answer,
-        MissingPart::ForceUnit { .. } => mapping.units.force = answer,
-        MissingPart::DisplacementUnit { .. } => mapping.units.displacement = answer,
+        MissingPart::Column { quantity, .. } => match quantity {
+            ImportedQuantity::Force => mapping.columns.force = answer,
+            ImportedQuantity::Displacement => mapping.columns.displacement = answer,
+        },
+        MissingPart::Unit { quantity, .. } => match quantity {
+            ImportedQuantity::Force => mapping.units.force = answer,
+            ImportedQuantity::Displacement => mapping.units.displacement = answer,
+        },
         MissingPart::JointUnit { .. } => mapping.units.joint = answer,
         MissingPart::Direction => mapping.direction = answer,
     }

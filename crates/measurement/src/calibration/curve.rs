@@ -2,7 +2,7 @@
 
 use super::error::CalibrationTableError;
 use crate::readings::Conversion;
-use crate::table_files::{MachineTable, TableFileOptions, read_table_file};
+use crate::table_files::{FileRow, LinePlace, MachineTable, TableFileOptions, read_table_file};
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Coverage factor of a row that states none; the usual one for 95 % (GUM 6.3.3).
@@ -46,10 +46,9 @@ impl CalibrationCurve {
         let [of_applied, of_indicated, of_expanded] = units;
         let (of_applied, of_indicated, of_expanded) = (of_applied?, of_indicated?, of_expanded?);
         let mut points = Vec::new();
-        for row in &table.rows {
+        for (row, FileRow { line, .. }) in table.rows.iter().enumerate() {
             let refused = |problem| CalibrationTableError::Row {
-                file: file.to_owned(),
-                line: row.line,
+                at: LinePlace::new(file, *line),
                 problem,
             };
             let read = |index, conversion| {
@@ -70,7 +69,7 @@ impl CalibrationCurve {
                 indicated: read(indicated, of_indicated)?,
                 standard_uncertainty: expanded / k,
             };
-            points.push((row.line, point));
+            points.push((*line, point));
         }
         Self::of_points(file, points)
     }
@@ -86,10 +85,8 @@ impl CalibrationCurve {
         }
         let falls = |pair: &&[(u32, CalibrationPoint)]| pair[1].1.indicated <= pair[0].1.indicated;
         if let Some(pair) = points.windows(2).find(falls) {
-            return Err(CalibrationTableError::NotRising {
-                file: file.to_owned(),
-                line: pair[1].0,
-            });
+            let at = LinePlace::new(file, pair[1].0);
+            return Err(CalibrationTableError::NotRising { at });
         }
         let mut points: Vec<CalibrationPoint> =
             points.into_iter().map(|(_, point)| point).collect();
@@ -167,8 +164,7 @@ fn column(table: &MachineTable, name: &'static str) -> Result<usize, Calibration
         .iter()
         .position(|column| column.stem.eq_ignore_ascii_case(name));
     found.ok_or_else(|| CalibrationTableError::MissingColumn {
-        file: table.source.clone(),
-        line: table.layout.header_line.unwrap_or(1),
+        at: table.header(),
         column: name,
     })
 }
@@ -182,8 +178,7 @@ fn unit(
     let unit = column.unit.as_deref();
     unit.and_then(|unit| Conversion::from_unit(kind, unit))
         .ok_or_else(|| CalibrationTableError::Unit {
-            file: table.source.clone(),
-            line: table.layout.header_line.unwrap_or(1),
+            at: table.header(),
             column: column.name.clone(),
             quantity: if kind == Kind::Force {
                 "force"

@@ -3,7 +3,7 @@
 use miette::Diagnostic;
 use thiserror::Error;
 
-use crate::table_files::TableFileError;
+use crate::table_files::{LinePlace, TableFileError};
 
 /// Why a calibration table could not be used.
 #[derive(Debug, Error, Diagnostic)]
@@ -13,7 +13,7 @@ pub enum CalibrationTableError {
     #[diagnostic(transparent)]
     Table(#[from] TableFileError),
     /// A column is missing.
-    #[error("{file}, line {line}: no column `{column}`")]
+    #[error("{at}: no column `{column}`")]
     #[diagnostic(
         code(stiffbench::calibration_table::missing_column),
         help(
@@ -21,24 +21,20 @@ pub enum CalibrationTableError {
         )
     )]
     MissingColumn {
-        /// The file.
-        file: String,
         /// Line of the column names.
-        line: u32,
+        at: LinePlace,
         /// The column.
         column: &'static str,
     },
     /// A column without a unit of the gauge.
-    #[error("{file}, line {line}, column `{column}`: no unit of a {quantity}")]
+    #[error("{at}, column `{column}`: no unit of a {quantity}")]
     #[diagnostic(
         code(stiffbench::calibration_table::unit),
         help("put the unit behind the name: known are {accepted}")
     )]
     Unit {
-        /// The file.
-        file: String,
         /// Line of the column names.
-        line: u32,
+        at: LinePlace,
         /// The column.
         column: String,
         /// `force` or `displacement`.
@@ -47,30 +43,26 @@ pub enum CalibrationTableError {
         accepted: &'static str,
     },
     /// A row that lacks a value, or has one that cannot be.
-    #[error("{file}, line {line}: {problem}")]
+    #[error("{at}: {problem}")]
     #[diagnostic(
         code(stiffbench::calibration_table::row),
         help("each row needs applied, indicated and U; k may be absent and is 2 then")
     )]
     Row {
-        /// The file.
-        file: String,
         /// The line.
-        line: u32,
+        at: LinePlace,
         /// What is wrong.
         problem: &'static str,
     },
     /// Indicated values that do not rise with the applied ones.
-    #[error("{file}, line {line}: the indicated value does not rise with the applied one")]
+    #[error("{at}: the indicated value does not rise with the applied one")]
     #[diagnostic(
         code(stiffbench::calibration_table::not_rising),
         help("give one row for each applied value, for example the mean of the series up")
     )]
     NotRising {
-        /// The file.
-        file: String,
         /// The line.
-        line: u32,
+        at: LinePlace,
     },
     /// Too few points.
     #[error("{file}: fewer than two points")]

@@ -10,7 +10,7 @@ use super::mapping::ImportMapping;
 use super::measured::measured;
 use super::note::ImportNote;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
-use super::values::{branch, direction, texts};
+use super::values::{branch, direction, meanings, texts};
 use crate::readings::{
     Assumption, FileCell, PoseJoints, ReadOptions, ReadingTable, ReadingsError, are_one_load,
     decimal, read_readings,
@@ -62,10 +62,9 @@ pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImport
         let (axis, negative) = directions[place];
         let sign = if negative { -1.0 } else { 1.0 };
         let [force_n, displacement_m] = values[place].map(|value| sign * value);
-        let file_row = &draft.table.rows[*row];
         let warmth = |column| {
             let conversion = draft.conversion(column, Kind::Temperature);
-            draft.table.number(file_row, column, conversion)
+            draft.table.number(*row, column, conversion)
         };
         imported.push(ImportedRow {
             pose: places[place].clone(),
@@ -149,10 +148,7 @@ fn unused_words(draft: &ImportDraft, rows: &[usize]) -> Vec<ImportNote> {
         !column.is_numeric && !used.any(|(place, _)| place == index)
     });
     let notes = unused.filter_map(|(index, column)| {
-        let words = rows.iter().map(|row| {
-            let row = &draft.table.rows[*row];
-            draft.table.present(row, index)
-        });
+        let words = rows.iter().map(|row| draft.table.present(*row, index));
         let words: IndexSet<&str> = words.collect::<Option<_>>()?;
         let recur = words.len() > 1 && words.len() <= MOST && 2 * words.len() < rows.len();
         recur.then(|| ImportNote::UnusedWords {
@@ -168,27 +164,24 @@ fn directions(
     draft: &ImportDraft,
     rows: &[usize],
 ) -> Result<Vec<(Direction, bool)>, TableImportError> {
-    let refused = |cell| TableImportError::BadValue {
-        cell,
-        expected: "x, y or z",
+    let expected = "x, y or z";
+    let Some(stated) = &draft.mapping.direction else {
+        let role = &ColumnRole::Direction;
+        return Ok(meanings(draft, role, rows, direction, expected)?.unwrap_or_default());
     };
-    let named = texts(draft, &ColumnRole::Direction, rows)?;
-    let column = draft.found.place(&ColumnRole::Direction);
-    if let (Some(texts), Some(column), None) = (named, column, &draft.mapping.direction) {
-        let of = |(row, text): (&usize, &String)| {
-            let cell = || draft.table.cell(&draft.table.rows[*row], column);
-            direction(text).ok_or_else(|| refused(cell()))
-        };
-        return rows.iter().zip(&texts).map(of).collect();
-    }
-    let stated = draft.mapping.direction.as_deref().unwrap_or_default();
+    // Cells without a value are refused, whether they count or not.
+    texts(draft, &ColumnRole::Direction, rows)?;
     let cell = || FileCell {
         file: draft.table.source.clone(),
         line: 1,
         column: "--direction".to_owned(),
-        value: stated.to_owned(),
+        value: stated.clone(),
     };
-    let one = direction(stated).ok_or_else(|| refused(cell()))?;
+    let one = direction(stated);
+    let one = one.ok_or_else(|| TableImportError::BadValue {
+        cell: cell(),
+        expected,
+    })?;
     Ok(vec![one; rows.len()])
 }
 
@@ -204,11 +197,7 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
         return Ok(rows.iter().map(|row| seconds[*row]).collect());
     }
     let conversion = draft.conversion(column, Kind::Time);
-    let time = |row: &usize| {
-        draft
-            .table
-            .number(&draft.table.rows[*row], column, conversion)
-    };
+    let time = |row: &usize| draft.table.number(*row, column, conversion);
     Ok(rows.iter().map(time).collect::<Result<_, _>>()?)
 }
 
@@ -223,7 +212,7 @@ pub(super) fn are_all_equal(times: &[Option<f64>]) -> bool {
 fn raw_texts(draft: &ImportDraft, row: usize) -> [String; 2] {
     [ColumnRole::Force, ColumnRole::Displacement].map(|role| {
         let column = draft.found.place(&role);
-        let text = column.map(|column| draft.table.text(&draft.table.rows[row], column));
+        let text = column.map(|column| draft.table.text(row, column));
         text.unwrap_or_default().to_owned()
     })
 }
@@ -311,15 +300,10 @@ fn set_branches(
     imported: &mut [ImportedRow],
     notes: &mut Vec<ImportNote>,
 ) -> Result<(), TableImportError> {
-    if let (Some(texts), Some(column)) = (
-        texts(draft, &ColumnRole::Branch, rows)?,
-        draft.found.place(&ColumnRole::Branch),
-    ) {
-        for (place, text) in texts.iter().enumerate() {
-            imported[place].branch = branch(text).ok_or_else(|| TableImportError::BadValue {
-                cell: draft.table.cell(&draft.table.rows[rows[place]], column),
-                expected: "loading or unloading",
-            })?;
+    let (role, expected) = (&ColumnRole::Branch, "loading or unloading");
+    if let Some(branches) = meanings(draft, role, rows, branch, expected)? {
+        for (row, branch) in imported.iter_mut().zip(branches) {
+            row.branch = branch;
         }
         return Ok(());
     }
@@ -414,10 +398,13 @@ fn readings(draft: &ImportDraft, rows: &[ImportedRow]) -> Result<ReadingTable, T
             decimal(row.displacement_m, 6),
             displacement_raw,
         ];
-        fields
-            .extend(has_time.then(|| row.time_s.map_or_else(String::new, |time| decimal(time, 0))));
-        let warmth = row.temperature_deg_c;
-        fields.extend(has_temperature.then(|| warmth.map_or_else(String::new, |t| decimal(t, 0))));
+        for (is_written, value) in [
+            (has_time, row.time_s),
+            (has_temperature, row.temperature_deg_c),
+        ] {
+            let text = || value.map_or_else(String::new, |value| decimal(value, 0));
+            fields.extend(is_written.then(text));
+        }
         output.write_record(&fields).map_err(failed)?;
     }
     let bytes = output

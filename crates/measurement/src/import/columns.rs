@@ -3,7 +3,7 @@
 use std::fmt;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use thiserror::Error;
@@ -57,6 +57,41 @@ impl fmt::Display for ColumnRole {
     }
 }
 
+/// One of the two quantities that every reading has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ImportedQuantity {
+    /// The force.
+    Force,
+    /// The displacement.
+    Displacement,
+}
+
+impl ImportedQuantity {
+    /// Both, in the order in which they are asked for.
+    pub(super) const ALL: [Self; 2] = [Self::Force, Self::Displacement];
+
+    pub(super) fn role(self) -> ColumnRole {
+        match self {
+            Self::Force => ColumnRole::Force,
+            Self::Displacement => ColumnRole::Displacement,
+        }
+    }
+
+    pub(super) fn kind(self) -> Kind {
+        match self {
+            Self::Force => Kind::Force,
+            Self::Displacement => Kind::Displacement,
+        }
+    }
+}
+
+impl fmt::Display for ImportedQuantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 /// Where the meaning of a column comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -88,35 +123,22 @@ pub struct ColumnGuess {
 /// Something that an import needs and the file does not state.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum MissingPart {
-    /// No column, or several, can be the force.
-    #[error("the column of the force{}", one_of(.candidates))]
-    ForceColumn {
+    /// No column, or several, can be the force or the displacement.
+    #[error("the column of the {quantity}{}", one_of(.candidates))]
+    Column {
+        /// Which of the two.
+        quantity: ImportedQuantity,
         /// Columns that could be it.
         candidates: Vec<String>,
     },
-    /// No column, or several, can be the displacement.
-    #[error("the column of the displacement{}", one_of(.candidates))]
-    DisplacementColumn {
-        /// Columns that could be it.
-        candidates: Vec<String>,
-    },
-    /// The unit of the force.
-    #[error("the unit of the force{}{}", of_column(.column.as_ref()), not_known(.unknown.as_ref(), "force", Kind::Force))]
-    ForceUnit {
+    /// The unit of the force or of the displacement.
+    #[error("the unit of the {quantity}{}{}", of_column(.column.as_ref()), not_known(.unknown.as_ref(), *.quantity))]
+    Unit {
+        /// Which of the two.
+        quantity: ImportedQuantity,
         /// Its column, where that is known.
         column: Option<String>,
-        /// What the file states and is no unit of a force.
-        unknown: Option<String>,
-    },
-    /// The unit of the displacement.
-    #[error(
-        "the unit of the displacement{}{}",
-        of_column(.column.as_ref()), not_known(.unknown.as_ref(), "displacement", Kind::Displacement)
-    )]
-    DisplacementUnit {
-        /// Its column, where that is known.
-        column: Option<String>,
-        /// What the file states and is no unit of a displacement.
+        /// What the file states and is no unit of the quantity.
         unknown: Option<String>,
     },
     /// Whether joint values are degrees or radians.
@@ -133,14 +155,12 @@ pub enum MissingPart {
 impl MissingPart {
     /// What settles it on the command line.
     #[must_use]
-    pub fn option(&self) -> &'static str {
+    pub fn option(&self) -> String {
         match self {
-            Self::ForceColumn { .. } => "--map force=COLUMN",
-            Self::DisplacementColumn { .. } => "--map displacement=COLUMN",
-            Self::ForceUnit { .. } => "--force-unit UNIT",
-            Self::DisplacementUnit { .. } => "--displacement-unit UNIT",
-            Self::JointUnit { .. } => "--joint-unit deg",
-            Self::Direction => "--direction y",
+            Self::Column { quantity, .. } => format!("--map {quantity}=COLUMN"),
+            Self::Unit { quantity, .. } => format!("--{quantity}-unit UNIT"),
+            Self::JointUnit { .. } => "--joint-unit deg".to_owned(),
+            Self::Direction => "--direction y".to_owned(),
         }
     }
 }
@@ -163,9 +183,9 @@ fn of_column(column: Option<&String>) -> String {
 }
 
 /// What stands in place of a unit.
-fn not_known(unit: Option<&String>, what: &str, kind: Kind) -> String {
-    let known = kind.units();
+fn not_known(unit: Option<&String>, quantity: ImportedQuantity) -> String {
+    let known = quantity.kind().units();
     unit.map_or_else(String::new, |unit| {
-        format!(" (unit `{unit}` is not known for a {what}; known are {known})")
+        format!(" (unit `{unit}` is not known for a {quantity}; known are {known})")
     })
 }

@@ -1,9 +1,9 @@
 //! A table with what its columns were taken for, before readings are made of it.
 
 use super::build::{ImportedReadings, build};
-use super::columns::{ColumnGuess, ColumnRole, MissingPart};
+use super::columns::{ColumnGuess, ColumnRole, ImportedQuantity, MissingPart};
 use super::error::{MissingParts, TableImportError};
-use super::guess::{FoundColumns, duplicate, unit_of};
+use super::guess::{FoundColumns, duplicate};
 use super::joints::joint_unit;
 use super::keywords::is_of;
 use super::mapping::ImportMapping;
@@ -42,14 +42,20 @@ impl ImportDraft {
         log: Option<(&str, &[u8])>,
         mapping: &ImportMapping,
     ) -> Result<Self, TableImportError> {
-        let units = &mapping.units;
-        for (unit, kind, quantity) in [
-            (&units.force, Kind::Force, "force"),
-            (&units.displacement, Kind::Displacement, "displacement"),
-            (&units.time, Kind::Time, "time"),
-            (&units.joint, Kind::Angle, "joint value"),
+        for (kind, quantity) in [
+            (Kind::Force, "force"),
+            (Kind::Displacement, "displacement"),
+            (Kind::Time, "time"),
+            (Kind::Angle, "joint value"),
         ] {
-            check_unit(unit.as_ref(), kind, quantity)?;
+            let stated = mapping.stated_unit(kind);
+            if let Some(unit) = stated.filter(|unit| !is_of(kind, unit)) {
+                return Err(TableImportError::Unit {
+                    unit: unit.clone(),
+                    quantity,
+                    accepted: kind.units(),
+                });
+            }
         }
         let mut table = read_table_file(source, bytes, &mapping.of_file())?;
         let mut of_force = mapping.clone();
@@ -77,40 +83,34 @@ impl ImportDraft {
     #[must_use]
     pub fn missing(&self) -> Vec<MissingPart> {
         let mut missing = Vec::new();
-        let names = |role: &ColumnRole| {
-            let places = self.found.candidates.get(role);
-            let names = places.into_iter().flatten();
-            names.map(|index| self.name(*index).to_owned()).collect()
-        };
-        let none = |kind| !self.states_unit(kind);
-        match self.found.place(&ColumnRole::Force) {
-            None => {
-                let candidates = names(&ColumnRole::Force);
-                missing.push(MissingPart::ForceColumn { candidates });
-                let (column, unknown) = (None, None);
-                let unit = MissingPart::ForceUnit { column, unknown };
-                missing.extend(none(Kind::Force).then_some(unit));
+        for quantity in ImportedQuantity::ALL {
+            if let (ImportedQuantity::Displacement, Some(log)) = (quantity, &self.log) {
+                missing.extend(log.missing());
+                continue;
             }
-            Some(index) if self.unit(index, Kind::Force).is_none() => {
-                let (column, unknown) = self.without_unit(index);
-                missing.push(MissingPart::ForceUnit { column, unknown });
+            let (role, kind) = (quantity.role(), quantity.kind());
+            let place = self.found.place(&role);
+            if place.is_none() {
+                let candidates = self.found.candidates.get(&role).into_iter().flatten();
+                missing.push(MissingPart::Column {
+                    quantity,
+                    candidates: candidates
+                        .map(|index| self.name(*index).to_owned())
+                        .collect(),
+                });
             }
-            Some(_) => {}
-        }
-        match (&self.log, self.found.place(&ColumnRole::Displacement)) {
-            (Some(log), _) => missing.extend(log.missing()),
-            (None, None) => {
-                let candidates = names(&ColumnRole::Displacement);
-                missing.push(MissingPart::DisplacementColumn { candidates });
-                let (column, unknown) = (None, None);
-                let unit = MissingPart::DisplacementUnit { column, unknown };
-                missing.extend(none(Kind::Displacement).then_some(unit));
+            let has_unit = match place {
+                Some(index) => self.unit(index, kind).is_some(),
+                None => self.states_unit(kind),
+            };
+            if !has_unit {
+                let column = place.map(|index| &self.table.layout.columns[index]);
+                missing.push(MissingPart::Unit {
+                    quantity,
+                    column: column.map(|column| column.name.clone()),
+                    unknown: column.and_then(|column| column.unit.clone()),
+                });
             }
-            (None, Some(index)) if self.unit(index, Kind::Displacement).is_none() => {
-                let (column, unknown) = self.without_unit(index);
-                missing.push(MissingPart::DisplacementUnit { column, unknown });
-            }
-            (None, Some(_)) => {}
         }
         if let Some((_, index)) = self.found.joints().next()
             && joint_unit(self, index).is_none()
@@ -140,7 +140,7 @@ impl ImportDraft {
             .map(|(index, column)| {
                 let mut places = self.found.places.iter();
                 let found = places.find(|(_, (place, _))| *place == index);
-                let rows = self.table.rows.iter().take(SHOWN);
+                let rows = 0..self.table.rows.len().min(SHOWN);
                 ColumnGuess {
                     name: column.name.clone(),
                     role: found.map(|(role, _)| role.to_string()),
@@ -161,14 +161,12 @@ impl ImportDraft {
     pub fn finish(self, command: &str) -> Result<ImportedReadings, TableImportError> {
         let missing = self.missing();
         if !missing.is_empty() {
-            let mut options: Vec<&str> = missing.iter().map(MissingPart::option).collect();
+            let mut options: Vec<String> = missing.iter().map(MissingPart::option).collect();
             options.dedup();
-            let names = self.table.layout.columns.iter();
             return Err(TableImportError::Missing {
-                file: self.table.source.clone(),
-                line: self.table.layout.header_line.unwrap_or(1),
+                at: self.table.header(),
                 missing: MissingParts(missing.clone()),
-                found: listed_names(names.map(|column| column.name.as_str())),
+                found: listed_names(self.table.names()),
                 help: format!("{command} {}", options.join(" ")),
             });
         }
@@ -181,15 +179,8 @@ impl ImportDraft {
 
     /// The unit of a column of forces, displacements or times.
     pub(super) fn unit(&self, index: usize, kind: Kind) -> Option<String> {
-        let units = &self.mapping.units;
-        let stated = match kind {
-            Kind::Force => units.force.as_ref(),
-            Kind::Displacement => units.displacement.as_ref(),
-            Kind::Time => units.time.as_ref(),
-            Kind::Angle => units.joint.as_ref(),
-            _ => None,
-        };
-        unit_of(stated, &self.table.layout.columns[index], kind)
+        let column = &self.table.layout.columns[index];
+        self.mapping.unit_of(column, kind)
     }
 
     /// How a column of this kind becomes SI; as it is without a unit.
@@ -205,12 +196,6 @@ impl ImportDraft {
         columns
             .into_iter()
             .any(|index| self.unit(index, kind).is_some())
-    }
-
-    /// Name of a column, and what it states in place of a unit.
-    fn without_unit(&self, index: usize) -> (Option<String>, Option<String>) {
-        let column = &self.table.layout.columns[index];
-        (Some(column.name.clone()), column.unit.clone())
     }
 
     fn shown_unit(&self, index: usize, role: Option<&ColumnRole>) -> Option<String> {
@@ -229,8 +214,9 @@ impl ImportDraft {
             let name = self.name(*index);
             let columns = self.table.layout.columns.iter().enumerate();
             let mut alike = columns.filter(|(other, c)| other != index && c.name == name);
-            let stated = self.mapping_names_number(role);
-            if let Some((other, _)) = alike.next().filter(|_| !stated && !name.is_empty()) {
+            let stated = self.mapping.stated_column(role);
+            let by_number = stated.is_some_and(|name| name.parse::<usize>().is_ok());
+            if let Some((other, _)) = alike.next().filter(|_| !by_number && !name.is_empty()) {
                 let (first, second) = ((*index).min(other), (*index).max(other));
                 return Err(duplicate(&self.table, role, name, first, second));
             }
@@ -245,31 +231,5 @@ impl ImportDraft {
             }
         }
         Ok(())
-    }
-
-    /// Whether a column is stated by its number.
-    fn mapping_names_number(&self, role: &ColumnRole) -> bool {
-        let mut columns = self.mapping.columns.clone();
-        let stated = match role {
-            ColumnRole::Joint(name) => self.mapping.joints.get(name).cloned(),
-            role => columns.entry(&role.to_string()).and_then(Option::take),
-        };
-        stated.is_some_and(|name| name.parse::<usize>().is_ok())
-    }
-}
-
-/// Refuses a unit of another quantity.
-pub(super) fn check_unit(
-    unit: Option<&String>,
-    kind: Kind,
-    quantity: &'static str,
-) -> Result<(), TableImportError> {
-    match unit.filter(|unit| !is_of(kind, unit)) {
-        None => Ok(()),
-        Some(unit) => Err(TableImportError::Unit {
-            unit: unit.clone(),
-            quantity,
-            accepted: kind.units(),
-        }),
     }
 }

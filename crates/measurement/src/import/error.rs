@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::columns::MissingPart;
 use crate::readings::{FileCell, ReadingsError};
-use crate::table_files::TableFileError;
+use crate::table_files::{LinePlace, TableFileError};
 
 /// All that is missing, for one message.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,13 +32,11 @@ pub enum TableImportError {
     #[diagnostic(transparent)]
     Readings(#[from] ReadingsError),
     /// Something is missing that the file does not state.
-    #[error("{file}, line {line}: missing are {missing}; the columns are {found}")]
+    #[error("{at}: missing are {missing}; the columns are {found}")]
     #[diagnostic(code(stiffbench::import::missing))]
     Missing {
-        /// The file.
-        file: String,
         /// Line of the column names.
-        line: u32,
+        at: LinePlace,
         /// All that is missing.
         missing: MissingParts,
         /// The columns, each in backquotes.
@@ -48,13 +46,11 @@ pub enum TableImportError {
         help: String,
     },
     /// A column that is named and is not there.
-    #[error("{file}, line {line}: no column `{column}` for the {role}; the columns are {found}")]
+    #[error("{at}: no column `{column}` for the {role}; the columns are {found}")]
     #[diagnostic(code(stiffbench::import::unknown_column))]
     UnknownColumn {
-        /// The file.
-        file: String,
         /// Line of the column names.
-        line: u32,
+        at: LinePlace,
         /// The column.
         column: String,
         /// What it should be.
@@ -66,16 +62,14 @@ pub enum TableImportError {
         advice: String,
     },
     /// Two columns with one name, of which one is needed.
-    #[error("{file}, line {line}: columns {first} and {second} are both called `{column}`")]
+    #[error("{at}: columns {first} and {second} are both called `{column}`")]
     #[diagnostic(
         code(stiffbench::import::duplicate_column),
         help("name the one that is meant by its number: --map {role}={first}")
     )]
     DuplicateColumn {
-        /// The file.
-        file: String,
         /// Line of the column names.
-        line: u32,
+        at: LinePlace,
         /// The name.
         column: String,
         /// What it should be.
@@ -169,16 +163,14 @@ pub enum TableImportError {
         role: String,
     },
     /// Nothing to import.
-    #[error("{file}, line {line}: no row has a force and a displacement")]
+    #[error("{at}: no row has a force and a displacement")]
     #[diagnostic(
         code(stiffbench::import::no_rows),
         help("rows of numbers must follow the names of the columns")
     )]
     NoRows {
-        /// The file.
-        file: String,
         /// Line of the column names.
-        line: u32,
+        at: LinePlace,
     },
     /// A mapping file that is none.
     #[error("{file}, line {line}: no mapping: {problem}")]

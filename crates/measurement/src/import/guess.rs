@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use super::columns::{ColumnRole, GuessedFrom};
 use super::error::TableImportError;
-use super::keywords::{is_of, plain, roles_of};
+use super::keywords::{plain, roles_of};
 use super::mapping::ImportMapping;
 use crate::table_files::{FileColumn, MachineTable, StampKind};
 use stiffbench_units_and_text::nearest::{listed_names, nearest};
-use stiffbench_units_and_text::quantity::Kind;
 
 /// Columns by what they hold, with where that comes from.
 #[derive(Debug, Clone, Default)]
@@ -61,14 +60,11 @@ impl FoundColumns {
         table: &MachineTable,
         mapping: &ImportMapping,
     ) -> Result<(), TableImportError> {
-        let mut columns = mapping.columns.clone();
-        let named = ColumnRole::NAMED.into_iter().filter_map(|role| {
-            let name = columns.entry(&role.to_string())?.take()?;
-            Some((role, name))
-        });
-        let joints = mapping.joints.iter();
-        let joints = joints.map(|(name, column)| (ColumnRole::Joint(name.clone()), column.clone()));
-        for (role, column) in named.chain(joints).collect::<Vec<_>>() {
+        let joints = mapping.joints.keys().cloned().map(ColumnRole::Joint);
+        for role in ColumnRole::NAMED.into_iter().chain(joints) {
+            let Some(column) = mapping.stated_column(&role) else {
+                continue;
+            };
             let index = column_of(table, &role, &column)?;
             let taken = self.places.iter().find(|(_, (place, _))| *place == index);
             if let Some((first, _)) = taken {
@@ -150,40 +146,32 @@ pub(super) fn column_of(
     let columns = &table.layout.columns;
     let wanted = wanted.trim();
     let small = plain(wanted);
-    let same: [&dyn Fn(&FileColumn) -> bool; 3] = [
-        &|column| column.name == wanted,
-        &|column| column.stem == wanted,
-        &|column| plain(&column.name) == small || plain(&column.stem) == small,
-    ];
-    for is_same in same {
-        let mut found = columns
-            .iter()
-            .enumerate()
-            .filter(|(_, column)| is_same(column));
-        let Some((first, _)) = found.next() else {
-            continue;
-        };
-        if let Some((second, _)) = found.next() {
-            return Err(duplicate(table, role, wanted, first, second));
-        }
-        return Ok(first);
+    let mut found = table.called(wanted);
+    if found.is_empty() {
+        let is_alike =
+            |column: &FileColumn| plain(&column.name) == small || plain(&column.stem) == small;
+        found = (0..columns.len()).collect();
+        found.retain(|index| is_alike(&columns[*index]));
+    }
+    match found[..] {
+        [one] => return Ok(one),
+        [first, second, ..] => return Err(duplicate(table, role, wanted, first, second)),
+        [] => {}
     }
     let number = wanted.parse::<usize>().ok();
     let index = number.and_then(|number| number.checked_sub(1));
     if let Some(index) = index.filter(|index| *index < columns.len()) {
         return Ok(index);
     }
-    let names = || columns.iter().map(|column| column.name.as_str());
-    let advice = match nearest(wanted, names().filter(|name| !name.is_empty())) {
+    let advice = match nearest(wanted, table.names().filter(|name| !name.is_empty())) {
         Some(near) => format!("is `{near}` meant? --map {role}={near}"),
         None => format!("name one of these, or its number from 1: --map {role}=COLUMN"),
     };
     Err(TableImportError::UnknownColumn {
-        file: table.source.clone(),
-        line: table.layout.header_line.unwrap_or(1),
+        at: table.header(),
         column: wanted.to_owned(),
         role: role.to_string(),
-        found: listed_names(names()),
+        found: listed_names(table.names()),
         advice,
     })
 }
@@ -197,17 +185,10 @@ pub(super) fn duplicate(
     second: usize,
 ) -> TableImportError {
     TableImportError::DuplicateColumn {
-        file: table.source.clone(),
-        line: table.layout.header_line.unwrap_or(1),
+        at: table.header(),
         column: column.to_owned(),
         role: role.to_string(),
         first: first + 1,
         second: second + 1,
     }
-}
-
-/// The unit of a column: the one stated, else that of the file if it is of the kind.
-pub(super) fn unit_of(stated: Option<&String>, column: &FileColumn, kind: Kind) -> Option<String> {
-    let of_file = || column.unit.clone().filter(|unit| is_of(kind, unit));
-    stated.cloned().or_else(of_file)
 }

@@ -2,7 +2,6 @@
 
 use super::draft::ImportDraft;
 use super::error::TableImportError;
-use super::guess::unit_of;
 use super::keywords::is_of;
 use crate::readings::{Conversion, JointColumn, JointUnit, PoseJoints};
 use stiffbench_units_and_text::quantity::Kind;
@@ -26,7 +25,6 @@ pub(super) struct JointValueUnit {
 /// The unit of a column of joint values; `None` where nothing shows it.
 pub(super) fn joint_unit(draft: &ImportDraft, index: usize) -> Option<JointValueUnit> {
     let column = &draft.table.layout.columns[index];
-    let stated = draft.mapping.units.joint.as_ref();
     let of = |name: String, is_guessed| {
         let (unit, conversion) = JointUnit::of(&name)?;
         Some(JointValueUnit {
@@ -40,7 +38,7 @@ pub(super) fn joint_unit(draft: &ImportDraft, index: usize) -> Option<JointValue
         .unit
         .clone()
         .filter(|unit| is_of(Kind::Displacement, unit));
-    let named = length.or_else(|| unit_of(stated, column, Kind::Angle));
+    let named = length.or_else(|| draft.unit(index, Kind::Angle));
     if let Some(name) = named {
         return of(name, false);
     }
@@ -99,8 +97,7 @@ impl JointPoses {
         for (place, row) in rows.iter().enumerate() {
             let mut values = Vec::new();
             for (column, index, conversion) in &columns {
-                let file_row = &draft.table.rows[*row];
-                let value = draft.table.number(file_row, *index, *conversion)?;
+                let value = draft.table.number(*row, *index, *conversion)?;
                 let Some(value) = value else {
                     return Err(super::values::no_value(draft, *row, *index));
                 };
@@ -131,7 +128,7 @@ impl JointPoses {
             match self.poses.iter().find(|known| known.pose == pose) {
                 Some(known) if !same(known) => {
                     return Err(TableImportError::BadValue {
-                        cell: draft.table.cell(&draft.table.rows[row], column),
+                        cell: draft.table.cell(row, column),
                         expected: "the joint values of the other rows of this pose",
                     });
                 }

@@ -3,9 +3,12 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+use super::columns::{ColumnRole, ImportedQuantity};
 use super::error::TableImportError;
+use super::keywords::is_of;
 use crate::readings::DecimalSign;
-use crate::table_files::{FieldDelimiter, TableFileOptions, ThreeDigits};
+use crate::table_files::{FieldDelimiter, FileColumn, TableFileOptions, ThreeDigits};
+use stiffbench_units_and_text::quantity::Kind;
 
 /// The schema of mapping files.
 pub const MAPPING_SCHEMA: &str = "stiffbench/mapping/1";
@@ -21,7 +24,7 @@ pub struct ImportMapping {
     /// Direction of all rows, where no column names it.
     pub direction: Option<String>,
     /// Quantities whose sign is turned.
-    pub flip: Vec<FlippedSign>,
+    pub flip: Vec<ImportedQuantity>,
     /// What delimits fields.
     pub delimiter: Option<FieldDelimiter>,
     /// The decimal sign.
@@ -36,16 +39,6 @@ pub struct ImportMapping {
     pub units: MappedUnits,
     /// Columns of joint values, by the variable of the robot.
     pub joints: IndexMap<String, String>,
-}
-
-/// A quantity whose sign is turned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FlippedSign {
-    /// The force.
-    Force,
-    /// The displacement.
-    Displacement,
 }
 
 /// A mark in a number.
@@ -166,6 +159,14 @@ impl ImportMapping {
         Ok(())
     }
 
+    /// The column stated for a role.
+    pub(super) fn stated_column(&self, role: &ColumnRole) -> Option<String> {
+        match role {
+            ColumnRole::Joint(name) => self.joints.get(name).cloned(),
+            role => self.columns.clone().entry(&role.to_string())?.take(),
+        }
+    }
+
     /// How the table is read.
     pub(super) fn of_file(&self) -> TableFileOptions {
         let decimal = match (self.decimal, self.thousands) {
@@ -188,7 +189,29 @@ impl ImportMapping {
         }
     }
 
-    pub(super) fn flips(&self, sign: FlippedSign) -> bool {
-        self.flip.contains(&sign)
+    /// The unit stated for columns of this kind.
+    pub(super) fn stated_unit(&self, kind: Kind) -> Option<&String> {
+        match kind {
+            Kind::Force => self.units.force.as_ref(),
+            Kind::Displacement => self.units.displacement.as_ref(),
+            Kind::Time => self.units.time.as_ref(),
+            Kind::Angle => self.units.joint.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// The unit of a column: the one stated, else that of the file if it is of the kind.
+    pub(super) fn unit_of(&self, column: &FileColumn, kind: Kind) -> Option<String> {
+        let of_file = || column.unit.as_ref().filter(|unit| is_of(kind, unit));
+        self.stated_unit(kind).or_else(of_file).cloned()
+    }
+
+    /// The sign by which the values of a quantity count.
+    pub(super) fn sign(&self, quantity: ImportedQuantity) -> f64 {
+        if self.flip.contains(&quantity) {
+            -1.0
+        } else {
+            1.0
+        }
     }
 }

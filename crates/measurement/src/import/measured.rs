@@ -1,9 +1,8 @@
 //! Forces and displacements in SI.
 
-use super::columns::ColumnRole;
+use super::columns::{ColumnRole, ImportedQuantity};
 use super::draft::ImportDraft;
 use super::error::TableImportError;
-use super::mapping::FlippedSign;
 use super::note::ImportNote;
 use super::values::no_value;
 use crate::readings::Conversion;
@@ -14,22 +13,17 @@ pub(super) fn measured(
     draft: &ImportDraft,
     notes: &mut Vec<ImportNote>,
 ) -> Result<(Vec<usize>, Vec<[f64; 2]>), TableImportError> {
-    let (force, forces) = column(draft, &ColumnRole::Force, Kind::Force, FlippedSign::Force)?;
+    let (force, forces) = column(draft, ImportedQuantity::Force)?;
     let displacements = if let Some(log) = &draft.log {
         let time = draft.found.place(&ColumnRole::Time);
-        let sign = sign(draft, FlippedSign::Displacement);
+        let sign = draft.mapping.sign(ImportedQuantity::Displacement);
         let paired = log.displacements_m(&draft.table, time, notes)?;
         paired
             .into_iter()
             .map(|value| Some(sign * value?))
             .collect()
     } else {
-        let (column, values) = column(
-            draft,
-            &ColumnRole::Displacement,
-            Kind::Displacement,
-            FlippedSign::Displacement,
-        )?;
+        let (column, values) = column(draft, ImportedQuantity::Displacement)?;
         refuse_half_rows(draft, [force, column], [&forces, &values])?;
         values
     };
@@ -55,27 +49,17 @@ pub(super) fn measured(
         });
     }
     if rows.is_empty() {
-        return Err(TableImportError::NoRows {
-            file: draft.table.source.clone(),
-            line: draft.table.layout.header_line.unwrap_or(1),
-        });
+        let at = draft.table.header();
+        return Err(TableImportError::NoRows { at });
     }
     refuse_all_zero(draft, &values)?;
-    for (role, kind) in [
-        (ColumnRole::Force, Kind::Force),
-        (ColumnRole::Displacement, Kind::Displacement),
-    ] {
-        let column = draft.found.place(&role);
-        notes.extend(column.and_then(|column| unit_over_file(draft, column, kind)));
+    for quantity in ImportedQuantity::ALL {
+        let column = draft.found.place(&quantity.role());
+        notes.extend(column.and_then(|column| unit_over_file(draft, column, quantity.kind())));
     }
-    for (flip, what) in [
-        (FlippedSign::Force, "force"),
-        (FlippedSign::Displacement, "displacement"),
-    ] {
-        if draft.mapping.flips(flip) {
-            notes.push(ImportNote::Flipped { what });
-        }
-    }
+    let mut flipped = ImportedQuantity::ALL.to_vec();
+    flipped.retain(|quantity| draft.mapping.flip.contains(quantity));
+    notes.extend(flipped.into_iter().map(ImportNote::Flipped));
     Ok((rows, values))
 }
 
@@ -94,23 +78,14 @@ fn unit_over_file(draft: &ImportDraft, column: usize, kind: Kind) -> Option<Impo
 /// A column in SI.
 fn column(
     draft: &ImportDraft,
-    role: &ColumnRole,
-    kind: Kind,
-    flip: FlippedSign,
+    quantity: ImportedQuantity,
 ) -> Result<(usize, Vec<Option<f64>>), TableImportError> {
-    let column = draft.found.place(role).unwrap_or(0);
-    let conversion = draft.conversion(column, kind);
-    let sign = sign(draft, flip);
-    let mut values = Vec::with_capacity(draft.table.rows.len());
-    for row in &draft.table.rows {
-        let value = draft.table.number(row, column, conversion)?;
-        values.push(value.map(|value| sign * value));
-    }
+    let column = draft.found.place(&quantity.role()).unwrap_or(0);
+    let conversion = draft.conversion(column, quantity.kind());
+    let sign = draft.mapping.sign(quantity);
+    let mut values = draft.table.numbers_in(column, conversion)?;
+    values.iter_mut().flatten().for_each(|value| *value *= sign);
     Ok((column, values))
-}
-
-fn sign(draft: &ImportDraft, flip: FlippedSign) -> f64 {
-    if draft.mapping.flips(flip) { -1.0 } else { 1.0 }
 }
 
 /// A row with one of its two values, or with a word for none, is damaged.
@@ -119,9 +94,9 @@ fn refuse_half_rows(
     columns: [usize; 2],
     values: [&[Option<f64>]; 2],
 ) -> Result<(), TableImportError> {
-    for (row, file_row) in draft.table.rows.iter().enumerate() {
+    for row in 0..draft.table.rows.len() {
         for side in 0..2 {
-            let word = !draft.table.text(file_row, columns[side]).is_empty();
+            let word = !draft.table.text(row, columns[side]).is_empty();
             let half = values[1 - side][row].is_some();
             if values[side][row].is_none() && (half || word) {
                 return Err(no_value(draft, row, columns[side]));
@@ -132,14 +107,11 @@ fn refuse_half_rows(
 }
 
 fn refuse_all_zero(draft: &ImportDraft, values: &[[f64; 2]]) -> Result<(), TableImportError> {
-    for (side, role) in [ColumnRole::Force, ColumnRole::Displacement]
-        .iter()
-        .enumerate()
-    {
+    for (side, quantity) in ImportedQuantity::ALL.into_iter().enumerate() {
         if values.iter().any(|pair| pair[side] != 0.0) {
             continue;
         }
-        let column = draft.found.place(role);
+        let column = draft.found.place(&quantity.role());
         return Err(TableImportError::AllZero {
             file: draft.table.source.clone(),
             first: draft.table.layout.first_line,
@@ -147,7 +119,7 @@ fn refuse_all_zero(draft: &ImportDraft, values: &[[f64; 2]]) -> Result<(), Table
             column: column
                 .map_or("displacement", |index| draft.name(index))
                 .to_owned(),
-            role: role.to_string(),
+            role: quantity.to_string(),
         });
     }
     Ok(())

@@ -19,11 +19,9 @@ mod runs;
 mod values;
 
 pub use build::ImportedReadings;
-pub use columns::{ColumnGuess, GuessedFrom, MissingPart};
+pub use columns::{ColumnGuess, GuessedFrom, ImportedQuantity, MissingPart};
 pub use draft::ImportDraft;
 pub use error::{MissingParts, TableImportError};
-pub use mapping::{
-    FlippedSign, ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord,
-};
+pub use mapping::{ImportMapping, MAPPING_SCHEMA, MappedColumns, MappedUnits, MarkWord};
 pub use note::ImportNote;
 pub use runs::RunDoubt;

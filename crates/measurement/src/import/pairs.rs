@@ -1,9 +1,9 @@
 //! A log of the force and a log of the displacement, paired by their times.
 
 use super::build::are_all_equal;
-use super::columns::{ColumnRole, MissingPart};
+use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
 use super::error::TableImportError;
-use super::guess::{FoundColumns, unit_of};
+use super::guess::FoundColumns;
 use super::mapping::ImportMapping;
 use super::note::ImportNote;
 use crate::readings::Conversion;
@@ -35,21 +35,24 @@ impl PairedLog {
             table.join_dates(dates, times);
         }
         let column = found.place(&ColumnRole::Displacement);
-        let stated = mapping.units.displacement.as_ref();
         let unit = column
-            .and_then(|index| unit_of(stated, &table.layout.columns[index], Kind::Displacement));
+            .and_then(|index| mapping.unit_of(&table.layout.columns[index], Kind::Displacement));
         Ok(Self { table, found, unit })
     }
 
     /// What the log does not state.
     pub(super) fn missing(&self) -> Option<MissingPart> {
+        let quantity = ImportedQuantity::Displacement;
         let Some(index) = self.found.place(&ColumnRole::Displacement) else {
-            return Some(MissingPart::DisplacementColumn {
-                candidates: Vec::new(),
+            let candidates = Vec::new();
+            return Some(MissingPart::Column {
+                quantity,
+                candidates,
             });
         };
         let column = &self.table.layout.columns[index];
-        self.unit.is_none().then(|| MissingPart::DisplacementUnit {
+        self.unit.is_none().then(|| MissingPart::Unit {
+            quantity,
             column: Some(column.name.clone()),
             unknown: column.unit.clone(),
         })
@@ -84,13 +87,11 @@ impl PairedLog {
         let conversion =
             conversion.and_then(|unit| Conversion::from_unit(Kind::Displacement, unit));
         let column = self.found.place(&ColumnRole::Displacement).unwrap_or(0);
-        let mut points = Vec::new();
-        for (row, time) in self.table.rows.iter().zip(known) {
-            let value = self
-                .table
-                .number(row, column, conversion.unwrap_or(Conversion::NONE))?;
-            points.extend(time.zip(value));
-        }
+        let values = self
+            .table
+            .numbers_in(column, conversion.unwrap_or(Conversion::NONE))?;
+        let points = known.into_iter().zip(values);
+        let mut points: Vec<_> = points.filter_map(|(time, value)| time.zip(value)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let longest = GAP * usual_interval(&points);
         let paired: Vec<_> = wanted

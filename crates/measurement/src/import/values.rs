@@ -8,7 +8,7 @@ use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 /// An error about a cell without a value.
 pub(super) fn no_value(draft: &ImportDraft, row: usize, column: usize) -> TableImportError {
-    let cell = draft.table.cell(&draft.table.rows[row], column);
+    let cell = draft.table.cell(row, column);
     let found = match cell.value.as_str() {
         "" => String::new(),
         text => format!(": `{text}`"),
@@ -26,12 +26,32 @@ pub(super) fn texts(
         return Ok(None);
     };
     let text = |row: &usize| {
-        let found = draft.table.present(&draft.table.rows[*row], column);
-        found
-            .map(str::to_owned)
-            .ok_or_else(|| no_value(draft, *row, column))
+        let found = draft.table.present(*row, column).map(str::to_owned);
+        found.ok_or_else(|| no_value(draft, *row, column))
     };
     rows.iter().map(text).collect::<Result<_, _>>().map(Some)
+}
+
+/// What the texts of a column mean that every row must have; `None` without such a column.
+pub(super) fn meanings<T>(
+    draft: &ImportDraft,
+    role: &ColumnRole,
+    rows: &[usize],
+    meaning: fn(&str) -> Option<T>,
+    expected: &'static str,
+) -> Result<Option<Vec<T>>, TableImportError> {
+    let (Some(texts), Some(column)) = (texts(draft, role, rows)?, draft.found.place(role)) else {
+        return Ok(None);
+    };
+    let of = |(row, text): (&usize, &String)| {
+        let cell = || draft.table.cell(*row, column);
+        meaning(text).ok_or_else(|| TableImportError::BadValue {
+            cell: cell(),
+            expected,
+        })
+    };
+    let found = rows.iter().zip(&texts).map(of);
+    found.collect::<Result<_, _>>().map(Some)
 }
 
 /// A direction and whether it has a minus sign: `y`, `-Y`, `z-Richtung`, `vertical`.

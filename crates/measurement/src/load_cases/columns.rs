@@ -3,6 +3,7 @@
 use super::error::LoadCaseError;
 use super::table::{LoadCaseNote, VectorQuantity};
 use crate::readings::{Conversion, JointUnit, PlacedJointColumn, RecordTable, split_unit};
+use crate::table_files::LinePlace;
 use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
@@ -33,11 +34,6 @@ pub(super) struct LoadCaseColumns {
 
 /// The meaning of a name.
 enum ColumnMeaning<'n> {
-    Pose,
-    Repeat,
-    Axes,
-    Status,
-    Origin,
     Vector(VectorQuantity, Direction, Option<&'n str>),
     Joint(&'n str, &'n str),
     OfReadings,
@@ -61,14 +57,6 @@ fn component(stem: &str) -> Option<(VectorQuantity, Direction)> {
 
 fn meaning(name: &str) -> ColumnMeaning<'_> {
     let name = name.trim();
-    match name.to_lowercase().as_str() {
-        "pose" => return ColumnMeaning::Pose,
-        "repeat" => return ColumnMeaning::Repeat,
-        "axes" => return ColumnMeaning::Axes,
-        "status" => return ColumnMeaning::Status,
-        "origin" => return ColumnMeaning::Origin,
-        _ => {}
-    }
     if let Some((quantity, axis)) = component(name) {
         return ColumnMeaning::Vector(quantity, axis, None);
     }
@@ -104,12 +92,11 @@ impl LoadCaseColumns {
         let mut columns = Self::default();
         let mut of_readings = None;
         for (index, name) in text.names.iter().enumerate() {
+            if let Some(place) = columns.place_of(name) {
+                *place = Some(index);
+                continue;
+            }
             match meaning(name) {
-                ColumnMeaning::Pose => columns.pose = Some(index),
-                ColumnMeaning::Repeat => columns.repeat = Some(index),
-                ColumnMeaning::Axes => columns.axes = Some(index),
-                ColumnMeaning::Status => columns.status = Some(index),
-                ColumnMeaning::Origin => columns.origin = Some(index),
                 ColumnMeaning::Vector(quantity, axis, unit) => {
                     columns.vector(text, index, (quantity, axis), unit)?;
                 }
@@ -126,14 +113,25 @@ impl LoadCaseColumns {
         let vector = columns.vectors.iter().flatten().flatten().next();
         if let (Some(index), Some(vector)) = (of_readings, vector) {
             return Err(LoadCaseError::Mixed {
-                file: text.file(),
-                line: text.header_line,
+                at: header(text),
                 column: text.names[index].clone(),
                 vector: text.names[vector.index].clone(),
             });
         }
         columns.check_complete(text)?;
         Ok(columns)
+    }
+
+    /// The place of a column that is known by its name alone.
+    fn place_of(&mut self, name: &str) -> Option<&mut Option<usize>> {
+        Some(match name.trim().to_lowercase().as_str() {
+            "pose" => &mut self.pose,
+            "repeat" => &mut self.repeat,
+            "axes" => &mut self.axes,
+            "status" => &mut self.status,
+            "origin" => &mut self.origin,
+            _ => return None,
+        })
     }
 
     /// The columns of a quantity.
@@ -152,8 +150,7 @@ impl LoadCaseColumns {
         let conversion = unit.and_then(|unit| Conversion::from_unit(quantity.kind(), unit));
         let Some(conversion) = conversion else {
             return Err(LoadCaseError::WrongUnit {
-                file: text.file(),
-                line: text.header_line,
+                at: header(text),
                 column: name.clone(),
                 unit: unit.map_or_else(|| "none".to_owned(), |unit| format!("`{unit}`")),
                 accepted: quantity.kind().units().to_owned(),
@@ -182,8 +179,7 @@ impl LoadCaseColumns {
     ) -> Result<(), LoadCaseError> {
         let Some(known) = JointUnit::of(unit) else {
             return Err(LoadCaseError::WrongUnit {
-                file: text.file(),
-                line: text.header_line,
+                at: header(text),
                 column: text.names[index].clone(),
                 unit: format!("`{unit}`"),
                 accepted: format!(
@@ -219,8 +215,7 @@ impl LoadCaseColumns {
         let position = self.first(text, VectorQuantity::Position);
         if let (Some(position), Some(displacement)) = (&position, motion) {
             return Err(LoadCaseError::PositionsAndDisplacements {
-                file: text.file(),
-                line: text.header_line,
+                at: header(text),
                 position: position.clone(),
                 displacement,
             });
@@ -243,11 +238,15 @@ impl LoadCaseColumns {
             return Ok(());
         };
         Err(LoadCaseError::MissingColumn {
-            file: text.file(),
-            line: text.header_line,
+            at: header(text),
             what,
             found: listed_names(text.names.iter().map(String::as_str)),
             advice,
         })
     }
+}
+
+/// The line of the column names.
+fn header(text: &RecordTable<'_>) -> LinePlace {
+    LinePlace::new(&text.file(), text.header_line)
 }

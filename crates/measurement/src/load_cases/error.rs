@@ -4,6 +4,7 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use crate::readings::ReadingsError;
+use crate::table_files::LinePlace;
 
 /// Why a table of load cases could not be read.
 #[derive(Debug, Error, Diagnostic)]
@@ -13,13 +14,11 @@ pub enum LoadCaseError {
     #[diagnostic(transparent)]
     Text(#[from] ReadingsError),
     /// A kind of column that must be there is not.
-    #[error("{file}, line {line}: no column of {what} among {found}")]
+    #[error("{at}: no column of {what} among {found}")]
     #[diagnostic(code(stiffbench::load_cases::missing_column))]
     MissingColumn {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// What is missing.
         what: &'static str,
         /// The names found, each in backquotes.
@@ -29,18 +28,14 @@ pub enum LoadCaseError {
         advice: &'static str,
     },
     /// The unit in a column's name is missing, unknown, or of another kind.
-    #[error(
-        "{file}, line {line}: column `{column}` has {unit} for its unit, expected one of {accepted}"
-    )]
+    #[error("{at}: column `{column}` has {unit} for its unit, expected one of {accepted}")]
     #[diagnostic(
         code(stiffbench::load_cases::wrong_unit),
         help("write the unit after an underscore: force_x_N, displacement_z_um, joint_J1_deg")
     )]
     WrongUnit {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// The column, as named in the file.
         column: String,
         /// The unit in backquotes, or `none`.
@@ -50,7 +45,7 @@ pub enum LoadCaseError {
     },
     /// A column that only a series of readings has.
     #[error(
-        "{file}, line {line}: column `{column}` beside columns of vectors such as `{vector}`: the file mixes two forms"
+        "{at}: column `{column}` beside columns of vectors such as `{vector}`: the file mixes two forms"
     )]
     #[diagnostic(
         code(stiffbench::load_cases::mixed),
@@ -59,10 +54,8 @@ pub enum LoadCaseError {
         )
     )]
     Mixed {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// The column of a series of readings.
         column: String,
         /// A column of vectors.
@@ -70,24 +63,22 @@ pub enum LoadCaseError {
     },
     /// Columns of positions beside those of displacements.
     #[error(
-        "{file}, line {line}: column `{position}` beside column `{displacement}`: absolute positions and displacements under a load are two tables"
+        "{at}: column `{position}` beside column `{displacement}`: absolute positions and displacements under a load are two tables"
     )]
     #[diagnostic(
         code(stiffbench::load_cases::positions_and_displacements),
         help("put the positions, with their loads, into a table of their own")
     )]
     PositionsAndDisplacements {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// A column of positions.
         position: String,
         /// A column of displacements or rotations.
         displacement: String,
     },
     /// A load case without a load.
-    #[error("{file}, line {line}: force and moment are zero")]
+    #[error("{at}: force and moment are zero")]
     #[diagnostic(
         code(stiffbench::load_cases::no_load),
         help(
@@ -95,22 +86,18 @@ pub enum LoadCaseError {
         )
     )]
     NoLoad {
-        /// The file.
-        file: String,
         /// The line.
-        line: u32,
+        at: LinePlace,
     },
     /// A load case of which nothing was read.
-    #[error("{file}, line {line}: no component of displacement, rotation or position")]
+    #[error("{at}: no component of displacement, rotation or position")]
     #[diagnostic(
         code(stiffbench::load_cases::nothing_read),
         help("fill at least one component, or mark the row `rejected` under `status`")
     )]
     NothingRead {
-        /// The file.
-        file: String,
         /// The line.
-        line: u32,
+        at: LinePlace,
     },
 }
 
@@ -120,12 +107,12 @@ impl LoadCaseError {
     pub fn line(&self) -> Option<u32> {
         match self {
             Self::Text(error) => error.line(),
-            Self::MissingColumn { line, .. }
-            | Self::WrongUnit { line, .. }
-            | Self::Mixed { line, .. }
-            | Self::PositionsAndDisplacements { line, .. }
-            | Self::NoLoad { line, .. }
-            | Self::NothingRead { line, .. } => Some(*line),
+            Self::MissingColumn { at, .. }
+            | Self::WrongUnit { at, .. }
+            | Self::Mixed { at, .. }
+            | Self::PositionsAndDisplacements { at, .. }
+            | Self::NoLoad { at }
+            | Self::NothingRead { at } => Some(at.line),
         }
     }
 }

@@ -9,6 +9,7 @@ use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuanti
 use crate::readings::{
     ReadOptions, ReadingStatus, ReadingsError, RecordTable, STATUS_WORDS, meaning_of, read_count,
 };
+use crate::table_files::LinePlace;
 use stiffbench_units_and_text::test_point::PoseId;
 
 /// Load cases from a table.
@@ -123,13 +124,13 @@ impl LoadCaseReader {
             rotation_rad: read(text, columns.of(VectorQuantity::Rotation))?,
             position_m: read(text, columns.of(VectorQuantity::Position))?,
         };
-        let file = || text.file();
+        let at = || LinePlace::new(&text.file(), line);
         let is_loaded = case.force_n != [0.0; 3] || case.moment_nm != [0.0; 3];
         if !(is_loaded || columns.has(VectorQuantity::Position)) {
-            return Err(LoadCaseError::NoLoad { file: file(), line });
+            return Err(LoadCaseError::NoLoad { at: at() });
         }
         if case.component_count() == 0 {
-            return Err(LoadCaseError::NothingRead { file: file(), line });
+            return Err(LoadCaseError::NothingRead { at: at() });
         }
         self.cases.push(case);
         self.note_repeated(text);

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use indexmap::IndexSet;
+use thiserror::Error;
 
 use crate::readings::{Assumption, JointColumn};
 use stiffbench_units_and_text::count::counted;
@@ -34,39 +35,38 @@ impl VectorQuantity {
         Self::Position,
     ];
 
+    /// Its name in a column, the unit it is written in as a power of ten of the SI unit, and what it measures.
+    fn facts(self) -> (&'static str, &'static str, i32, Kind) {
+        match self {
+            Self::Force => ("force", "N", 0, Kind::Force),
+            Self::Moment => ("moment", "Nm", 0, Kind::Torque),
+            Self::Displacement => ("displacement", "um", 6, Kind::Displacement),
+            Self::Rotation => ("rotation", "urad", 6, Kind::Angle),
+            Self::Position => ("position", "mm", 3, Kind::Displacement),
+        }
+    }
+
     /// Its name in a column.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::Moment => "moment",
-            Self::Displacement => "displacement",
-            Self::Rotation => "rotation",
-            Self::Position => "position",
-        }
+        self.facts().0
     }
 
     /// The unit it is written in.
     #[must_use]
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Force => "N",
-            Self::Moment => "Nm",
-            Self::Displacement => "um",
-            Self::Rotation => "urad",
-            Self::Position => "mm",
-        }
+        self.facts().1
+    }
+
+    /// Decimal places by which a value in SI is moved to be written in its unit.
+    pub(super) fn shift(self) -> i32 {
+        self.facts().2
     }
 
     /// What it measures.
     #[must_use]
     pub fn kind(self) -> Kind {
-        match self {
-            Self::Force => Kind::Force,
-            Self::Moment => Kind::Torque,
-            Self::Displacement | Self::Position => Kind::Displacement,
-            Self::Rotation => Kind::Angle,
-        }
+        self.facts().3
     }
 
     /// Whether it is applied; else it is read.
@@ -139,11 +139,13 @@ impl LoadCase {
 }
 
 /// What a reader took for granted, left out or noticed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum LoadCaseNote {
     /// Of the text itself.
+    #[error("assumed: {0}")]
     Text(Assumption),
     /// A column has another unit than the one it is written in.
+    #[error("assumed: column `{found}` was converted to {unit}")]
     UnitConverted {
         /// Its name in the file.
         found: String,
@@ -151,17 +153,22 @@ pub enum LoadCaseNote {
         unit: &'static str,
     },
     /// There is no column `axes`.
+    #[error("assumed: no column `axes`: components stand along the axes of the base")]
     BaseAxes,
     /// There is no column `pose`: each set of joint values is a pose of its own.
+    #[error("assumed: no column `pose`: poses are numbered in the order of their joint values")]
     NumberedPoses,
     /// A column that means nothing here.
+    #[error("column `{0}` means nothing here")]
     UnusedColumn(String),
     /// Rows that are marked as not to be used.
+    #[error("not used, because of its `status`: {}, line {}", counted(.lines.len(), "row"), listed(.lines))]
     Rejected {
         /// Their lines.
         lines: Vec<u32>,
     },
     /// A row repeats an earlier one word for word.
+    #[error("line {line} repeats line {first_line} word for word; both are kept")]
     RepeatedRow {
         /// The later line.
         line: u32,
@@ -170,36 +177,10 @@ pub enum LoadCaseNote {
     },
 }
 
-impl fmt::Display for LoadCaseNote {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Text(assumption) => write!(f, "assumed: {assumption}"),
-            Self::UnitConverted { found, unit } => {
-                write!(f, "assumed: column `{found}` was converted to {unit}")
-            }
-            Self::BaseAxes => f.write_str(
-                "assumed: no column `axes`: components stand along the axes of the base",
-            ),
-            Self::NumberedPoses => f.write_str(
-                "assumed: no column `pose`: poses are numbered in the order of their joint values",
-            ),
-            Self::UnusedColumn(name) => write!(f, "column `{name}` means nothing here"),
-            Self::Rejected { lines } => write!(
-                f,
-                "not used, because of its `status`: {}, line {}",
-                counted(lines.len(), "row"),
-                lines
-                    .iter()
-                    .map(u32::to_string)
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            ),
-            Self::RepeatedRow { line, first_line } => write!(
-                f,
-                "line {line} repeats line {first_line} word for word; both are kept"
-            ),
-        }
-    }
+/// Numbers of lines, with commas between them.
+fn listed(lines: &[u32]) -> String {
+    let lines: Vec<String> = lines.iter().map(u32::to_string).collect();
+    lines.join(", ")
 }
 
 /// Load cases of one session, in the order of the file.

@@ -45,17 +45,12 @@ pub fn write_load_cases(table: &LoadCaseTable) -> String {
         }
         let _ = write!(text, ",{},{}", case.repeat, case.axes);
         for quantity in &used {
-            let shift = match quantity {
-                VectorQuantity::Force | VectorQuantity::Moment => 0,
-                VectorQuantity::Displacement | VectorQuantity::Rotation => 6,
-                VectorQuantity::Position => 3,
-            };
             for axis in 0..3 {
                 text.push(',');
                 let value = component(case, *quantity, axis);
                 let value = value.or(quantity.is_load().then_some(0.0));
                 if let Some(value) = value {
-                    write_decimal(value, shift, &mut digits);
+                    write_decimal(value, quantity.shift(), &mut digits);
                     text.push_str(&digits);
                 }
             }

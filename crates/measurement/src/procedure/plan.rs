@@ -122,10 +122,6 @@ impl Procedure {
     /// [`ProcedureProblem`] if the record cannot be followed.
     pub fn from_record(record: &ProcedureRecord) -> Result<Self, ProcedureProblem> {
         let default = Self::default();
-        let listed = |list: &[f64], default: Vec<f64>| match list {
-            [] => default,
-            list => list.to_vec(),
-        };
         let loads_n = listed(&record.loads_n, default.loads_n);
         if !record.branches.is_empty() && !record.branches.contains(&Branch::Loading) {
             return Err(ProcedureProblem::NoLoading);
@@ -137,10 +133,7 @@ impl Procedure {
             poses: (!record.poses.is_empty()).then(|| record.poses.clone()),
             specimens: record.specimens.clone(),
             joint_values: record.joint_values.clone(),
-            directions: match record.directions.as_slice() {
-                [] => default.directions,
-                directions => directions.to_vec(),
-            },
+            directions: listed(&record.directions, default.directions),
             displacement_axes: {
                 let mut axes = record.displacement_axes.clone();
                 axes.sort_unstable();
@@ -287,28 +280,29 @@ impl Procedure {
                 return Err(ProcedureProblem::Empty { key });
             }
         }
-        let twice = |key, name: String| Err(ProcedureProblem::Twice { key, name });
-        if let Some(pose) = poses.and_then(first_twice) {
-            return twice("poses", pose.to_string());
-        }
-        let vectors: Vec<[f64; 3]> = self
-            .directions
-            .iter()
-            .map(LoadDirection::unit_vector)
-            .collect();
-        if let Some(place) = (0..vectors.len()).find(|&i| vectors[..i].contains(&vectors[i])) {
-            return twice("directions", self.directions[place].to_string());
-        }
-        if let Some(name) = first_twice(&self.specimens) {
-            return twice("specimens", name.clone());
-        }
-        if let Some(axis) = first_twice(&self.displacement_axes) {
-            return twice("displacement_axes", axis.to_string());
-        }
-        // Readings of one name count as those of one pose and direction.
-        let names: Vec<String> = self.directions.iter().map(ToString::to_string).collect();
-        if let Some(name) = first_twice(&names) {
-            return twice("directions", name.clone());
+        for (key, name) in [
+            (
+                "poses",
+                first_twice(poses.unwrap_or_default(), PoseId::clone),
+            ),
+            (
+                "directions",
+                first_twice(&self.directions, LoadDirection::unit_vector),
+            ),
+            ("specimens", first_twice(&self.specimens, String::clone)),
+            (
+                "displacement_axes",
+                first_twice(&self.displacement_axes, Direction::clone),
+            ),
+            // Readings of one name count as those of one pose and direction.
+            (
+                "directions",
+                first_twice(&self.directions, ToString::to_string),
+            ),
+        ] {
+            if let Some(name) = name {
+                return Err(ProcedureProblem::Twice { key, name });
+            }
         }
         if self.repeats == 0 {
             return Err(ProcedureProblem::NoRepeat);
@@ -331,10 +325,6 @@ impl Procedure {
     }
 
     fn check_numbers(&self) -> Result<(), ProcedureProblem> {
-        let finite = |key, value: f64| match value {
-            value if value.is_finite() => Ok(()),
-            value => Err(ProcedureProblem::NotFinite { key, value }),
-        };
         let time = |key, value: f64| match value {
             value if value > LONGEST_S => Err(ProcedureProblem::TooLate { key, value }),
             value => finite(key, value),
@@ -372,10 +362,7 @@ impl Procedure {
             ("settle.spread", settle.spread_m),
             ("settle.slope", settle.slope_m_per_s),
         ] {
-            finite(key, value)?;
-            if value < 0.0 {
-                return Err(ProcedureProblem::Negative { key, value });
-            }
+            size(key, value)?;
         }
         Ok(())
     }
@@ -401,10 +388,34 @@ fn toward(loads_n: &[f64], preload_n: f64) -> f64 {
     first.map_or(preload_n, |&load_n| preload_n.abs().copysign(load_n))
 }
 
-/// The first member that stands in a list for the second time.
-fn first_twice<T: PartialEq>(list: &[T]) -> Option<&T> {
-    list.iter()
-        .enumerate()
-        .find(|(place, member)| list[..*place].contains(member))
-        .map(|(_, member)| member)
+/// A list, or what stands for one that is empty.
+fn listed<T: Clone>(list: &[T], default: Vec<T>) -> Vec<T> {
+    if list.is_empty() {
+        return default;
+    }
+    list.to_vec()
+}
+
+/// Refuses what is no finite number.
+fn finite(key: &'static str, value: f64) -> Result<(), ProcedureProblem> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(ProcedureProblem::NotFinite { key, value })
+}
+
+/// Refuses what is no finite number of at least zero.
+pub(super) fn size(key: &'static str, value: f64) -> Result<(), ProcedureProblem> {
+    finite(key, value)?;
+    if value < 0.0 {
+        return Err(ProcedureProblem::Negative { key, value });
+    }
+    Ok(())
+}
+
+/// The first member of a list that is as another before it, in words.
+fn first_twice<T: ToString, K: PartialEq>(list: &[T], of: impl Fn(&T) -> K) -> Option<String> {
+    let keys: Vec<K> = list.iter().map(of).collect();
+    let place = (0..keys.len()).find(|&place| keys[..place].contains(&keys[place]))?;
+    Some(list[place].to_string())
 }

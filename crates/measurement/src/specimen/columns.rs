@@ -5,7 +5,7 @@ use super::error::SpecimenError;
 use super::options::{ResponseVariable, SpecimenOptions};
 use super::table::ColumnUnit;
 use crate::readings::Conversion;
-use crate::table_files::{FileColumn, MachineTable, StatedUnit};
+use crate::table_files::{MachineTable, StatedUnit};
 use stiffbench_units_and_text::nearest::{listed_names, nearest};
 use stiffbench_units_and_text::quantity::Kind;
 
@@ -67,15 +67,8 @@ impl ColumnQuantity {
 
     /// The conversion from a unit of one of its kinds.
     fn conversion(self, unit: &str) -> Option<(Conversion, ColumnUnit)> {
-        self.kinds().iter().find_map(|kind| {
-            let conversion = Conversion::from_unit(*kind, unit)?;
-            let column = ColumnUnit {
-                name: unit.to_owned(),
-                si: kind.si_unit(),
-                si_per_unit: conversion.factor(),
-            };
-            Some((conversion, column))
-        })
+        let mut kinds = self.kinds().iter();
+        kinds.find_map(|kind| ColumnUnit::of(*kind, unit))
     }
 }
 
@@ -105,12 +98,9 @@ impl SpecimenColumns {
             let column = options.displacement_column.clone();
             return Err(SpecimenError::SameColumn { column });
         }
-        let columns = &table.layout.columns;
         let mut header = Header {
-            file: table.source.clone(),
-            line: table.layout.header_line,
-            columns,
-            used: vec![false; columns.len()],
+            table,
+            used: vec![false; table.layout.columns.len()],
             assumptions: Vec::new(),
         };
         let force_unit = options.force_unit.as_deref();
@@ -128,7 +118,7 @@ impl SpecimenColumns {
                 })
                 .map(|name| header.measured(name, ColumnQuantity::Displacement, displacement_unit))
                 .transpose()?,
-            time: header.time(table, options.time_column.as_ref(), time_unit)?,
+            time: header.time(options.time_column.as_ref(), time_unit)?,
             hold: header.optional(
                 options.hold_column.as_ref(),
                 ColumnQuantity::Time,
@@ -157,9 +147,7 @@ impl SpecimenColumns {
 }
 
 struct Header<'a> {
-    file: String,
-    line: Option<u32>,
-    columns: &'a [FileColumn],
+    table: &'a MachineTable,
     used: Vec<bool>,
     assumptions: Vec<SpecimenAssumption>,
 }
@@ -167,55 +155,40 @@ struct Header<'a> {
 impl Header<'_> {
     /// Whether there is a column of this name, with or without its unit.
     fn has(&self, wanted: &str) -> bool {
-        let wanted = wanted.trim();
-        let mut columns = self.columns.iter();
-        columns.any(|column| column.name == wanted || column.stem == wanted)
+        !self.table.called(wanted.trim()).is_empty()
     }
 
     /// The column of a name as it stands in the file, or of one without its unit.
     fn place(&mut self, wanted: &str) -> Result<ColumnPosition, SpecimenError> {
         let wanted = wanted.trim();
-        let columns = self.columns;
-        let named = |pick: fn(&FileColumn) -> &String| -> Vec<usize> {
-            let all = columns.iter().enumerate();
-            all.filter(|(_, column)| pick(column) == wanted)
-                .map(|(index, _)| index)
-                .collect()
-        };
-        let mut found = named(|column| &column.name);
-        if found.is_empty() {
-            found = named(|column| &column.stem);
-        }
-        let Some(index) = found.first().copied() else {
-            return Err(self.missing(wanted));
-        };
-        if let Some(second) = found.get(1) {
-            return Err(SpecimenError::DuplicateColumn {
-                file: self.file.clone(),
-                line: self.line.unwrap_or(1),
+        match self.table.called(wanted)[..] {
+            [index] => {
+                self.used[index] = true;
+                let name = self.table.name(index).to_owned();
+                Ok(ColumnPosition { index, name })
+            }
+            [] => Err(self.missing(wanted)),
+            [first, second, ..] => Err(SpecimenError::DuplicateColumn {
+                at: self.table.header(),
                 column: wanted.to_owned(),
-                first: index + 1,
+                first: first + 1,
                 second: second + 1,
-            });
+            }),
         }
-        self.used[index] = true;
-        let name = self.columns[index].name.clone();
-        Ok(ColumnPosition { index, name })
     }
 
     fn missing(&self, wanted: &str) -> SpecimenError {
-        let known = || self.columns.iter().map(|column| column.name.as_str());
-        let advice = match nearest(wanted, known().filter(|name| !name.is_empty())) {
+        let known = self.table.names().filter(|name| !name.is_empty());
+        let advice = match nearest(wanted, known) {
             Some(near) => format!("is `{near}` meant?"),
             None => {
                 "columns are named as in the first line of the table, capitals included".to_owned()
             }
         };
         SpecimenError::MissingColumn {
-            file: self.file.clone(),
-            line: self.line.unwrap_or(1),
+            at: self.table.header(),
             column: wanted.to_owned(),
-            found: listed_names(known()),
+            found: listed_names(self.table.names()),
             advice,
         }
     }
@@ -245,16 +218,15 @@ impl Header<'_> {
     /// A time, which may stand as dates or times of day.
     fn time(
         &mut self,
-        table: &MachineTable,
         wanted: Option<&String>,
         unit: Option<&str>,
     ) -> Result<Option<MeasuredColumn>, SpecimenError> {
         let Some(name) = wanted else { return Ok(None) };
         let place = self.place(name)?;
-        if !table.is_time_stamp(place.index) {
+        if !self.table.is_time_stamp(place.index) {
             return self.optional(wanted, ColumnQuantity::Time, unit);
         }
-        let seconds = table.seconds(place.index)?;
+        let seconds = self.table.seconds(place.index)?;
         self.assumptions.push(SpecimenAssumption::TimeStamps {
             column: place.name.clone(),
         });
@@ -304,8 +276,8 @@ impl Header<'_> {
         place: &ColumnPosition,
         quantity: ColumnQuantity,
     ) -> Result<(Conversion, ColumnUnit), SpecimenError> {
-        let column = &self.columns[place.index];
-        let (name, line) = (column.name.clone(), self.line.unwrap_or(1));
+        let column = &self.table.layout.columns[place.index];
+        let name = column.name.clone();
         if let (Some(unit), Some(source)) = (&column.unit, column.unit_from) {
             if let Some(found) = quantity.conversion(unit) {
                 let (column, unit) = (name, unit.clone());
@@ -319,8 +291,7 @@ impl Header<'_> {
             }
             if source != StatedUnit::Name && quantity != ColumnQuantity::Temperature {
                 return Err(SpecimenError::WrongColumnUnit {
-                    file: self.file.clone(),
-                    line,
+                    at: self.table.header(),
                     column: name,
                     unit: unit.clone(),
                     option: quantity.option(),
@@ -334,8 +305,7 @@ impl Header<'_> {
             return Ok((Conversion::NONE, ColumnUnit::si(Kind::Temperature)));
         }
         Err(SpecimenError::NoUnit {
-            file: self.file.clone(),
-            line,
+            at: self.table.header(),
             column: name,
             option: quantity.option(),
             accepted: quantity.units(),
@@ -343,11 +313,8 @@ impl Header<'_> {
     }
 
     fn unused(&self) -> Vec<String> {
-        let unused = self
-            .columns
-            .iter()
-            .zip(&self.used)
-            .filter(|(_, used)| !**used);
-        unused.map(|(column, _)| column.name.clone()).collect()
+        let columns = self.table.names().zip(&self.used);
+        let unused = columns.filter(|(_, used)| !**used);
+        unused.map(|(name, _)| name.to_owned()).collect()
     }
 }

@@ -4,7 +4,7 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use crate::readings::FileCell;
-use crate::table_files::TableFileError;
+use crate::table_files::{LinePlace, TableFileError};
 
 /// Why a table of a specimen could not be read.
 #[derive(Debug, Error, Diagnostic)]
@@ -14,9 +14,7 @@ pub enum SpecimenError {
     #[diagnostic(transparent)]
     Table(#[from] TableFileError),
     /// A header without a complete row below it.
-    #[error(
-        "{file}, line {line}: no complete reading follows the header ({incomplete} rows lack a value)"
-    )]
+    #[error("{at}: no complete reading follows the header ({incomplete} rows lack a value)")]
     #[diagnostic(
         code(stiffbench::specimen::no_readings),
         help(
@@ -24,21 +22,17 @@ pub enum SpecimenError {
         )
     )]
     NoReadings {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// Rows that were left out.
         incomplete: usize,
     },
     /// A named column is not in the header.
-    #[error("{file}, line {line}: no column `{column}` among {found}")]
+    #[error("{at}: no column `{column}` among {found}")]
     #[diagnostic(code(stiffbench::specimen::missing_column))]
     MissingColumn {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// The name that was given.
         column: String,
         /// The names found, each in backquotes.
@@ -48,18 +42,14 @@ pub enum SpecimenError {
         advice: String,
     },
     /// A named column occurs twice.
-    #[error(
-        "{file}, line {line}: two columns are called `{column}`, the {first}. and the {second}."
-    )]
+    #[error("{at}: two columns are called `{column}`, the {first}. and the {second}.")]
     #[diagnostic(
         code(stiffbench::specimen::duplicate_column),
         help("give one of them another name in the file")
     )]
     DuplicateColumn {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// The name.
         column: String,
         /// Place of the first, from 1.
@@ -78,7 +68,7 @@ pub enum SpecimenError {
         column: String,
     },
     /// Nothing states what unit a column is in.
-    #[error("{file}, line {line}: column `{column}` has no unit, expected one of {accepted}")]
+    #[error("{at}: column `{column}` has no unit, expected one of {accepted}")]
     #[diagnostic(
         code(stiffbench::specimen::no_unit),
         help(
@@ -87,10 +77,8 @@ pub enum SpecimenError {
         )
     )]
     NoUnit {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// The column.
         column: String,
         /// The option that names the unit.
@@ -115,7 +103,7 @@ pub enum SpecimenError {
         accepted: String,
     },
     /// The unit that the file gives a column is not one of its kind.
-    #[error("{file}, line {line}: column `{column}` is in `{unit}`, expected one of {accepted}")]
+    #[error("{at}: column `{column}` is in `{unit}`, expected one of {accepted}")]
     #[diagnostic(
         code(stiffbench::specimen::wrong_column_unit),
         help(
@@ -124,10 +112,8 @@ pub enum SpecimenError {
         )
     )]
     WrongColumnUnit {
-        /// The file.
-        file: String,
         /// Line of the header.
-        line: u32,
+        at: LinePlace,
         /// The column.
         column: String,
         /// Its unit in the file.
@@ -169,11 +155,11 @@ impl SpecimenError {
     pub fn line(&self) -> Option<u32> {
         match self {
             Self::Table(error) => error.line(),
-            Self::NoReadings { line, .. }
-            | Self::MissingColumn { line, .. }
-            | Self::DuplicateColumn { line, .. }
-            | Self::NoUnit { line, .. }
-            | Self::WrongColumnUnit { line, .. } => Some(*line),
+            Self::NoReadings { at, .. }
+            | Self::MissingColumn { at, .. }
+            | Self::DuplicateColumn { at, .. }
+            | Self::NoUnit { at, .. }
+            | Self::WrongColumnUnit { at, .. } => Some(at.line),
             Self::BadValue { cell, .. } => Some(cell.line),
             Self::SameColumn { .. } | Self::WrongUnit { .. } | Self::BadTurnShare { .. } => None,
         }

@@ -27,7 +27,7 @@ pub(super) fn put_in_order(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumptio
         .iter()
         .find(|row| !within_runs.insert((&row.configuration, &row.run, row.order)));
     if let Some(row) = repeated {
-        let line = row.line;
+        let line = row.reading.line;
         number_as_they_stand(rows);
         return Some(SpecimenAssumption::OrderNotUsed { line });
     }

@@ -14,7 +14,6 @@ use super::row::{SpecimenRow, SpecimenRowReader};
 use super::table::{ColumnUnit, SpecimenReading, SpecimenRun, SpecimenTable};
 use crate::table_files::{MachineTable, read_table_file};
 use stiffbench_units_and_text::quantity::Kind;
-use stiffbench_units_and_text::test_point::Branch;
 
 /// Readings from a table whose columns the caller names.
 ///
@@ -44,8 +43,7 @@ pub fn read_specimen(
     }
     if reader.rows.is_empty() {
         return Err(SpecimenError::NoReadings {
-            file: source.to_owned(),
-            line: file.layout.header_line.unwrap_or(1),
+            at: file.header(),
             incomplete: reader.incomplete.len(),
         });
     }
@@ -120,16 +118,10 @@ fn tabulate(
         let configuration = configurations.insert_full(named).0 as u32;
         let run = runs.insert_full((configuration, label)).0 as u32;
         readings.push(SpecimenReading {
-            line: row.line,
             configuration,
             run,
             order: row.order.unwrap_or(readings.len() as u32 + 1),
-            branch: row.branch.unwrap_or(Branch::Loading),
-            force: row.force,
-            displacement: row.displacement,
-            time_s: row.time_s,
-            hold_s: row.hold_s,
-            temperature_deg_c: row.temperature_deg_c,
+            ..row.reading
         });
     }
     let run = |(configuration, label)| SpecimenRun {

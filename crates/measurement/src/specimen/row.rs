@@ -3,23 +3,19 @@
 use super::assumption::{Incomplete, SpecimenAssumption};
 use super::columns::{ColumnPosition, MeasuredColumn, SpecimenColumns};
 use super::error::SpecimenError;
+use super::table::SpecimenReading;
 use crate::readings::{BRANCH_WORDS, meaning_of, read_count};
-use crate::table_files::{FileRow, MachineTable};
+use crate::table_files::MachineTable;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// A record that has all it must have.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SpecimenRow {
-    pub(super) line: u32,
     pub(super) configuration: String,
     pub(super) run: String,
     pub(super) order: Option<u32>,
-    pub(super) branch: Option<Branch>,
-    pub(super) force: f64,
-    pub(super) displacement: f64,
-    pub(super) time_s: Option<f64>,
-    pub(super) hold_s: Option<f64>,
-    pub(super) temperature_deg_c: Option<f64>,
+    /// The reading, before its configuration, its run and its place in the order are numbered.
+    pub(super) reading: SpecimenReading,
 }
 
 /// How often, and where first, an optional column has no value.
@@ -76,7 +72,6 @@ impl<'a> SpecimenRowReader<'a> {
 
     fn row(&mut self, number: usize) -> Result<SpecimenRow, MissingValue> {
         let columns = self.columns;
-        let row = &self.table.rows[number];
         let force = match &columns.force {
             Some(force) => self.required(number, force)?,
             None => 0.0,
@@ -85,18 +80,23 @@ impl<'a> SpecimenRowReader<'a> {
             Some(displacement) => self.required(number, displacement)?,
             None => 0.0,
         };
-        let configuration = self.label(row, &columns.configuration)?;
-        let run = self.label(row, &columns.run)?;
-        let order = columns
-            .order
-            .as_ref()
-            .map(|place| self.order(row, place))
-            .transpose()?;
-        let branch = columns
-            .branch
-            .as_ref()
-            .map(|place| self.branch(row, place))
-            .transpose()?;
+        let configuration = self.label(number, &columns.configuration)?;
+        let run = self.label(number, &columns.run)?;
+        let order = columns.order.as_ref();
+        let order =
+            order.map(|place| self.parsed(number, place, read_count, "a whole number from 0"));
+        let order = order.transpose()?;
+        let branch = columns.branch.as_ref();
+        let branch = branch.map(|place| {
+            self.parsed(
+                number,
+                place,
+                |text| meaning_of(text, &BRANCH_WORDS),
+                "loading or unloading",
+            )
+        });
+        let branch = branch.transpose()?.unwrap_or(Branch::Loading);
+        let line = self.table.rows[number].line;
         let mut optional = [None; 3];
         for (index, column) in columns.optional().into_iter().enumerate() {
             let Some(column) = column else { continue };
@@ -105,22 +105,27 @@ impl<'a> SpecimenRowReader<'a> {
                 let absences = &mut self.absences[index];
                 absences.rows += 1;
                 if absences.line == 0 {
-                    absences.line = row.line;
+                    absences.line = line;
                 }
             }
         }
         let [time_s, hold_s, temperature_deg_c] = optional;
         Ok(SpecimenRow {
-            line: row.line,
             configuration,
             run,
             order,
-            branch,
-            force,
-            displacement,
-            time_s,
-            hold_s,
-            temperature_deg_c,
+            reading: SpecimenReading {
+                line,
+                configuration: 0,
+                run: 0,
+                order: 0,
+                branch,
+                force,
+                displacement,
+                time_s,
+                hold_s,
+                temperature_deg_c,
+            },
         })
     }
 
@@ -133,42 +138,37 @@ impl<'a> SpecimenRowReader<'a> {
         if let Some(seconds) = &column.seconds {
             return Ok(seconds[number]);
         }
-        let row = &self.table.rows[number];
-        Ok(self
+        let number = self
             .table
-            .number(row, column.place.index, column.conversion)?)
+            .number(number, column.place.index, column.conversion);
+        Ok(number?)
     }
 
-    fn present<'t>(
-        &self,
-        row: &'t FileRow,
-        place: &ColumnPosition,
-    ) -> Result<&'t str, MissingValue> {
+    fn present(&self, row: usize, place: &ColumnPosition) -> Result<&str, MissingValue> {
         let found = self.table.present(row, place.index);
         found.ok_or_else(|| MissingValue::Absent(place.name.clone()))
     }
 
     /// The texts of columns that together name something.
-    fn label(&self, row: &FileRow, places: &[ColumnPosition]) -> Result<String, MissingValue> {
+    fn label(&self, row: usize, places: &[ColumnPosition]) -> Result<String, MissingValue> {
         let texts = places.iter().map(|place| self.present(row, place));
         Ok(texts.collect::<Result<Vec<_>, _>>()?.join(" / "))
     }
 
-    fn order(&self, row: &FileRow, place: &ColumnPosition) -> Result<u32, MissingValue> {
-        let field = self.present(row, place)?;
-        let count = read_count(field.as_bytes());
-        Ok(count.ok_or_else(|| self.bad(row, place, "a whole number from 0"))?)
-    }
-
-    fn branch(&self, row: &FileRow, place: &ColumnPosition) -> Result<Branch, MissingValue> {
-        let field = self.present(row, place)?;
-        let branch = meaning_of(field.as_bytes(), &BRANCH_WORDS);
-        Ok(branch.ok_or_else(|| self.bad(row, place, "loading or unloading"))?)
-    }
-
-    fn bad(&self, row: &FileRow, place: &ColumnPosition, expected: &'static str) -> SpecimenError {
-        let cell = self.table.cell(row, place.index);
-        SpecimenError::BadValue { cell, expected }
+    /// What the text of a cell means.
+    fn parsed<T>(
+        &self,
+        row: usize,
+        place: &ColumnPosition,
+        meaning: impl Fn(&[u8]) -> Option<T>,
+        expected: &'static str,
+    ) -> Result<T, MissingValue> {
+        let found = meaning(self.present(row, place)?.as_bytes());
+        let cell = || self.table.cell(row, place.index);
+        Ok(found.ok_or_else(|| SpecimenError::BadValue {
+            cell: cell(),
+            expected,
+        })?)
     }
 
     /// Optional columns that have no value in some rows.

@@ -35,14 +35,21 @@ impl ColumnUnit {
         if name == "1" {
             return Some(Self::none());
         }
-        Kind::ALL.into_iter().find_map(|kind| {
-            let conversion = Conversion::from_unit(kind, name)?;
-            Some(Self {
-                name: name.to_owned(),
-                si: kind.si_unit(),
-                si_per_unit: conversion.factor(),
-            })
-        })
+        let mut units = Kind::ALL
+            .into_iter()
+            .filter_map(|kind| Self::of(kind, name));
+        Some(units.next()?.1)
+    }
+
+    /// A unit of a kind, and how its numbers become SI; `None` for a name of no such unit.
+    pub(super) fn of(kind: Kind, name: &str) -> Option<(Conversion, Self)> {
+        let conversion = Conversion::from_unit(kind, name)?;
+        let unit = Self {
+            name: name.to_owned(),
+            si: kind.si_unit(),
+            si_per_unit: conversion.factor(),
+        };
+        Some((conversion, unit))
     }
 
     /// The SI unit of a kind.

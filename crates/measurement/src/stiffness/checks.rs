@@ -9,7 +9,7 @@ use super::line::{FEWEST_RUNS, LineFit, StraightLine};
 use super::outliers::{flag_outliers, reading_sd_m};
 use super::scatter::{CellScatter, PooledScatter};
 use super::significance::{
-    ReadingSeries, SeriesContrast, SeriesEffect, TestStatistic, student_limit, test_family,
+    ReadingSeries, SeriesContrast, TestStatistic, student_limit, test_family,
 };
 use super::zeros::{UnloadedReadings, ZeroDrifts, time_of};
 use crate::readings::Reading;
@@ -174,105 +174,103 @@ fn run_lines(curve: &LoadCurve) -> impl Iterator<Item = (usize, StraightLine)> +
     })
 }
 
-/// Flags every effect of a family that is found.
-fn flag_found(
+/// Tests series together, each with the place of its cell, and flags every effect that is found.
+fn flag_family(
     works: &mut [CellWork],
-    of_work: &[usize],
-    effects: Vec<Option<SeriesEffect>>,
-    flag: impl Fn(&CellWork, usize, SeriesEffect) -> Flag,
+    family: Vec<(usize, ReadingSeries)>,
+    contrast: SeriesContrast,
+    pooled: &PooledScatter,
+    flag: impl Fn(&CellWork, f64, TestStatistic) -> Flag,
 ) {
-    for (index, effect) in effects.into_iter().enumerate() {
-        if let Some(effect) = effect.filter(|e| e.significance.is_found()) {
-            let work = &mut works[of_work[index]];
-            let flag = flag(work, index, effect);
-            work.flags.push(flag);
+    let (of_work, series): (Vec<usize>, Vec<ReadingSeries>) = family.into_iter().unzip();
+    let effects = test_family(&series, contrast, pooled.dof);
+    for (index, effect) in of_work.into_iter().zip(effects) {
+        if let Some(found) = effect.filter(|e| e.significance.is_found()) {
+            let flag = flag(&works[index], found.effect, found.significance);
+            works[index].flags.push(flag);
         }
     }
 }
 
 /// Slope of the stiffness of a run on its repeat number, relative.
 fn flag_repeat_trend(works: &mut [CellWork], pooled: &PooledScatter, gauges: &GaugePair) {
-    let (mut series, mut of_work) = (Vec::new(), Vec::new());
-    for (index, work) in works.iter().enumerate() {
+    let series = |work: &CellWork| {
         let compliance = work.compliance();
         let lines: Vec<(usize, StraightLine)> = run_lines(&work.curve).collect();
         if compliance == 0.0 || lines.len() < FEWEST_RUNS {
-            continue;
+            return None;
         }
         let sd_m = reading_sd_m(pooled, gauges, compliance) / compliance;
         let variances = lines.iter().map(|(_, line)| sd_m * sd_m / line.sxx_n2);
-        series.push(ReadingSeries {
-            x: lines
-                .iter()
-                .map(|(run, _)| f64::from(work.curve.runs[*run].repeat))
-                .collect(),
-            known_variance: variances.sum::<f64>() / lines.len() as f64,
-            // To first order a relative change of stiffness is minus that of the slope.
-            y: lines
-                .iter()
-                .map(|(_, line)| -line.slope_m_per_n / compliance)
-                .collect(),
+        let known_variance = variances.sum::<f64>() / lines.len() as f64;
+        // To first order a relative change of stiffness is minus that of the slope.
+        let points = lines.iter().map(|(run, line)| {
+            let repeat = f64::from(work.curve.runs[*run].repeat);
+            (repeat, -line.slope_m_per_n / compliance)
         });
-        of_work.push(index);
-    }
-    let effects = test_family(&series, SeriesContrast::Slope, pooled.dof);
-    flag_found(works, &of_work, effects, |_, _, effect| Flag::RepeatTrend {
-        per_repeat: effect.effect,
-        test: effect.significance,
-    });
+        Some(ReadingSeries::new(points, known_variance))
+    };
+    let works_now = works.iter().enumerate();
+    let family: Vec<_> = works_now
+        .filter_map(|(index, work)| Some((index, series(work)?)))
+        .collect();
+    flag_family(
+        works,
+        family,
+        SeriesContrast::Slope,
+        pooled,
+        |_, per_repeat, test| Flag::RepeatTrend { per_repeat, test },
+    );
 }
 
 /// Change of the zero over the time of one gauge zero, from unloaded readings or else from the intercepts of runs.
 fn flag_zero_drift(works: &mut [CellWork], pooled: &PooledScatter, gauges: &GaugePair) {
-    let (mut series, mut of_work, mut evidence) = (Vec::new(), Vec::new(), Vec::new());
-    for (index, work) in works.iter().enumerate() {
-        let sd_m = reading_sd_m(pooled, gauges, 0.0);
-        let unloaded = work.unloaded.by_zero.iter();
-        let unloaded: Vec<_> = unloaded
-            .filter(|readings| readings.len() >= 2)
+    let sd_m = reading_sd_m(pooled, gauges, 0.0);
+    let unloaded = |work: &CellWork| -> Vec<(Vec<(f64, f64)>, f64)> {
+        let of_zeros = work.unloaded.by_zero.iter();
+        let enough = of_zeros.filter(|readings| readings.len() >= 2);
+        enough
             .map(|readings| (readings.clone(), sd_m * sd_m))
-            .collect();
-        let seen_in = if unloaded.is_empty() {
-            ZeroEvidence::Intercepts
-        } else {
-            ZeroEvidence::UnloadedReadings
-        };
-        let found = if unloaded.is_empty() {
-            intercepts_by_zero(work, reading_sd_m(pooled, gauges, work.compliance()))
-        } else {
-            unloaded
-        };
+            .collect()
+    };
+    let mut family = Vec::new();
+    for (index, work) in works.iter().enumerate() {
+        let mut found = unloaded(work);
+        if found.is_empty() {
+            found = intercepts_by_zero(work, reading_sd_m(pooled, gauges, work.compliance()));
+        }
         for (readings, known_variance) in found {
-            let times: Vec<f64> = readings.iter().map(|(time, _)| *time).collect();
-            let first = times.iter().copied().fold(f64::INFINITY, f64::min);
-            let last = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let times = || readings.iter().map(|(time, _)| *time);
+            let first = times().fold(f64::INFINITY, f64::min);
+            let last = times().fold(f64::NEG_INFINITY, f64::max);
             if last <= first {
                 continue;
             }
             // Time runs from 0 to 1, so that the slope is the change from first to last.
-            series.push(ReadingSeries {
-                x: times
-                    .iter()
-                    .map(|time| (time - first) / (last - first))
-                    .collect(),
-                y: readings
-                    .iter()
-                    .map(|(_, displacement)| *displacement)
-                    .collect(),
-                known_variance,
-            });
-            of_work.push(index);
-            evidence.push(seen_in);
+            let points = readings
+                .iter()
+                .map(|(time, zero_m)| ((time - first) / (last - first), *zero_m));
+            family.push((index, ReadingSeries::new(points, known_variance)));
         }
     }
-    let effects = test_family(&series, SeriesContrast::Slope, pooled.dof);
-    flag_found(works, &of_work, effects, |_, place, effect| {
-        Flag::ZeroDrift {
-            change_m: effect.effect,
-            evidence: evidence[place],
-            test: effect.significance,
-        }
-    });
+    flag_family(
+        works,
+        family,
+        SeriesContrast::Slope,
+        pooled,
+        |work, change_m, test| {
+            let evidence = if unloaded(work).is_empty() {
+                ZeroEvidence::Intercepts
+            } else {
+                ZeroEvidence::UnloadedReadings
+            };
+            Flag::ZeroDrift {
+                change_m,
+                evidence,
+                test,
+            }
+        },
+    );
 }
 
 /// Time and intercept of the runs on each gauge zero that has at least two, and the variance of an intercept.
@@ -301,26 +299,34 @@ fn intercepts_by_zero(work: &CellWork, sd_m: f64) -> Vec<(Vec<(f64, f64)>, f64)>
 /// Unloaded readings after the loads against those before them.
 fn flag_return_to_zero(works: &mut [CellWork], pooled: &PooledScatter, gauges: &GaugePair) {
     let sd_m = reading_sd_m(pooled, gauges, 0.0);
-    let (mut series, mut of_work) = (Vec::new(), Vec::new());
-    for (index, work) in works.iter().enumerate() {
-        let returns = &work.unloaded.returns_m;
-        if !returns.is_empty() {
-            series.push(ReadingSeries {
-                x: vec![0.0; returns.len()],
-                y: returns.clone(),
-                known_variance: 2.0 * sd_m * sd_m,
-            });
-            of_work.push(index);
-        }
-    }
-    let effects = test_family(&series, SeriesContrast::Mean, pooled.dof);
-    flag_found(works, &of_work, effects, |work, _, effect| {
-        Flag::ReturnToZero {
-            mean_m: effect.effect,
-            n_runs: work.unloaded.returns_m.len(),
-            test: effect.significance,
-        }
-    });
+    let with_returns = works
+        .iter()
+        .enumerate()
+        .filter(|(_, work)| !work.unloaded.returns_m.is_empty());
+    let family: Vec<_> = with_returns
+        .map(|(index, work)| {
+            let points = work
+                .unloaded
+                .returns_m
+                .iter()
+                .map(|return_m| (0.0, *return_m));
+            (index, ReadingSeries::new(points, 2.0 * sd_m * sd_m))
+        })
+        .collect();
+    flag_family(
+        works,
+        family,
+        SeriesContrast::Mean,
+        pooled,
+        |work, mean_m, test| {
+            let n_runs = work.unloaded.returns_m.len();
+            Flag::ReturnToZero {
+                mean_m,
+                n_runs,
+                test,
+            }
+        },
+    );
 }
 
 /// Neighbouring loads of one sign on the loading branch whose displacements stand in the wrong order.

@@ -6,7 +6,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::estimate::{Method, StiffnessEstimate};
+use super::estimate::Method;
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::statistics::{
     chi_squared_upper_tail, normal_quantile, student_t_quantile, welch_satterthwaite,
@@ -128,27 +128,6 @@ chi-squared, with the correlations that shared calibration makes, is exceeded wi
 chi-squared, standard uncertainties are first enlarged to U95/1.96, so that few degrees of freedom are allowed for; tables without any \
 change are found to differ in at most 5 % of cases";
 
-/// What one table contributes to the covariance of the changes, N/m.
-struct Parts {
-    independent: f64,
-    dof: f64,
-    force: f64,
-    displacement: f64,
-}
-
-impl Parts {
-    fn of(estimate: &StiffnessEstimate) -> Option<Self> {
-        let size = estimate.estimate.value.abs();
-        let parts = estimate.ln_parts;
-        Some(Self {
-            independent: size * parts.independent?,
-            dof: parts.independent_dof,
-            force: size * parts.force_calibration,
-            displacement: size * parts.displacement_calibration,
-        })
-    }
-}
-
 /// A change with its own uncertainty and the effects of calibration: one entry per independent calibration error.
 struct Change {
     cell: Cell,
@@ -181,13 +160,9 @@ pub fn compare(
             not_compared.push((row.cell.clone(), NotCompared::OnlyInA));
             continue;
         };
-        let (of_a, of_b) = (row.by(Method::Regression), other.by(Method::Regression));
-        match (of_a, of_b) {
-            (Ok(of_a), Ok(of_b)) => match change(row.cell.clone(), of_a, of_b, same) {
-                Some(change) => changes.push(change),
-                None => not_compared.push((row.cell.clone(), NotCompared::NoUncertainty)),
-            },
-            _ => not_compared.push((row.cell.clone(), NotCompared::NoUncertainty)),
+        match change(row, other, same) {
+            Some(change) => changes.push(change),
+            None => not_compared.push((row.cell.clone(), NotCompared::NoUncertainty)),
         }
     }
     for row in b.cells.iter().filter(|row| !cells_of_a.contains(&row.cell)) {
@@ -216,24 +191,32 @@ fn agreement_of(changes: &[CellChange], overall: Option<&OverallTest>) -> Stiffn
     }
 }
 
-fn change(
-    cell: Cell,
-    of_a: &StiffnessEstimate,
-    of_b: &StiffnessEstimate,
-    same: SameGauges,
-) -> Option<Change> {
-    of_a.estimate.expanded_95()?;
-    of_b.estimate.expanded_95()?;
-    let (a, b) = (Parts::of(of_a)?, Parts::of(of_b)?);
-    let pair = |same: bool, a: f64, b: f64| if same { (b - a, 0.0) } else { (a, b) };
-    let force = pair(same.force, a.force, b.force);
-    let displacement = pair(same.displacement, a.displacement, b.displacement);
+/// `None` if one of the two has no stiffness or no uncertainty.
+fn change(a: &CellStiffness, b: &CellStiffness, same: SameGauges) -> Option<Change> {
+    let of = |row: &CellStiffness| {
+        let estimate = row.by(Method::Regression).ok()?;
+        estimate.estimate.expanded_95()?;
+        let (value, parts) = (estimate.estimate.value, estimate.ln_parts);
+        // Standard uncertainties, N/m.
+        let [own, force, displacement] = [
+            parts.independent?,
+            parts.force_calibration,
+            parts.displacement_calibration,
+        ]
+        .map(|part| value.abs() * part);
+        Some((value, (own, parts.independent_dof), force, displacement))
+    };
+    let (a_n_per_m, own_a, force_a, displacement_a) = of(a)?;
+    let (b_n_per_m, own_b, force_b, displacement_b) = of(b)?;
+    let pair = |same: bool, a: f64, b: f64| if same { [b - a, 0.0] } else { [a, b] };
+    let force = pair(same.force, force_a, force_b);
+    let displacement = pair(same.displacement, displacement_a, displacement_b);
     Some(Change {
-        cell,
-        a: of_a.estimate.value,
-        b: of_b.estimate.value,
-        independent: [(a.independent, a.dof), (b.independent, b.dof)],
-        shared: [force.0, force.1, displacement.0, displacement.1],
+        cell: a.cell.clone(),
+        a: a_n_per_m,
+        b: b_n_per_m,
+        independent: [own_a, own_b],
+        shared: [force[0], force[1], displacement[0], displacement[1]],
     })
 }
 

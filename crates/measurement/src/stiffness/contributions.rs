@@ -48,6 +48,11 @@ impl BudgetRow {
         self
     }
 
+    fn aside(mut self, standing: RowUse, note: &'static str) -> Self {
+        self.standing = standing;
+        self.noted(note)
+    }
+
     fn noted(mut self, note: &'static str) -> Self {
         self.note = note;
         self
@@ -130,9 +135,8 @@ fn resolution_row(
             "readings differ by more than a step: averaged, and seen in the scatter"
         };
         return BudgetRow {
-            standing: RowUse::InRepeatability,
             standard_uncertainty: Some(standard_uncertainty),
-            ..empty.noted(note)
+            ..empty.aside(RowUse::InRepeatability, note)
         };
     }
     empty.counted(standard_uncertainty).noted(if is_read_off {
@@ -237,10 +241,7 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
         )
     };
     if bare.method == Method::Regression {
-        return BudgetRow {
-            standing: RowUse::NoEffect,
-            ..empty.noted("taken up by the free intercept")
-        };
+        return empty.aside(RowUse::NoEffect, "taken up by the free intercept");
     }
     let (n_zeros, n_runs) = (inputs.curve.n_zeros, inputs.curve.runs.len());
     let between_runs = matches!(
@@ -248,10 +249,8 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
         ScatterBasis::RunToRun { .. } | ScatterBasis::PooledRuns { .. }
     );
     if n_zeros >= n_runs && between_runs {
-        return BudgetRow {
-            standing: RowUse::InRepeatability,
-            ..empty.noted("each run has a zero of its own: seen in the scatter between runs")
-        };
+        let note = "each run has a zero of its own: seen in the scatter between runs";
+        return empty.aside(RowUse::InRepeatability, note);
     }
     let about_line = inputs.line.and_then(|line| {
         let dof = line.slope_by_residuals?.dof;
@@ -321,9 +320,6 @@ pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Bud
     }
     match drift_m {
         None => empty.noted(note),
-        Some(_) => BudgetRow {
-            standing: RowUse::InRepeatability,
-            ..empty.noted(note)
-        },
+        Some(_) => empty.aside(RowUse::InRepeatability, note),
     }
 }

@@ -20,7 +20,7 @@ pub(super) fn step_of(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let range = values.last()? - values.first()?;
     let rounding = ROUNDING_SHARE * range;
-    values.dedup_by(|a, b| (*a - *b).abs() <= rounding);
+    let values = distinct(values, rounding);
     if values.len() < FEWEST {
         return None;
     }
@@ -28,6 +28,13 @@ pub(super) fn step_of(values: impl Iterator<Item = f64>) -> Option<f64> {
     let step = gaps.fold(0.0, |step, gap| common_step(step, gap, rounding));
     // The nearest to its exact size over the whole range.
     (step > SMALLEST_SHARE * range).then(|| range / (range / step).round())
+}
+
+/// The values in order, those within `rounding` of each other once.
+fn distinct(mut values: Vec<f64>, rounding: f64) -> Vec<f64> {
+    values.sort_by(f64::total_cmp);
+    values.dedup_by(|a, b| (*a - *b).abs() <= rounding);
+    values
 }
 
 /// The greatest common divisor of two lengths, by Euclid; what is left within `rounding` is nothing.
@@ -57,16 +64,13 @@ fn recur(readings: &[Reading]) -> bool {
     }
     let largest = readings.iter().map(|reading| reading.force_n.abs());
     let rounding = ROUNDING_SHARE * largest.fold(0.0, f64::max);
-    let values = |forces: &[f64]| {
-        let mut values = forces.to_vec();
-        values.sort_by(f64::total_cmp);
-        values.dedup_by(|a, b| (*a - *b).abs() <= rounding);
-        values
-    };
     let is_repeated = cells.values().any(|runs| runs.len() > 1);
     cells.values().all(|runs| {
-        let together = values(&runs.values().flatten().copied().collect::<Vec<f64>>());
-        let longest = runs.values().map(|forces| values(forces).len()).max();
+        let together = distinct(runs.values().flatten().copied().collect(), rounding);
+        let lengths = runs
+            .values()
+            .map(|forces| distinct(forces.clone(), rounding).len());
+        let longest = lengths.max();
         let mut gaps = together.windows(2).map(|pair| pair[1] - pair[0]);
         let first = gaps.next().unwrap_or(0.0);
         longest == Some(together.len())

@@ -34,42 +34,30 @@ impl fmt::Display for Method {
 }
 
 /// Which scatter the type A uncertainty rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema, Error)]
 #[serde(rename_all = "kebab-case", tag = "from")]
 pub enum ScatterBasis {
     /// Scatter between runs; it holds whatever the readings of a run share.
+    #[error("scatter between {n_runs} runs")]
     RunToRun {
         /// Number of runs.
         n_runs: usize,
     },
     /// Scatter between runs, pooled over all cells, because this one has fewer than three runs.
+    #[error(
+        "scatter between runs pooled over all cells ({} here, three are needed to see how runs differ)",
+        counted(.n_runs, "run")
+    )]
     PooledRuns {
         /// Number of runs.
         n_runs: usize,
     },
     /// How runs differ cannot be seen: fewer than three runs here, and in no cell two.
+    #[error("repeatability unknown: {} here, and no cell with two runs", counted(.n_runs, "run"))]
     Unavailable {
         /// Number of runs.
         n_runs: usize,
     },
-}
-
-impl fmt::Display for ScatterBasis {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::RunToRun { n_runs } => write!(f, "scatter between {n_runs} runs"),
-            Self::PooledRuns { n_runs } => write!(
-                f,
-                "scatter between runs pooled over all cells ({} here, three are needed to see how runs differ)",
-                counted(n_runs, "run")
-            ),
-            Self::Unavailable { n_runs } => write!(
-                f,
-                "repeatability unknown: {} here, and no cell with two runs",
-                counted(n_runs, "run")
-            ),
-        }
-    }
 }
 
 /// Standard uncertainty from observed scatter (GUM 4.2), in the unit of the field that holds it.
@@ -188,16 +176,10 @@ pub(super) fn paper_stiffness(
     let value_n_per_m = ratios.iter().sum::<f64>() / n_loads;
     let n_runs = curve.runs.len();
     let type_a = paper_type_a(curve, &per_displacement, &per_force);
-    let (type_a, basis) = if type_a.is_some() {
-        (type_a, ScatterBasis::RunToRun { n_runs })
-    } else {
-        let pooled = elsewhere.map(|from| {
-            let scatter = from.scatter;
-            from.run_slope
-                .type_a_of_mean(curve, scatter, value_n_per_m, &per_displacement)
-        });
-        borrowed(n_runs, pooled)
-    };
+    let (type_a, basis) = own_or_borrowed(n_runs, type_a, || {
+        let Elsewhere { run_slope, scatter } = elsewhere?;
+        Some(run_slope.type_a_of_mean(curve, scatter, value_n_per_m, &per_displacement))
+    });
     Ok(BareStiffness {
         method: Method::PaperMean,
         value_n_per_m,
@@ -230,13 +212,19 @@ pub(super) struct Elsewhere<'a> {
     pub(super) scatter: &'a PooledScatter,
 }
 
-/// What a cell of too few runs borrows from the others, if they have it.
-fn borrowed(n_runs: usize, type_a: Option<TypeA>) -> (Option<TypeA>, ScatterBasis) {
-    let basis = match type_a {
-        Some(_) => ScatterBasis::PooledRuns { n_runs },
-        None => ScatterBasis::Unavailable { n_runs },
-    };
-    (type_a, basis)
+/// The uncertainty that a cell has of its own runs; one of too few runs borrows it from the others, if they have it.
+fn own_or_borrowed(
+    n_runs: usize,
+    own: Option<TypeA>,
+    pooled: impl FnOnce() -> Option<TypeA>,
+) -> (Option<TypeA>, ScatterBasis) {
+    if own.is_some() {
+        return (own, ScatterBasis::RunToRun { n_runs });
+    }
+    match pooled() {
+        None => (None, ScatterBasis::Unavailable { n_runs }),
+        borrowed => (borrowed, ScatterBasis::PooledRuns { n_runs }),
+    }
 }
 
 fn paper_type_a(curve: &LoadCurve, per_displacement: &[f64], per_force: &[f64]) -> Option<TypeA> {
@@ -303,13 +291,10 @@ pub(super) fn regression_stiffness(
         standard_uncertainty: squared * slope.standard_uncertainty,
         dof: slope.dof,
     });
-    let (type_a, basis) = if type_a.is_some() {
-        (type_a, ScatterBasis::RunToRun { n_runs })
-    } else {
-        let pooled =
-            elsewhere.and_then(|from| from.run_slope.type_a(line, from.scatter, value_n_per_m));
-        borrowed(n_runs, pooled)
-    };
+    let (type_a, basis) = own_or_borrowed(n_runs, type_a, || {
+        let Elsewhere { run_slope, scatter } = elsewhere?;
+        run_slope.type_a(line, scatter, value_n_per_m)
+    });
     let weights = &line.load_weights_per_n;
     Ok(BareStiffness {
         method: Method::Regression,

@@ -59,14 +59,20 @@ impl GaugeTerms {
         expanded_uncertainty: Option<f64>,
         coverage_factor: Option<f64>,
     ) -> Result<Self, StiffnessError> {
-        at_least_zero("resolution", resolution)?;
-        at_least_zero("expanded uncertainty", expanded_uncertainty)?;
-        if let Some(value) = coverage_factor.filter(|k| !k.is_finite() || *k <= 0.0) {
-            return Err(StiffnessError::GaugeTerm {
-                term: "coverage factor",
-                value,
-                bound: "above zero",
-            });
+        for (term, value, may_be_zero) in [
+            ("resolution", resolution, true),
+            ("expanded uncertainty", expanded_uncertainty, true),
+            ("coverage factor", coverage_factor, false),
+        ] {
+            let is_one = |value: f64| value > 0.0 || (may_be_zero && value == 0.0);
+            if let Some(value) = value.filter(|value| !(value.is_finite() && is_one(*value))) {
+                let bound = if may_be_zero {
+                    "of at least zero"
+                } else {
+                    "above zero"
+                };
+                return Err(StiffnessError::GaugeTerm { term, value, bound });
+            }
         }
         Ok(Self {
             resolution,
@@ -81,15 +87,9 @@ impl GaugeTerms {
     /// # Errors
     /// As [`GaugeTerms::new`].
     pub fn of(record: Option<&InstrumentRecord>) -> Result<Self, StiffnessError> {
-        record.map_or(Ok(Self::not_stated()), |record| {
+        record.map_or(Ok(Self::default()), |record| {
             Self::new(record.resolution, record.expanded_uncertainty, record.k)
         })
-    }
-
-    /// A gauge of which nothing is stated.
-    #[must_use]
-    pub fn not_stated() -> Self {
-        Self::default()
     }
 
     /// Smallest step of the display, N or m.
@@ -140,17 +140,6 @@ impl GaugeTerms {
     #[must_use]
     pub fn coverage_factor_is_assumed(&self) -> bool {
         self.expanded_uncertainty.is_some() && self.coverage_factor.is_none()
-    }
-}
-
-fn at_least_zero(term: &'static str, value: Option<f64>) -> Result<(), StiffnessError> {
-    match value.filter(|v| !v.is_finite() || *v < 0.0) {
-        Some(value) => Err(StiffnessError::GaugeTerm {
-            term,
-            value,
-            bound: "of at least zero",
-        }),
-        None => Ok(()),
     }
 }
 
@@ -207,7 +196,7 @@ mod tests {
         let gauge = GaugeTerms::new(Some(0.1), Some(0.15), None).unwrap();
         assert_eq!(gauge.calibration_standard_uncertainty(), Some(0.075));
         assert!(gauge.coverage_factor_is_assumed());
-        assert!(!GaugeTerms::not_stated().coverage_factor_is_assumed());
+        assert!(!GaugeTerms::default().coverage_factor_is_assumed());
     }
 
     #[test]

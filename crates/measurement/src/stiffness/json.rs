@@ -5,11 +5,10 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 
-use super::budget::{Budget, BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
+use super::budget::{BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
 use super::curve::{Branches, LoadMean};
 use super::estimate::{NoStiffness, ScatterBasis, StiffnessEstimate};
 use super::flags::Flag;
-use super::scatter::PooledScatter;
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::reported::Reported;
 use stiffbench_numeric::statistics::Estimate;
@@ -132,7 +131,13 @@ impl Serialize for StiffnessTable {
         TableForm {
             branches: self.branches,
             cells: self.cells.iter().map(cell_form).collect(),
-            pooled_repeat_sd: self.pooled_scatter.as_ref().map(pooled_form),
+            pooled_repeat_sd: self.pooled_scatter.map(|pooled| PooledForm {
+                mean_um: um(pooled.mean_sd_m),
+                displacement_um: um(pooled.displacement_sd_m),
+                force_n: pooled.force_sd_n,
+                dof: pooled.dof,
+                outlier_found_from_um: pooled.smallest_outliers_m.map(|ends| ends.map(um)),
+            }),
             skipped: self
                 .skipped
                 .iter()
@@ -170,16 +175,6 @@ fn um(metres: f64) -> f64 {
 
 fn n_per_um(stiffness_n_per_m: f64) -> f64 {
     stiffness_n_per_m / NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE
-}
-
-fn pooled_form(pooled: &PooledScatter) -> PooledForm {
-    PooledForm {
-        mean_um: um(pooled.mean_sd_m),
-        displacement_um: um(pooled.displacement_sd_m),
-        force_n: pooled.force_sd_n,
-        dof: pooled.dof,
-        outlier_found_from_um: pooled.smallest_outliers_m.map(|ends| ends.map(um)),
-    }
 }
 
 fn cell_form(row: &CellStiffness) -> CellForm<'_> {
@@ -252,12 +247,8 @@ fn uncertainty_form(estimate: &StiffnessEstimate) -> UncertaintyForm {
         ln_independent: estimate.ln_parts.independent,
         ln_force_calibration: estimate.ln_parts.force_calibration,
         ln_displacement_calibration: estimate.ln_parts.displacement_calibration,
-        budget: budget_form(&estimate.budget),
+        budget: estimate.budget.rows.iter().map(row_form).collect(),
     }
-}
-
-fn budget_form(budget: &Budget) -> Vec<RowForm> {
-    budget.rows.iter().map(row_form).collect()
 }
 
 fn row_form(row: &BudgetRow) -> RowForm {

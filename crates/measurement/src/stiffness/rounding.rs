@@ -66,49 +66,35 @@ impl Decimal {
     /// Rounded to a multiple of 10^`place`, halves away from zero; a number with fewer places stays as it is, with zeros added.
     fn rounded_to(self, place: i32) -> Self {
         let dropped = place - self.exponent;
-        if dropped <= 0 {
-            let padding = 10_u64.checked_pow(dropped.unsigned_abs());
-            return match padding.and_then(|p| self.mantissa.checked_mul(p)) {
-                Some(mantissa) => Self {
-                    mantissa,
-                    exponent: place,
-                    ..self
-                },
-                None => self,
-            };
-        }
-        let mantissa = match 10_u64.checked_pow(dropped.unsigned_abs()) {
-            Some(unit) => {
+        let unit = 10_u64.checked_pow(dropped.unsigned_abs());
+        let mantissa = if dropped > 0 {
+            unit.map(|unit| {
                 self.mantissa / unit + u64::from(self.mantissa % unit >= unit.div_ceil(2))
-            }
-            None => 0,
+            })
+            .or(Some(0))
+        } else {
+            unit.and_then(|padding| self.mantissa.checked_mul(padding))
         };
-        Self {
+        mantissa.map_or(self, |mantissa| Self {
             mantissa,
             exponent: place,
             ..self
-        }
+        })
     }
 
     fn text(self) -> String {
-        let sign = if self.negative && self.mantissa != 0 {
-            "-"
-        } else {
-            ""
-        };
-        let digits = self.mantissa.to_string();
         if self.mantissa == 0 && self.exponent >= 0 {
             return "0".to_owned();
         }
+        let is_below_zero = self.negative && self.mantissa != 0;
+        let sign = if is_below_zero { "-" } else { "" };
+        let digits = self.mantissa.to_string();
+        let places = self.exponent.unsigned_abs() as usize;
         if self.exponent >= 0 {
-            return format!(
-                "{sign}{digits}{}",
-                "0".repeat(self.exponent.unsigned_abs() as usize)
-            );
+            return format!("{sign}{digits}{}", "0".repeat(places));
         }
-        let decimals = self.exponent.unsigned_abs() as usize;
-        let digits = format!("{digits:0>width$}", width = decimals + 1);
-        let (whole, fraction) = digits.split_at(digits.len() - decimals);
+        let digits = format!("{digits:0>width$}", width = places + 1);
+        let (whole, fraction) = digits.split_at(digits.len() - places);
         format!("{sign}{whole}.{fraction}")
     }
 }

@@ -94,6 +94,15 @@ struct Reduced {
 }
 
 impl ReadingSeries {
+    pub(super) fn new(points: impl Iterator<Item = (f64, f64)>, known_variance: f64) -> Self {
+        let (x, y) = points.unzip();
+        Self {
+            x,
+            y,
+            known_variance,
+        }
+    }
+
     fn reduced(&self, contrast: SeriesContrast) -> Option<Reduced> {
         let n = self.y.len() as f64;
         if contrast == SeriesContrast::Mean {

@@ -18,7 +18,7 @@ pub(super) enum CellKind {
 pub(super) fn kind(text: &str) -> CellKind {
     if is_absent(text) {
         CellKind::Absent
-    } else if NumberForm::of(text).is_some() || TimeStamp::parse(text).is_some() {
+    } else if DecimalHint::of(text).is_some() || TimeStamp::parse(text).is_some() {
         CellKind::Numeric
     } else {
         CellKind::Words
@@ -42,23 +42,15 @@ pub(super) enum DecimalHint {
     Either(DecimalSign),
 }
 
-/// The form of a number, before it is known which sign is the decimal one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct NumberForm {
-    pub(super) hint: DecimalHint,
-}
-
-impl NumberForm {
-    /// The form; `None` of what is no number in any spelling.
+impl DecimalHint {
+    /// Those of a number; `None` of what is no number in any spelling.
     pub(super) fn of(text: &str) -> Option<Self> {
         let unsigned = unsigned(text);
         if ["inf", "infinity"]
             .iter()
             .any(|word| unsigned.eq_ignore_ascii_case(word))
         {
-            return Some(Self {
-                hint: DecimalHint::None,
-            });
+            return Some(Self::None);
         }
         let (digits, has_exponent) = mantissa(unsigned)?;
         let mut marks = digits.char_indices().filter(|(_, c)| !c.is_ascii_digit());
@@ -74,7 +66,7 @@ impl NumberForm {
             let place = place?;
             grouped(&digits[..place], other).then_some(DecimalHint::Sign(sign))
         };
-        let hint = match (points, commas) {
+        Some(match (points, commas) {
             (0, 0) => {
                 let first = marks.next();
                 match first {
@@ -94,8 +86,7 @@ impl NumberForm {
             (_, 0) if grouped(digits, Some('.')) => DecimalHint::Sign(DecimalSign::Comma),
             (0, _) if grouped(digits, Some(',')) => DecimalHint::Sign(DecimalSign::Point),
             _ => return None,
-        };
-        Some(Self { hint })
+        })
     }
 }
 
@@ -174,7 +165,8 @@ pub(super) enum CellFault {
 }
 
 impl NumberMarks {
-    fn sign(self) -> char {
+    /// The decimal sign.
+    pub(super) fn sign(self) -> char {
         match self.decimal {
             DecimalSign::Point => '.',
             DecimalSign::Comma => ',',
@@ -191,8 +183,8 @@ impl NumberMarks {
     /// The number with a decimal point and nothing between its thousands.
     pub(super) fn plain(self, text: &str, into: &mut String) -> Result<(), CellFault> {
         into.clear();
-        let form = NumberForm::of(text).ok_or(CellFault::NotANumber)?;
-        if matches!(form.hint, DecimalHint::Sign(sign) if sign != self.decimal) {
+        let hint = DecimalHint::of(text).ok_or(CellFault::NotANumber)?;
+        if matches!(hint, DecimalHint::Sign(sign) if sign != self.decimal) {
             return Err(CellFault::OtherDecimalSign);
         }
         let decimal = self.sign();
@@ -235,7 +227,7 @@ mod tests {
             ("1.234.567", DecimalHint::Sign(Comma)),
             ("1 234,5", DecimalHint::Sign(Comma)),
         ] {
-            assert_eq!(NumberForm::of(text).map(|f| f.hint), Some(hint), "{text}");
+            assert_eq!(DecimalHint::of(text), Some(hint), "{text}");
         }
         for text in [
             "",
@@ -252,7 +244,7 @@ mod tests {
             "12,34.5",
             ".",
         ] {
-            assert_eq!(NumberForm::of(text), None, "{text}");
+            assert_eq!(DecimalHint::of(text), None, "{text}");
         }
     }
 

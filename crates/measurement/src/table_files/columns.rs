@@ -31,3 +31,16 @@ pub struct FileColumn {
     /// Whether its cells are numbers or times.
     pub is_numeric: bool,
 }
+
+impl FileColumn {
+    /// A column of words without a unit.
+    pub(super) fn named(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            stem: name.to_owned(),
+            unit: None,
+            unit_from: None,
+            is_numeric: false,
+        }
+    }
+}

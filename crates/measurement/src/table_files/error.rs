@@ -1,9 +1,33 @@
 //! What can be wrong with a table.
 
+use std::fmt;
+
 use miette::Diagnostic;
 use thiserror::Error;
 
 use crate::readings::FileCell;
+
+/// A line of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinePlace {
+    /// The file, as the caller named it.
+    pub file: String,
+    /// The line, from 1; the row of a sheet.
+    pub line: u32,
+}
+
+impl LinePlace {
+    pub(crate) fn new(file: &str, line: u32) -> Self {
+        let file = file.to_owned();
+        Self { file, line }
+    }
+}
+
+impl fmt::Display for LinePlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, line {}", self.file, self.line)
+    }
+}
 
 /// Why a table could not be read.
 #[derive(Debug, Error, Diagnostic)]
@@ -45,31 +69,27 @@ pub enum TableFileError {
         file: String,
     },
     /// Bytes that are no text.
-    #[error("{file}, line {line}: not text")]
+    #[error("{at}: not text")]
     #[diagnostic(
         code(stiffbench::table::not_text),
         help("export the measured values as text (UTF-8, UTF-16 or windows-1252), CSV or XLSX")
     )]
     NotText {
-        /// The file.
-        file: String,
         /// The line.
-        line: u32,
+        at: LinePlace,
     },
     /// A quote that opens and does not close.
-    #[error("{file}, line {line}: a quote opens and never ends")]
+    #[error("{at}: a quote opens and never ends")]
     #[diagnostic(
         code(stiffbench::table::unclosed_quote),
         help("close the quote, or take it away")
     )]
     UnclosedQuote {
-        /// The file.
-        file: String,
         /// The line on which it opens.
-        line: u32,
+        at: LinePlace,
     },
     /// A row with more fields than there are names.
-    #[error("{file}, line {line}: {found} fields, expected {expected}")]
+    #[error("{at}: {found} fields, expected {expected}")]
     #[diagnostic(
         code(stiffbench::table::field_count),
         help(
@@ -78,10 +98,8 @@ pub enum TableFileError {
         )
     )]
     FieldCount {
-        /// The file.
-        file: String,
         /// The line.
-        line: u32,
+        at: LinePlace,
         /// Number of names.
         expected: usize,
         /// Number of fields.
@@ -89,7 +107,7 @@ pub enum TableFileError {
     },
     /// Whole numbers between commas, in more fields than there are names, or without names in pairs.
     #[error(
-        "{file}, line {line}: the commas in `{row}` may delimit fields or be decimal signs, and nothing shows which"
+        "{at}: the commas in `{row}` may delimit fields or be decimal signs, and nothing shows which"
     )]
     #[diagnostic(
         code(stiffbench::table::comma_or_decimal),
@@ -99,10 +117,8 @@ pub enum TableFileError {
         )
     )]
     CommaOrDecimal {
-        /// The file.
-        file: String,
         /// The line.
-        line: u32,
+        at: LinePlace,
         /// The row.
         row: String,
     },
@@ -247,10 +263,10 @@ impl TableFileError {
     #[must_use]
     pub fn line(&self) -> Option<u32> {
         match self {
-            Self::NotText { line, .. }
-            | Self::UnclosedQuote { line, .. }
-            | Self::FieldCount { line, .. }
-            | Self::CommaOrDecimal { line, .. } => Some(*line),
+            Self::NotText { at }
+            | Self::UnclosedQuote { at }
+            | Self::FieldCount { at, .. }
+            | Self::CommaOrDecimal { at, .. } => Some(at.line),
             Self::BadNumber { cell }
             | Self::NotFinite { cell }
             | Self::MixedDecimals { cell, .. }

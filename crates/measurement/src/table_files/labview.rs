@@ -18,8 +18,11 @@ pub(super) fn is_labview(lines: &[&str]) -> bool {
         .is_some_and(|line| line.trim_start().starts_with("LabVIEW Measurement"))
 }
 
-/// Delimiter and decimal sign that the file states.
+/// Delimiter and decimal sign that such a file states.
 pub(super) fn stated(lines: &[&str]) -> (Option<FieldDelimiter>, Option<DecimalSign>) {
+    if !is_labview(lines) {
+        return (None, None);
+    }
     let tag = |name: &str| {
         let rest = lines
             .iter()

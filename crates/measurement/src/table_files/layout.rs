@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::columns::FileColumn;
-use crate::readings::DecimalSign;
 
 /// What delimits the fields of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -102,15 +101,6 @@ pub struct FileLayout {
     pub other_lines: Vec<u32>,
     /// The columns.
     pub columns: Vec<FileColumn>,
-}
-
-impl FileLayout {
-    pub(super) fn decimal_of(sign: DecimalSign) -> char {
-        match sign {
-            DecimalSign::Point => '.',
-            DecimalSign::Comma => ',',
-        }
-    }
 }
 
 /// One line.

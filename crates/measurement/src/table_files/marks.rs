@@ -1,8 +1,8 @@
 //! Which mark is the decimal sign.
 
-use super::cell::{DecimalHint, NumberForm, NumberMarks};
+use super::cell::{DecimalHint, NumberMarks};
 use super::columns::FileColumn;
-use super::error::TableFileError;
+use super::error::{LinePlace, TableFileError};
 use super::find::TableParts;
 use super::read::{TableFileOptions, ThreeDigits};
 use super::records::TextRecord;
@@ -37,7 +37,7 @@ pub(super) fn number_marks(
         value: value.to_owned(),
     };
     for (line, column, cell) in cells() {
-        let place = match NumberForm::of(cell).map(|form| form.hint) {
+        let place = match DecimalHint::of(cell) {
             Some(DecimalHint::Sign(DecimalSign::Point)) => 0,
             Some(DecimalHint::Sign(DecimalSign::Comma)) => 1,
             Some(DecimalHint::Either(DecimalSign::Comma)) => 2,
@@ -82,7 +82,7 @@ pub(super) fn number_marks(
         thousands: None,
     };
     marks.thousands = cells()
-        .filter(|(_, _, cell)| NumberForm::of(cell).is_some())
+        .filter(|(_, _, cell)| DecimalHint::of(cell).is_some())
         .find_map(|(_, _, cell)| marks.thousands_of(cell));
     Ok(marks)
 }
@@ -114,8 +114,7 @@ pub(super) fn refuse_decimal_commas(
         return Ok(());
     }
     Err(TableFileError::CommaOrDecimal {
-        file: source.to_owned(),
-        line: first.line,
+        at: LinePlace::new(source, first.line),
         row: first.fields.iter().collect::<Vec<_>>().join(","),
     })
 }

@@ -22,7 +22,7 @@ mod times;
 mod unit_cells;
 
 pub use columns::{FileColumn, StatedUnit};
-pub use error::TableFileError;
+pub use error::{LinePlace, TableFileError};
 pub use layout::{FieldDelimiter, FileLayout, TextEncoding};
 pub use read::{TableFileOptions, ThreeDigits, read_table_file};
 pub use table::{FileRow, MachineTable};

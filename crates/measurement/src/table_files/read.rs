@@ -7,7 +7,7 @@ use csv::StringRecord;
 use super::cell::{CellKind, NumberMarks, kind};
 use super::columns::{FileColumn, StatedUnit};
 use super::decode::decode;
-use super::error::TableFileError;
+use super::error::{LinePlace, TableFileError};
 use super::find::{self, TableParts};
 use super::labview::{self, SegmentTags};
 use super::layout::{FieldDelimiter, FileLayout, TextEncoding};
@@ -104,12 +104,11 @@ pub fn read_table_file(
         records[0].is_comment = true;
     }
     let (_, of_labview) = labview::stated(&lines);
-    let is_labview = labview::is_labview(&lines);
     let told = TextFormat {
         encoding,
         sheet: None,
         delimiter: Some(delimiter),
-        decimal: options.decimal.or(of_labview.filter(|_| is_labview)),
+        decimal: options.decimal.or(of_labview),
         program: program(&lines),
     };
     assemble(source, records, told, options)
@@ -138,9 +137,7 @@ fn delimiter(lines: &[&str], options: &TableFileOptions) -> (FieldDelimiter, boo
     if let Some(delimiter) = options.delimiter.or(stated) {
         return (delimiter, stated.is_some());
     }
-    if labview::is_labview(lines)
-        && let (Some(delimiter), _) = labview::stated(lines)
-    {
+    if let (Some(delimiter), _) = labview::stated(lines) {
         return (delimiter, false);
     }
     let mut best = (i64::MIN, FieldDelimiter::Comma);
@@ -195,20 +192,20 @@ fn assemble(
     told: TextFormat,
     options: &TableFileOptions,
 ) -> Result<MachineTable, TableFileError> {
-    let file = || source.to_owned();
+    let file = source.to_owned();
+    let at = |line| LinePlace::new(source, line);
     if records
         .iter()
         .all(|record| record.is_comment || record.is_blank())
     {
-        return Err(TableFileError::Empty { file: file() });
+        return Err(TableFileError::Empty { file });
     }
     let Some(parts) = find::find(&records, &options.columns) else {
         return Err(match records.iter().find(|record| record.is_open) {
             Some(record) => TableFileError::UnclosedQuote {
-                file: file(),
-                line: record.line,
+                at: at(record.line),
             },
-            None => TableFileError::NoNumbers { file: file() },
+            None => TableFileError::NoNumbers { file },
         });
     };
     let of_table = parts
@@ -219,10 +216,8 @@ fn assemble(
         .map(|index| &records[index])
         .find(|record| record.is_open)
     {
-        return Err(TableFileError::UnclosedQuote {
-            file: file(),
-            line: open.line,
-        });
+        let at = at(open.line);
+        return Err(TableFileError::UnclosedQuote { at });
     }
     if told.delimiter == Some(FieldDelimiter::Comma) {
         refuse_decimal_commas(source, &records, &parts)?;
@@ -231,10 +226,8 @@ fn assemble(
     for (index, _) in &parts.rows {
         let (found, expected) = (records[*index].len(), columns.len());
         if found > expected {
-            let line = records[*index].line;
             return Err(TableFileError::FieldCount {
-                file: file(),
-                line,
+                at: at(records[*index].line),
                 expected,
                 found,
             });
@@ -251,11 +244,8 @@ fn assemble(
     let numbered = parts.segments > 1 && columns.iter().all(|column| column.name != SEGMENT);
     if numbered {
         columns.push(FileColumn {
-            name: SEGMENT.to_owned(),
-            stem: SEGMENT.to_owned(),
-            unit: None,
-            unit_from: None,
             is_numeric: true,
+            ..FileColumn::named(SEGMENT)
         });
     }
     let table_start = parts.header.unwrap_or(0);
@@ -297,7 +287,7 @@ fn layout(
         encoding: told.encoding,
         sheet: told.sheet,
         delimiter: told.delimiter,
-        decimal: FileLayout::decimal_of(marks.decimal),
+        decimal: marks.sign(),
         thousands: marks.thousands,
         header_line: parts.header.map(line),
         units_line: parts.units.map(line),
@@ -342,14 +332,10 @@ fn columns(records: &[TextRecord], parts: &TableParts) -> Vec<FileColumn> {
     let Some(header) = parts.header else {
         let widths = parts.rows.iter().map(|(index, _)| records[*index].len());
         let count = widths.max().unwrap_or(0);
-        let column = |number: usize| FileColumn {
-            name: format!("column {number}"),
-            stem: format!("column {number}"),
-            unit: None,
-            unit_from: None,
-            is_numeric: false,
-        };
-        return (1..=count).map(column).collect();
+        let numbers = 1..=count;
+        return numbers
+            .map(|number| FileColumn::named(&format!("column {number}")))
+            .collect();
     };
     let record = &records[header];
     let names = match &record.wide {
@@ -364,13 +350,12 @@ fn columns(records: &[TextRecord], parts: &TableParts) -> Vec<FileColumn> {
             .filter(|unit| !unit.is_empty());
         let in_row = in_row.map(|unit| in_brackets(unit).unwrap_or(unit));
         FileColumn {
-            name: name.to_owned(),
             stem: if in_row.is_some() { name } else { stem }.to_owned(),
             unit: in_row.or(in_name).map(str::to_owned),
             unit_from: in_row
                 .map(|_| StatedUnit::Row)
                 .or(in_name.map(|_| StatedUnit::Name)),
-            is_numeric: false,
+            ..FileColumn::named(name)
         }
     });
     named.collect()
@@ -426,10 +411,7 @@ fn complete_labview(
         {
             let mut cells = StringRecord::new();
             let text = format!("{x:e}");
-            cells.push_field(&match marks.decimal {
-                DecimalSign::Point => text,
-                DecimalSign::Comma => text.replace('.', ","),
-            });
+            cells.push_field(&text.replace('.', marks.sign().encode_utf8(&mut [0; 4])));
             cells.extend(fields.iter().skip(1));
             *fields = cells;
             columns[0].is_numeric = true;

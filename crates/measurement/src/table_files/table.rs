@@ -2,8 +2,9 @@
 
 use csv::StringRecord;
 
-use super::cell::{CellFault, NumberForm, NumberMarks, is_absent};
-use super::error::TableFileError;
+use super::cell::{CellFault, DecimalHint, NumberMarks, is_absent};
+use super::columns::FileColumn;
+use super::error::{LinePlace, TableFileError};
 use super::layout::FileLayout;
 use super::times::{StampFault, StampKind, TimeStamp, seconds_since_first};
 use crate::readings::{
@@ -37,16 +38,22 @@ pub struct MachineTable {
 }
 
 impl MachineTable {
-    /// The cell of a row, without blanks around it; empty beyond the last.
+    /// The cell of a row, both counted from 0, without blanks around it; empty beyond the last.
     #[must_use]
-    pub fn text<'t>(&self, row: &'t FileRow, column: usize) -> &'t str {
-        unescape_formula(row.cells.get(column).unwrap_or(""))
+    pub fn text(&self, row: usize, column: usize) -> &str {
+        let row = self.rows.get(row);
+        unescape_formula(row.and_then(|row| row.cells.get(column)).unwrap_or(""))
     }
 
     /// The cell, `None` if it states that there is no value.
     #[must_use]
-    pub fn present<'t>(&self, row: &'t FileRow, column: usize) -> Option<&'t str> {
+    pub fn present(&self, row: usize, column: usize) -> Option<&str> {
         Some(self.text(row, column)).filter(|text| !is_absent(text))
+    }
+
+    /// The cells of a column, `None` for those that state that there is no value.
+    fn all_present(&self, column: usize) -> impl Iterator<Item = Option<&str>> {
+        (0..self.rows.len()).map(move |row| self.present(row, column))
     }
 
     /// Whether the first value of a column is a time or a date rather than a number.
@@ -58,8 +65,8 @@ impl MachineTable {
     /// What the first value of a column states of a time; `None` of a number and of words.
     #[must_use]
     pub fn stamp_kind(&self, column: usize) -> Option<StampKind> {
-        let first = self.rows.iter().find_map(|row| self.present(row, column));
-        let first = first.filter(|text| NumberForm::of(text).is_none())?;
+        let first = self.all_present(column).flatten().next();
+        let first = first.filter(|text| DecimalHint::of(text).is_none())?;
         TimeStamp::parse(first).map(TimeStamp::kind)
     }
 
@@ -88,7 +95,7 @@ impl MachineTable {
     /// [`TableFileError`] for what is no number.
     pub(crate) fn number(
         &self,
-        row: &FileRow,
+        row: usize,
         column: usize,
         conversion: Conversion,
     ) -> Result<Option<f64>, TableFileError> {
@@ -106,7 +113,7 @@ impl MachineTable {
             CellFault::NotANumber => TableFileError::BadNumber { cell: cell() },
         })?;
         let mut reader = NumberReader::new(Some(DecimalSign::Point));
-        let read = reader.read(plain.as_bytes(), conversion, row.line);
+        let read = reader.read(plain.as_bytes(), conversion, self.rows[row].line);
         read.map(Some).map_err(|fault| match fault {
             NumberFault::NotFinite => TableFileError::NotFinite { cell: cell() },
             _ => TableFileError::BadNumber { cell: cell() },
@@ -118,9 +125,20 @@ impl MachineTable {
     /// # Errors
     /// [`TableFileError`] for a cell that is no number.
     pub fn numbers(&self, column: usize) -> Result<Vec<Option<f64>>, TableFileError> {
-        self.rows
-            .iter()
-            .map(|row| self.number(row, column, Conversion::NONE))
+        self.numbers_in(column, Conversion::NONE)
+    }
+
+    /// The same after a change of unit.
+    ///
+    /// # Errors
+    /// As [`MachineTable::numbers`].
+    pub(crate) fn numbers_in(
+        &self,
+        column: usize,
+        conversion: Conversion,
+    ) -> Result<Vec<Option<f64>>, TableFileError> {
+        let rows = 0..self.rows.len();
+        rows.map(|row| self.number(row, column, conversion))
             .collect()
     }
 
@@ -129,13 +147,13 @@ impl MachineTable {
     /// # Errors
     /// [`TableFileError`] for a cell that is no time, or whose day and month cannot be distinguished.
     pub fn seconds(&self, column: usize) -> Result<Vec<Option<f64>>, TableFileError> {
-        let cells = self.rows.iter().map(|row| self.present(row, column));
-        seconds_since_first(cells).map_err(|fault| {
-            let cell = |index: usize| self.cell(&self.rows[index], column);
-            match fault {
-                StampFault::NotATime(row) => TableFileError::BadTime { cell: cell(row) },
-                StampFault::DayOrMonth(row) => TableFileError::DayOrMonth { cell: cell(row) },
-            }
+        seconds_since_first(self.all_present(column)).map_err(|fault| match fault {
+            StampFault::NotATime(row) => TableFileError::BadTime {
+                cell: self.cell(row, column),
+            },
+            StampFault::DayOrMonth(row) => TableFileError::DayOrMonth {
+                cell: self.cell(row, column),
+            },
         })
     }
 
@@ -149,24 +167,48 @@ impl MachineTable {
         other: &Self,
         of_other: usize,
     ) -> Result<[Vec<Option<f64>>; 2], TableFileError> {
-        let own = self.rows.iter().map(|row| self.present(row, column));
-        let cells = own.chain(other.rows.iter().map(|row| other.present(row, of_other)));
+        let cells = self.all_present(column).chain(other.all_present(of_other));
         let Ok(mut first) = seconds_since_first(cells) else {
             // The table that is wrong states its own line; a form that differs is stated with the other.
             self.seconds(column)?;
             other.seconds(of_other)?;
-            let cell = other.cell(&other.rows[0], of_other);
+            let cell = other.cell(0, of_other);
             return Err(TableFileError::BadTime { cell });
         };
         let second = first.split_off(self.rows.len());
         Ok([first, second])
     }
 
+    /// The line of the column names, for messages; the first without such a line.
+    pub(crate) fn header(&self) -> LinePlace {
+        LinePlace::new(&self.source, self.layout.header_line.unwrap_or(1))
+    }
+
+    /// The names of the columns.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        let columns = self.layout.columns.iter();
+        columns.map(|column| column.name.as_str())
+    }
+
+    /// The columns of a name as it stands in the file, else without its unit.
+    pub(crate) fn called(&self, wanted: &str) -> Vec<usize> {
+        let places = |pick: fn(&FileColumn) -> &String| -> Vec<usize> {
+            let columns = self.layout.columns.iter().enumerate();
+            let called = columns.filter(|(_, column)| pick(column) == wanted);
+            called.map(|(index, _)| index).collect()
+        };
+        let found = places(|column| &column.name);
+        if found.is_empty() {
+            return places(|column| &column.stem);
+        }
+        found
+    }
+
     /// A cell, for messages.
-    pub(crate) fn cell(&self, row: &FileRow, column: usize) -> FileCell {
+    pub(crate) fn cell(&self, row: usize, column: usize) -> FileCell {
         FileCell {
             file: self.source.clone(),
-            line: row.line,
+            line: self.rows[row].line,
             column: self.name(column).to_owned(),
             value: self.text(row, column).to_owned(),
         }

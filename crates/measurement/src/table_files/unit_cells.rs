@@ -1,6 +1,6 @@
 //! Units behind each number, as gauges and people write them: `12.3 N`.
 
-use super::cell::NumberForm;
+use super::cell::DecimalHint;
 use super::columns::{FileColumn, StatedUnit};
 use super::error::TableFileError;
 use super::find::TableParts;
@@ -38,7 +38,7 @@ fn parts_of(field: &str) -> Option<(String, &str)> {
     let digits = number.trim_start_matches(['+', '-', '−']);
     let sign = &number[..number.len() - digits.len()];
     let number = format!("{sign}{}", digits.trim_start());
-    NumberForm::of(&number).map(|_| (number, unit))
+    DecimalHint::of(&number).map(|_| (number, unit))
 }
 
 /// Gives columns the units of their cells, or those in a column of units behind them.
