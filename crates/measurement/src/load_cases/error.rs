@@ -100,19 +100,3 @@ pub enum LoadCaseError {
         at: LinePlace,
     },
 }
-
-impl LoadCaseError {
-    /// The line the error is about, from 1; `None` if it concerns no single line.
-    #[must_use]
-    pub fn line(&self) -> Option<u32> {
-        match self {
-            Self::Text(error) => error.line(),
-            Self::MissingColumn { at, .. }
-            | Self::WrongUnit { at, .. }
-            | Self::Mixed { at, .. }
-            | Self::PositionsAndDisplacements { at, .. }
-            | Self::NoLoad { at }
-            | Self::NothingRead { at } => Some(at.line),
-        }
-    }
-}

@@ -280,30 +280,16 @@ impl Procedure {
                 return Err(ProcedureProblem::Empty { key });
             }
         }
-        for (key, name) in [
-            (
-                "poses",
-                first_twice(poses.unwrap_or_default(), PoseId::clone),
-            ),
-            (
-                "directions",
-                first_twice(&self.directions, LoadDirection::unit_vector),
-            ),
-            ("specimens", first_twice(&self.specimens, String::clone)),
-            (
-                "displacement_axes",
-                first_twice(&self.displacement_axes, Direction::clone),
-            ),
-            // Readings of one name count as those of one pose and direction.
-            (
-                "directions",
-                first_twice(&self.directions, ToString::to_string),
-            ),
-        ] {
-            if let Some(name) = name {
-                return Err(ProcedureProblem::Twice { key, name });
-            }
-        }
+        once("poses", poses.unwrap_or_default(), PoseId::clone)?;
+        once("directions", &self.directions, LoadDirection::unit_vector)?;
+        once("specimens", &self.specimens, String::clone)?;
+        once(
+            "displacement_axes",
+            &self.displacement_axes,
+            Direction::clone,
+        )?;
+        // Readings of one name count as those of one pose and direction.
+        once("directions", &self.directions, ToString::to_string)?;
         if self.repeats == 0 {
             return Err(ProcedureProblem::NoRepeat);
         }
@@ -413,9 +399,18 @@ pub(super) fn size(key: &'static str, value: f64) -> Result<(), ProcedureProblem
     Ok(())
 }
 
-/// The first member of a list that is as another before it, in words.
-fn first_twice<T: ToString, K: PartialEq>(list: &[T], of: impl Fn(&T) -> K) -> Option<String> {
+/// Refuses a list with a member that is as another before it.
+fn once<T: ToString, K: PartialEq>(
+    key: &'static str,
+    list: &[T],
+    of: impl Fn(&T) -> K,
+) -> Result<(), ProcedureProblem> {
     let keys: Vec<K> = list.iter().map(of).collect();
-    let place = (0..keys.len()).find(|&place| keys[..place].contains(&keys[place]))?;
-    Some(list[place].to_string())
+    match (0..keys.len()).find(|&place| keys[..place].contains(&keys[place])) {
+        None => Ok(()),
+        Some(place) => Err(ProcedureProblem::Twice {
+            key,
+            name: list[place].to_string(),
+        }),
+    }
 }

@@ -82,27 +82,22 @@ impl ReadingLimits {
 
     /// Checks that each is a size, and that no warning comes behind its hard limit.
     pub(super) fn check(&self) -> Result<(), ProcedureProblem> {
-        for (warn_key, warn, hard_key, hard) in [
-            (
-                "limits.force_warn",
-                self.force_warn_n,
-                "limits.force_hard",
-                self.force_hard_n,
-            ),
+        let pairs = [
+            ("limits.force_warn", self.force_warn_n, self.force_hard_n),
+            ("limits.force_hard", self.force_hard_n, None),
             (
                 "limits.displacement_warn",
                 self.displacement_warn_m,
-                "limits.displacement_hard",
                 self.displacement_hard_m,
             ),
-        ] {
-            if let Some(warn) = warn {
-                size(warn_key, warn)?;
-                if hard.is_some_and(|hard| warn > hard) {
-                    return Err(ProcedureProblem::WarnsTooLate { key: warn_key });
-                }
+            ("limits.displacement_hard", self.displacement_hard_m, None),
+        ];
+        for (key, value, hard) in pairs {
+            let Some(value) = value else { continue };
+            size(key, value)?;
+            if hard.is_some_and(|hard| value > hard) {
+                return Err(ProcedureProblem::WarnsTooLate { key });
             }
-            hard.map_or(Ok(()), |hard| size(hard_key, hard))?;
         }
         Ok(())
     }

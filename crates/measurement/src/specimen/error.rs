@@ -148,20 +148,3 @@ pub enum SpecimenError {
         expected: &'static str,
     },
 }
-
-impl SpecimenError {
-    /// The line the error is about, from 1; `None` if it concerns no single line.
-    #[must_use]
-    pub fn line(&self) -> Option<u32> {
-        match self {
-            Self::Table(error) => error.line(),
-            Self::NoReadings { at, .. }
-            | Self::MissingColumn { at, .. }
-            | Self::DuplicateColumn { at, .. }
-            | Self::NoUnit { at, .. }
-            | Self::WrongColumnUnit { at, .. } => Some(at.line),
-            Self::BadValue { cell, .. } => Some(cell.line),
-            Self::SameColumn { .. } | Self::WrongUnit { .. } | Self::BadTurnShare { .. } => None,
-        }
-    }
-}

@@ -113,7 +113,7 @@ mod tests {
     fn what_is_no_text_is_refused_with_its_line() {
         for broken in [&b"F\nd\0\n"[..], b"\xFF\xFEa\0\n\0\x00\xD8b\0"] {
             let error = decode("t", broken).unwrap_err();
-            assert!(error.line() == Some(2), "{error}");
+            assert!(error.to_string().contains("line 2"), "{error}");
         }
     }
 }

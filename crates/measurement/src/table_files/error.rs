@@ -257,24 +257,3 @@ pub enum TableFileError {
         file: String,
     },
 }
-
-impl TableFileError {
-    /// The line the error is about, from 1; `None` if it concerns no single line.
-    #[must_use]
-    pub fn line(&self) -> Option<u32> {
-        match self {
-            Self::NotText { at }
-            | Self::UnclosedQuote { at }
-            | Self::FieldCount { at, .. }
-            | Self::CommaOrDecimal { at, .. } => Some(at.line),
-            Self::BadNumber { cell }
-            | Self::NotFinite { cell }
-            | Self::MixedDecimals { cell, .. }
-            | Self::EitherDecimal { cell }
-            | Self::MixedUnits { cell, .. }
-            | Self::BadTime { cell }
-            | Self::DayOrMonth { cell } => Some(cell.line),
-            _ => None,
-        }
-    }
-}
