@@ -97,7 +97,7 @@ impl ShiftMap {
     /// # Errors
     /// [`NoMap`], also for laws that are not linear.
     pub fn under_weight(model: &MapModel<'_>, poses: &PoseSample) -> Result<Self, NoMap> {
-        model.check_linear()?;
+        model.sweep()?;
         Self::of(model, poses, |poses| {
             let chunks = poses.par_chunks(CHUNK).map(|poses| sags(model, poses));
             let chunks: Vec<Vec<_>> = chunks.collect::<Result<_, RobotError>>()?;

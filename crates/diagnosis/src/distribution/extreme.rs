@@ -112,23 +112,17 @@ impl WorkspaceSample {
         let Some(start) = self.extreme(extreme) else {
             return Ok(None);
         };
-        let free = free_variables(robot, &self.plan)?;
+        let free = free_variables(robot, &self.plan.held)?;
         let objective = Outermost {
             extreme,
             place: EndPlacer::new(robot, mechanism, &self.plan)?,
         };
-        let mut ascend = ProjectedAscent::new(robot, free, objective, start.pose.clone());
-        let slope_m_per_deg = ascend.leave_the_minimum()?;
-        let limits = ascend.limits_in_words();
-        let ProjectedAscent {
-            mut objective,
-            pose,
-            ..
-        } = ascend;
+        let (mut objective, top) =
+            ProjectedAscent::climb(robot, free, objective, start.pose.clone())?;
         Ok(Some(RefinedExtreme {
-            point: objective.place.end_point(pose)?,
-            limits,
-            slope_m_per_deg,
+            point: objective.place.end_point(top.pose)?,
+            limits: top.limits,
+            slope_m_per_deg: top.slope_per_deg,
         }))
     }
 }

@@ -11,9 +11,12 @@ use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, Variable};
 use stiffbench_numeric::statistics::golden_ratio;
 
 use super::plane::MapPlane;
-use super::workspace::{
-    DRAWS_PER_POSE, EndPlacer, WorkspaceError, WorkspacePlan, free_variables, unit_interval,
-};
+use super::workspace::{EndPlacer, WorkspaceError, WorkspacePlan, free_variables};
+
+/// Poses drawn for each one wanted before the limits are taken to exclude (almost) everything.
+///
+/// The shipped robot accepts six in ten. A robot that accepts one in a thousand can still be sampled, in a minute instead of a blink.
+const DRAWS_PER_POSE: u64 = 10_000;
 
 /// Shifts of the low-discrepancy points: points of one shift are evenly spread, shifts are independent. Their scatter states how well a mean
 /// is known (Cranley and Patterson, SIAM Journal on Numerical Analysis 13 (1976) 904), with one less degree of freedom.
@@ -87,11 +90,7 @@ impl PoseSample {
     /// # Errors
     /// [`WorkspaceError::Robot`] for a held variable that does not exist; [`WorkspaceError::LimitsExcludeNearlyAll`].
     pub fn draw(robot: &Robot, plan: &PosePlan, shard: Shard) -> Result<Self, WorkspaceError> {
-        let held = WorkspacePlan {
-            held: plan.held.clone(),
-            ..WorkspacePlan::paper()
-        };
-        let free = free_variables(robot, &held)?;
+        let free = free_variables(robot, &plan.held)?;
         let mut set = Self {
             ids: Vec::new(),
             nominal: robot.nominal_pose(),
@@ -104,7 +103,7 @@ impl PoseSample {
             Sampling::Grid => set.draw_grid(robot, plan, shard)?,
             Sampling::MonteCarlo | Sampling::LowDiscrepancy => {
                 let mut points = Points::new(plan, set.free.len());
-                let most = (plan.poses as u64).saturating_mul(DRAWS_PER_POSE as u64);
+                let most = (plan.poses as u64).saturating_mul(DRAWS_PER_POSE);
                 while set.whole < plan.poses {
                     if set.drawn == most {
                         return Err(set.too_few(plan));
@@ -124,7 +123,7 @@ impl PoseSample {
         shard: Shard,
     ) -> Result<(), WorkspaceError> {
         let axes = self.free.len() as u32;
-        let most = (plan.poses as u64).saturating_mul(DRAWS_PER_POSE as u64);
+        let most = (plan.poses as u64).saturating_mul(DRAWS_PER_POSE);
         let mut wanted = plan.poses as f64;
         let mut cells = 0_u64;
         loop {
@@ -280,6 +279,11 @@ impl Points {
             }
         }
     }
+}
+
+/// A number evenly distributed over [0, 1): the upper 53 bits of a random word, so that a seed means the same in every version of `rand`.
+fn unit_interval(word: u64) -> f64 {
+    (word >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Names of the variables that move the end in neither coordinate of a plane. In that of reach and height these are a waist, which only

@@ -37,24 +37,52 @@ pub(super) trait AscentObjective {
     fn height(&mut self, pose: &Pose) -> Result<f64, RobotError>;
 }
 
+/// Where a climb ended.
+pub(super) struct HillTop {
+    pub(super) pose: Pose,
+    /// The limits that hold it there, in words.
+    pub(super) limits: Vec<String>,
+    /// The steepest way that is left, a degree.
+    pub(super) slope_per_deg: f64,
+}
+
 /// The way up a hill within the limits of a robot.
 pub(super) struct ProjectedAscent<H> {
-    pub(super) objective: H,
+    objective: H,
     /// Indices of the free variables.
     free: Vec<usize>,
     limits: Vec<LinearLimit>,
     /// Where the climb is.
-    pub(super) pose: Pose,
+    pose: Pose,
 }
 
 impl<H: AscentObjective> ProjectedAscent<H> {
-    pub(super) fn new(robot: &Robot, free: Vec<usize>, objective: H, pose: Pose) -> Self {
-        Self {
+    /// The top of the hill on which a pose stands, with the objective that found it.
+    ///
+    /// # Errors
+    /// [`RobotError`] if a pose on the way cannot be taken.
+    pub(super) fn climb(
+        robot: &Robot,
+        free: Vec<usize>,
+        objective: H,
+        start: Pose,
+    ) -> Result<(H, HillTop), RobotError> {
+        let mut ascent = Self {
             objective,
-            limits: linear_limits(robot, &free, &pose),
+            limits: linear_limits(robot, &free, &start),
             free,
-            pose,
-        }
+            pose: start,
+        };
+        let slope_per_deg = ascent.leave_the_minimum()?;
+        let touched = ascent.touched().into_iter();
+        let top = HillTop {
+            limits: touched
+                .map(|limit| ascent.limits[limit].text.clone())
+                .collect(),
+            slope_per_deg,
+            pose: ascent.pose,
+        };
+        Ok((ascent.objective, top))
     }
 
     /// Goes on until no limit lets it; returns the steepest way that is left, a degree: above [`AscentObjective::FLAT_PER_DEG`] only where it
@@ -62,7 +90,7 @@ impl<H: AscentObjective> ProjectedAscent<H> {
     ///
     /// # Errors
     /// [`RobotError`] if a pose on the way cannot be taken.
-    pub(super) fn leave_the_minimum(&mut self) -> Result<f64, RobotError> {
+    fn leave_the_minimum(&mut self) -> Result<f64, RobotError> {
         let mut slope = f64::INFINITY;
         for _ in 0..MOST_MOVES {
             let direction = self.way_on()?;
@@ -73,14 +101,6 @@ impl<H: AscentObjective> ProjectedAscent<H> {
             self.follow(&(direction / slope))?;
         }
         Ok(slope)
-    }
-
-    /// The limits that hold it where it is.
-    pub(super) fn limits_in_words(&self) -> Vec<String> {
-        let touched = self.touched().into_iter();
-        touched
-            .map(|limit| self.limits[limit].text.clone())
-            .collect()
     }
 
     fn x(&self) -> DVector<f64> {

@@ -1,17 +1,11 @@
 //! Poses drawn at random within the limits (the paper's Section II-C and Fig. 3).
 
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use stiffbench_beams::robot::{
     FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Robot, RobotError, Theory,
 };
 use stiffbench_numeric::vector::{dot, norm, scale, subtract};
 
-/// Poses drawn for each one wanted before the limits are taken to exclude (almost) everything.
-///
-/// The shipped robot accepts six in ten. A robot that accepts one in a thousand can still be sampled, in a minute instead of a blink.
-pub(super) const DRAWS_PER_POSE: usize = 10_000;
+use super::pose_set::{PosePlan, PoseSample, Sampling, Shard};
 
 /// What to draw.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,35 +133,21 @@ impl WorkspaceSample {
         mechanism: &Mechanism,
         plan: &WorkspacePlan,
     ) -> Result<Self, WorkspaceError> {
-        let free = free_variables(robot, plan)?;
         let mut place = EndPlacer::new(robot, mechanism, plan)?;
-        let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
+        let poses = PosePlan {
+            sampling: Sampling::MonteCarlo,
+            poses: plan.poses,
+            seed: plan.seed,
+            held: plan.held.clone(),
+        };
+        let poses = PoseSample::draw(robot, &poses, Shard::WHOLE)?;
         let mut sample = Self {
             plan: plan.clone(),
             points: Vec::new(),
             unreachable: Vec::new(),
-            drawn: 0,
+            drawn: poses.drawn as usize,
         };
-        let most = plan.poses.saturating_mul(DRAWS_PER_POSE);
-        while sample.accepted() < plan.poses {
-            if sample.drawn == most {
-                return Err(WorkspaceError::LimitsExcludeNearlyAll {
-                    drawn: sample.drawn,
-                    accepted: sample.accepted(),
-                    wanted: plan.poses,
-                });
-            }
-            sample.drawn += 1;
-            let mut pose = robot.nominal_pose();
-            for &variable in &free {
-                let limits = &robot.variables[variable];
-                let span = limits.max_deg - limits.min_deg;
-                pose.angles_deg[variable] =
-                    limits.min_deg + span * unit_interval(random.next_u64());
-            }
-            if !robot.violated_limits(&pose).is_empty() {
-                continue;
-            }
+        for pose in (0..poses.len()).map(|number| poses.pose(number)) {
             match place.end_point(pose.clone()) {
                 Ok(point) => sample.points.push(point),
                 Err(RobotError::Unreachable { node, gap_m, .. }) => sample
@@ -193,22 +173,13 @@ impl WorkspaceSample {
 }
 
 /// Indices of the variables that are drawn.
-pub(super) fn free_variables(
-    robot: &Robot,
-    plan: &WorkspacePlan,
-) -> Result<Vec<usize>, RobotError> {
-    let held: Vec<usize> = plan
-        .held
+pub(super) fn free_variables(robot: &Robot, held: &[String]) -> Result<Vec<usize>, RobotError> {
+    let held: Vec<usize> = held
         .iter()
         .map(|name| robot.variable(name))
         .collect::<Result<_, _>>()?;
     let all = 0..robot.variables.len();
     Ok(all.filter(|variable| !held.contains(variable)).collect())
-}
-
-/// A number evenly distributed over [0, 1): the upper 53 bits of a random word, so that a seed means the same in every version of `rand`.
-pub(super) fn unit_interval(word: u64) -> f64 {
-    (word >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Finds the end of a mechanism in one pose after another.

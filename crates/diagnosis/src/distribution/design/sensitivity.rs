@@ -54,9 +54,6 @@ pub struct JointSensitivity {
     pub mean: f64,
 }
 
-/// Derivatives of ln K to ln A, ln Iy, ln Iz, ln J of each section, in the order of [`sections_of`].
-type LogGradient = Vec<[f64; 4]>;
-
 /// Indices of the sections that the members of a mechanism have, in the order of the file.
 fn sections_of(robot: &Robot, mechanism: &Mechanism) -> Vec<usize> {
     let is_used = |section: &usize| {
@@ -66,13 +63,14 @@ fn sections_of(robot: &Robot, mechanism: &Mechanism) -> Vec<usize> {
     (0..robot.sections.len()).filter(is_used).collect()
 }
 
-/// Derivatives of ln K along an axis in poses; joints must be linear.
+/// Derivatives of ln K along an axis in poses to ln A, ln Iy, ln Iz, ln J of each section, in the order of [`sections_of`]; joints must be
+/// linear.
 fn log_gradients(
     model: &MapModel<'_>,
     joints: &JointModel,
     poses: &[Pose],
     axis: usize,
-) -> Result<Vec<LogGradient>, RobotError> {
+) -> Result<Vec<Vec<f64>>, RobotError> {
     let (robot, mechanism) = (model.robot(), model.mechanism());
     let sections = sections_of(robot, mechanism);
     let places: Vec<usize> = mechanism
@@ -83,7 +81,7 @@ fn log_gradients(
             sections.iter().position(|section| *section == of_member)
         })
         .collect();
-    let of_chunk = |poses: &[Pose]| -> Result<Vec<LogGradient>, RobotError> {
+    let of_chunk = |poses: &[Pose]| -> Result<Vec<Vec<f64>>, RobotError> {
         let theory = Theory::EulerBernoulli;
         let mut predictor = Predictor::with(robot, mechanism, joints, theory, model.factors())?;
         let mut by_element = vec![[0.0; 4]; places.len()];
@@ -95,9 +93,9 @@ fn log_gradients(
             let structure = predictor.model().structure();
             let end_m = structure.nodes[structure.end.node].position_m;
             let whole = compliance + model.rocking_m_per_n(end_m, axis);
-            let mut gradient = vec![[0.0; 4]; sections.len()];
+            let mut gradient = vec![0.0; 4 * sections.len()];
             for (slopes, &place) in by_element.iter().zip(&places) {
-                for (sum, slope) in gradient[place].iter_mut().zip(slopes) {
+                for (sum, slope) in gradient[4 * place..].iter_mut().zip(slopes) {
                     *sum -= slope / whole;
                 }
             }
@@ -155,18 +153,6 @@ fn joint_gradients(
     Ok(chunks?.into_iter().flatten().collect())
 }
 
-/// Rows of a map from which the derivatives of its mean are taken.
-fn rows_of_mean(map: &StiffnessMap) -> Vec<usize> {
-    let step = map.len().div_ceil(POSES_OF_A_MEAN).max(1);
-    (0..map.len()).step_by(step).collect()
-}
-
-/// The poses of rows.
-fn poses_of(map: &StiffnessMap, poses: &PoseSample, rows: &[usize]) -> Vec<Pose> {
-    let pose = |&row: &usize| poses.pose(map.places[row] as usize);
-    rows.iter().map(pose).collect()
-}
-
 /// Gradient of the logarithm of a mean from those of its terms: their mean, weighted with the terms. Gradients beyond the values are left
 /// out.
 fn of_mean(gradients: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
@@ -178,28 +164,6 @@ fn of_mean(gradients: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
         }
     }
     mean
-}
-
-/// Row of the least value of a column; `None` for a map without rows.
-fn least_row(map: &StiffnessMap, column: usize) -> Option<usize> {
-    let rows = map.column(column).enumerate();
-    rows.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
-}
-
-/// Gradients of the logarithms of the least and of the mean stiffness.
-struct LeastAndMean {
-    least: Vec<f64>,
-    mean: Vec<f64>,
-}
-
-impl LeastAndMean {
-    /// From the gradients of the poses of the mean, and after them that of the least stiff pose.
-    fn of(gradients: &[Vec<f64>], values_of_mean: &[f64]) -> Self {
-        Self {
-            least: gradients.last().cloned().unwrap_or_default(),
-            mean: of_mean(gradients, values_of_mean),
-        }
-    }
 }
 
 /// What moves the least and the mean stiffness along an axis; `None` for a map without rows or without this axis.
@@ -219,59 +183,55 @@ pub fn design_sensitivity(
     let (Some(column), Some(joints)) = (column, model.joints()) else {
         return Ok(None);
     };
-    let Some(least) = least_row(map, column) else {
+    let all = map.column(column).enumerate();
+    let Some((least, _)) = all.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(None);
     };
-    let mut rows = rows_of_mean(map);
+    let step = map.len().div_ceil(POSES_OF_A_MEAN).max(1);
+    let mut rows: Vec<usize> = (0..map.len()).step_by(step).collect();
     let values: Vec<f64> = rows
         .iter()
         .map(|&row| map.stiffness_n_per_m(row, column))
         .collect();
     rows.push(least);
-    let taken = poses_of(map, poses, &rows);
-    let gradients = log_gradients(model, joints, &taken, axis)?.into_iter();
-    let gradients: Vec<Vec<f64>> = gradients.map(|gradient| gradient.concat()).collect();
+    let taken = rows.iter();
+    let taken = taken.map(|&row| poses.pose(map.places[row] as usize));
+    let taken: Vec<Pose> = taken.collect();
+    let least_and_mean = |gradients: Vec<Vec<f64>>| {
+        let mean = of_mean(&gradients, &values);
+        (gradients.last().cloned().unwrap_or_default(), mean)
+    };
+    let (robot, mechanism) = (model.robot(), model.mechanism());
+    let names: Vec<&String> = robot.sections.keys().collect();
+    let (smallest, mean) = least_and_mean(log_gradients(model, joints, &taken, axis)?);
+    let (smallest, mean) = (smallest.as_chunks().0, mean.as_chunks().0);
+    let sections = sections_of(robot, mechanism).into_iter();
+    let sections = sections.zip(smallest.iter().zip(mean));
+    let sections = sections.map(|(section, (&smallest, &mean))| SectionSensitivity {
+        section: names[section].clone(),
+        smallest,
+        mean,
+    });
+    let joints = match joints {
+        JointModel::Rigid => {
+            let (smallest, mean) = least_and_mean(joint_gradients(model, &taken, axis)?);
+            let joints = mechanism.joints(robot).into_iter();
+            let joints = joints.zip(smallest.into_iter().zip(mean));
+            let named = joints.map(|(joint, (smallest, mean))| JointSensitivity {
+                joint: robot.joints[joint].name.clone(),
+                smallest,
+                mean,
+            });
+            named.collect()
+        }
+        JointModel::Pinned | JointModel::Hinged(_) => Vec::new(),
+    };
     Ok(Some(DesignSensitivity {
         axis,
         smallest_n_per_m: map.stiffness_n_per_m(least, column),
         mean_n_per_m: map.column(column).sum::<f64>() / map.len() as f64,
         poses_of_mean: values.len(),
-        sections: by_section(model, &LeastAndMean::of(&gradients, &values)),
-        joints: match joints {
-            JointModel::Rigid => {
-                let gradients = joint_gradients(model, &taken, axis)?;
-                by_joint(model, &LeastAndMean::of(&gradients, &values))
-            }
-            JointModel::Pinned | JointModel::Hinged(_) => Vec::new(),
-        },
+        sections: sections.collect(),
+        joints,
     }))
-}
-
-fn by_section(model: &MapModel<'_>, found: &LeastAndMean) -> Vec<SectionSensitivity> {
-    let robot = model.robot();
-    let names = robot.sections.keys().collect::<Vec<_>>();
-    let four = |of: &[f64], place: usize| std::array::from_fn(|i| of[4 * place + i]);
-    let sections = sections_of(robot, model.mechanism())
-        .into_iter()
-        .enumerate();
-    sections
-        .map(|(place, section)| SectionSensitivity {
-            section: names[section].clone(),
-            smallest: four(&found.least, place),
-            mean: four(&found.mean, place),
-        })
-        .collect()
-}
-
-fn by_joint(model: &MapModel<'_>, found: &LeastAndMean) -> Vec<JointSensitivity> {
-    let robot = model.robot();
-    let joints = model.mechanism().joints(robot).into_iter();
-    joints
-        .zip(found.least.iter().zip(&found.mean))
-        .map(|(joint, (&smallest, &mean))| JointSensitivity {
-            joint: robot.joints[joint].name.clone(),
-            smallest,
-            mean,
-        })
-        .collect()
 }

@@ -147,10 +147,11 @@ pub(super) fn fill_row(
 ) {
     let (stiffness, mut rest) = row[3..].split_at_mut(columns.len());
     let translation = compliance.translation();
-    let along_axes = has_principal(columns).then(|| principal(&translation));
+    let [has_directions, has_axes] = has_principal(columns);
+    let along_axes = has_directions.then(|| principal(&translation));
     let rotation = columns.iter().any(MapColumn::is_rotational);
     let rotation = rotation.then(|| rotation_per_moment(compliance));
-    let about_axes = rotation.filter(|_| has_principal_of_rotation(columns));
+    let about_axes = rotation.filter(|_| has_axes);
     let about_axes = about_axes.map(|rotation| principal(&rotation));
     let value = |column: &MapColumn| {
         Some(match column {
@@ -178,14 +179,12 @@ fn rotation_per_moment(compliance: &Compliance6) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| compliance.0[3 + i][3 + j]))
 }
 
-fn has_principal(columns: &[MapColumn]) -> bool {
-    let mut columns = columns.iter();
-    columns.any(|column| column.is_principal() && !column.is_rotational())
-}
-
-fn has_principal_of_rotation(columns: &[MapColumn]) -> bool {
-    let mut columns = columns.iter();
-    columns.any(|column| column.is_principal() && column.is_rotational())
+/// Whether there are principal stiffnesses along the principal directions, and about the principal axes.
+fn has_principal(columns: &[MapColumn]) -> [bool; 2] {
+    [false, true].map(|rotational| {
+        let mut columns = columns.iter();
+        columns.any(|column| column.is_principal() && column.is_rotational() == rotational)
+    })
 }
 
 /// Share of the largest compliance below which another one is rounding: nothing yields there.
@@ -257,11 +256,8 @@ fn principal(compliance: &[[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
 /// Numbers in a row: the end, the columns, the weakest direction and axis where there are principal stiffnesses, and the matrix.
 #[must_use]
 pub fn row_width(columns: &[MapColumn], matrix: Option<MatrixKind>) -> usize {
-    let mut directions = [false; 2];
-    for column in columns {
-        directions[usize::from(column.is_rotational())] |= column.is_principal();
-    }
-    let directions = directions.into_iter().filter(|has| *has).count();
+    let directions = has_principal(columns).into_iter();
+    let directions = directions.filter(|has| *has).count();
     3 + columns.len() + 3 * directions + if matrix.is_some() { ENTRIES } else { 0 }
 }
 

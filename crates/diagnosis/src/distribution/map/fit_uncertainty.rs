@@ -63,45 +63,32 @@ pub fn fit_uncertainty(
     if !model.is_linear() || map.is_empty() {
         return Ok(vec![None; columns.len()]);
     }
-    let mut found = Vec::with_capacity(columns.len());
-    let along: Vec<_> = columns
-        .iter()
-        .filter(|(column, _)| !column.is_rotational())
+    let mut found = vec![None; columns.len()];
+    let along: Vec<usize> = (0..columns.len())
+        .filter(|&column| !columns[column].0.is_rotational())
         .collect();
     for chunk in along.chunks(AT_ONCE) {
-        let (columns, statistics): (Vec<MapColumn>, Vec<&ColumnStatistics>) = chunk
-            .iter()
-            .map(|(column, statistics)| (column.clone(), statistics))
-            .unzip();
-        let along = &columns;
-        let means = mean_gradients(model, map, poses, along, &covariance.parameters)?;
-        for (place, statistics) in statistics.iter().enumerate() {
+        let along: Vec<MapColumn> = chunk.iter().map(|&i| columns[i].0.clone()).collect();
+        let means = mean_gradients(model, map, poses, &along, &covariance.parameters)?;
+        for (place, &column) in chunk.iter().enumerate() {
+            let statistics = &columns[column].1;
             let extremes = [&statistics.smallest, &statistics.largest];
             let rows = extremes.map(|extreme| extreme.row);
-            let of_extremes = gradients(model, map, poses, along, &covariance.parameters, &rows)?;
+            let of_extremes = gradients(model, map, poses, &along, &covariance.parameters, &rows)?;
             let estimate = |value: f64, gradient: &Gradient| Estimate {
                 value,
                 standard_uncertainty: covariance.carried(gradient),
                 dof: covariance.dof.unwrap_or(f64::INFINITY),
             };
             let [smallest, largest] = extremes.map(|extreme| extreme.stiffness_n_per_m);
-            found.push(Some(FitUncertainty {
+            found[column] = Some(FitUncertainty {
                 smallest: estimate(smallest, &of_extremes[0][place]),
                 largest: estimate(largest, &of_extremes[1][place]),
                 mean: estimate(statistics.mean.value, &means[place]),
-            }));
+            });
         }
     }
-    let mut found = found.into_iter();
-    Ok(columns
-        .iter()
-        .map(|(column, _)| {
-            (!column.is_rotational())
-                .then(|| found.next())
-                .flatten()
-                .flatten()
-        })
-        .collect())
+    Ok(found)
 }
 
 /// Means of the derivatives over all rows, on all cores.

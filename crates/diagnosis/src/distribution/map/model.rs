@@ -215,15 +215,10 @@ impl<'a> MapModel<'a> {
         rows: &mut [f64],
     ) -> Result<Vec<(usize, String)>, NoMap> {
         self.check(columns)?;
-        match (&self.means, matrix) {
-            (SolutionMethod::Sweep { sweep, .. }, _) => {
-                Ok(self.swept_rows(sweep, poses, (columns, matrix), rows))
-            }
-            (SolutionMethod::Secant { .. }, None) => Ok(self.rows_alone(poses, columns, rows)),
-            (SolutionMethod::Secant { effect, .. }, Some(_)) => Err(NoMap::LinearOnly {
-                effect: effect.clone(),
-            }),
+        if matrix.is_none() && !self.is_linear() {
+            return Ok(self.rows_alone(poses, columns, rows));
         }
+        Ok(self.swept_rows(self.sweep()?, poses, (columns, matrix), rows))
     }
 
     /// Fills rows from a sweep.

@@ -46,21 +46,15 @@ impl StiffnessMap {
             sign: if largest { 1.0 } else { -1.0 },
         };
         let start = poses.pose(self.places[row] as usize);
-        let mut ascend = ProjectedAscent::new(model.robot(), poses.free.clone(), objective, start);
-        let slope_per_deg = ascend.leave_the_minimum()?;
-        let limits = ascend.limits_in_words();
-        let ProjectedAscent {
-            mut objective,
-            pose,
-            ..
-        } = ascend;
-        objective.solve(&pose)?;
+        let free = poses.free.clone();
+        let (mut objective, top) = ProjectedAscent::climb(model.robot(), free, objective, start)?;
+        objective.solve(&top.pose)?;
         Ok(RefinedStiffness {
             end_m: [objective.row[0], objective.row[1], objective.row[2]],
             stiffness_n_per_m: objective.row[3],
-            pose,
-            limits,
-            slope_per_deg,
+            pose: top.pose,
+            limits: top.limits,
+            slope_per_deg: top.slope_per_deg,
         })
     }
 }

@@ -4,7 +4,7 @@ use stiffbench_beams::structure::Compliance6;
 
 use crate::distribution::map::MatrixKind;
 
-use super::{MapModel, NoMap, SolutionMethod};
+use super::{MapModel, NoMap};
 
 /// What a batch of poses has, in their order.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,13 +60,7 @@ impl MapModel<'_> {
         missing: T,
         result: impl Fn([f64; 3], &Compliance6) -> T + Sync,
     ) -> Result<SolvedBatch<T>, NoMap> {
-        let SolutionMethod::Sweep { sweep, .. } = &self.means else {
-            self.check_linear()?;
-            return Ok(SolvedBatch {
-                results: Vec::new(),
-                failed: Vec::new(),
-            });
-        };
+        let sweep = self.sweep()?;
         let count = values.len() / self.robot.variables.len().max(1);
         let mut results = vec![zero; count];
         let failed = sweep.run_into(values, &mut results, result);

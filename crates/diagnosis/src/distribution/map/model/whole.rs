@@ -1,7 +1,7 @@
 //! What loads need of a model beyond its stiffness: the whole compliance, the rocking base.
 
 use crate::distribution::end_load::EndShift;
-use stiffbench_beams::robot::{Keep, Pose};
+use stiffbench_beams::robot::{Keep, Pose, PoseSweep};
 use stiffbench_beams::structure::Compliance6;
 
 use super::{MapModel, NoMap, SolutionMethod};
@@ -15,11 +15,7 @@ impl MapModel<'_> {
         &self,
         poses: &[Pose],
     ) -> Result<Vec<WholeCompliance>, NoMap> {
-        let SolutionMethod::Sweep { sweep, .. } = &self.means else {
-            self.check_linear()?;
-            return Ok(Vec::new());
-        };
-        let swept = sweep.run(poses, Keep::Full);
+        let swept = self.sweep()?.run(poses, Keep::Full);
         let solved = swept.poses.iter().zip(&swept.compliances);
         let mut failed = swept.failed.iter();
         Ok(solved
@@ -46,10 +42,10 @@ impl MapModel<'_> {
         Some(EndShift::turned(rotation_rad, support_m, end_m))
     }
 
-    /// Refuses laws that are not linear.
-    pub(in crate::distribution) fn check_linear(&self) -> Result<(), NoMap> {
+    /// The sweep over poses; laws that are not linear are refused.
+    pub(in crate::distribution) fn sweep(&self) -> Result<&PoseSweep<'_>, NoMap> {
         match &self.means {
-            SolutionMethod::Sweep { .. } => Ok(()),
+            SolutionMethod::Sweep { sweep, .. } => Ok(sweep),
             SolutionMethod::Secant { effect, .. } => Err(NoMap::LinearOnly {
                 effect: effect.clone(),
             }),
