@@ -2,15 +2,13 @@
 
 use nalgebra::DMatrix;
 
-use stiffbench_beams::robot::{
-    FittingFactors, Mechanism, ModelParameter, NamedPose, Robot, RobotError,
-};
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, NamedPose, Robot};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
 use super::error::LoadCaseFitError;
-use super::plan::further_poses;
+use super::plan::{TriedPose, add_outer, further_poses};
 use super::problem::unloaded_springs;
 
 /// Poses that are tried beside the named ones, spread evenly over the limits.
@@ -54,13 +52,6 @@ pub struct BestPoses {
     pub errors: Vec<(ModelParameter, Option<f64>)>,
 }
 
-/// A pose within the limits.
-struct PoseInformation {
-    named: NamedPose,
-    /// What its readings say of the parameters, in units of their scales.
-    information: DMatrix<f64>,
-}
-
 /// The poses, among the named ones and poses spread over the limits, whose readings have the largest determinant of the information on the
 /// parameters (D-optimality: Pukelsheim, Optimal Design of Experiments, 2006, section 6.2), by one choice after the other and then exchanges
 /// (Fedorov, Theory of Optimal Experiments, 1972, section 3.3).
@@ -82,24 +73,14 @@ pub fn best_poses(
     count: usize,
 ) -> Result<BestPoses, LoadCaseFitError> {
     let mut solver = ComplianceSolver::new(robot, mechanism, parameters, start)?;
-    let mut tried = Vec::new();
-    let mut slopes = Vec::new();
-    for (id, pose) in further_poses(robot, TRIED_POSES) {
-        let solved = match solver.solve(&pose, start, true, false) {
-            Ok(solved) => solved,
-            Err(RobotError::Unreachable { .. }) => continue,
-            Err(error) => return Err(error.into()),
-        };
-        // Beside the parameters a spring that every load moves along itself.
-        let along = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-        let derivatives = [solved.derivatives, vec![along]].concat();
-        slopes.push(readings.rows(&solved.compliance, &derivatives));
-        tried.push(NamedPose {
-            id,
-            pose,
-            stated_zy_m: None,
-        });
-    }
+    let tried = further_poses(&mut solver, robot, start, TRIED_POSES)?;
+    // Beside the parameters a spring that every load moves along itself.
+    let along = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let slopes = tried.iter().map(|TriedPose { solved, .. }| {
+        let derivatives = [&solved.derivatives[..], &[along]].concat();
+        readings.rows(&solved.compliance, &derivatives)
+    });
+    let mut slopes: Vec<Vec<Vec<f64>>> = slopes.collect();
     let lengths: Vec<f64> = (0..=parameters.len())
         .map(|place| {
             let rows = slopes.iter().flatten().map(|row| row[place] * row[place]);
@@ -114,18 +95,12 @@ pub fn best_poses(
     // Each parameter in units of what one pose says of it on average: the determinant is then a fair number.
     let unit = (slopes.len().max(1) as f64).sqrt();
     let scales: Vec<f64> = loaded.iter().map(|place| unit / lengths[*place]).collect();
-    let tried: Vec<PoseInformation> = tried
-        .into_iter()
-        .zip(&slopes)
-        .map(|(named, rows)| PoseInformation {
-            named,
-            information: information(rows, &scales),
-        })
-        .collect();
-    let chosen = chosen(&tried, count.min(tried.len()));
+    let rows = slopes.iter();
+    let informations: Vec<DMatrix<f64>> = rows.map(|rows| information(rows, &scales)).collect();
+    let chosen = chosen(&informations, count.min(tried.len()));
     let mut sum = DMatrix::zeros(loaded.len(), loaded.len());
     for &place in &chosen {
-        sum += &tried[place].information;
+        sum += &informations[place];
     }
     let inverse = sum.cholesky().map(|factor| factor.inverse());
     let inverse = inverse
@@ -143,7 +118,11 @@ pub fn best_poses(
         tried: tried.len(),
         poses: chosen
             .into_iter()
-            .map(|place| tried[place].named.clone())
+            .map(|place| NamedPose {
+                id: tried[place].name.clone(),
+                pose: tried[place].pose.clone(),
+                stated_zy_m: None,
+            })
             .collect(),
     })
 }
@@ -188,49 +167,46 @@ impl PoseReadings {
     }
 }
 
+/// What the readings of a pose say of the parameters, in units of their scales.
 fn information(rows: &[Vec<f64>], scales: &[f64]) -> DMatrix<f64> {
     let size = scales.len();
     let mut matrix = DMatrix::zeros(size, size);
     for row in rows {
         let scaled: Vec<f64> = row.iter().zip(scales).map(|(a, scale)| a * scale).collect();
-        for (i, a) in scaled.iter().enumerate() {
-            for (j, b) in scaled.iter().enumerate() {
-                matrix[(i, j)] += a * b;
-            }
-        }
+        add_outer(&mut matrix, &scaled);
     }
     matrix
 }
 
 /// Places of the chosen poses.
-fn chosen(tried: &[PoseInformation], count: usize) -> Vec<usize> {
+fn chosen(tried: &[DMatrix<f64>], count: usize) -> Vec<usize> {
     let Some(first) = tried.first() else {
         return Vec::new();
     };
-    let size = first.information.nrows();
+    let size = first.nrows();
     let mut sum = DMatrix::identity(size, size) * RIDGE;
     let mut chosen: Vec<usize> = Vec::new();
     let best = |sum: &DMatrix<f64>, chosen: &[usize]| {
         let free = (0..tried.len()).filter(|place| !chosen.contains(place));
-        free.map(|place| (log_determinant(&(sum + &tried[place].information)), place))
+        free.map(|place| (log_determinant(&(sum + &tried[place])), place))
             .max_by(|a, b| a.0.total_cmp(&b.0))
     };
     while chosen.len() < count {
         let Some((_, place)) = best(&sum, &chosen) else {
             break;
         };
-        sum += &tried[place].information;
+        sum += &tried[place];
         chosen.push(place);
     }
     for _ in 0..MOST_PASSES {
         let mut gained = false;
         for slot in 0..chosen.len() {
             let now = log_determinant(&sum);
-            let without = &sum - &tried[chosen[slot]].information;
+            let without = &sum - &tried[chosen[slot]];
             if let Some((then, place)) = best(&without, &chosen)
                 && then > now + LEAST_GAIN
             {
-                sum = without + &tried[place].information;
+                sum = without + &tried[place];
                 chosen[slot] = place;
                 gained = true;
             }

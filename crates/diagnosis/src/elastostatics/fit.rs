@@ -1,14 +1,16 @@
 //! The fit of parameters to load cases.
 
-use stiffbench_beams::robot::{FittingFactors, ModelParameter};
+use stiffbench_beams::robot::ModelParameter;
 use stiffbench_numeric::least_squares::{
-    CovarianceSettings, LeastSquaresError, LeastSquaresFit, ParameterCovariance, ParameterSet,
-    ParameterStatus, SigmaMode, covariance, minima, spread,
+    CovarianceSettings, LeastSquaresFit, ParameterCovariance, ParameterSet, ParameterStatus,
+    SigmaMode, minima, spread,
 };
 use stiffbench_numeric::statistics::{f_upper_tail, root_mean_square};
 use stiffbench_units_and_text::test_point::PoseId;
 
-use crate::fit::{FactorCorrelations, FactorEstimate, FactorStatus, FitParameters};
+use crate::fit::{
+    FactorCorrelations, FactorEstimate, FactorStatus, FitParameters, covariance_if_any,
+};
 use crate::parameters::ParameterChoice;
 use crate::search::constants::ALTERNATIONS;
 
@@ -88,11 +90,11 @@ pub fn fit_load_cases(
     };
     let mut outcome = LoadCaseFit {
         mechanism: model.mechanism.name.clone(),
-        estimates: plain(&parameters, model.start, &factors),
+        estimates: parameters.plain_estimates(&factors),
         factors,
         correlation: covariance
             .as_ref()
-            .map(|covariance| correlations(&parameters, &set, covariance)),
+            .map(|covariance| FactorCorrelations::of(&parameters, &set, covariance)),
         frames: frames.zip(rigid.as_ref()).map(|(frames, rigid)| {
             let own = parameters.parameters().len();
             fitted_frames(model, frames, &fit.values, own, covariance.as_ref(), rigid)
@@ -258,64 +260,8 @@ fn covariance_of(
         known_dof: rows.scatter.dof,
         ..CovarianceSettings::default()
     };
-    match covariance(set, fit, SigmaMode::Known, &settings) {
-        Ok(covariance) => Ok(Some(covariance)),
-        Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => Ok(None),
-        Err(error) => Err(error.into()),
-    }
-}
-
-fn plain(
-    parameters: &FitParameters,
-    start: &FittingFactors,
-    fitted: &FittingFactors,
-) -> Vec<FactorEstimate> {
-    let list = parameters.parameters().iter().enumerate();
-    list.map(|(place, parameter)| FactorEstimate {
-        name: parameter.to_string(),
-        parameter: parameter.clone(),
-        start: start.get(parameter),
-        value: fitted.get(parameter),
-        interval_95: None,
-        islands_95: Vec::new(),
-        bounds: None,
-        standard_uncertainty: None,
-        quadratic_interval_95: None,
-        bootstrap_interval_95: None,
-        status: parameters.status(place),
-    })
-    .collect()
-}
-
-fn correlations(
-    parameters: &FitParameters,
-    set: &ParameterSet,
-    covariance: &ParameterCovariance,
-) -> FactorCorrelations {
-    let free = set.free_indices().iter().copied();
-    let known: Vec<usize> = free.filter(|&i| covariance.of(i, i).is_some()).collect();
-    let entry = |a: usize, b: usize| {
-        let same = f64::from(u8::from(a == b));
-        covariance.correlation(a, b).unwrap_or(same)
-    };
-    let uncertainty = |&place: &usize| {
-        let variance = covariance.of(place, place).unwrap_or_default();
-        let own = place < parameters.parameters().len();
-        let slope = if own { parameters.slope(place) } else { 1.0 };
-        slope * variance.sqrt()
-    };
-    let names = known
-        .iter()
-        .map(|&place| set.parameters()[place].name.clone());
-    FactorCorrelations::new(
-        names.collect(),
-        known
-            .iter()
-            .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
-            .collect(),
-        known.iter().map(uncertainty).collect(),
-        covariance.interval_dof,
-    )
+    let known = SigmaMode::Known;
+    Ok(covariance_if_any(set, fit, known, &settings)?)
 }
 
 fn agreement(
@@ -404,17 +350,4 @@ fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit)
         })
     };
     labels.filter_map(of_pose).collect()
-}
-
-/// The status of a parameter that ended on a bound; zero only of a spring.
-pub(super) fn at_bound(upper: bool, value: f64) -> FactorStatus {
-    let words = if value == 0.0 {
-        "zero fits best: no compliance shows in these poses".to_owned()
-    } else {
-        let side = if upper { "upper" } else { "lower" };
-        format!(
-            "the data push it beyond its {side} bound; the others are given for this value, and it has no uncertainty before the bound is wider"
-        )
-    };
-    FactorStatus::AtBound { upper, words }
 }

@@ -24,6 +24,28 @@ pub(super) trait WeighedProblem: ResidualFunction {
     fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, LoadCaseFitError>;
 }
 
+/// White residuals of predictions, and the white columns of their derivatives where they are asked for.
+pub(super) fn fill_white(
+    scatter: &RowScatter,
+    (predicted, measured): (&[f64], &[f64]),
+    residuals: &mut [f64],
+    jacobian: Option<&mut JacobianView<'_>>,
+    columns: impl FnOnce() -> Vec<Vec<f64>>,
+) {
+    let rows = predicted.iter().zip(measured);
+    for (residual, (predicted, measured)) in residuals.iter_mut().zip(rows) {
+        *residual = predicted - measured;
+    }
+    scatter.whiten(residuals);
+    let Some(jacobian) = jacobian else { return };
+    for (place, derivatives) in columns().iter().enumerate() {
+        if let Some(column) = jacobian.column_mut(place) {
+            column.copy_from_slice(derivatives);
+            scatter.whiten(column);
+        }
+    }
+}
+
 /// Leaves each pose out in turn with all its repeats, and predicts it by a fit to the others within the bounds of the parameters.
 ///
 /// # Arguments
@@ -126,21 +148,10 @@ impl ResidualFunction for LinearRows<'_> {
         residuals: &mut [f64],
         jacobian: Option<&mut JacobianView<'_>>,
     ) -> Result<(), EvaluationFailure> {
-        let predicted = self.at(parameters);
-        let rows = predicted.iter().zip(self.rows);
-        for (residual, (predicted, row)) in residuals.iter_mut().zip(rows) {
-            *residual = predicted - row;
-        }
-        self.scatter.whiten(residuals);
-        let Some(jacobian) = jacobian else {
-            return Ok(());
-        };
-        for (place, own) in self.columns.iter().enumerate() {
-            if let Some(column) = jacobian.column_mut(place) {
-                column.copy_from_slice(own);
-                self.scatter.whiten(column);
-            }
-        }
+        let rows = (&self.at(parameters)[..], self.rows);
+        fill_white(&self.scatter, rows, residuals, jacobian, || {
+            self.columns.clone()
+        });
         Ok(())
     }
 }

@@ -1,14 +1,13 @@
 //! Which values of each parameter the load cases allow.
 
 use stiffbench_numeric::least_squares::{
-    Bound, LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSetSettings,
-    ParameterCovariance, ParameterSet, ParameterStatus, ProfileSettings,
+    LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSetSettings, ParameterCovariance,
+    ParameterSet, ProfileSettings,
 };
 
-use crate::fit::FactorStatus;
+use crate::fit::{FactorStatus, open_words};
 
 use super::error::LoadCaseFitError;
-use super::fit::at_bound;
 use super::held_out::WeighedProblem;
 use super::outcome::LoadCaseFit;
 use super::problem::LoadCaseProblem;
@@ -48,26 +47,10 @@ pub(super) fn add_intervals<'a>(
     for &place in set.free_indices().iter().filter(|place| **place < own) {
         let of = |coordinate: f64| parameters.value(place, coordinate);
         let estimate = &mut outcome.estimates[place];
-        estimate.bounds = Some(parameters.bounds(place).map(of));
         let found = &covariance.estimates[place];
-        estimate.standard_uncertainty = found.standard_error.map(|error| {
-            let by_coordinate = parameters.slope(place) * error;
-            let is_factor = estimate.parameter.is_factor();
-            by_coordinate * if is_factor { estimate.value } else { 1.0 }
-        });
-        estimate.quadratic_interval_95 = found.interval_95.map(|interval| interval.map(of));
-        match found.status {
-            ParameterStatus::AtBound(bound) => {
-                estimate.status = at_bound(bound == Bound::Upper, of(fit.values[place]));
-            }
-            ParameterStatus::NotIdentified { .. } => {
-                estimate.status = FactorStatus::NotIdentified {
-                    words: "any value fits as well together with the right values of others"
-                        .to_owned(),
-                };
-                continue;
-            }
-            _ => {}
+        estimate.describe(&parameters, place, found, ["poses", "others"]);
+        if matches!(estimate.status, FactorStatus::NotIdentified { .. }) {
+            continue;
         }
         if problem.is_linear() && is_clear_of_bounds(set, fit, covariance, place) {
             estimate.interval_95 = estimate.quadratic_interval_95;
@@ -95,15 +78,12 @@ pub(super) fn add_intervals<'a>(
         let low = lower
             .closed()
             .or_else(|| is_rigid(lower.value()).then_some(bounds[0]));
-        let words = match (low, upper.closed()) {
-            (Some(low), Some(high)) => {
-                estimate.interval_95 = Some([low, high].map(of));
-                continue;
-            }
-            (Some(low), None) => format!("the data only bound it from below: {:.3e}", of(low)),
-            (None, Some(high)) => format!("the data only bound it from above: {:.3e}", of(high)),
-            (None, None) => "every value within its bounds fits as well".to_owned(),
-        };
+        let ends = [low, upper.closed()].map(|end| end.map(of));
+        if let [Some(low), Some(high)] = ends {
+            estimate.interval_95 = Some([low, high]);
+            continue;
+        }
+        let words = open_words(ends, "");
         if !matches!(estimate.status, FactorStatus::AtBound { .. }) {
             estimate.status = FactorStatus::NotIdentified { words };
         }

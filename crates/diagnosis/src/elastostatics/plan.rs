@@ -14,7 +14,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorEstimate, FactorStatus, FitOutcome, FitProblem};
 
-use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
+use super::compliances::{ComplianceSolver, EndCompliance, PoseCompliance, motion_along};
 use super::error::LoadCaseFitError;
 use super::outcome::{LoadCaseAgreement, LoadCaseFit};
 use super::problem::LoadCaseModel;
@@ -112,11 +112,11 @@ struct MeasuredMotion {
     sd: f64,
 }
 
-/// A pose with the derivatives of its compliance to the free parameters.
-struct TriedPose {
-    name: PoseId,
-    pose: Pose,
-    derivatives: Vec<EndCompliance>,
+/// A pose with the compliance of the end and its derivatives to the parameters.
+pub(super) struct TriedPose {
+    pub(super) name: PoseId,
+    pub(super) pose: Pose,
+    pub(super) solved: PoseCompliance,
 }
 
 /// The further load cases that determine the open parameters of a fit to load cases best; none beside positions.
@@ -276,7 +276,7 @@ impl<'a> FitKnowledge<'a> {
                 .iter()
                 .flat_map(|pose| Direction::ALL.map(|axis| (pose, axis)))
                 .map(|(pose, axis)| {
-                    let derivatives = &pose.derivatives;
+                    let derivatives = &pose.solved.derivatives;
                     let with = known.with_load(derivatives, axis, self.force_n, self.scatter_m);
                     let errors = with.standard_errors(&open);
                     let shares = errors.iter().zip(&open);
@@ -333,20 +333,15 @@ impl<'a> FitKnowledge<'a> {
             tried.push(TriedPose {
                 name: measured.name.clone(),
                 pose: measured.pose.clone(),
-                derivatives: solved.derivatives,
+                solved,
             });
         }
-        for (name, pose) in further_poses(self.robot, SPREAD_POSES) {
-            match solver.solve(&pose, self.factors, true, false) {
-                Ok(solved) => tried.push(TriedPose {
-                    name,
-                    pose,
-                    derivatives: solved.derivatives,
-                }),
-                Err(RobotError::Unreachable { .. }) => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
+        tried.extend(further_poses(
+            solver,
+            self.robot,
+            self.factors,
+            SPREAD_POSES,
+        )?);
         Ok(tried)
     }
 }
@@ -392,8 +387,16 @@ fn is_unloaded(estimate: &FactorEstimate) -> bool {
     matches!(estimate.status, FactorStatus::NotIdentified { .. })
 }
 
-/// Named poses of the robot, and poses spread over its limits.
-pub(super) fn further_poses(robot: &Robot, spread: usize) -> Vec<(PoseId, Pose)> {
+/// Named poses of the robot, and poses spread over its limits; those that cannot be reached are passed over.
+///
+/// # Errors
+/// [`RobotError`] for a structure that carries nothing.
+pub(super) fn further_poses(
+    solver: &mut ComplianceSolver<'_>,
+    robot: &Robot,
+    factors: &FittingFactors,
+    spread: usize,
+) -> Result<Vec<TriedPose>, RobotError> {
     let named = robot
         .poses
         .iter()
@@ -414,7 +417,21 @@ pub(super) fn further_poses(robot: &Robot, spread: usize) -> Vec<(PoseId, Pose)>
         (PoseId::new(&format!("new{k}")), Pose { angles_deg })
     });
     let spread = spread.filter(|(_, pose)| robot.is_within_limits(pose));
-    named.chain(spread).collect()
+    let solve = |(name, pose): (PoseId, Pose)| match solver.solve(&pose, factors, true, false) {
+        Ok(solved) => Some(Ok(TriedPose { name, pose, solved })),
+        Err(RobotError::Unreachable { .. }) => None,
+        Err(error) => Some(Err(error)),
+    };
+    named.chain(spread).filter_map(solve).collect()
+}
+
+/// Adds the product of a row with itself.
+pub(super) fn add_outer(matrix: &mut DMatrix<f64>, row: &[f64]) {
+    for (i, a) in row.iter().enumerate() {
+        for (j, b) in row.iter().enumerate() {
+            matrix[(i, j)] += a * b;
+        }
+    }
 }
 
 impl ParameterInformation {
@@ -431,11 +448,7 @@ impl ParameterInformation {
             .zip(&self.prior)
             .map(|(matrix, prior)| motion_along(matrix, unit, load) * prior / scatter)
             .collect();
-        for (i, a) in slopes.iter().enumerate() {
-            for (j, b) in slopes.iter().enumerate() {
-                self.matrix[(i, j)] += a * b;
-            }
-        }
+        add_outer(&mut self.matrix, &slopes);
     }
 
     /// The same with a force along an axis, all displacements read.

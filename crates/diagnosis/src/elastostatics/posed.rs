@@ -9,6 +9,7 @@ use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::LoadCaseFitError;
+use crate::parameters::place_of;
 
 /// Names of the components, in the order of loads, displacements and positions.
 const COMPONENTS: [&str; 9] = [
@@ -137,11 +138,7 @@ impl PosedLoadCases {
         };
         for case in &table.cases {
             let pose = pose_of(robot, table, &variables, case)?;
-            let known = posed.poses.iter().position(|known| *known == pose);
-            let pose = known.unwrap_or_else(|| {
-                posed.poses.push(pose);
-                posed.poses.len() - 1
-            });
+            let pose = place_of(&mut posed.poses, &pose);
             let axes = axes_of(robot, mechanism, table, case, &posed.poses[pose])?;
             let label = posed.labels.iter().position(|label| *label == case.pose);
             posed.cases.push(PosedLoad {
@@ -288,15 +285,6 @@ fn and_further(count: usize, what: &str) -> String {
         1 => format!(" (and 1 further {what})"),
         _ => format!(" (and {count} further {what}s)"),
     }
-}
-
-/// The place of a member, added if it is new.
-fn place_of<T: PartialEq + Clone>(list: &mut Vec<T>, member: &T) -> usize {
-    let known = list.iter().position(|known| known == member);
-    known.unwrap_or_else(|| {
-        list.push(member.clone());
-        list.len() - 1
-    })
 }
 
 /// The robot's variable of each joint column.

@@ -87,6 +87,11 @@ pub(super) fn along(unit: &[f64; 6], motion: &ToolMotion) -> f64 {
     shares.map(|(unit, motion)| unit * motion).sum()
 }
 
+/// The motion of its load case along the unit vector of each component.
+pub(super) fn rows_along(posed: &PosedLoadCases, motions: &[ToolMotion]) -> Vec<f64> {
+    rows_of(posed, motions, |_, read, motion| along(&read.unit, motion))
+}
+
 /// Predicts all displacements and rotations, in the order of [`PosedLoadCases::rows`]; for a position the motion along its axis in the base.
 ///
 /// # Errors
@@ -97,7 +102,5 @@ pub(super) fn predict_rows(
     factors: &FittingFactors,
 ) -> Result<Vec<f64>, RobotError> {
     let motions = predict_motions(solver, posed, factors, false)?.values;
-    Ok(rows_of(posed, &motions, |_, read, motion| {
-        along(&read.unit, motion)
-    }))
+    Ok(rows_along(posed, &motions))
 }

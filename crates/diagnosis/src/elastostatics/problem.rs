@@ -13,10 +13,10 @@ use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::{PositionFrames, lengths_beside};
-use super::held_out::WeighedProblem;
-use super::posed::{PosedLoadCases, ReadComponent};
+use super::held_out::{WeighedProblem, fill_white};
+use super::posed::PosedLoadCases;
 use super::prediction::{
-    PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_of,
+    PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_along,
 };
 use super::scatter::RowScatter;
 
@@ -84,7 +84,7 @@ impl LoadCaseModel<'_> {
         let mut solver = ComplianceSolver::new(robot, mechanism, &springs, self.start)?;
         let motions = predict_motions(&mut solver, posed, self.start, true)?;
         let rows = |motions: &[ToolMotion]| match frames {
-            None => rows_of(posed, motions, |_, read, motion| along(&read.unit, motion)),
+            None => rows_along(posed, motions),
             Some(frames) => frames.column(posed, &frames.at(&[]), motions),
         };
         let columns: Vec<Vec<f64>> = motions.columns.iter().map(|column| rows(column)).collect();
@@ -236,7 +236,7 @@ impl<'a> LoadCaseProblem<'a> {
     fn rows(&self, point: &[f64], motions: &[ToolMotion]) -> Vec<f64> {
         let posed = self.model.posed;
         match &self.frames {
-            None => rows_of(posed, motions, |_, read, motion| along(&read.unit, motion)),
+            None => rows_along(posed, motions),
             Some(frames) => frames.rows(posed, &frames.at(self.of_frames(point)), motions),
         }
     }
@@ -247,11 +247,7 @@ impl<'a> LoadCaseProblem<'a> {
         let linear = self.linear.as_ref().unwrap_or(motions);
         let changes = linear.columns.iter();
         let Some(frames) = &self.frames else {
-            let row =
-                |_: usize, read: &ReadComponent, change: &ToolMotion| along(&read.unit, change);
-            return changes
-                .map(|changes| rows_of(posed, changes, row))
-                .collect();
+            return changes.map(|changes| rows_along(posed, changes)).collect();
         };
         let coordinates = self.of_frames(point);
         let there = frames.at(coordinates);
@@ -335,21 +331,10 @@ impl ResidualFunction for LoadCaseProblem<'_> {
         let motions = self.motions(parameters, jacobian.is_some());
         let motions = motions.map_err(EvaluationFailure::of_model)?;
         let rows = self.rows(parameters, &motions.values);
-        for (residual, (row, measured)) in residuals.iter_mut().zip(rows.iter().zip(&self.measured))
-        {
-            *residual = row - measured;
-        }
-        self.scatter.whiten(residuals);
-        let Some(jacobian) = jacobian else {
-            return Ok(());
-        };
-        let columns = self.columns(parameters, &motions);
-        for (place, derivatives) in columns.iter().enumerate() {
-            if let Some(column) = jacobian.column_mut(place) {
-                column.copy_from_slice(derivatives);
-                self.scatter.whiten(column);
-            }
-        }
+        let rows = (&rows[..], &self.measured[..]);
+        fill_white(&self.scatter, rows, residuals, jacobian, || {
+            self.columns(parameters, &motions)
+        });
         Ok(())
     }
 

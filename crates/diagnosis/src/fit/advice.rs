@@ -1,7 +1,7 @@
 //! Which measurement would determine a factor that the data leave open.
 
 use stiffbench_beams::robot::{FittingFactors, RobotError};
-use stiffbench_numeric::least_squares::{LeastSquaresFit, SigmaMode};
+use stiffbench_numeric::least_squares::{LeastSquaresFit, ParameterSet, SigmaMode};
 use stiffbench_numeric::statistics::median;
 use stiffbench_units_and_text::test_point::{Cell, Direction};
 
@@ -30,10 +30,10 @@ const WIDE: f64 = 2.0;
 pub(super) fn advise(
     problem: &FitProblem<'_>,
     outcome: &FitOutcome,
-    fit: &LeastSquaresFit,
+    (set, fit): (&ParameterSet, &LeastSquaresFit),
     parameters: &FitParameters,
 ) -> Result<Vec<Advice>, FitError> {
-    let knowledge = Knowledge::new(fit, problem.measured, outcome, parameters);
+    let knowledge = Knowledge::new((set, fit), problem.measured, outcome, parameters);
     let open: Vec<usize> = knowledge
         .free
         .iter()
@@ -119,7 +119,7 @@ struct Knowledge {
 
 impl Knowledge {
     fn new(
-        fit: &LeastSquaresFit,
+        (set, fit): (&ParameterSet, &LeastSquaresFit),
         training: &MeasuredStiffness,
         outcome: &FitOutcome,
         parameters: &FitParameters,
@@ -146,37 +146,24 @@ impl Knowledge {
         } else {
             1.0
         };
-        let free: Vec<usize> = (0..parameters.parameters().len())
-            .filter(|&place| {
-                let status = parameters.status(place);
-                matches!(
-                    status,
-                    FactorStatus::Free | FactorStatus::NotIdentified { .. }
-                )
-            })
-            .collect();
-        // Of what no cell depends on the fit has no derivatives.
-        let columns = free.iter().scan(0, |fitted, &place| {
-            let own = *fitted;
-            let is_fitted = parameters.moves(place);
-            *fitted += usize::from(is_fitted);
-            Some(is_fitted.then_some(own))
-        });
-        let columns: Vec<Option<usize>> = columns.collect();
-        let at_bound = |place: usize| {
-            let status = &outcome.estimates[place].status;
-            matches!(status, FactorStatus::AtBound { .. })
+        let is_free = |&place: &usize| {
+            let (before, after) = (parameters.status(place), &outcome.estimates[place].status);
+            matches!(
+                before,
+                FactorStatus::Free | FactorStatus::NotIdentified { .. }
+            ) && !matches!(after, FactorStatus::AtBound { .. })
         };
-        let (free, columns): (Vec<usize>, Vec<Option<usize>>) = free
-            .into_iter()
-            .zip(columns)
-            .filter(|(place, _)| !at_bound(*place))
-            .unzip();
+        let free = (0..parameters.parameters().len()).filter(is_free);
+        let free: Vec<usize> = free.collect();
         let product = |(x, y): (&[f64], &[f64])| {
             x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() / (unit * unit)
         };
-        let entry = |a, b| {
-            let column = |place: usize| fit.jacobian_column(columns[place]?);
+        let entry = |a: usize, b: usize| {
+            // Of what no cell depends on the fit has no derivatives.
+            let column = |place: usize| {
+                let mut fitted = set.free_indices().iter();
+                fit.jacobian_column(fitted.position(|fitted| *fitted == free[place])?)
+            };
             column(a).zip(column(b)).map_or(0.0, product)
         };
         Self {

@@ -44,7 +44,6 @@ struct ResampledCells {
     runs: Vec<Vec<RunSums>>,
     /// ln K by the runs as they were measured.
     ln_of_runs: Vec<f64>,
-    ln_stiffness: Vec<f64>,
 }
 
 /// Why a replicate has no factors.
@@ -104,14 +103,14 @@ pub fn bootstrap_cells(
                 ln_stiffness.clone(),
             )
         },
-        |multiplicities, (refitter, ln_stiffness)| {
+        |multiplicities, (refitter, drawn)| {
             let refitter = refitter.as_mut().ok_or(NoRefit::NotSetUp)?;
             match &runs {
-                Some(cells) => cells.draw(multiplicities, ln_stiffness),
+                Some(cells) => cells.draw(multiplicities, &ln_stiffness, drawn),
                 None => refitter.count_cells(multiplicities),
             }
             refitted();
-            let refit = refitter.refit(ln_stiffness);
+            let refit = refitter.refit(drawn);
             let refit = refit.map_err(|_| NoRefit::NotConverged)?;
             if !refit.termination.is_converged() {
                 return Err(NoRefit::NotConverged);
@@ -161,23 +160,18 @@ impl ResampledCells {
                 .map(|runs| ln_stiffness(runs, &vec![1; runs.len()]))
                 .collect(),
             runs,
-            ln_stiffness: measured
-                .cells
-                .iter()
-                .map(|cell| cell.stiffness_n_per_m.ln())
-                .collect(),
         }
     }
 
     /// ln K of every cell from its runs, each as often as it was drawn.
-    fn draw(&self, multiplicities: &[u32], drawn: &mut [f64]) {
+    fn draw(&self, multiplicities: &[u32], measured: &[f64], drawn: &mut [f64]) {
         let mut rest = multiplicities;
         for (place, (runs, value)) in self.runs.iter().zip(drawn).enumerate() {
             let (of_cell, after) = rest.split_at(runs.len());
             rest = after;
             let off = ln_stiffness(runs, of_cell) - self.ln_of_runs[place];
             let stretch = (runs.len() as f64 / (runs.len() as f64 - 1.0)).sqrt();
-            *value = self.ln_stiffness[place] + stretch * off;
+            *value = measured[place] + stretch * off;
         }
     }
 }

@@ -2,15 +2,16 @@
 
 use stiffbench_beams::physics::Mechanics;
 use stiffbench_beams::robot::{
-    FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Robot, RobotError,
+    FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Robot, RobotError,
 };
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Cell, Direction};
 
 use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
 use super::measured::MeasuredCompliance;
 use super::physics_model::PhysicsModel;
+use super::problem::poses_of_cells;
 use super::shares::Shares;
 
 /// Predicts the stiffness of cells (pose and direction) of one mechanism.
@@ -56,18 +57,10 @@ impl<'a> CellModel<'a> {
         parameters: &[ModelParameter],
         cells: &[Cell],
     ) -> Result<Self, RobotError> {
-        let mut names: Vec<&PoseId> = Vec::new();
-        let mut pose_of_cell = Vec::with_capacity(cells.len());
-        for cell in cells {
-            let known = names.iter().position(|name| **name == cell.pose);
-            pose_of_cell.push(known.unwrap_or_else(|| {
-                names.push(&cell.pose);
-                names.len() - 1
-            }));
-        }
-        let mut predictor = MultiPosePredictor::new(robot, mechanism, parameters, names.len())?;
-        for (index, name) in names.into_iter().enumerate() {
-            predictor.place(index, robot.pose(name)?)?;
+        let (poses, pose_of_cell) = poses_of_cells(robot, cells)?;
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, parameters, poses.len())?;
+        for (index, pose) in poses.iter().enumerate() {
+            predictor.place(index, pose)?;
         }
         // A structure that moves even with nominal sections is reported before any fit begins.
         predictor.solve(&FittingFactors::UNIT, false)?;
@@ -95,25 +88,16 @@ impl<'a> CellModel<'a> {
         if across.is_empty() {
             return Ok(self);
         }
-        let mut names: Vec<&PoseId> = Vec::new();
-        let mut places = Vec::with_capacity(across.len());
-        for MeasuredCompliance { cell, load, .. } in across {
-            let known = names.iter().position(|name| **name == cell.pose);
-            let pose = known.unwrap_or_else(|| {
-                names.push(&cell.pose);
-                names.len() - 1
-            });
-            places.push((pose, cell.direction, load.clone()));
-        }
-        let poses = names.into_iter().map(|name| robot.pose(name).cloned());
-        let poses: Vec<Pose> = poses.collect::<Result<_, _>>()?;
+        let (poses, places) = poses_of_cells(robot, across.iter().map(|one| &one.cell))?;
+        let places = places.into_iter().zip(across);
+        let places = places.map(|(pose, one)| (pose, one.cell.direction, one.load.clone()));
         let unit = FittingFactors::UNIT;
         let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, &unit, &poses)?;
         mechanics.differentiate_across()?;
         self.across = Some(AcrossModel {
             mechanics,
             parameters: parameters.len(),
-            places,
+            places: places.collect(),
         });
         Ok(self)
     }

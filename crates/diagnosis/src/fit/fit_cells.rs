@@ -16,11 +16,11 @@ use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
     FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome, FittedCell,
-    fitted_cells, fitted_compliances, plain_estimates,
+    fitted_cells, fitted_compliances,
 };
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
-use crate::parameters::ParameterChoice;
+use crate::parameters::{ParameterChoice, place_of};
 use stiffbench_units_and_text::count::counted;
 
 /// What a fit is asked to do.
@@ -97,7 +97,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         method: FitMethod::LeastSquares,
         mechanism: problem.mechanism.name.clone(),
         physics: problem.effects(),
-        estimates: plain_estimates(list, problem.start, &factors, |i| parameters.status(i)),
+        estimates: parameters.plain_estimates(&factors),
         factors,
         correlation: None,
         agreement: None,
@@ -110,9 +110,9 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     };
     if let Some(covariance) = &profiled.covariance {
         profiled.describe(&mut outcome);
-        outcome.correlation = Some(correlation(&parameters, set, covariance));
+        outcome.correlation = Some(FactorCorrelations::of(&parameters, set, covariance));
         outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
-        outcome.advice = advise(&trained, &outcome, fit, &parameters)?;
+        outcome.advice = advise(&trained, &outcome, (set, fit), &parameters)?;
     } else {
         outcome.warnings.push(format!(
             "{} and {} leave no degrees of freedom: the values have no intervals",
@@ -212,37 +212,6 @@ fn sigma_mode(options: &FitOptions, training: &MeasuredStiffness) -> SigmaMode {
     })
 }
 
-fn correlation(
-    parameters: &FitParameters,
-    set: &ParameterSet,
-    covariance: &ParameterCovariance,
-) -> FactorCorrelations {
-    let known: Vec<usize> = set
-        .free_indices()
-        .iter()
-        .copied()
-        .filter(|&i| covariance.of(i, i).is_some())
-        .collect();
-    let entry = |a: usize, b: usize| {
-        covariance
-            .correlation(a, b)
-            .unwrap_or(f64::from(u8::from(a == b)))
-    };
-    let names = known
-        .iter()
-        .map(|&i| parameters.parameters()[i].to_string());
-    let uncertainty = |&i: &usize| Some(parameters.slope(i) * covariance.of(i, i)?.sqrt());
-    FactorCorrelations::new(
-        names.collect(),
-        known
-            .iter()
-            .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
-            .collect(),
-        known.iter().filter_map(uncertainty).collect(),
-        covariance.interval_dof,
-    )
-}
-
 fn agreement(
     fit: &LeastSquaresFit,
     covariance: &ParameterCovariance,
@@ -297,9 +266,7 @@ fn leave_poses_out(
 ) -> Result<(), FitError> {
     let mut poses: Vec<PoseId> = Vec::new();
     for cell in &problem.measured.cells {
-        if !poses.contains(&cell.cell.pose) {
-            poses.push(cell.cell.pose.clone());
-        }
+        place_of(&mut poses, &cell.cell.pose);
     }
     for pose in &poses {
         let others = problem.measured.select(|cell| cell.pose != *pose);

@@ -1,9 +1,9 @@
 //! Where a joint fit ends and which values of each factor the data allow.
 
 use stiffbench_numeric::least_squares::{
-    Bound, CovarianceSettings, LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSet,
-    LikelihoodSetSettings, ParameterCovariance, ParameterSet, ParameterStatus, ProfileEnd,
-    ProfileSettings, SigmaMode, covariance, minima, spread,
+    CovarianceSettings, LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSet,
+    LikelihoodSetSettings, ParameterCovariance, ParameterSet, ProfileEnd, ProfileSettings,
+    SigmaMode, covariance, minima, spread,
 };
 
 use super::error::FitError;
@@ -48,11 +48,7 @@ impl Profiled {
     ) -> Result<Self, FitError> {
         let mut minima = all_minima(problem, joint, &set)?;
         let at_lowest =
-            |minima: &[LeastSquaresFit]| match covariance(&set, &minima[0], sigma, settings) {
-                Ok(covariance) => Ok(Some(covariance)),
-                Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => Ok(None),
-                Err(error) => Err(error),
-            };
+            |minima: &[LeastSquaresFit]| covariance_if_any(&set, &minima[0], sigma, settings);
         let mut covariance = at_lowest(&minima)?;
         let mut sets = Vec::new();
         for _ in 0..MOST_RESTARTS {
@@ -91,30 +87,13 @@ impl Profiled {
             return;
         };
         for &index in self.set.free_indices() {
-            let estimate = &mut outcome.estimates[index];
-            let scaled = |coordinate: f64| self.parameters.value(index, coordinate);
-            estimate.bounds = Some(self.parameters.bounds(index).map(scaled));
-            estimate.standard_uncertainty = covariance.of(index, index).map(|variance| {
-                let by_coordinate = self.parameters.slope(index) * variance.sqrt();
-                let is_factor = estimate.parameter.is_factor();
-                by_coordinate * if is_factor { estimate.value } else { 1.0 }
-            });
-            estimate.quadratic_interval_95 = covariance.estimates[index]
-                .interval_95
-                .map(|interval| interval.map(scaled));
-            match covariance.estimates[index].status {
-                ParameterStatus::AtBound(bound) => {
-                    let value = self.parameters.value(index, self.fit.values[index]);
-                    estimate.status = at_bound(bound == Bound::Upper, value);
-                }
-                ParameterStatus::NotIdentified { .. } => {
-                    let words =
-                        "any value fits as well together with the right values of other factors"
-                            .to_owned();
-                    estimate.status = FactorStatus::NotIdentified { words };
-                }
-                _ => {}
-            }
+            let found = &covariance.estimates[index];
+            outcome.estimates[index].describe(
+                &self.parameters,
+                index,
+                found,
+                ["data", "other factors"],
+            );
         }
         for found in &self.sets {
             let estimate = &mut outcome.estimates[found.parameter];
@@ -130,7 +109,14 @@ impl Profiled {
                     estimate.status = FactorStatus::Free;
                 }
                 (_, [[lower, _], .., [_, upper]] | [[lower, upper]]) if !at_bound => {
-                    let words = open_words(lower, upper, scaled);
+                    let ends = [lower, upper];
+                    let is_lost = |end: &&ProfileEnd| matches!(end, ProfileEnd::NotFollowed { .. });
+                    let note = if ends.iter().any(is_lost) {
+                        " (the fit could not be followed further)"
+                    } else {
+                        ""
+                    };
+                    let words = open_words(ends.map(|end| end.closed().map(scaled)), note);
                     estimate.status = FactorStatus::NotIdentified { words };
                 }
                 _ => {}
@@ -198,31 +184,32 @@ fn likelihood_sets(
     Ok(found.collect::<Result<_, _>>()?)
 }
 
-/// # Arguments
-/// - `value`: the bound; zero only of a spring.
-fn at_bound(upper: bool, value: f64) -> FactorStatus {
-    if value == 0.0 {
-        let words = "zero fits best: no compliance shows in these data".to_owned();
-        return FactorStatus::AtBound { upper, words };
+/// The covariance at the end of a fit; `None` without degrees of freedom to estimate the scatter from.
+///
+/// # Errors
+/// [`LeastSquaresError`].
+pub(crate) fn covariance_if_any(
+    set: &ParameterSet,
+    fit: &LeastSquaresFit,
+    sigma: SigmaMode,
+    settings: &CovarianceSettings,
+) -> Result<Option<ParameterCovariance>, LeastSquaresError> {
+    match covariance(set, fit, sigma, settings) {
+        Ok(covariance) => Ok(Some(covariance)),
+        Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => Ok(None),
+        Err(error) => Err(error),
     }
-    let side = if upper { "upper" } else { "lower" };
-    let words = format!(
-        "the data push it beyond its {side} bound; the other factors are given for this value, and it has no uncertainty before the bound is wider"
-    );
-    FactorStatus::AtBound { upper, words }
 }
 
 /// What the data say of a factor whose set has an open end.
-fn open_words(low: &ProfileEnd, high: &ProfileEnd, scaled: impl Fn(f64) -> f64) -> String {
-    let followed = |end: &ProfileEnd| !matches!(end, ProfileEnd::NotFollowed { .. });
-    let note = if followed(low) && followed(high) {
-        ""
-    } else {
-        " (the fit could not be followed further)"
-    };
-    match (low.closed().map(&scaled), high.closed().map(&scaled)) {
-        (Some(lower), None) => format!("the data only bound it from below: {lower:.3e}{note}"),
-        (None, Some(upper)) => format!("the data only bound it from above: {upper:.3e}{note}"),
+///
+/// # Arguments
+/// - `ends`: its lower and upper end; `None` of an open one.
+/// - `note`: words behind.
+pub(crate) fn open_words(ends: [Option<f64>; 2], note: &str) -> String {
+    match ends {
+        [Some(lower), None] => format!("the data only bound it from below: {lower:.3e}{note}"),
+        [None, Some(upper)] => format!("the data only bound it from above: {upper:.3e}{note}"),
         _ => format!("every value within its bounds fits as well{note}"),
     }
 }

@@ -154,20 +154,18 @@ impl MeasuredStiffness {
             ..Self::default()
         };
         for row in &table.cells {
-            let estimate = match row.by(method) {
-                Ok(estimate) if estimate.estimate.value > 0.0 => estimate,
-                Ok(estimate) => {
-                    let reason = format!(
-                        "its stiffness is {:.4e} N/m, which no structure has",
-                        estimate.estimate.value
-                    );
-                    measured.unusable.push((row.cell.clone(), reason));
-                    continue;
-                }
+            let usable = match row.by(method) {
+                Ok(estimate) if estimate.estimate.value > 0.0 => Ok(estimate),
+                Ok(estimate) => Err(format!(
+                    "its stiffness is {:.4e} N/m, which no structure has",
+                    estimate.estimate.value
+                )),
+                Err(reason) => Err(reason.to_string()),
+            };
+            let estimate = match usable {
+                Ok(estimate) => estimate,
                 Err(reason) => {
-                    measured
-                        .unusable
-                        .push((row.cell.clone(), reason.to_string()));
+                    measured.unusable.push((row.cell.clone(), reason));
                     continue;
                 }
             };

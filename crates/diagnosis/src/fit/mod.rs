@@ -35,6 +35,7 @@ pub use combine::combine;
 pub use error::FitError;
 pub use fit_cells::{FitOptions, find_lower_minimum, fit_cells};
 pub use fixed_physics::FixedPhysics;
+pub(crate) use intervals::{covariance_if_any, open_words};
 pub use measured::{
     LnUncertainty, MeasuredCell, MeasuredCompliance, MeasuredStiffness, WeightBasis,
 };

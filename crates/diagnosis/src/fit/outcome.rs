@@ -2,10 +2,13 @@
 
 use stiffbench_beams::physics::Effect;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter};
-use stiffbench_numeric::least_squares::SigmaMode;
+use stiffbench_numeric::least_squares::{
+    Bound, ParameterCovariance, ParameterEstimate, ParameterSet, ParameterStatus, SigmaMode,
+};
 use stiffbench_units_and_text::test_point::Cell;
 
 use super::measured::{MeasuredStiffness, WeightBasis};
+use super::parameters::FitParameters;
 
 /// A change that is a smaller share of the value is rounding: the parameter did not move.
 const UNMOVED: f64 = 1e-9;
@@ -124,6 +127,55 @@ impl FactorEstimate {
         );
         let size = self.start.abs().max(self.value.abs());
         may_move.then(|| (self.value - self.start).abs() > UNMOVED * size)
+    }
+
+    /// Takes bounds, standard uncertainty and interval from the covariance, and words where there is no interval.
+    ///
+    /// # Arguments
+    /// - `place`: of the parameter among `parameters`; `found`: what the covariance says of its coordinate.
+    /// - `data`, `others`: what the cells, and the further parameters, are called.
+    pub(crate) fn describe(
+        &mut self,
+        parameters: &FitParameters,
+        place: usize,
+        found: &ParameterEstimate,
+        [data, others]: [&str; 2],
+    ) {
+        let scaled = |coordinate: f64| parameters.value(place, coordinate);
+        self.bounds = Some(parameters.bounds(place).map(scaled));
+        self.standard_uncertainty = found.standard_error.map(|error| {
+            let by_coordinate = parameters.slope(place) * error;
+            by_coordinate
+                * if self.parameter.is_factor() {
+                    self.value
+                } else {
+                    1.0
+                }
+        });
+        self.quadratic_interval_95 = found.interval_95.map(|interval| interval.map(scaled));
+        match found.status {
+            ParameterStatus::AtBound(bound) => {
+                let upper = bound == Bound::Upper;
+                let side = if upper { "upper" } else { "lower" };
+                // Zero only of a spring.
+                let words = if scaled(found.value) == 0.0 {
+                    format!("zero fits best: no compliance shows in these {data}")
+                } else {
+                    format!(
+                        "the data push it beyond its {side} bound; the {others} are given for this value, and it has no uncertainty before the bound is wider"
+                    )
+                };
+                self.status = FactorStatus::AtBound { upper, words };
+            }
+            ParameterStatus::NotIdentified { .. } => {
+                self.status = FactorStatus::NotIdentified {
+                    words: format!(
+                        "any value fits as well together with the right values of {others}"
+                    ),
+                };
+            }
+            _ => {}
+        }
     }
 
     /// A warning where the likelihood does not support the interval of the covariance; `None` where both agree or there is no such interval.
@@ -252,6 +304,33 @@ pub struct FactorCorrelations {
 }
 
 impl FactorCorrelations {
+    /// Those of the coordinates that the data determine, the ones behind the parameters as they are.
+    pub(crate) fn of(
+        parameters: &FitParameters,
+        set: &ParameterSet,
+        covariance: &ParameterCovariance,
+    ) -> Self {
+        let free = set.free_indices().iter().copied();
+        let known: Vec<usize> = free.filter(|&i| covariance.of(i, i).is_some()).collect();
+        let entry = |a: usize, b: usize| {
+            let same = f64::from(u8::from(a == b));
+            covariance.correlation(a, b).unwrap_or(same)
+        };
+        let uncertainty = |&place: &usize| {
+            let own = place < parameters.parameters().len();
+            let slope = if own { parameters.slope(place) } else { 1.0 };
+            slope * covariance.of(place, place).unwrap_or_default().sqrt()
+        };
+        let names = known.iter().map(|&i| set.parameters()[i].name.clone());
+        let row = |&a: &usize| known.iter().map(|&b| entry(a, b)).collect();
+        Self::new(
+            names.collect(),
+            known.iter().map(row).collect(),
+            known.iter().map(uncertainty).collect(),
+            covariance.interval_dof,
+        )
+    }
+
     /// Correlations and standard uncertainties with the covariance that follows from them.
     pub(crate) fn new(names: Vec<String>, matrix: Vec<Vec<f64>>, u_ln: Vec<f64>, dof: f64) -> Self {
         let row = |(rhos, u): (&Vec<f64>, &f64)| {
@@ -378,31 +457,6 @@ impl FitOutcome {
     pub fn estimate(&self, name: &str) -> Option<&FactorEstimate> {
         self.estimates.iter().find(|estimate| estimate.name == name)
     }
-}
-
-/// Estimates of parameters that no interval was computed for: fixed ones, or those of the paper's trials.
-pub(super) fn plain_estimates(
-    parameters: &[ModelParameter],
-    start: &FittingFactors,
-    fitted: &FittingFactors,
-    status: impl Fn(usize) -> FactorStatus,
-) -> Vec<FactorEstimate> {
-    let parameters = parameters.iter().enumerate();
-    parameters
-        .map(|(i, parameter)| FactorEstimate {
-            name: parameter.to_string(),
-            parameter: parameter.clone(),
-            start: start.get(parameter),
-            value: fitted.get(parameter),
-            bounds: None,
-            standard_uncertainty: None,
-            interval_95: None,
-            islands_95: Vec::new(),
-            quadratic_interval_95: None,
-            bootstrap_interval_95: None,
-            status: status(i),
-        })
-        .collect()
 }
 
 /// Measured cells beside their predictions.

@@ -5,15 +5,14 @@
 //! robot gives.
 
 use stiffbench_beams::physics::PlaceScale;
-use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter};
 use stiffbench_numeric::least_squares::{LeastSquaresError, Parameter, ParameterSet};
-use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::parameters::{FIRST_SPRING, FitRole, ParameterChoice, ScaleCell, SpringScales};
 
 use super::error::FitError;
-use super::outcome::FactorStatus;
-use super::problem::FitProblem;
+use super::outcome::{FactorEstimate, FactorStatus};
+use super::problem::{FitProblem, poses_of_cells};
 use super::shares::Shares;
 
 /// A derivative of ln K below this shows on no bench: ten times the parameter changes the stiffness by two millionths.
@@ -294,6 +293,26 @@ impl FitParameters {
         }
     }
 
+    /// Estimates without intervals: where each parameter began and ended.
+    pub(crate) fn plain_estimates(&self, fitted: &FittingFactors) -> Vec<FactorEstimate> {
+        let parameters = self.parameters.iter().enumerate();
+        parameters
+            .map(|(place, parameter)| FactorEstimate {
+                name: parameter.to_string(),
+                parameter: parameter.clone(),
+                start: self.start.get(parameter),
+                value: fitted.get(parameter),
+                bounds: None,
+                standard_uncertainty: None,
+                interval_95: None,
+                islands_95: Vec::new(),
+                quadratic_interval_95: None,
+                bootstrap_interval_95: None,
+                status: self.status(place),
+            })
+            .collect()
+    }
+
     /// Value of a parameter at a coordinate.
     pub(crate) fn value(&self, place: usize, coordinate: f64) -> f64 {
         let member = &self.members[place];
@@ -314,24 +333,23 @@ impl FitParameters {
 
     /// The coordinates where the fit begins, as the user has it: a free spring without a value is rigid.
     pub(crate) fn coordinates_of_start(&self) -> Vec<f64> {
-        let members = self.members.iter().enumerate();
-        members
-            .map(|(place, member)| self.coordinate(place, member.start))
-            .collect()
+        self.coordinates_by(|place| self.members[place].start)
     }
 
     /// The coordinates without what is fitted: springs rigid, factors one; what a fit does not move keeps its start.
     pub(crate) fn coordinates_of_rigid(&self) -> Vec<f64> {
-        let members = self.members.iter().enumerate();
-        members
-            .map(|(place, member)| {
-                let value = match (self.moves(place), member.scale_rad_per_nm) {
-                    (false, _) => member.start,
-                    (true, None) => 1.0,
-                    (true, Some(_)) => 0.0,
-                };
-                self.coordinate(place, value)
-            })
+        self.coordinates_by(|place| match &self.members[place] {
+            member if !self.moves(place) => member.start,
+            member if member.scale_rad_per_nm.is_none() => 1.0,
+            _ => 0.0,
+        })
+    }
+
+    /// The coordinates of values by place, not held within their bounds.
+    fn coordinates_by(&self, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        let places = 0..self.members.len();
+        places
+            .map(|place| self.coordinate(place, value(place)))
             .collect()
     }
 
@@ -347,14 +365,12 @@ impl FitParameters {
 
     /// Coordinates of values, held within bounds.
     pub(crate) fn coordinates(&self, values: &FittingFactors) -> Vec<f64> {
-        let parameters = self.parameters.iter().enumerate();
-        parameters
-            .map(|(place, parameter)| {
-                let [lower, upper] = self.members[place].bounds;
-                self.coordinate(place, values.get(parameter))
-                    .clamp(lower, upper)
-            })
-            .collect()
+        let mut coordinates = self.coordinates_by(|place| values.get(&self.parameters[place]));
+        for (coordinate, member) in coordinates.iter_mut().zip(&self.members) {
+            let [lower, upper] = member.bounds;
+            *coordinate = coordinate.clamp(lower, upper);
+        }
+        coordinates
     }
 }
 
@@ -363,26 +379,19 @@ fn spring_scales(
     problem: &FitProblem<'_>,
     parameters: &[ModelParameter],
 ) -> Result<SpringScales, FitError> {
-    let mut names: Vec<&PoseId> = Vec::new();
-    let mut cells = Vec::new();
     let along = problem.measured.cells.iter();
     let along = along.map(|one| (&one.cell, one.stiffness_n_per_m.recip()));
     let across = problem.measured.across.iter();
     let across = across.map(|one| (&one.cell, one.compliance_m_per_n));
-    for (cell, compliance_m_per_n) in along.chain(across) {
-        let known = names.iter().position(|name| **name == cell.pose);
-        let pose = known.unwrap_or_else(|| {
-            names.push(&cell.pose);
-            names.len() - 1
-        });
-        cells.push(ScaleCell {
-            pose,
-            direction: cell.direction,
-            measured_m_per_n: compliance_m_per_n.abs(),
-        });
-    }
-    let poses = names.iter().map(|name| problem.robot.pose(name).cloned());
-    let poses: Vec<Pose> = poses.collect::<Result<_, _>>()?;
+    let all = along.chain(across);
+    let (poses, places) = poses_of_cells(problem.robot, all.clone().map(|(cell, _)| cell))?;
+    let cells = all.zip(places);
+    let cells = cells.map(|((cell, compliance_m_per_n), pose)| ScaleCell {
+        pose,
+        direction: cell.direction,
+        measured_m_per_n: compliance_m_per_n.abs(),
+    });
+    let cells: Vec<ScaleCell> = cells.collect();
     let FitProblem {
         robot,
         mechanism,

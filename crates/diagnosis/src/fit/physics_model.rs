@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use stiffbench_beams::physics::{JointRotations, Mechanics, RunLoads};
-use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot, RobotError};
+use stiffbench_beams::physics::{JointRotations, Mechanics, PoseMechanics, RunLoads};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot, RobotError};
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::{Cell, PoseId};
+use stiffbench_units_and_text::test_point::Cell;
 
 use crate::mismatch::CellSlopes;
 
 use super::error::FitError;
 use super::fixed_physics::{CellReadings, FixedPhysics};
+use super::problem::poses_of_cells;
 use super::shares::Shares;
 
 /// Step of the logarithm of a factor in the derivatives: central differences keep nine digits of the ten that a solution has, less four.
@@ -51,24 +52,12 @@ impl<'a> PhysicsModel<'a> {
         parameters: &[ModelParameter],
         cells: &[Cell],
     ) -> Result<Self, RobotError> {
-        let mut names: Vec<&PoseId> = Vec::new();
-        let mut placed = Vec::with_capacity(cells.len());
-        for cell in cells {
-            let known = names.iter().position(|name| **name == cell.pose);
-            let pose = known.unwrap_or_else(|| {
-                names.push(&cell.pose);
-                names.len() - 1
-            });
-            placed.push(PlacedCell {
-                pose,
-                readings: physics.readings(cell),
-                slope: physics.slope(cell),
-            });
-        }
-        let poses: Vec<Pose> = names
-            .into_iter()
-            .map(|name| robot.pose(name).cloned())
-            .collect::<Result<_, _>>()?;
+        let (poses, places) = poses_of_cells(robot, cells)?;
+        let placed = cells.iter().zip(places).map(|(cell, pose)| PlacedCell {
+            pose,
+            readings: physics.readings(cell),
+            slope: physics.slope(cell),
+        });
         let (mechanism, unit) = (&physics.acting.mechanism, FittingFactors::UNIT);
         let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, &unit, &poses)?;
         mechanics.solve_joints(|_| true)?;
@@ -76,7 +65,7 @@ impl<'a> PhysicsModel<'a> {
             physics,
             mechanics,
             parameters: parameters.to_vec(),
-            cells: placed,
+            cells: placed.collect(),
             joint_rotations: JointRotations::default(),
             displacement_m: Vec::new(),
         })
@@ -219,18 +208,8 @@ impl<'a> PhysicsModel<'a> {
             let loads = observations.run_loads(run);
             let own = observations.runs[run].readings.clone();
             let out = &mut self.displacement_m[own.start - first..own.end - first];
-            let laws = &self.physics.acting.laws;
             let pose = self.mechanics.pose(*pose);
-            laws.displacements_m(pose, &loads, &mut self.joint_rotations, out);
-            if let Some(place) = out.iter().position(|value| !value.is_finite()) {
-                return Err(FitError::NotFinite {
-                    pose: loads.pose.clone(),
-                    direction: loads.read,
-                    force_n: loads.loads[place].force_n,
-                    repeat: loads.repeat,
-                    value: out[place],
-                });
-            }
+            predict_run(self.physics, pose, &loads, &mut self.joint_rotations, out)?;
         }
         Ok(Some(series.estimate(*own, &self.displacement_m)))
     }
@@ -262,20 +241,34 @@ impl<'a> PhysicsModel<'a> {
                 loads: &loads[places.clone()],
             };
             let out = &mut self.displacement_m[places];
-            let laws = &self.physics.acting.laws;
-            laws.displacements_m(pose, &loads, &mut self.joint_rotations, out);
+            predict_run(self.physics, pose, &loads, &mut self.joint_rotations, out)?;
         }
-        let mut predicted = readings.iter().zip(&self.displacement_m);
-        match predicted.find(|(_, value)| !value.is_finite()) {
-            None => Ok(()),
-            Some((reading, &value)) => Err(FitError::NotFinite {
-                pose: cell.pose.clone(),
-                direction: cell.direction,
-                force_n: reading.force_n,
-                repeat: reading.repeat,
-                value,
-            }),
-        }
+        Ok(())
+    }
+}
+
+/// Predicts the readings of a run, m.
+///
+/// # Errors
+/// [`FitError::NotFinite`].
+fn predict_run(
+    physics: &FixedPhysics,
+    pose: &PoseMechanics,
+    loads: &RunLoads<'_>,
+    joint_rotations: &mut JointRotations,
+    out: &mut [f64],
+) -> Result<(), FitError> {
+    let laws = &physics.acting.laws;
+    laws.displacements_m(pose, loads, joint_rotations, out);
+    match out.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(place) => Err(FitError::NotFinite {
+            pose: loads.pose.clone(),
+            direction: loads.read,
+            force_n: loads.loads[place].force_n,
+            repeat: loads.repeat,
+            value: out[place],
+        }),
     }
 }
 

@@ -1,12 +1,13 @@
 //! What every fit needs to know.
 
 use stiffbench_beams::physics::Effect;
-use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
-use stiffbench_units_and_text::test_point::Cell;
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Pose, Robot, RobotError};
+use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
 use super::cell_model::CellModel;
 use super::fixed_physics::FixedPhysics;
 use super::measured::MeasuredStiffness;
+use crate::parameters::place_of;
 
 /// A mechanism, the stiffness it was measured to have, and the factors to start from.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +22,22 @@ pub struct FitProblem<'a> {
     pub start: &'a FittingFactors,
     /// What acts beside the beams, held fixed; nothing if `None`.
     pub physics: Option<&'a FixedPhysics>,
+}
+
+/// The named poses of cells, each once, and the number of that of each cell.
+///
+/// # Errors
+/// [`RobotError::UnknownName`] for a pose.
+pub(super) fn poses_of_cells<'c>(
+    robot: &Robot,
+    cells: impl IntoIterator<Item = &'c Cell>,
+) -> Result<(Vec<Pose>, Vec<usize>), RobotError> {
+    let mut names: Vec<&PoseId> = Vec::new();
+    let places = cells.into_iter();
+    let places = places.map(|cell| place_of(&mut names, &&cell.pose));
+    let places = places.collect();
+    let poses = names.iter().map(|name| robot.pose(name).cloned());
+    Ok((poses.collect::<Result<_, _>>()?, places))
 }
 
 impl<'a> FitProblem<'a> {

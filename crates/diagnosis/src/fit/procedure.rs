@@ -1,5 +1,6 @@
 //! The paper's nine steps to a multi-source model (its Fig. 4), each visible in the result.
 
+use stiffbench_beams::physics::PlaceScale;
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot};
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
@@ -8,9 +9,11 @@ use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
 use super::measured::MeasuredStiffness;
 use super::monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
-use super::outcome::{FactorStatus, FitMethod, FitOutcome, fitted_cells, plain_estimates};
+use super::outcome::{FitMethod, FitOutcome, fitted_cells};
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::significance::{Scope, SectionSignificance, SequenceStep, significance};
+use crate::parameters::ParameterChoice;
 
 /// Factors that the paper gives the links for constants that hardly deform them: a hundredfold (step 6).
 const LINK_STIFFENING: f64 = 100.0;
@@ -109,9 +112,7 @@ pub fn follow_paper(
         start: &start,
         physics,
     };
-    let fit =
-        |(pose, weight): &(PoseId, f64)| fit_pose(&problem, pose, *weight, Scope::Beams, trials);
-    let multi_source: Vec<PoseFit> = options.poses.iter().map(fit).collect::<Result<_, _>>()?;
+    let multi_source = fit_poses(&problem, &options.poses, Scope::Beams, trials)?;
     let factors = combined(&multi_source)?;
     let mut outcome = validate(&problem, options, &factors)?;
     outcome.warnings.extend(
@@ -149,10 +150,18 @@ pub fn fit_single_source(
         // A reference simulation knows of beams alone.
         physics: None,
     };
-    poses
-        .iter()
-        .map(|(pose, weight)| fit_pose(&problem, pose, *weight, Scope::All, trials))
-        .collect()
+    fit_poses(&problem, poses, Scope::All, trials)
+}
+
+/// The fits of poses, each with its weight.
+fn fit_poses(
+    problem: &FitProblem<'_>,
+    poses: &[(PoseId, f64)],
+    scope: Scope,
+    trials: &MonteCarloSettings,
+) -> Result<Vec<PoseFit>, FitError> {
+    let fit = |(pose, weight): &(PoseId, f64)| fit_pose(problem, pose, *weight, scope, trials);
+    poses.iter().map(fit).collect()
 }
 
 /// Steps 2 to 4, or 6 and 7, for one pose.
@@ -249,19 +258,15 @@ fn validate(
     let predicted = problem
         .cell_model(&ModelParameter::CLASSES, &cells)?
         .stiffness(factors)?;
+    let choice = ParameterChoice::default();
+    let parameters = FitParameters::with_scales(start, &choice, &|_| PlaceScale::default())?;
     let trained = |cell: &Cell| options.poses.iter().any(|(pose, _)| *pose == cell.pose);
     Ok(FitOutcome {
         method: FitMethod::Paper,
         mechanism: mechanism.name.clone(),
         physics: problem.effects(),
         factors: factors.clone(),
-        estimates: plain_estimates(&ModelParameter::CLASSES, start, factors, |i| {
-            if i < 4 {
-                FactorStatus::Free
-            } else {
-                FactorStatus::Fixed
-            }
-        }),
+        estimates: parameters.plain_estimates(factors),
         correlation: None,
         agreement: None,
         cells: fitted_cells(measured, &predicted, |cell| !trained(cell)),

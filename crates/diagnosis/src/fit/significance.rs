@@ -109,6 +109,11 @@ pub fn significance(
     let mut stiffness = [0.0; 3];
     let mut shares = [const { Shares::new() }; 3];
     model.evaluate(factors, &mut stiffness, Some(&mut shares))?;
+    let mut remains = |changed: &FittingFactors| -> Result<[f64; 3], FitError> {
+        let mut stiffer = [0.0; 3];
+        model.evaluate(changed, &mut stiffer, None)?;
+        Ok([0, 1, 2].map(|i| stiffness[i] / stiffer[i]))
+    };
     let mut remaining = [[0.0; 3]; 4];
     for property in Property::ALL {
         let mut changed = factors.clone();
@@ -116,11 +121,7 @@ pub fn significance(
         if scope == Scope::All {
             changed.link[property.index()] *= PAPER_FACTOR;
         }
-        let mut stiffer = [0.0; 3];
-        model.evaluate(&changed, &mut stiffer, None)?;
-        for i in 0..3 {
-            remaining[property.index()][i] = stiffness[i] / stiffer[i];
-        }
+        remaining[property.index()] = remains(&changed)?;
     }
     let mut of_further = Vec::new();
     let beyond = ModelParameter::CLASSES.len();
@@ -134,14 +135,12 @@ pub fn significance(
             value / PAPER_FACTOR
         };
         changed.set(parameter, stiff);
-        let mut stiffer = [0.0; 3];
-        model.evaluate(&changed, &mut stiffer, None)?;
         let hundredth = |slope: f64| (!is_factor && slope < 0.0).then(|| -0.01 / slope);
         of_further.push(ParameterSignificance {
             parameter: parameter.clone(),
             value,
             shares: slopes.map(|slope| if is_factor { slope } else { -slope * value }),
-            remaining: [0, 1, 2].map(|i| stiffness[i] / stiffer[i]),
+            remaining: remains(&changed)?,
             adds_a_hundredth: slopes.map(hundredth),
         });
     }

@@ -165,8 +165,7 @@ pub fn read_stiffness_list(
             .filter(|_| stated)
             .map(|own| LnUncertainty {
                 own,
-                force_calibration: 0.0,
-                displacement_calibration: 0.0,
+                ..LnUncertainty::default()
             }),
         reading_noise: None,
     };

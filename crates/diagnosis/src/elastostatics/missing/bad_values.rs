@@ -14,7 +14,7 @@ use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_RE
 use crate::search::push_orthonormal;
 
 use super::far_value::{FarValue, scatter_of, single_values};
-use super::find::{baseline_columns, solve};
+use super::find::Basis;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit, in_micro, micro_unit};
@@ -353,10 +353,9 @@ fn improbable(
     }
     let units = [0, 1].map(|kind| scatter[kind].unwrap_or(sizes[kind]));
     let unit = |row: usize| units[kinds[row]];
-    let solved = solve(model, fit)?;
-    let (free, columns) = baseline_columns(&solved, fit);
+    let (_, of_fit) = Basis::of(model, fit)?;
     let mut basis: Vec<Vec<f64>> = Vec::new();
-    for (place, column) in free.iter().zip(&columns) {
+    for (place, column) in of_fit.free.iter().zip(&of_fit.columns) {
         if matches!(fit.estimates[*place].status, FactorStatus::AtBound { .. }) {
             continue;
         }

@@ -7,6 +7,7 @@ use stiffbench_units_and_text::test_point::Direction;
 use crate::elastostatics::compliances::{EndCompliance, motion_along};
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use crate::elastostatics::prediction::along;
 use crate::elastostatics::problem::{unit_length, unloaded_springs};
 use crate::fit::FactorStatus;
 use crate::search::constants::MOST_WRONG;
@@ -345,11 +346,4 @@ fn turned(vector: &[f64; 6], axis: usize) -> [f64; 6] {
         out[first + last] = vector[first + next];
     }
     out
-}
-
-fn along(unit: &[f64; 6], vector: &[f64; 6]) -> f64 {
-    unit.iter()
-        .zip(vector)
-        .map(|(share, value)| share * value)
-        .sum()
 }

@@ -73,8 +73,7 @@ pub fn diagnose_load_cases(
         });
     }
     let wrong_factor = wrong_factor(model, options, &baseline)?;
-    let residuals = baseline.residuals();
-    let solved = solve(model, &baseline)?;
+    let (solved, basis) = Basis::of(model, &baseline)?;
     let is_free = |parameter: &ModelParameter| {
         let estimate = baseline
             .estimates
@@ -82,30 +81,23 @@ pub fn diagnose_load_cases(
             .find(|one| one.parameter == *parameter);
         estimate.is_some_and(|one| !matches!(one.status, FactorStatus::Fixed))
     };
-    let (free, columns) = baseline_columns(&solved, &baseline);
-    let dof = residuals.len().saturating_sub(columns.len());
+    let dof = basis.residuals.len().saturating_sub(basis.columns.len());
     if dof < FEWEST_DOF || model.posed.labels.len() < FEWEST_POSES {
         return Ok(undecided(model, baseline, dof));
     }
     let mut candidates = solved.candidates(&is_free);
-    drop_invisible(&mut candidates, &columns, residuals.len());
-    let basis = Basis {
-        baseline,
-        residuals,
-        free,
-        columns,
-    };
+    drop_invisible(&mut candidates, &basis.columns, basis.residuals.len());
     let mut implausible = Vec::new();
     loop {
         match judge(model, &basis, &candidates, seed)? {
-            JudgedSelection::Diagnosis(diagnosis) => {
+            Ok(diagnosis) => {
                 return Ok(LoadCaseDiagnosis {
                     implausible,
                     wrong_factor,
                     ..*diagnosis
                 });
             }
-            JudgedSelection::Impossible(ImpossibleTerm { term, value }) => {
+            Err(ImpossibleTerm { term, value }) => {
                 let removed = candidates.remove(term);
                 // An end of the range that is infinite or zero is no question of what is plausible.
                 if removed.bounds.iter().all(|end| end.is_finite()) {
@@ -131,12 +123,29 @@ pub(super) struct Basis {
     pub(super) columns: Vec<Vec<f64>>,
 }
 
-/// How a search among candidates ended.
-enum JudgedSelection {
-    Diagnosis(Box<LoadCaseDiagnosis>),
-    /// A candidate was selected with a size that cannot be meant.
-    Impossible(ImpossibleTerm),
+impl Basis {
+    /// That of a fit, with the poses solved at its values.
+    ///
+    /// # Errors
+    /// [`LoadCaseFitError`] for a structure that carries nothing.
+    pub(super) fn of<'a>(
+        model: &LoadCaseModel<'a>,
+        fit: &LoadCaseFit,
+    ) -> Result<(SolvedPoses<'a>, Self), LoadCaseFitError> {
+        let solved = solve(model, fit)?;
+        let (free, columns) = baseline_columns(&solved, fit);
+        let basis = Self {
+            residuals: fit.residuals(),
+            baseline: fit.clone(),
+            free,
+            columns,
+        };
+        Ok((solved, basis))
+    }
 }
+
+/// How a search among candidates ended; an error if a candidate was selected with a size that cannot be meant.
+type JudgedSelection = Result<Box<LoadCaseDiagnosis>, ImpossibleTerm>;
 
 /// Selects among the candidates and decides on the selection.
 fn judge(
@@ -192,17 +201,17 @@ fn judge(
         seed,
     };
     if let Some(impossible) = search.impossible_term(&found.model) {
-        return Ok(JudgedSelection::Impossible(impossible));
+        return Ok(Err(impossible));
     }
     let diagnosis = search.diagnosis(&start, &found, false)?;
     if diagnosis.verdict != Verdict::Unknown || found.model.terms.is_empty() {
-        return Ok(JudgedSelection::Diagnosis(Box::new(diagnosis)));
+        return Ok(Ok(Box::new(diagnosis)));
     }
     // Names that are not the whole must at least serve in poses that they were not fitted to.
     let helpful = helpful_terms(&search, &found.model.terms)?;
     let helpful = problem.with_terms(&helpful).map_err(independent)?;
     if let Some(impossible) = search.impossible_term(&helpful) {
-        return Ok(JudgedSelection::Impossible(impossible));
+        return Ok(Err(impossible));
     }
     let taken_back = found.model.terms.len() - helpful.terms.len();
     let selected = Selected {
@@ -213,7 +222,7 @@ fn judge(
         taken_back,
         ..search.diagnosis(&start, &selected, true)?
     };
-    Ok(JudgedSelection::Diagnosis(Box::new(diagnosis)))
+    Ok(Ok(Box::new(diagnosis)))
 }
 
 impl LoadCaseSearch<'_, '_> {
@@ -310,7 +319,7 @@ pub(super) fn moves(status: &FactorStatus) -> bool {
 }
 
 /// Compliances of all poses at the fitted values, with their derivatives to every spring and factor of the robot.
-pub(super) fn solve<'a>(
+fn solve<'a>(
     model: &LoadCaseModel<'a>,
     baseline: &LoadCaseFit,
 ) -> Result<SolvedPoses<'a>, LoadCaseFitError> {
@@ -345,7 +354,7 @@ pub(super) fn solve<'a>(
 
 /// Places of the free parameters among the estimates, and their columns; those that the ones before contain are left out, and springs that no
 /// load acts on.
-pub(super) fn baseline_columns(
+fn baseline_columns(
     solved: &SolvedPoses<'_>,
     baseline: &LoadCaseFit,
 ) -> (Vec<usize>, Vec<Vec<f64>>) {

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use crate::search::constants::ABSORBED;
-use crate::search::{WhiteSpace, dot};
+use crate::search::{WhiteSpace, dot, norm, push_orthonormal};
 
 use super::candidates::MissingCandidate;
 use super::outcome::LoadCaseUnexplained;
@@ -28,20 +28,9 @@ impl StructureTest {
     fn new(name: &'static str, space: &WhiteSpace, columns: &[&[f64]]) -> Self {
         let mut basis: Vec<Vec<f64>> = Vec::new();
         for column in columns {
-            let mut vector = space.projected(column);
-            let before = dot(&vector, &vector).sqrt();
-            let whole = dot(&space.white(column), &space.white(column)).sqrt();
-            for _ in 0..2 {
-                for unit in &basis {
-                    let share = dot(unit, &vector);
-                    for (value, unit) in vector.iter_mut().zip(unit) {
-                        *value -= share * unit;
-                    }
-                }
-            }
-            let length = dot(&vector, &vector).sqrt();
-            if length > 1e-3 * before && before > ABSORBED * whole {
-                basis.push(vector.into_iter().map(|value| value / length).collect());
+            let vector = space.projected(column);
+            if norm(&vector) > ABSORBED * norm(&space.white(column)) {
+                push_orthonormal(&mut basis, vector, 1e-3, 0.0);
             }
         }
         Self { name, basis }

@@ -11,7 +11,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use crate::search::constants::MOST_OF_THE_MISFIT;
 use crate::search::dot;
 
-use super::find::{Basis, baseline_columns, moves, solve};
+use super::find::{Basis, moves};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::LoadCaseFitOptions;
 use crate::elastostatics::held_out::{LinearRows, WeighedProblem};
@@ -67,17 +67,10 @@ pub fn wrong_factor(
     if model.posed.has_positions() || options.train.is_some() || bends {
         return Ok(None);
     }
-    let solved = solve(model, fit)?;
-    let (free, columns) = baseline_columns(&solved, fit);
-    if free.is_empty() {
+    let (_, basis) = Basis::of(model, fit)?;
+    if basis.free.is_empty() {
         return Ok(None);
     }
-    let basis = Basis {
-        residuals: fit.residuals(),
-        baseline: fit.clone(),
-        free,
-        columns,
-    };
     let squares = |rows: &[f64]| basis.baseline.scatter.squares(rows);
     let before = squares(&basis.residuals);
     let mut best: Option<(f64, WrongFactor)> = None;
