@@ -6,7 +6,7 @@ use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, NamedPo
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
+use super::compliances::{ComplianceSolver, EndCompliance, along_force, motion_along};
 use super::error::LoadCaseFitError;
 use super::plan::{TriedPose, add_outer, further_poses};
 use super::problem::unloaded_springs;
@@ -140,17 +140,12 @@ impl PoseReadings {
             .sum();
         let mut rows = Vec::new();
         for direction in &self.directions {
-            let [x, y, z] = direction.unit_vector();
-            let load = [x, y, z, 0.0, 0.0, 0.0];
+            let load = along_force(direction.unit_vector());
             let units: Vec<[f64; 6]> = if self.displacement_axes.is_empty() {
                 vec![load]
             } else {
                 let axes = self.displacement_axes.iter();
-                let unit = |axis: &Direction| {
-                    let [x, y, z] = axis.unit_vector();
-                    [x, y, z, 0.0, 0.0, 0.0]
-                };
-                axes.map(unit).collect()
+                axes.map(|axis| along_force(axis.unit_vector())).collect()
             };
             for unit in &units {
                 let slope = motion_along(compliance, unit, &load);

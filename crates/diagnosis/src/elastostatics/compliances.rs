@@ -115,6 +115,11 @@ fn moved(matrix: &EndCompliance, load: &[f64; 6], further: &[f64; 6]) -> [f64; 6
     })
 }
 
+/// A vector of six that is a force or a displacement.
+pub(super) fn along_force([x, y, z]: [f64; 3]) -> [f64; 6] {
+    [x, y, z, 0.0, 0.0, 0.0]
+}
+
 /// Component of the end's motion along a unit vector of six under a load.
 pub(super) fn motion_along(matrix: &EndCompliance, unit: &[f64; 6], load: &[f64; 6]) -> f64 {
     let rows = matrix.iter().zip(unit).filter(|(_, share)| **share != 0.0);

@@ -14,7 +14,9 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorEstimate, FactorStatus, FitOutcome, FitProblem};
 
-use super::compliances::{ComplianceSolver, EndCompliance, PoseCompliance, motion_along};
+use super::compliances::{
+    ComplianceSolver, EndCompliance, PoseCompliance, along_force, motion_along,
+};
 use super::error::LoadCaseFitError;
 use super::outcome::{LoadCaseAgreement, LoadCaseFit};
 use super::problem::LoadCaseModel;
@@ -200,7 +202,7 @@ impl<'a> FitKnowledge<'a> {
         let usual = USUAL_SCATTER_M / force_n;
         let mut poses: Vec<MeasuredPose> = Vec::new();
         let mut known = Vec::new();
-        for (cell, [x, y, z], u) in along.chain(across) {
+        for (cell, load, u) in along.chain(across) {
             let place = poses.iter().position(|pose| pose.name == cell.pose);
             if place.is_none() {
                 poses.push(MeasuredPose {
@@ -210,12 +212,11 @@ impl<'a> FitKnowledge<'a> {
                 });
             }
             let place = place.unwrap_or(poses.len() - 1);
-            let [a, b, c] = cell.direction.unit_vector();
             let sd = u.filter(|u| *u > 0.0).unwrap_or(usual);
             known.push(sd);
             poses[place].components.push(MeasuredMotion {
-                unit: [a, b, c, 0.0, 0.0, 0.0],
-                load: [x, y, z, 0.0, 0.0, 0.0],
+                unit: along_force(cell.direction.unit_vector()),
+                load: along_force(load),
                 sd,
             });
         }
@@ -462,9 +463,8 @@ impl ParameterInformation {
         let mut with = self.clone();
         let mut load = [0.0; 6];
         load[axis.index()] = force_n;
-        for read in 0..3 {
-            let mut unit = [0.0; 6];
-            unit[read] = 1.0;
+        for read in Direction::ALL {
+            let unit = along_force(read.unit_vector());
             with.add(derivatives, &unit, &load, scatter);
         }
         with

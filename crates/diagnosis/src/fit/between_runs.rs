@@ -62,19 +62,12 @@ impl MeasuredStiffness {
             }
             weighted
         };
-        let unweighted = FitProblem {
-            measured: &self,
-            ..*problem
-        };
+        let unweighted = problem.measuring(&self);
         let mut joint = JointProblem::new(&unweighted, parameters)?;
         let starts = all_minima(&unweighted, &mut joint, set)?;
         let lowest = |variance: f64| -> Result<Option<LeastSquaresFit>, FitError> {
             let weighted = with(variance, dof);
-            let weighted = FitProblem {
-                measured: &weighted,
-                ..*problem
-            };
-            let mut joint = JointProblem::new(&weighted, parameters)?;
+            let mut joint = JointProblem::new(&problem.measuring(&weighted), parameters)?;
             let mut fits = Vec::new();
             for start in &starts {
                 fits.push(joint.minimise(&set.with_start(&start.free_values)?)?);

@@ -16,7 +16,6 @@ use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
     FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome, FittedCell,
-    fitted_cells, fitted_compliances,
 };
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
@@ -60,13 +59,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
             train,
         });
     }
-    let parameters = {
-        let trained = FitProblem {
-            measured: &training,
-            ..*problem
-        };
-        FitParameters::new(&trained, &options.choice)?
-    };
+    let parameters = FitParameters::new(&problem.measuring(&training), &options.choice)?;
     let set = parameters.set()?;
     let free = set.free_indices().len();
     if training.values() < free {
@@ -76,11 +69,12 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         });
     }
     let training = training.weighted_by_residuals(problem, &parameters, &set)?;
-    let sigma = sigma_mode(options, &training);
-    let trained = FitProblem {
-        measured: &training,
-        ..*problem
-    };
+    let sigma = options.sigma.unwrap_or(if training.has_uncertainties() {
+        SigmaMode::Known
+    } else {
+        SigmaMode::Estimated
+    });
+    let trained = problem.measuring(&training);
     let mut joint = JointProblem::new(&trained, &parameters)?;
     let settings = CovarianceSettings {
         known_dof: training.basis.dof(),
@@ -89,25 +83,20 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     let profiled = Profiled::fit(&trained, &mut joint, set, sigma, &settings)?;
     let Profiled { set, fit, .. } = &profiled;
     let factors = joint.factors(&fit.values);
-    let list = parameters.parameters();
     let mut predicted = vec![0.0; measured.values()];
-    let mut model = problem.measured_model(list)?;
+    let mut model = problem.measured_model(parameters.parameters())?;
     model.evaluate(&factors, &mut predicted, None)?;
-    let mut outcome = FitOutcome {
-        method: FitMethod::LeastSquares,
-        mechanism: problem.mechanism.name.clone(),
-        physics: problem.effects(),
-        estimates: parameters.plain_estimates(&factors),
+    let is_held_out = |pose: &PoseId| !in_training(pose);
+    let method = FitMethod::LeastSquares;
+    let mut outcome = FitOutcome::plain(
+        method,
+        problem,
+        &parameters,
         factors,
-        correlation: None,
-        agreement: None,
-        cells: fitted_cells(measured, &predicted, |cell| !in_training(&cell.pose)),
-        across: fitted_compliances(measured, &predicted[measured.cells.len()..]),
-        termination: fit.termination.to_string(),
-        advice: Vec::new(),
-        bootstrap: None,
-        warnings: Vec::new(),
-    };
+        &predicted,
+        is_held_out,
+    );
+    outcome.termination = fit.termination.to_string();
     if let Some(covariance) = &profiled.covariance {
         profiled.describe(&mut outcome);
         outcome.correlation = Some(FactorCorrelations::of(&parameters, set, covariance));
@@ -203,15 +192,6 @@ impl ResidualFunction for InRatios<'_, '_> {
     }
 }
 
-fn sigma_mode(options: &FitOptions, training: &MeasuredStiffness) -> SigmaMode {
-    let known = training.has_uncertainties();
-    options.sigma.unwrap_or(if known {
-        SigmaMode::Known
-    } else {
-        SigmaMode::Estimated
-    })
-}
-
 fn agreement(
     fit: &LeastSquaresFit,
     covariance: &ParameterCovariance,
@@ -274,11 +254,7 @@ fn leave_poses_out(
             // Too little is left to fit: such a pose has no prediction from the others.
             continue;
         }
-        let others = FitProblem {
-            measured: &others,
-            ..*problem
-        };
-        let mut joint = JointProblem::new(&others, parameters)?;
+        let mut joint = JointProblem::new(&problem.measuring(&others), parameters)?;
         let fit = joint.minimise(set)?;
         let factors = joint.factors(&fit.values);
         let left_out: Vec<usize> = (0..cells.len())

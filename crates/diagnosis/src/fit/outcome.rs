@@ -5,10 +5,11 @@ use stiffbench_beams::robot::{FittingFactors, ModelParameter};
 use stiffbench_numeric::least_squares::{
     Bound, ParameterCovariance, ParameterEstimate, ParameterSet, ParameterStatus, SigmaMode,
 };
-use stiffbench_units_and_text::test_point::Cell;
+use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
-use super::measured::{MeasuredStiffness, WeightBasis};
+use super::measured::{MeasuredCell, MeasuredCompliance, MeasuredStiffness, WeightBasis};
 use super::parameters::FitParameters;
+use super::problem::FitProblem;
 
 /// A change that is a smaller share of the value is rounding: the parameter did not move.
 const UNMOVED: f64 = 1e-9;
@@ -323,23 +324,16 @@ impl FactorCorrelations {
         };
         let names = known.iter().map(|&i| set.parameters()[i].name.clone());
         let row = |&a: &usize| known.iter().map(|&b| entry(a, b)).collect();
-        Self::new(
-            names.collect(),
-            known.iter().map(row).collect(),
-            known.iter().map(uncertainty).collect(),
-            covariance.interval_dof,
-        )
-    }
-
-    /// Correlations and standard uncertainties with the covariance that follows from them.
-    pub(crate) fn new(names: Vec<String>, matrix: Vec<Vec<f64>>, u_ln: Vec<f64>, dof: f64) -> Self {
-        let row = |(rhos, u): (&Vec<f64>, &f64)| {
+        let matrix: Vec<Vec<f64>> = known.iter().map(row).collect();
+        let u_ln: Vec<f64> = known.iter().map(uncertainty).collect();
+        let scaled = |(rhos, u): (&Vec<f64>, &f64)| {
             let others = rhos.iter().zip(&u_ln);
             others.map(|(rho, other)| rho * u * other).collect()
         };
+        let dof = covariance.interval_dof;
         Self {
-            covariance: matrix.iter().zip(&u_ln).map(row).collect(),
-            names,
+            covariance: matrix.iter().zip(&u_ln).map(scaled).collect(),
+            names: names.collect(),
             matrix,
             u_ln,
             dof: dof.is_finite().then_some(dof),
@@ -436,6 +430,55 @@ pub struct FitOutcome {
 }
 
 impl FitOutcome {
+    /// Measured and predicted values, and parameters without intervals.
+    ///
+    /// # Arguments
+    /// - `predicted`: stiffness of the measured cells, N/m, then the other compliances, m/N, or none of them.
+    /// - `is_held_out`: whether a pose took no part in the fit.
+    pub(super) fn plain(
+        method: FitMethod,
+        problem: &FitProblem<'_>,
+        parameters: &FitParameters,
+        factors: FittingFactors,
+        predicted: &[f64],
+        is_held_out: impl Fn(&PoseId) -> bool,
+    ) -> Self {
+        let MeasuredStiffness { cells, across, .. } = problem.measured;
+        let (of_cells, of_across) = predicted.split_at(cells.len());
+        let fitted_cell = |(cell, &predicted_n_per_m): (&MeasuredCell, &f64)| FittedCell {
+            cell: cell.cell.clone(),
+            measured_n_per_m: cell.stiffness_n_per_m,
+            ln_uncertainty: cell.ln_uncertainty.map(|u| u.combined()),
+            predicted_n_per_m,
+            held_out: is_held_out(&cell.cell.pose),
+            predicted_without_its_pose_n_per_m: None,
+        };
+        let compliance = |(one, &predicted_m_per_n): (&MeasuredCompliance, &f64)| {
+            let calibration = one.calibration_m_per_n.iter();
+            FittedCompliance {
+                cell: one.cell.clone(),
+                measured_m_per_n: one.compliance_m_per_n,
+                u_m_per_n: calibration.fold(one.u_m_per_n, |u, effect| u.hypot(*effect)),
+                predicted_m_per_n,
+            }
+        };
+        Self {
+            method,
+            mechanism: problem.mechanism.name.clone(),
+            physics: problem.effects(),
+            estimates: parameters.plain_estimates(&factors),
+            factors,
+            correlation: None,
+            agreement: None,
+            cells: cells.iter().zip(of_cells).map(fitted_cell).collect(),
+            across: across.iter().zip(of_across).map(compliance).collect(),
+            termination: String::new(),
+            advice: Vec::new(),
+            bootstrap: None,
+            warnings: Vec::new(),
+        }
+    }
+
     /// The cells the model is decided by: those it was not fitted to, if there are any, else all.
     pub fn judged_cells(&self) -> impl Iterator<Item = &FittedCell> {
         let unseen =
@@ -457,41 +500,4 @@ impl FitOutcome {
     pub fn estimate(&self, name: &str) -> Option<&FactorEstimate> {
         self.estimates.iter().find(|estimate| estimate.name == name)
     }
-}
-
-/// Measured cells beside their predictions.
-pub(super) fn fitted_cells(
-    measured: &MeasuredStiffness,
-    predicted_n_per_m: &[f64],
-    held_out: impl Fn(&Cell) -> bool,
-) -> Vec<FittedCell> {
-    measured
-        .cells
-        .iter()
-        .zip(predicted_n_per_m)
-        .map(|(cell, &predicted_n_per_m)| FittedCell {
-            cell: cell.cell.clone(),
-            measured_n_per_m: cell.stiffness_n_per_m,
-            ln_uncertainty: cell.ln_uncertainty.map(|u| u.combined()),
-            predicted_n_per_m,
-            held_out: held_out(&cell.cell),
-            predicted_without_its_pose_n_per_m: None,
-        })
-        .collect()
-}
-
-/// Measured compliances along other axes than that of the load, beside their predictions.
-pub(super) fn fitted_compliances(
-    measured: &MeasuredStiffness,
-    predicted_m_per_n: &[f64],
-) -> Vec<FittedCompliance> {
-    let both = measured.across.iter().zip(predicted_m_per_n);
-    both.map(|(one, &predicted_m_per_n)| FittedCompliance {
-        cell: one.cell.clone(),
-        measured_m_per_n: one.compliance_m_per_n,
-        u_m_per_n: (one.calibration_m_per_n.iter())
-            .fold(one.u_m_per_n, |u, effect| u.hypot(*effect)),
-        predicted_m_per_n,
-    })
-    .collect()
 }

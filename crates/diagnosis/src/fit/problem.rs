@@ -41,6 +41,14 @@ pub(super) fn poses_of_cells<'c>(
 }
 
 impl<'a> FitProblem<'a> {
+    /// The same with other measured stiffness.
+    pub(super) fn measuring<'m>(&self, measured: &'m MeasuredStiffness) -> FitProblem<'m>
+    where
+        'a: 'm,
+    {
+        FitProblem { measured, ..*self }
+    }
+
     /// The stiffness of cells by mechanism and physics, with the shares of `parameters`.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
 use super::measured::MeasuredStiffness;
 use super::monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
-use super::outcome::{FitMethod, FitOutcome, fitted_cells};
+use super::outcome::{FitMethod, FitOutcome};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::significance::{Scope, SectionSignificance, SequenceStep, significance};
@@ -244,39 +244,29 @@ fn validate(
     options: &PaperOptions,
     factors: &FittingFactors,
 ) -> Result<FitOutcome, FitError> {
-    let FitProblem {
-        mechanism,
-        measured,
-        start,
-        ..
-    } = *problem;
-    let cells: Vec<Cell> = measured
-        .cells
-        .iter()
-        .map(|cell| cell.cell.clone())
-        .collect();
+    let cells = problem.measured.cells.iter();
+    let cells: Vec<Cell> = cells.map(|cell| cell.cell.clone()).collect();
     let predicted = problem
         .cell_model(&ModelParameter::CLASSES, &cells)?
         .stiffness(factors)?;
     let choice = ParameterChoice::default();
-    let parameters = FitParameters::with_scales(start, &choice, &|_| PlaceScale::default())?;
-    let trained = |cell: &Cell| options.poses.iter().any(|(pose, _)| *pose == cell.pose);
+    let parameters =
+        FitParameters::with_scales(problem.start, &choice, &|_| PlaceScale::default())?;
+    let is_held_out = |pose: &PoseId| options.poses.iter().all(|(trained, _)| trained != pose);
+    let (method, factors) = (FitMethod::Paper, factors.clone());
     Ok(FitOutcome {
-        method: FitMethod::Paper,
-        mechanism: mechanism.name.clone(),
-        physics: problem.effects(),
-        factors: factors.clone(),
-        estimates: parameters.plain_estimates(factors),
-        correlation: None,
-        agreement: None,
-        cells: fitted_cells(measured, &predicted, |cell| !trained(cell)),
-        across: Vec::new(),
         termination: "the trials of every pass were used up".to_owned(),
-        advice: Vec::new(),
-        bootstrap: None,
         warnings: vec![
             "the paper's procedure gives no uncertainty; --method least-squares gives intervals"
                 .to_owned(),
         ],
+        ..FitOutcome::plain(
+            method,
+            problem,
+            &parameters,
+            factors,
+            &predicted,
+            is_held_out,
+        )
     })
 }

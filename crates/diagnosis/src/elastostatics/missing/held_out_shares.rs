@@ -1,5 +1,7 @@
 //! How well linear models serve in poses that were left out of their fit.
 
+use stiffbench_numeric::statistics::root_mean_square;
+
 use crate::search::constants::MOST_EFFECTS;
 use crate::search::{LinearModel, NotIndependent, dot};
 
@@ -98,11 +100,8 @@ pub(super) fn helpful_terms(
 /// Root mean square of the displacements among residuals, m.
 pub(super) fn displacement_rms(posed: &PosedLoadCases, residuals: &[f64]) -> f64 {
     let rows = posed.rows().zip(residuals);
-    let own: Vec<f64> = rows
-        .filter(|((_, read), _)| !read.is_rotation())
-        .map(|(_, residual)| residual * residual)
-        .collect();
-    (own.iter().sum::<f64>() / own.len().max(1) as f64).sqrt()
+    let own = rows.filter(|((_, read), _)| !read.is_rotation());
+    root_mean_square(own.map(|(_, residual)| *residual)).unwrap_or_default()
 }
 
 /// Shares of the misfit that a model explains.
