@@ -28,10 +28,7 @@ impl EndShift {
     /// Under a force and a moment at the end, N and N·m.
     #[must_use]
     pub fn under(compliance: &Compliance6, load: [f64; 6]) -> Self {
-        let moved: [f64; 6] = compliance
-            .0
-            .map(|row| row.iter().zip(load).map(|(c, f)| c * f).sum());
-        Self::from(moved)
+        Self::from(compliance.times(load))
     }
 
     /// How far it moves, m.

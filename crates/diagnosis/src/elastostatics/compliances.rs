@@ -4,6 +4,7 @@ use stiffbench_beams::robot::{
     FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, Pose, Predictor, Robot,
     RobotError, Theory,
 };
+use stiffbench_beams::structure::Compliance6;
 
 /// Six by six: displacement and rotation per force and moment of the end, SI.
 pub(super) type EndCompliance = [[f64; 6]; 6];
@@ -109,10 +110,8 @@ impl<'a> ComplianceSolver<'a> {
 
 /// Motion by a matrix under a load, and a further one.
 fn moved(matrix: &EndCompliance, load: &[f64; 6], further: &[f64; 6]) -> [f64; 6] {
-    std::array::from_fn(|row| {
-        let by_load: f64 = matrix[row].iter().zip(load).map(|(c, f)| c * f).sum();
-        by_load + further[row]
-    })
+    let by_load = Compliance6(*matrix).times(*load);
+    std::array::from_fn(|row| by_load[row] + further[row])
 }
 
 /// A vector of six that is a force or a displacement.

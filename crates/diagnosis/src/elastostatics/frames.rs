@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 use stiffbench_beams::robot::{Mechanism, Robot, ToolPose, TrackerFrames};
 use stiffbench_numeric::least_squares::Parameter;
 use stiffbench_numeric::vector::{cross, norm};
+use stiffbench_units_and_text::test_point::Direction;
 
 use crate::search::{self, push_orthonormal};
 
@@ -143,8 +144,7 @@ impl PositionFrames {
             .get(3..6)
             .map_or([0.0; 3], |turn| std::array::from_fn(|i| turn[i]));
         let turning = left_jacobian(turn);
-        let unit =
-            |axis: usize| -> [f64; 3] { std::array::from_fn(|i| f64::from(u8::from(i == axis))) };
+        let unit = |axis: usize| Direction::ALL[axis].unit_vector();
         let of_point = |axis: usize| TrackerFrames {
             tool_point_m: unit(axis),
             ..frames
@@ -194,7 +194,7 @@ fn left_jacobian(vector: [f64; 3]) -> [[f64; 3]; 3] {
         )
     };
     let column = |axis: usize| {
-        let unit: [f64; 3] = std::array::from_fn(|i| f64::from(u8::from(i == axis)));
+        let unit = Direction::ALL[axis].unit_vector();
         let once = cross(vector, unit);
         let twice = cross(vector, once);
         [0, 1, 2].map(|i| unit[i] + first * once[i] + second * twice[i])

@@ -98,7 +98,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     );
     outcome.termination = fit.termination.to_string();
     if let Some(covariance) = &profiled.covariance {
-        profiled.describe(&mut outcome);
+        profiled.describe(&parameters, &mut outcome);
         outcome.correlation = Some(FactorCorrelations::of(&parameters, set, covariance));
         outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
         outcome.advice = advise(&trained, &outcome, (set, fit), &parameters)?;

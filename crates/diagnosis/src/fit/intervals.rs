@@ -22,9 +22,7 @@ const MOST_RESTARTS: usize = 5;
 /// A fit with the likelihood-ratio set of every factor.
 #[derive(Debug)]
 pub(super) struct Profiled {
-    /// The parameters.
-    parameters: FitParameters,
-    /// Their coordinates.
+    /// Coordinates of the parameters.
     pub(super) set: ParameterSet,
     /// The lowest minimum.
     pub(super) fit: LeastSquaresFit,
@@ -73,7 +71,6 @@ impl Profiled {
         }
         let fit = minima.swap_remove(0);
         Ok(Self {
-            parameters: joint.parameters().clone(),
             set,
             fit,
             covariance,
@@ -82,22 +79,17 @@ impl Profiled {
     }
 
     /// Writes intervals into the outcome, and words for factors that have none.
-    pub(super) fn describe(&self, outcome: &mut FitOutcome) {
+    pub(super) fn describe(&self, parameters: &FitParameters, outcome: &mut FitOutcome) {
         let Some(covariance) = &self.covariance else {
             return;
         };
         for &index in self.set.free_indices() {
             let found = &covariance.estimates[index];
-            outcome.estimates[index].describe(
-                &self.parameters,
-                index,
-                found,
-                ["data", "other factors"],
-            );
+            outcome.estimates[index].describe(parameters, index, found, ["data", "other factors"]);
         }
         for found in &self.sets {
             let estimate = &mut outcome.estimates[found.parameter];
-            let scaled = |coordinate: f64| self.parameters.value(found.parameter, coordinate);
+            let scaled = |coordinate: f64| parameters.value(found.parameter, coordinate);
             let at_bound = matches!(estimate.status, FactorStatus::AtBound { .. });
             match (found.closed(), found.parts.as_slice()) {
                 (Some(parts), [[lower, _], .., [_, upper]] | [[lower, upper]]) => {

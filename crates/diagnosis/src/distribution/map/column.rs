@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 
 use stiffbench_beams::structure::Compliance6;
 use stiffbench_numeric::vector::{norm, scale};
+use stiffbench_units_and_text::test_point::Direction;
 
 use super::matrix::{ENTRIES, MatrixKind};
 
@@ -35,16 +36,11 @@ impl MapColumn {
     /// The three global axes.
     #[must_use]
     pub fn axes() -> Vec<Self> {
-        let axes = [
-            ("x", [1.0, 0.0, 0.0]),
-            ("y", [0.0, 1.0, 0.0]),
-            ("z", [0.0, 0.0, 1.0]),
-        ];
-        let column = |(name, unit): (&str, [f64; 3])| Self::Direction {
-            name: name.to_owned(),
-            unit,
+        let column = |axis: Direction| Self::Direction {
+            name: axis.to_string(),
+            unit: axis.unit_vector(),
         };
-        axes.map(column).to_vec()
+        Direction::ALL.map(column).to_vec()
     }
 
     /// About the three global axes.

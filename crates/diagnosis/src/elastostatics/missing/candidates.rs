@@ -2,6 +2,7 @@
 
 use stiffbench_beams::physics::{Law, TestObject, laws};
 use stiffbench_beams::robot::{ModelParameter, SpringAxis};
+use stiffbench_beams::structure::Compliance6;
 use stiffbench_units_and_text::test_point::Direction;
 
 use crate::elastostatics::compliances::{EndCompliance, motion_along};
@@ -215,9 +216,7 @@ impl SolvedPoses<'_> {
     fn set_up(&self) -> Vec<MissingCandidate> {
         let mut found = Vec::new();
         let own = |case: &PosedLoad| self.compliance[case.pose];
-        let motion = |case: &PosedLoad| -> [f64; 6] {
-            own(case).map(|row| row.iter().zip(&case.load).map(|(c, f)| c * f).sum())
-        };
+        let motion = |case: &PosedLoad| Compliance6(own(case)).times(case.load);
         for axis in Direction::ALL {
             let k = axis.index();
             let mut add = |name: &str, law: Law, place: String, unit, bounds, column| {
