@@ -162,12 +162,11 @@ pub(super) fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
     }
     let is_toml = path.extension().is_some_and(|ending| ending == "toml");
     if is_toml && path.is_file() {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             path.display().to_string(),
             "this is a TOML file, not readings",
             "name a session folder or a table of readings; a robot goes behind --robot, a procedure behind --procedure",
-        )
-        .into());
+        );
     }
     if is_there(path) {
         return Ok(path.to_owned());

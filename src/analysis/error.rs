@@ -44,6 +44,18 @@ impl ArgumentError {
             help: Some(help.into()),
         }
     }
+
+    /// The same as the failure of whatever asked.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn refuse<T, E: From<Self>>(
+        argument: impl Into<String>,
+        problem: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Result<T, E> {
+        Err(Self::new(argument, problem, help).into())
+    }
 }
 
 /// Errors of the way from files to results.

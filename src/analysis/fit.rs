@@ -302,12 +302,11 @@ impl FitData {
         };
         let train = self.training(settings.train.as_deref())?;
         if settings.sigma == Some(SigmaMode::Known) && !self.measured.has_uncertainties() {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 "--sigma known",
                 "the data state no uncertainty of the stiffnesses",
                 "give readings with repeats or a column u_N_per_um, or use --sigma estimated",
-            )
-            .into());
+            );
         }
         let options = FitOptions {
             train,
@@ -326,12 +325,11 @@ impl FitData {
         };
         if settings.bootstrap > 0 {
             if !self.measured.across.is_empty() {
-                return Err(ArgumentError::new(
+                return ArgumentError::refuse(
                     "--bootstrap",
                     "it draws stiffnesses along the load again, and the data have displacements along other axes",
                     "leave it out: the intervals allow for what the gauges have in common",
-                )
-                .into());
+                );
             }
             self.bootstrap(&trained, settings, &options.choice, &mut outcome, refitted)?;
         }
@@ -455,7 +453,7 @@ impl FitData {
         let weights = settings.weights.clone();
         let weights = weights.unwrap_or_else(|| vec![1.0; poses.len()]);
         if weights.len() != poses.len() {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 "--weights",
                 format!(
                     "{} weights for {} training poses",
@@ -463,8 +461,7 @@ impl FitData {
                     poses.len()
                 ),
                 "give one weight a pose, in the order of --train",
-            )
-            .into());
+            );
         }
         let source = match (&settings.reference, self.model.robot.factors.get("s_fsd")) {
             (Some(reference), _) => PaperSource::Reference(reference.clone()),

@@ -133,12 +133,11 @@ impl LoadCaseData {
     ) -> Result<(), AnalysisError> {
         for path in paths {
             if is_there(path) && !LoadedLoadCases::is_at(path) {
-                return Err(ArgumentError::new(
+                return ArgumentError::refuse(
                     path.display().to_string(),
                     "no load cases are there: loads and displacements as vectors, which the first data are",
                     "name a table of load cases; sessions are fitted with sessions",
-                )
-                .into());
+                );
             }
             self.join(&LoadedLoadCases::open(path, options)?)?;
         }
@@ -155,15 +154,14 @@ impl LoadCaseData {
         if let Some(hash) = header.and_then(|header| header.robot_sha256.as_ref())
             && *hash != own
         {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 further.name.clone(),
                 format!(
                     "it was measured on another robot file than {} (its SHA-256 differs)",
                     self.model.source.name
                 ),
                 "fit sessions of one robot together",
-            )
-            .into());
+            );
         }
         if let Some(procedure) = header.and_then(|header| header.procedure.as_ref()) {
             add_missing_poses(&mut self.model.robot, &procedure.joint_values);
@@ -294,12 +292,11 @@ pub fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> 
             ("joint-compliance", Place::Joint(joint)) => format!("joint.{joint}"),
             ("base-compliance", Place::Axis(axis)) => format!("base.r{axis}"),
             _ => {
-                return Err(ArgumentError::new(
+                return ArgumentError::refuse(
                     format!("--effect {}", effect.compact()),
                     "with load cases only springs can act: joint-compliance and base-compliance",
                     "leave it out; diagnose looks for other laws",
-                )
-                .into());
+                );
             }
         };
         let parameter = ModelParameter::find(&model.robot, mechanism, &name)?;

@@ -40,12 +40,11 @@ pub fn choose_poses(
         .filter(|member| member.role == FitRole::Free);
     let free: Vec<_> = free.map(|member| member.parameter.clone()).collect();
     if free.is_empty() || count == 0 {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             "--best-poses",
             "a number of poses from 1, and one free parameter at least, are needed",
             "--best-poses 6, with --free joint.NAME for parameters that the robot file fixes",
-        )
-        .into());
+        );
     }
     let readings = PoseReadings {
         directions: procedure.directions.clone(),

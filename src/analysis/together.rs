@@ -248,15 +248,14 @@ pub fn open_together(
     let mut sessions = vec![first];
     for path in further {
         if LoadedLoadCases::is_at(path) {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 path.display().to_string(),
                 format!(
                     "it holds load cases (loads and displacements as vectors), {} readings of one direction over several loads",
                     sessions[0].name
                 ),
                 "name data of one kind",
-            )
-            .into());
+            );
         }
         sessions.push(LoadedSession::open_series(path, options)?);
     }

@@ -55,12 +55,11 @@ pub(super) fn compared(
 /// The difference of two sessions.
 pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
     if args.report.is_none() && args.page != PageArgs::default() {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             "--details, --issued, --amends, --template",
             "they belong to --report",
             "add --report FILE, or leave them out",
-        )
-        .into());
+        );
     }
     let options = args.calibration.open_settings(global)?;
     let [a, b] = [

@@ -35,12 +35,11 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     }
     if let Some(options) = args.specimen.options() {
         if !args.parameters.is_default() || !args.model.is_default() {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 "--robot, --mechanism, --factors, --model, --effect, --free, --fix, --tie, --bounds",
                 "they are of a robot, and a specimen has none",
                 "leave them out",
-            )
-            .into());
+            );
         }
         return diagnose_specimen::run(args, &options, without);
     }
@@ -161,10 +160,7 @@ fn robot_seen_from(resolved: &ResolvedModel, folder: &Path) -> Result<String, Cl
     let whole = |path: &Path| {
         std::fs::create_dir_all(folder)
             .and_then(|()| path.canonicalize())
-            .map_err(|source| CliError::Write {
-                path: path.to_owned(),
-                source,
-            })
+            .map_err(CliError::write(path))
     };
     let (file, folder) = (whole(file)?, whole(folder)?);
     let common = file
@@ -184,12 +180,11 @@ fn robot_seen_from(resolved: &ResolvedModel, folder: &Path) -> Result<String, Cl
 fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseSource, Failure> {
     if args.noise == NoiseChoice::Records {
         if !args.earlier.is_empty() {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 "--earlier",
                 "the records of the instruments give the scatter of readings already",
                 "leave out --noise records, or --earlier",
-            )
-            .into());
+            );
         }
         return Ok(NoiseSource::Records);
     }
@@ -222,11 +217,10 @@ pub(super) fn folder(args: &DiagnoseArgs) -> Result<Option<PathBuf>, CliError> {
     let Some(data) = data else {
         return Ok(args.out.clone());
     };
-    let folder = inside(data, "diagnosis").map_err(|source| CliError::Write {
-        path: data.join("diagnosis"),
-        source,
-    })?;
-    Ok(Some(folder))
+    let folder = inside(data, "diagnosis");
+    Ok(Some(
+        folder.map_err(CliError::write(&data.join("diagnosis")))?,
+    ))
 }
 
 /// Writes the page and the data of a diagnosis; returns what was written.

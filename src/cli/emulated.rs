@@ -1,6 +1,6 @@
 //! A bench in software behind real ports: emulated gauges coupled to one robot, and the hand of whoever works there.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use tempfile::TempDir;
@@ -77,7 +77,7 @@ impl Emulation<'_> {
         }
         let own = match &self.links {
             Some(folder) => {
-                std::fs::create_dir_all(folder).map_err(|source| not_made(folder, source))?;
+                std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
                 for (channel, _) in &self.gauges {
                     let path = folder.join(channel.to_string());
                     let there = path.symlink_metadata();
@@ -119,12 +119,11 @@ fn line(
         let fitting = all.iter().map(|found| &found.description);
         let fitting = fitting.filter(|other| other.channel.kind() == channel.kind());
         let fitting: Vec<&str> = fitting.map(|other| other.name.as_str()).collect();
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             format!("--{channel} {name}"),
             format!("this gauge measures {}", description.channel),
             format!("gauges of {channel} are {}", fitting.join(", ")),
-        )
-        .into());
+        );
     }
     description.channel = channel;
     Ok(EmulatedLine::new(EmulatedGauge::described(
@@ -160,12 +159,5 @@ impl BenchOperator {
 /// A folder for links among the system's temporary ones, with a name that nobody else has, whatever programs that were killed left there.
 fn link_folder() -> Result<TempDir, Failure> {
     let made = tempfile::Builder::new().prefix("stiffbench-").tempdir();
-    Ok(made.map_err(|source| not_made(&std::env::temp_dir(), source))?)
-}
-
-fn not_made(folder: &Path, source: std::io::Error) -> CliError {
-    CliError::Write {
-        path: folder.to_owned(),
-        source,
-    }
+    Ok(made.map_err(CliError::write(&std::env::temp_dir()))?)
 }

@@ -1,6 +1,7 @@
 //! Failures: one form for people, one for programs, one table of exit codes.
 
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use miette::Diagnostic;
@@ -149,6 +150,23 @@ pub enum CliError {
         /// Name of the description.
         instrument: String,
     },
+}
+
+impl CliError {
+    /// Names the file or folder of a failure to write.
+    pub(super) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        |source| Self::Write { path, source }
+    }
+
+    /// The same of what must be new.
+    pub(super) fn create(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        |source| match source.kind() {
+            ErrorKind::AlreadyExists => Self::Exists { path },
+            _ => Self::Write { path, source },
+        }
+    }
 }
 
 /// Exit codes by the beginning of an error's code. The first that fits counts: single errors stand before their stage.

@@ -38,12 +38,11 @@ pub fn write_figure(
         .as_deref()
         .filter(|wanted| OTHER_FORMATS.contains(wanted))
     {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             path.display().to_string(),
             format!("figures are written as SVG and PNG, not as {other}"),
             "end the name with .svg or .png, or with nothing for both",
-        )
-        .into());
+        );
     }
     let base = match wanted.as_deref() {
         Some("svg" | "png") => path.with_extension(""),
@@ -114,15 +113,9 @@ fn put(path: &Path, bytes: &[u8], replaces_earlier: bool) -> Result<(), CliError
         return Err(CliError::FileExists { path });
     }
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
-            path: folder.to_owned(),
-            source,
-        })?;
+        std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     }
-    write_whole(path, bytes).map_err(|source| CliError::Write {
-        path: path.to_owned(),
-        source,
-    })
+    write_whole(path, bytes).map_err(CliError::write(path))
 }
 
 /// Whether there is a file that holds something; a pipe or a device is none.

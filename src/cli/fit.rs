@@ -140,12 +140,11 @@ fn prepared(
     Ok(match data {
         Data::Readings(session) if !args.further.is_empty() => {
             if args.bootstrap > 0 && args.bootstrap_over == BootstrapUnit::Runs {
-                return Err(ArgumentError::new(
+                return ArgumentError::refuse(
                     "--bootstrap",
                     "it draws the runs of one session again",
                     "add --bootstrap-over cells, or fit one session",
-                )
-                .into());
+                );
             }
             let sessions = open_together(
                 *session,
@@ -155,12 +154,11 @@ fn prepared(
             FitData::together(&sessions, &args.model.choice()?, method)?
         }
         Data::Stiffness { .. } if !args.further.is_empty() => {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 args.data.display().to_string(),
                 "it holds stiffness values, and several data are fitted together if all hold readings",
                 "name sessions, or one list alone",
-            )
-            .into());
+            );
         }
         data => FitData::new(data, &args.model.choice()?, method)?,
     })

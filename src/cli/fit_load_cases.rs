@@ -65,12 +65,11 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     let mut estimates = fit.estimates.iter();
     let open = estimates.any(|one| one.status.why_open().is_some());
     if args.next.is_some() && fit.frames.is_some() {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             "--next",
             "the data are absolute positions, and load cases are planned from displacements",
             "leave it out; what is open is printed with the force that would determine it",
-        )
-        .into());
+        );
     }
     let plan = data.plan(&fit)?;
     if let Some(file) = &args.next {
@@ -108,12 +107,11 @@ pub(super) fn write_next(file: &Path, plan: &PlannedFit) -> Result<String, Failu
             write(file, write_load_cases(&plan.table).as_bytes())?;
             Ok(format!("wrote {name}: fill in the displacements"))
         }
-        _ => Err(ArgumentError::new(
+        _ => ArgumentError::refuse(
             format!("--next {name}"),
             "the ending decides what is written, and this one is neither .toml nor .csv",
             "--next next.toml for a procedure, --next next.csv for a table to be filled in",
-        )
-        .into()),
+        ),
     }
 }
 

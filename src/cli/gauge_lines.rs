@@ -51,12 +51,11 @@ impl GaugeLineArgs {
         let description = find_description(name, &self.protocols)?.description;
         require_permission(&description, self.allow_unverified)?;
         if description.channel.kind() != kind {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 format!("{option} {name}"),
                 format!("this gauge measures {}", description.channel),
                 "FILE is the log of the force gauge with --instrument; that of the other belongs to --displacement-log with --displacement-instrument",
-            )
-            .into());
+            );
         }
         Ok(Some(description))
     }

@@ -69,12 +69,11 @@ impl ParameterArgs {
         }
         for tie in &self.tie {
             let Some((one, other)) = tie.split_once('=') else {
-                return Err(ArgumentError::new(
+                return ArgumentError::refuse(
                     format!("--tie {tie}"),
                     "two parameters with an equals sign between them are needed",
                     "--tie link.A=beam.A",
-                )
-                .into());
+                );
             };
             choice.set(&find(one)?, FitRole::TiedTo(find(other)?));
         }

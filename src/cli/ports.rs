@@ -255,10 +255,8 @@ fn write_binding(
     let (old, mut warnings) = read_bindings(&args.bindings)?;
     let (new, note) = old.with(bound, binding.clone());
     warnings.extend(note);
-    write_whole(&args.bindings, new.to_toml().as_bytes()).map_err(|source| CliError::Write {
-        path: args.bindings.clone(),
-        source,
-    })?;
+    write_whole(&args.bindings, new.to_toml().as_bytes())
+        .map_err(CliError::write(&args.bindings))?;
     Ok(warnings)
 }
 

@@ -34,12 +34,11 @@ impl PoseArgs {
                 Some((name, value.parse::<f64>().ok().filter(|v| v.is_finite())?))
             });
             let Some((variable, value)) = value else {
-                return Err(ArgumentError::new(
+                return ArgumentError::refuse(
                     format!("--set {setting}"),
                     "a variable, an equals sign and a number of degrees are needed",
                     "--set theta2=397.3",
-                )
-                .into());
+                );
             };
             pose.angles_deg[robot.variable(variable)?] = value;
             name = format!("{name}, {variable}={value}");

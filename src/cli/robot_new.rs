@@ -101,10 +101,7 @@ fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
         ErrorKind::AlreadyExists => CliError::FileExists {
             path: path.to_owned(),
         },
-        _ => CliError::Write {
-            path: path.to_owned(),
-            source,
-        },
+        _ => CliError::write(path)(source),
     };
     let mut file = OpenOptions::new()
         .write(true)

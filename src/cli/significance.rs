@@ -19,12 +19,11 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         (Some(pose), _) => PoseId::new(pose),
         (None, Some(first)) => first.id.clone(),
         (None, None) => {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 "--pose",
                 format!("{} has no named pose", resolved.source.name),
                 "add [poses.NAME] to the robot file",
-            )
-            .into());
+            );
         }
     };
     let scope = if args.beams_only {

@@ -48,10 +48,9 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let rigid_springs = rigid_springs(&resolved, &truth);
     let noise = noise(args);
     let jack = Jack::default();
-    let id = format!("simulated-{}", args.seed);
     let mut table = VirtualBench::new(&resolved.robot, &resolved.physics, &truth, noise, jack)?
         .keeping_history(args.keep_history)
-        .run(&procedure, &id, args.seed)?;
+        .run(&procedure, &id(args), args.seed)?;
     table.origin = Some(origin(args, &resolved));
     let idle = resolved.physics.effects.iter();
     warnings.extend(idle.filter(|e| !acts(e, &procedure)).map(|effect| {
@@ -67,21 +66,9 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     write_rows(&table, rows, &mut readings)?;
     // A reading of several gauges is one.
     let count = table.readings.last().map_or(0, |last| last.seq as usize);
-    write(
-        &args.out.join("robot.toml"),
-        resolved.source.text.as_bytes(),
-    )?;
-    write(&args.out.join("readings.csv"), &readings)?;
-    write(
-        &args.out.join("session.toml"),
-        header(args, &resolved, &procedure, &id)
-            .to_toml()
-            .as_bytes(),
-    )?;
-    write(
-        &args.out.join("simulation.toml"),
-        simulation_record(args, &resolved, &truth, &noise, &procedure).as_bytes(),
-    )?;
+    let record = simulation_record(args, &resolved, &truth, &noise, &procedure);
+    let header = header(args, &resolved, &procedure).to_toml();
+    write_session(args, &resolved, &readings, [&header, &record])?;
     let minutes = procedure.minutes(&jack.pace, n_poses);
     let text = format!(
         "{}: {} of mechanism {} in {} and {} by procedure {}, seed {}\n{}On a real bench some {:.0} minutes.\n\
@@ -97,23 +84,66 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         minutes,
         args.out.display()
     );
+    warnings.extend(rigid_springs);
+    warnings.extend(resolved.warnings.iter().cloned());
     let report = SimulationReport {
-        folder: args.out.clone(),
         readings: count,
-        seed: args.seed,
-        procedure: procedure.name.clone(),
+        procedure: procedure.name,
         minutes: minutes.round(),
+        ..report(args, &resolved, truth, noise)
+    };
+    Ok(outcome(text, report, &resolved, warnings))
+}
+
+/// The files of a simulated session: its header and its truth beside robot and readings.
+pub(super) fn write_session(
+    args: &SimulateArgs,
+    resolved: &ResolvedModel,
+    readings: &[u8],
+    [header, record]: [&str; 2],
+) -> Result<(), CliError> {
+    for (name, bytes) in [
+        ("robot.toml", resolved.source.text.as_bytes()),
+        ("readings.csv", readings),
+        ("session.toml", header.as_bytes()),
+        ("simulation.toml", record.as_bytes()),
+    ] {
+        write(&args.out.join(name), bytes)?;
+    }
+    Ok(())
+}
+
+/// A simulated session without what depends on its form.
+pub(super) fn report(
+    args: &SimulateArgs,
+    resolved: &ResolvedModel,
+    factors: FittingFactors,
+    noise: NoiseModel,
+) -> SimulationReport {
+    SimulationReport {
+        folder: args.out.clone(),
+        readings: 0,
+        seed: args.seed,
+        procedure: String::new(),
+        minutes: 0.0,
         mechanism: resolved.mechanism.clone(),
-        factors: truth,
+        factors,
         physics: resolved.physics.effects.clone(),
         noise,
         tracker: None,
-    };
-    warnings.extend(rigid_springs);
-    warnings.extend(resolved.warnings.iter().cloned());
-    Ok(Outcome::new("simulate", text, report)
-        .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings(warnings))
+    }
+}
+
+/// The outcome of a simulation.
+pub(super) fn outcome(
+    text: String,
+    report: SimulationReport,
+    resolved: &ResolvedModel,
+    warnings: Vec<String>,
+) -> Outcome {
+    Outcome::new("simulate", text, report)
+        .with_inputs(Inputs::default().with_model(resolved))
+        .with_warnings(warnings)
 }
 
 /// The mark of readings that nobody measured.
@@ -129,20 +159,9 @@ pub(super) fn create_new(folder: &Path) -> Result<(), CliError> {
         .parent()
         .filter(|parent| !parent.as_os_str().is_empty())
     {
-        fs::create_dir_all(parent).map_err(|source| CliError::Write {
-            path: parent.to_owned(),
-            source,
-        })?;
+        fs::create_dir_all(parent).map_err(CliError::write(parent))?;
     }
-    fs::create_dir(folder).map_err(|source| match source.kind() {
-        std::io::ErrorKind::AlreadyExists => CliError::Exists {
-            path: folder.to_owned(),
-        },
-        _ => CliError::Write {
-            path: folder.to_owned(),
-            source,
-        },
-    })
+    fs::create_dir(folder).map_err(CliError::create(folder))
 }
 
 fn true_factors(args: &SimulateArgs, resolved: &ResolvedModel) -> Result<FittingFactors, Failure> {
@@ -201,12 +220,7 @@ pub(super) fn noise(args: &SimulateArgs) -> NoiseModel {
     }
 }
 
-fn header(
-    args: &SimulateArgs,
-    resolved: &ResolvedModel,
-    procedure: &Procedure,
-    id: &str,
-) -> SessionHeader {
+fn header(args: &SimulateArgs, resolved: &ResolvedModel, procedure: &Procedure) -> SessionHeader {
     let step = |step: f64| (!args.noise_free && step > 0.0).then_some(step);
     let gauge = |model: &str, resolution| InstrumentRecord {
         model: Some(model.to_owned()),
@@ -219,26 +233,37 @@ fn header(
         gauge("virtual dial gauge", step(step_m))
     };
     SessionHeader {
-        id: Some(id.to_owned()),
-        robot: Some("robot.toml".to_owned()),
-        robot_sha256: Some(sha256(&resolved.source.text)),
-        mechanism: Some(resolved.mechanism.clone()),
         factors: resolved
             .robot
             .factors
             .contains_key(&resolved.factors_name)
             .then(|| resolved.factors_name.clone()),
-        origin: Some(origin(args, resolved)),
-        operator: Some("simulation".to_owned()),
-        software: Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned()),
         procedure: Some(procedure.to_record()),
         instruments: Instruments {
             force: Some(gauge("virtual force gauge", step(args.force_step_n))),
             displacement: axes.is_empty().then(dial_gauge),
             displacement_along: Direction::ALL.map(|axis| axes.contains(&axis).then(dial_gauge)),
         },
+        ..usual_header(args, resolved)
+    }
+}
+
+/// What the headers of all simulated sessions state.
+pub(super) fn usual_header(args: &SimulateArgs, resolved: &ResolvedModel) -> SessionHeader {
+    SessionHeader {
+        id: Some(id(args)),
+        robot: Some("robot.toml".to_owned()),
+        robot_sha256: Some(sha256(&resolved.source.text)),
+        mechanism: Some(resolved.mechanism.clone()),
+        origin: Some(origin(args, resolved)),
+        operator: Some("simulation".to_owned()),
+        software: Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned()),
         ..SessionHeader::default()
     }
+}
+
+fn id(args: &SimulateArgs) -> String {
+    format!("simulated-{}", args.seed)
 }
 
 /// Whether a slip has readings after it and a gauge of several is read; everything else acts anywhere.
@@ -289,26 +314,39 @@ fn simulation_record(
         .iter()
         .map(|effect| toml::Value::String(effect.compact()))
         .collect();
+    let effects = if effects.is_empty() {
+        "\n".to_owned()
+    } else {
+        format!(
+            "effects = {}\nkeep_history = {}\n\n",
+            toml::Value::Array(effects),
+            args.keep_history
+        )
+    };
+    let shape = format!("shape = \"{shape}\"\n");
+    let force_tolerance_n = procedure.settle.force_tolerance_n;
+    truth_text(args.seed, truth, noise, [&effects, &shape])
+        + &format!("force_tolerance_N = {force_tolerance_n:?}\n")
+}
+
+/// The truth of any simulated session: its seed, its factors and its noise.
+///
+/// # Arguments
+/// - `lines`: behind the seed, and before the noise.
+pub(super) fn truth_text(
+    seed: u64,
+    truth: &FittingFactors,
+    noise: &NoiseModel,
+    [behind_seed, of_noise]: [&str; 2],
+) -> String {
     format!(
-        "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {}\n{}\n[factors]\n{}\n[noise]\nshape = \"{}\"\n\
-         reading_sd_um = {:?}\nzero_sd_um = {:?}\nrun_slope_sd = {:?}\ndisplacement_step_um = {:?}\nforce_step_N = {:?}\nforce_tolerance_N = {:?}\n",
-        args.seed,
-        if effects.is_empty() {
-            String::new()
-        } else {
-            format!(
-                "effects = {}\nkeep_history = {}\n",
-                toml::Value::Array(effects),
-                args.keep_history
-            )
-        },
+        "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {seed}\n{behind_seed}[factors]\n{}\n[noise]\n{of_noise}\
+         reading_sd_um = {:?}\nzero_sd_um = {:?}\nrun_slope_sd = {:?}\ndisplacement_step_um = {:?}\nforce_step_N = {:?}\n",
         truth.to_toml(),
-        shape,
         noise.reading_sd_m / METRES_PER_MICROMETRE,
         noise.zero_sd_m / METRES_PER_MICROMETRE,
         noise.run_slope_sd,
         noise.displacement_step_m / METRES_PER_MICROMETRE,
-        noise.force_step_n,
-        procedure.settle.force_tolerance_n
+        noise.force_step_n
     )
 }

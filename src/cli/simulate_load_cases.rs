@@ -7,17 +7,18 @@ use crate::bench::{
     simulate_positions,
 };
 use crate::load_cases::{LoadCaseTable, write_load_cases};
-use crate::readings::SessionHeader;
 use crate::report::{SimulationReport, TrackerReport};
 use crate::robot::FittingFactors;
 
 use super::args::SimulateArgs;
 use super::failure::{Failure, refuse_given};
-use super::figure_files::write;
 use super::outcome::Outcome;
 use super::procedure::{SingleLoads, single_loads};
-use super::simulate::{create_new, noise, origin, rigid_springs};
-use crate::analysis::{Inputs, ResolvedModel, sha256, start_of};
+use super::simulate::{
+    create_new, noise, origin, outcome, report, rigid_springs, truth_text, usual_header,
+    write_session,
+};
+use crate::analysis::{ResolvedModel, start_of};
 
 /// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
 const LARGEST_FORCE_N: f64 = 70.0;
@@ -65,27 +66,10 @@ pub(super) fn run(
     let (mut table, tracker, words) = made(args, kind, &resolved, &truth, &noise)?;
     table.origin = Some(origin(args, &resolved));
     create_new(&args.out)?;
-    let header = SessionHeader {
-        id: Some(format!("simulated-{}", args.seed)),
-        robot: Some("robot.toml".to_owned()),
-        robot_sha256: Some(sha256(&resolved.source.text)),
-        mechanism: Some(resolved.mechanism.clone()),
-        origin: table.origin.clone(),
-        operator: Some("simulation".to_owned()),
-        software: Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned()),
-        ..SessionHeader::default()
-    };
-    for (name, text) in [
-        ("robot.toml", resolved.source.text.clone()),
-        ("readings.csv", write_load_cases(&table)),
-        ("session.toml", header.to_load_case_toml()),
-        (
-            "simulation.toml",
-            record(args, &truth, &noise, tracker.as_ref()),
-        ),
-    ] {
-        write(&args.out.join(name), text.as_bytes())?;
-    }
+    let header = usual_header(args, &resolved).to_load_case_toml();
+    let record = record(args, &truth, &noise, tracker.as_ref());
+    let readings = write_load_cases(&table);
+    write_session(args, &resolved, readings.as_bytes(), [&header, &record])?;
     let folder = args.out.display();
     let poses = table.poses().len();
     let text = format!(
@@ -97,23 +81,16 @@ pub(super) fn run(
         if tracker.is_some() { ", tracker" } else { "" },
     );
     let report = SimulationReport {
-        folder: args.out.clone(),
         readings: table.component_count(),
-        seed: args.seed,
         procedure: match kind {
             CaseKind::LoadCases(_) => "load cases".to_owned(),
             CaseKind::Positions(_) => "positions".to_owned(),
         },
-        minutes: 0.0,
-        mechanism: resolved.mechanism.clone(),
-        factors: truth,
-        physics: resolved.physics.effects.clone(),
-        noise,
         tracker,
+        ..report(args, &resolved, truth, noise)
     };
-    Ok(Outcome::new("simulate", text, report)
-        .with_inputs(Inputs::default().with_model(&resolved))
-        .with_warnings([resolved.warnings.clone(), rigid_springs].concat()))
+    let warnings = [resolved.warnings.clone(), rigid_springs].concat();
+    Ok(outcome(text, report, &resolved, warnings))
 }
 
 /// The table, the tracker that saw it, and what it holds in words.
@@ -168,18 +145,7 @@ fn record(
     noise: &NoiseModel,
     tracker: Option<&TrackerReport>,
 ) -> String {
-    let um = |metres: f64| metres / crate::quantity::METRES_PER_MICROMETRE;
-    let mut text = format!(
-        "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {}\n[factors]\n{}\n[noise]\n\
-         reading_sd_um = {:?}\nzero_sd_um = {:?}\nrun_slope_sd = {:?}\ndisplacement_step_um = {:?}\nforce_step_N = {:?}\n",
-        args.seed,
-        truth.to_toml(),
-        um(noise.reading_sd_m),
-        um(noise.zero_sd_m),
-        noise.run_slope_sd,
-        um(noise.displacement_step_m),
-        noise.force_step_n
-    );
+    let mut text = truth_text(args.seed, truth, noise, ["", ""]);
     if let Some(tracker) = tracker {
         let _ = write!(
             text,

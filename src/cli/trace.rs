@@ -153,13 +153,8 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
         let _ = std::fs::remove_file(&args.out);
     })?;
     let warnings = std::mem::take(&mut gauge.warnings);
-    let writer =
-        TraceWriter::begin(Durable(BufWriter::new(file)), &gauge.header).map_err(|source| {
-            CliError::Write {
-                path: args.out.clone(),
-                source,
-            }
-        })?;
+    let writer = TraceWriter::begin(Durable(BufWriter::new(file)), &gauge.header)
+        .map_err(CliError::write(&args.out))?;
     let failed = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&failed);
     let sink = TraceSink::start(writer, move |error| {
@@ -205,15 +200,7 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
 /// A file that was not there before.
 fn new_file(path: &Path) -> Result<File, CliError> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
-    file.map_err(|source| match source.kind() {
-        io::ErrorKind::AlreadyExists => CliError::Exists {
-            path: path.to_owned(),
-        },
-        _ => CliError::Write {
-            path: path.to_owned(),
-            source,
-        },
-    })
+    file.map_err(CliError::create(path))
 }
 
 /// Shows a value as it comes.
@@ -327,12 +314,11 @@ fn events(
 ) -> Result<(Events, Vec<String>), Failure> {
     let (trace, mut warnings) = read(file)?;
     let Some(name) = instrument.or(trace.header.instrument.as_deref()) else {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             "--instrument",
             format!("{} does not name its instrument", file.display()),
             "name it; stiffbench instrument list shows what is known",
-        )
-        .into());
+        );
     };
     let found = find_description(name, protocols)?;
     warnings.extend(found.warnings);

@@ -13,7 +13,7 @@ use crate::stiffness::{
 };
 use crate::test_point::{Direction, PoseId};
 
-use super::text::{AlignedTable, significant};
+use super::text::{significant, table_of};
 use crate::count::counted;
 
 /// Unit of every stiffness.
@@ -113,24 +113,27 @@ impl ComparisonReport {
     /// - `a`, `b`: what the sessions are called.
     #[must_use]
     pub fn text(&self, a: &str, b: &str) -> String {
-        let mut rows = AlignedTable::new(&[
-            "pose",
-            "direction",
-            "K of A, N/um",
-            "K of B, N/um",
-            "B - A, N/um",
-            "U",
-            "dof",
-            "(B - A)/U",
-            "differs",
-        ]);
-        for cell in &self.cells {
-            rows.row(cell.row());
-        }
+        let stiffness = |reported: &Reported| significant(reported.value.unwrap_or(f64::NAN), 5);
+        let dof =
+            |dof: Option<f64>| dof.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 2));
+        let differs = |differs: bool| if differs { "yes" } else { "" }.to_owned();
+        let rows = table_of(
+            &self.cells,
+            &[
+                ("pose", &|cell| cell.pose.to_string()),
+                ("direction", &|cell| cell.direction.to_string()),
+                ("K of A, N/um", &|cell| stiffness(&cell.a)),
+                ("K of B, N/um", &|cell| stiffness(&cell.b)),
+                ("B - A, N/um", &|cell| cell.difference.rounded()[0].clone()),
+                ("U", &|cell| cell.difference.rounded()[1].clone()),
+                ("dof", &|cell| dof(cell.difference.dof)),
+                ("(B - A)/U", &|cell| format!("{:.2}", cell.en_ratio)),
+                ("differs", &|cell| differs(cell.differs)),
+            ],
+        );
         let mut text = format!(
-            "A is {a}\nB is {b}\n\n{}\nU is the expanded uncertainty of the difference for 95 %: of cells that have not changed, one in twenty has (B - A)/U\n\
-             beyond 1 or -1. A cell differs where its difference is too large for chance, given the number of cells.\n",
-            rows.text()
+            "A is {a}\nB is {b}\n\n{rows}\nU is the expanded uncertainty of the difference for 95 %: of cells that have not changed, one in twenty has (B - A)/U\n\
+             beyond 1 or -1. A cell differs where its difference is too large for chance, given the number of cells.\n"
         );
         for left_out in &self.not_compared {
             let CellNotCompared {
@@ -200,30 +203,15 @@ impl CellDifference {
             differs: change.differs,
         }
     }
+}
 
-    fn row(&self) -> [String; 9] {
-        let MeasuredDifference {
-            value,
-            expanded,
-            dof,
-            ..
-        } = self.difference;
-        let (difference, uncertainty) = match format_value_uncertainty(value, expanded) {
-            Some(rounded) => (rounded.value, rounded.uncertainty),
-            None => (significant(value, 3), "-".to_owned()),
-        };
-        let stiffness = |reported: &Reported| significant(reported.value.unwrap_or(f64::NAN), 5);
-        [
-            self.pose.to_string(),
-            self.direction.to_string(),
-            stiffness(&self.a),
-            stiffness(&self.b),
-            difference,
-            uncertainty,
-            dof.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 2)),
-            format!("{:.2}", self.en_ratio),
-            if self.differs { "yes" } else { "" }.to_owned(),
-        ]
+impl MeasuredDifference {
+    /// Value and expanded uncertainty, both rounded to the digits that count.
+    fn rounded(&self) -> [String; 2] {
+        match format_value_uncertainty(self.value, self.expanded) {
+            Some(rounded) => [rounded.value, rounded.uncertainty],
+            None => [significant(self.value, 3), "-".to_owned()],
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::mismatch::DesignReport;
 
-use super::text::AlignedTable;
+use super::text::{or_dash, table_of};
 use crate::count::counted;
 
 /// Rows of the printed tables.
@@ -19,32 +19,28 @@ pub fn design_text(report: &DesignReport) -> String {
         counted(report.readings, "reading"),
         report.minutes
     );
-    let mut table = AlignedTable::new(&[
-        "law and place",
-        "found in 80 % from, um at the end",
-        "hardest to distinguish from",
-        "distinguished from, um at the end",
-    ]);
-    for law in report.laws.iter().take(ROWS) {
-        let nearest = law.nearest.first();
-        let name = nearest.map_or_else(|| "-".to_owned(), |n| n.rival.to_string());
-        let from = match nearest {
-            None => "-".to_owned(),
-            Some(rival) if rival.never => "never".to_owned(),
-            // What is not found is not distinguished either.
-            Some(rival) => rival.end_effect_5_m.map_or_else(
-                || "-".to_owned(),
-                |m| format!("{:.1}", (m * 1e6).max(law.end_effect_80_um)),
-            ),
-        };
-        table.row([
-            law.suspect.to_string(),
-            format!("{:.1}", law.end_effect_80_um),
-            name,
-            from,
-        ]);
-    }
-    text.push_str(&table.text());
+    let rows = report.laws.iter().take(ROWS);
+    text.push_str(&table_of(
+        rows.map(|law| (law, law.nearest.first())),
+        &[
+            ("law and place", &|(law, _)| law.suspect.to_string()),
+            ("found in 80 % from, um at the end", &|(law, _)| {
+                format!("{:.1}", law.end_effect_80_um)
+            }),
+            ("hardest to distinguish from", &|(_, nearest)| {
+                or_dash(*nearest, |one| one.rival.to_string())
+            }),
+            ("distinguished from, um at the end", &|(law, nearest)| {
+                if nearest.is_some_and(|rival| rival.never) {
+                    return "never".to_owned();
+                }
+                // What is not found is not distinguished either.
+                or_dash(nearest.and_then(|rival| rival.end_effect_5_m), |m| {
+                    format!("{:.1}", (m * 1e6).max(law.end_effect_80_um))
+                })
+            }),
+        ],
+    ));
     if report.laws.len() > ROWS {
         let _ = writeln!(
             text,

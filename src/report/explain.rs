@@ -5,6 +5,8 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::text::wrapped;
+
 /// An explanation, or the list of what can be explained.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
@@ -83,7 +85,7 @@ impl TopicReport {
             (TopicKind::Verdict, _) => format!("verdict {}", self.name),
             (TopicKind::ExitCode, _) => format!("exit code {}", self.name),
         };
-        let mut text = format!("{head}\n\n{}\n", wrapped(&self.cause, 100));
+        let mut text = format!("{head}\n\n{}\n", wrapped(&self.cause, 100, "", ""));
         for form in &self.forms {
             let parameters = if form.parameters.is_empty() {
                 "none".to_owned()
@@ -99,7 +101,7 @@ impl TopicReport {
         let _ = write!(
             text,
             "\nWhat to do: {}\n\nExample:\n  {}\n",
-            wrapped(&self.remedy, 88),
+            wrapped(&self.remedy, 88, "", ""),
             self.example
         );
         text
@@ -125,20 +127,4 @@ impl TopicList {
         text.push_str("Next: stiffbench explain NAME\n");
         text
     }
-}
-
-/// The text in lines of at most so many characters.
-fn wrapped(text: &str, width: usize) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let last = lines.len() - 1;
-        let length = lines[last].chars().count() + word.chars().count() + 1;
-        if length > width && !lines[last].is_empty() {
-            lines.push(word.to_owned());
-        } else {
-            let separator = if lines[last].is_empty() { "" } else { " " };
-            lines[last] = format!("{}{separator}{word}", lines[last]);
-        }
-    }
-    lines.join("\n")
 }

@@ -7,9 +7,9 @@ use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
 
 use super::correlation::correlation_text;
-use super::fit_report::{FitReport, ParameterReport};
+use super::fit_report::{FitReport, FittedCellReport, ParameterReport};
 use super::load_case_page::planned_text;
-use super::text::{AlignedTable, interval, significant};
+use super::text::{Column, digits, interval, or_dash, p_text, significant, table_of, with_unit};
 use crate::count::{counted, degrees_of_freedom};
 
 /// Probabilities below this are a finding.
@@ -75,36 +75,21 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         .parameters
         .iter()
         .any(|parameter| parameter.ci95_bootstrap.is_some());
-    let mut heads = vec![
-        "parameter",
-        "start",
-        "value",
-        "standard error",
-        "95 % interval",
-        "status",
+    let mut columns: Vec<Column<'_, &ParameterReport>> = vec![
+        ("parameter", &|one| with_unit(&one.name, one.unit)),
+        ("start", &|one| significant(one.start, 4)),
+        ("value", &|one| digits(one.value, 4)),
+        ("standard error", &|one| digits(one.se, 2)),
+        ("95 % interval", &|one| islands(one)),
+        ("status", &|one| status_words(one.status, one.moved)),
     ];
     if bootstrap {
-        heads.insert(5, "95 %, bootstrap");
+        columns.insert(
+            5,
+            ("95 %, bootstrap", &|one| interval(one.ci95_bootstrap, 4)),
+        );
     }
-    let mut rows = AlignedTable::new(&heads);
-    for parameter in &fit.parameters {
-        let mut cells = vec![
-            match parameter.unit {
-                "1" => parameter.name.clone(),
-                unit => format!("{}, {unit}", parameter.name),
-            },
-            significant(parameter.start, 4),
-            number(parameter.value, &|value| significant(value, 4)),
-            number(parameter.se, &|se| significant(se, 2)),
-            islands(parameter),
-            status_words(parameter.status, parameter.moved),
-        ];
-        if bootstrap {
-            cells.insert(5, interval(parameter.ci95_bootstrap, 4));
-        }
-        rows.row(cells);
-    }
-    text.push_str(&rows.text());
+    text.push_str(&table_of(&fit.parameters, &columns));
     if let Some(drawn) = &fit.bootstrap {
         let _ = writeln!(
             text,
@@ -301,27 +286,23 @@ pub fn derived_text(derived: &[DerivedQuantity]) -> String {
     if derived.is_empty() {
         return String::new();
     }
-    let mut rows = AlignedTable::new(&[
-        "derived",
-        "from",
-        "value",
-        "standard error",
-        "95 % interval",
-    ]);
+    let table = table_of(
+        derived,
+        &[
+            ("derived", &|one| one.name.clone()),
+            ("from", &|one| one.expression.clone()),
+            ("value", &|one| significant(one.value, 4)),
+            ("standard error", &|one| digits(one.se, 2)),
+            ("95 % interval", &|one| interval(one.ci95, 4)),
+        ],
+    );
     let mut words = String::new();
     for one in derived {
-        rows.row([
-            one.name.clone(),
-            one.expression.clone(),
-            significant(one.value, 4),
-            number(one.se, &|se| significant(se, 2)),
-            interval(one.ci95, 4),
-        ]);
         if let Some(known) = &one.words {
             let _ = writeln!(words, "{}: {known}.", one.name);
         }
     }
-    format!("\n{}{words}", rows.text())
+    format!("\n{table}{words}")
 }
 
 /// What the runs tests of the residuals show.
@@ -346,64 +327,41 @@ fn runs_text(tests: &[RunsTest]) -> String {
     tests.iter().map(line).collect()
 }
 
-fn p_text(p: f64) -> String {
-    if p < UNLIKELY {
-        format!("{p:.1e}")
-    } else {
-        format!("{p:.2}")
-    }
-}
-
-/// A number, or a dash where there is none.
-fn number(value: Option<f64>, text: &dyn Fn(f64) -> String) -> String {
-    value.map_or_else(|| "-".to_owned(), text)
-}
-
 fn cells_text(fit: &FitReport) -> String {
     let left_out = fit
         .cells
         .iter()
         .any(|cell| cell.predicted_without_its_pose.is_some());
-    let mut heads = vec![
-        "pose",
-        "direction",
-        "measured, N/um",
-        "predicted, N/um",
-        "predicted/measured, %",
-    ];
-    heads.push(if left_out {
-        "without its pose, %"
-    } else {
-        "held out"
-    });
-    let mut rows = AlignedTable::new(&heads);
-    for cell in &fit.cells {
-        let pose = match &cell.session {
-            Some(session) => format!("{session}/{}", cell.pose),
-            None => cell.pose.to_string(),
-        };
-        rows.row([
-            pose,
-            cell.direction.to_string(),
-            number(cell.measured.value, &|k| significant(k, 4)),
-            number(cell.predicted.value, &|k| significant(k, 4)),
-            format!("{:.2}", cell.ratio_percent),
-            if left_out {
-                let without = cell.predicted_without_its_pose.as_ref();
-                let without = without.and_then(|k| Some(k.value? / cell.measured.value?));
-                number(without, &|ratio| format!("{:.2}", 100.0 * ratio))
-            } else if cell.held_out {
-                "yes".to_owned()
-            } else {
-                String::new()
-            },
-        ]);
-    }
-    let mut text = if fit.cells.is_empty() {
-        String::new()
-    } else {
-        rows.text()
+    let pose = |cell: &&FittedCellReport| match &cell.session {
+        Some(session) => format!("{session}/{}", cell.pose),
+        None => cell.pose.to_string(),
     };
+    let without_its_pose = |cell: &&FittedCellReport| {
+        let without = cell.predicted_without_its_pose.as_ref();
+        let without = without.and_then(|k| Some(k.value? / cell.measured.value?));
+        or_dash(without, |ratio| format!("{:.2}", 100.0 * ratio))
+    };
+    let held_out = |cell: &&FittedCellReport| if cell.held_out { "yes" } else { "" }.to_owned();
+    let mut text = String::new();
+    if !fit.cells.is_empty() {
+        text = table_of(
+            &fit.cells,
+            &[
+                ("pose", &pose),
+                ("direction", &|cell| cell.direction.to_string()),
+                ("measured, N/um", &|cell| digits(cell.measured.value, 4)),
+                ("predicted, N/um", &|cell| digits(cell.predicted.value, 4)),
+                ("predicted/measured, %", &|cell| {
+                    format!("{:.2}", cell.ratio_percent)
+                }),
+                if left_out {
+                    ("without its pose, %", &without_its_pose)
+                } else {
+                    ("held out", &held_out)
+                },
+            ],
+        );
+    }
     text.push_str(&across_text(fit));
     if let Some(worst) = fit.max_error_percent {
         let unseen = left_out || fit.cells.iter().any(|cell| cell.held_out);
@@ -422,26 +380,20 @@ fn across_text(fit: &FitReport) -> String {
     if fit.across.is_empty() {
         return String::new();
     }
-    let heads = [
-        "pose",
-        "load",
-        "axis",
-        "measured, um/N",
-        "u, um/N",
-        "predicted, um/N",
-    ];
-    let mut rows = AlignedTable::new(&heads);
-    for one in &fit.across {
-        rows.row([
-            one.pose.to_string(),
-            one.load.clone(),
-            one.axis.to_string(),
-            number(one.measured.value, &|c| significant(c, 4)),
-            number(one.measured.standard_uncertainty, &|u| significant(u, 2)),
-            number(one.predicted.value, &|c| significant(c, 4)),
-        ]);
-    }
-    format!("\n{}", rows.text())
+    let table = table_of(
+        &fit.across,
+        &[
+            ("pose", &|one| one.pose.to_string()),
+            ("load", &|one| one.load.clone()),
+            ("axis", &|one| one.axis.to_string()),
+            ("measured, um/N", &|one| digits(one.measured.value, 4)),
+            ("u, um/N", &|one| {
+                digits(one.measured.standard_uncertainty, 2)
+            }),
+            ("predicted, um/N", &|one| digits(one.predicted.value, 4)),
+        ],
+    );
+    format!("\n{table}")
 }
 
 fn method_words(method: FitMethod) -> &'static str {

@@ -13,7 +13,7 @@ use crate::mismatch::{Verdict, VerdictGrade};
 
 use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{AlignedTable, micro, share_of_tables, significant};
+use super::text::{AlignedTable, digits, micro, share_of_tables, significant, table_of};
 use crate::count::counted;
 
 /// A diagnosis of load cases.
@@ -140,7 +140,7 @@ impl LoadCaseDiagnosisReport {
                 let _ = write!(text, "\n{sets}");
             }
         }
-        let um = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |um| significant(um, 4));
+        let um = |value| digits(value, 4);
         let rms = &self.rms;
         let mut errors = AlignedTable::new(&[
             "residual displacement, rms",
@@ -211,37 +211,32 @@ impl LoadCaseDiagnosisReport {
     }
 
     fn findings_table(&self) -> String {
-        let mut table = AlignedTable::new(&[
-            "finding",
-            "law",
-            "size",
-            "95 % interval",
-            "unit",
-            "largest effect, um",
-            "standard errors",
-            "log Bayes factor",
-        ]);
-        for finding in &self.findings {
-            let end = |value: f64| {
-                if value.is_finite() {
-                    significant(value, 3)
-                } else {
-                    "infinite".to_owned()
-                }
-            };
-            let [low, high] = finding.interval_95.map(end);
-            table.row([
-                finding.name.clone(),
-                finding.law.to_owned(),
-                significant(finding.value, 3),
-                format!("{low} to {high}"),
-                finding.unit.to_owned(),
-                significant(micro(finding.end_effect_m), 3),
-                format!("{:.1}", finding.standard_errors),
-                format!("{:.1}", finding.log_bayes),
-            ]);
-        }
-        table.text()
+        let end = |value: f64| {
+            if value.is_finite() {
+                significant(value, 3)
+            } else {
+                "infinite".to_owned()
+            }
+        };
+        table_of(
+            &self.findings,
+            &[
+                ("finding", &|one| one.name.clone()),
+                ("law", &|one| one.law.to_owned()),
+                ("size", &|one| significant(one.value, 3)),
+                ("95 % interval", &|one| {
+                    one.interval_95.map(end).join(" to ")
+                }),
+                ("unit", &|one| one.unit.to_owned()),
+                ("largest effect, um", &|one| {
+                    significant(micro(one.end_effect_m), 3)
+                }),
+                ("standard errors", &|one| {
+                    format!("{:.1}", one.standard_errors)
+                }),
+                ("log Bayes factor", &|one| format!("{:.1}", one.log_bayes)),
+            ],
+        )
     }
 }
 

@@ -11,7 +11,7 @@ use super::correlation::correlation_text;
 use super::fit::{rank_text, status_words};
 use super::fit_report::{ParameterReport, stiffness_unit};
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{AlignedTable, interval, micro, significant};
+use super::text::{Column, digits, interval, micro, or_dash, p_text, significant, table_of};
 use crate::count::{counted, degrees_of_freedom};
 
 /// A standard error that a planned load case leaves above this share of itself is not printed.
@@ -58,59 +58,6 @@ fn parameters(fit: &LoadCaseFit) -> String {
     let moved = factors
         .into_iter()
         .filter(|one| one.status != FactorStatus::Fixed);
-    let springs = table_if_any(
-        [
-            "spring",
-            "compliance, 1e-6",
-            "standard error",
-            "95 % interval",
-            "stiffness",
-            "95 % interval",
-            "unit",
-            "status",
-        ],
-        springs.into_iter().map(spring),
-    );
-    let factors = table_if_any(
-        [
-            "factor",
-            "start",
-            "value",
-            "standard error",
-            "95 % interval",
-            "status",
-        ],
-        moved.map(factor),
-    );
-    springs + &factors
-}
-
-/// A table with an empty line after it; nothing without rows.
-fn table_if_any<const N: usize>(
-    heads: [&str; N],
-    rows: impl Iterator<Item = [String; N]>,
-) -> String {
-    let mut rows = rows.peekable();
-    if rows.peek().is_none() {
-        return String::new();
-    }
-    let mut table = AlignedTable::new(&heads);
-    rows.for_each(|row| table.row(row));
-    table.text() + "\n"
-}
-
-fn factor(estimate: &FactorEstimate) -> [String; 6] {
-    [
-        estimate.name.clone(),
-        significant(estimate.start, 4),
-        significant(estimate.value, 4),
-        optional(estimate.standard_uncertainty, 2),
-        interval(estimate.interval_95, 4),
-        status_words(estimate.status.word(), estimate.moved()),
-    ]
-}
-
-fn spring(estimate: &FactorEstimate) -> [String; 8] {
     let inverse = |compliance: f64| {
         if compliance > 0.0 {
             significant(1.0 / compliance, 4)
@@ -118,25 +65,50 @@ fn spring(estimate: &FactorEstimate) -> [String; 8] {
             "infinite".to_owned()
         }
     };
-    let unit = estimate.parameter.unit();
-    let stiffness = estimate.interval_95.map_or_else(
-        || "-".to_owned(),
-        |[low, high]| format!("{} to {}", inverse(high), inverse(low)),
+    let status = |one: &&FactorEstimate| status_words(one.status.word(), one.moved());
+    let springs = table_if_any(
+        springs,
+        &[
+            ("spring", &|one| one.name.clone()),
+            ("compliance, 1e-6", &|one| {
+                digits(one.known_value().map(micro), 4)
+            }),
+            ("standard error", &|one| {
+                digits(one.standard_uncertainty.map(micro), 2)
+            }),
+            ("95 % interval", &|one| {
+                interval(one.interval_95.map(|ends| ends.map(micro)), 4)
+            }),
+            ("stiffness", &|one| or_dash(one.known_value(), inverse)),
+            ("95 % interval", &|one| {
+                or_dash(one.interval_95, |[low, high]| {
+                    format!("{} to {}", inverse(high), inverse(low))
+                })
+            }),
+            ("unit", &|one| stiffness_unit(one.parameter.unit())),
+            ("status", &status),
+        ],
     );
-    [
-        estimate.name.clone(),
-        optional(estimate.known_value().map(micro), 4),
-        optional(estimate.standard_uncertainty.map(micro), 2),
-        interval(estimate.interval_95.map(|ends| ends.map(micro)), 4),
-        (estimate.known_value()).map_or_else(|| "-".to_owned(), inverse),
-        stiffness,
-        stiffness_unit(unit),
-        status_words(estimate.status.word(), estimate.moved()),
-    ]
+    let factors = table_if_any(
+        moved.collect(),
+        &[
+            ("factor", &|one| one.name.clone()),
+            ("start", &|one| significant(one.start, 4)),
+            ("value", &|one| significant(one.value, 4)),
+            ("standard error", &|one| digits(one.standard_uncertainty, 2)),
+            ("95 % interval", &|one| interval(one.interval_95, 4)),
+            ("status", &status),
+        ],
+    );
+    springs + &factors
 }
 
-fn optional(value: Option<f64>, digits: usize) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
+/// A table with an empty line after it; nothing without rows.
+fn table_if_any<T>(rows: Vec<T>, columns: &[Column<'_, T>]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    table_of(rows, columns) + "\n"
 }
 
 /// Sentences about parameters that the poses do not determine.
@@ -178,12 +150,8 @@ fn scatter(agreement: &LoadCaseAgreement) -> String {
     let lack = agreement.p.map_or_else(String::new, |p| {
         format!(
             "; lack of fit: reduced chi-squared {}, p = {}",
-            optional(agreement.reduced_chi2, 3),
-            if p < 0.01 {
-                format!("{p:.1e}")
-            } else {
-                format!("{p:.2}")
-            }
+            digits(agreement.reduced_chi2, 3),
+            p_text(p)
         )
     });
     format!(
@@ -223,61 +191,52 @@ fn frames_table(fitted: &FittedFrames) -> String {
         turn,
         millimetres(frames.tool_point_m),
     ];
-    let mut rows = AlignedTable::new(&["frame", "value", "unit", "standard error", "unit"]);
-    for (one, value) in fitted.parameters.iter().zip(values.as_flattened()) {
-        let unit = match one.unit {
-            "urad" => "deg",
-            _ => "mm",
-        };
-        rows.row([
-            one.name.to_owned(),
-            format!("{value:.4}"),
-            unit.to_owned(),
-            optional(one.standard_error.map(micro), 2),
-            one.unit.to_owned(),
-        ]);
-    }
+    let unit = |unit: &str| if unit == "urad" { "deg" } else { "mm" }.to_owned();
+    let table = table_of(
+        fitted.parameters.iter().zip(values.as_flattened()),
+        &[
+            ("frame", &|(one, _)| one.name.to_owned()),
+            ("value", &|(_, value)| format!("{value:.4}")),
+            ("unit", &|(one, _)| unit(one.unit)),
+            ("standard error", &|(one, _)| {
+                digits(one.standard_error.map(micro), 2)
+            }),
+            ("unit", &|(one, _)| one.unit.to_owned()),
+        ],
+    );
     format!(
-        "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:\n\n{}\n",
-        rows.text()
+        "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:\n\n{table}\n"
     )
 }
 
 fn errors(fit: &LoadCaseFit) -> String {
-    let um = |value: Option<f64>| optional(value.map(micro), 4);
-    let mut rows = AlignedTable::new(&["pose", "rigid, um", "fitted, um", "without its pose, um"]);
-    for pose in &fit.poses {
-        rows.row([
-            pose.pose.to_string(),
-            um(Some(pose.rigid_m)),
-            um((!fit.is_held_out(&pose.pose)).then_some(pose.fitted_m)),
-            um(pose.without_its_pose_m),
-        ]);
-    }
+    let um = |value: Option<f64>| digits(value.map(micro), 4);
+    let each = fit.poses.iter().map(|pose| {
+        let fitted_m = (!fit.is_held_out(&pose.pose)).then_some(pose.fitted_m);
+        let errors = [Some(pose.rigid_m), fitted_m, pose.without_its_pose_m];
+        (pose.pose.to_string(), errors)
+    });
+    let mut rows: Vec<(String, [Option<f64>; 3])> = each.collect();
     let [_, fitted, unseen] = fit.rms_m();
     let held_out = fit.held_out_poses();
     let trained = fit.poses.len() - held_out;
     if held_out > 0 {
-        rows.row([
-            format!("the {trained} of the fit"),
-            um(fit.rigid_of(false)),
-            um(fitted),
-            "-".to_owned(),
-        ]);
-        rows.row([
-            format!("the {held_out} left out"),
-            um(fit.rigid_of(true)),
-            "-".to_owned(),
-            um(unseen),
-        ]);
+        let of_fit = [fit.rigid_of(false), fitted, None];
+        rows.push((format!("the {trained} of the fit"), of_fit));
+        let left_out = [fit.rigid_of(true), None, unseen];
+        rows.push((format!("the {held_out} left out"), left_out));
     } else {
-        rows.row([
-            "all".to_owned(),
-            um(fit.rigid_rms_m()),
-            um(fitted),
-            um(unseen),
-        ]);
+        rows.push(("all".to_owned(), [fit.rigid_rms_m(), fitted, unseen]));
     }
+    let table = table_of(
+        rows,
+        &[
+            ("pose", &|(name, _)| name.clone()),
+            ("rigid, um", &|(_, errors)| um(errors[0])),
+            ("fitted, um", &|(_, errors)| um(errors[1])),
+            ("without its pose, um", &|(_, errors)| um(errors[2])),
+        ],
+    );
     let (what, own) = if fit.frames.is_some() {
         ("positions", ", with base frame and tool point of its own")
     } else {
@@ -305,8 +264,7 @@ fn errors(fit: &LoadCaseFit) -> String {
         _ => String::new(),
     };
     format!(
-        "\nRoot mean square error of the {what}:\n\n{}Rigid: the robot without what is fitted{own} ({without}).\n{gain}",
-        rows.text()
+        "\nRoot mean square error of the {what}:\n\n{table}Rigid: the robot without what is fitted{own} ({without}).\n{gain}"
     )
 }
 

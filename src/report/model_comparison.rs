@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::statistics::f_upper_tail;
 
-use super::text::{AlignedTable, significant};
+use super::text::{digits, or_dash, significant, table_of};
 
 /// Values that differ by a smaller share are the same: JSON keeps all digits, other machines round the last ones otherwise.
 const SAME: f64 = 1e-9;
@@ -257,37 +257,24 @@ impl ModelComparison {
 
     /// The comparison for people.
     pub(super) fn text(&self) -> String {
-        let number = |value: Option<f64>, digits| {
-            value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
-        };
-        let mut rows = AlignedTable::new(&[
-            "model",
-            "mechanism",
-            "effects",
-            "free",
-            "weighted squares",
-            "AICc",
-            "above the best",
-            "root mean square error in unseen poses, %",
-        ]);
-        for model in &self.models {
-            rows.row([
-                model.name.clone(),
-                model.mechanism.clone(),
-                model.effects.to_string(),
-                model.free.to_string(),
-                significant(model.squares, 4),
-                number(model.aicc, 4),
-                model
-                    .delta_aicc
-                    .map_or_else(|| "-".to_owned(), |more| format!("{more:.1}")),
-                number(model.unseen_rms_percent, 3),
-            ]);
-        }
-        let mut text = format!(
-            "\nModels of the same cells; the smallest AICc is best:\n\n{}",
-            rows.text()
+        let table = table_of(
+            &self.models,
+            &[
+                ("model", &|one| one.name.clone()),
+                ("mechanism", &|one| one.mechanism.clone()),
+                ("effects", &|one| one.effects.to_string()),
+                ("free", &|one| one.free.to_string()),
+                ("weighted squares", &|one| significant(one.squares, 4)),
+                ("AICc", &|one| digits(one.aicc, 4)),
+                ("above the best", &|one| {
+                    or_dash(one.delta_aicc, |more| format!("{more:.1}"))
+                }),
+                ("root mean square error in unseen poses, %", &|one| {
+                    digits(one.unseen_rms_percent, 3)
+                }),
+            ],
         );
+        let mut text = format!("\nModels of the same cells; the smallest AICc is best:\n\n{table}");
         if self.models.iter().any(|model| model.effects > 0) {
             text.push_str("Effects are held fixed: their parameters are not counted.\n");
         }

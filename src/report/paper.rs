@@ -19,7 +19,7 @@ use crate::test_point::{Cell, Direction, PoseId};
 use models::PaperModels;
 
 use super::fit_report::FitReport;
-use super::text::{AlignedTable, significant};
+use super::text::{or_dash, significant, table_of};
 
 /// The transcribed tables.
 const TABLES: &str = include_str!("../../data/paper/tables.csv");
@@ -220,20 +220,19 @@ impl PaperReport {
                 have.len(),
                 100.0 * (REPRODUCED_WITHIN - 1.0)
             );
-            let mut rows =
-                AlignedTable::new(&["row", "place", "quantity", "paper", "ours", "ours/paper"]);
-            for cell in &have {
-                rows.row([
-                    cell.row.clone(),
-                    cell.place.clone(),
-                    cell.quantity.clone(),
-                    printed(cell.paper),
-                    cell.ours.map_or_else(|_| "-".to_owned(), printed),
-                    cell.ratio()
-                        .map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.3}")),
-                ]);
-            }
-            text.push_str(&rows.text());
+            text.push_str(&table_of(
+                have,
+                &[
+                    ("row", &|cell| cell.row.clone()),
+                    ("place", &|cell| cell.place.clone()),
+                    ("quantity", &|cell| cell.quantity.clone()),
+                    ("paper", &|cell| printed(cell.paper)),
+                    ("ours", &|cell| or_dash(cell.ours.ok(), printed)),
+                    ("ours/paper", &|cell| {
+                        or_dash(cell.ratio(), |ratio| format!("{ratio:.3}"))
+                    }),
+                ],
+            ));
             text.push_str(&reasons(&cells));
             text.push('\n');
         }
@@ -251,34 +250,28 @@ impl PaperReport {
                 .map(|cell| (cell.error_percent(), cell.cell.to_string()))
                 .collect();
             errors.sort_by(|a, b| b.0.total_cmp(&a.0));
-            errors
-                .iter()
-                .take(2)
-                .map(|(error, cell)| format!("{error:.2} % ({cell})"))
-                .collect::<Vec<_>>()
+            [0, 1].map(|place| {
+                let known = errors.get(place);
+                known.map_or_else(String::new, |(error, cell)| {
+                    format!("{error:.2} % ({cell})")
+                })
+            })
         };
-        let mut rows = AlignedTable::new(&[
-            "fit to the measured stiffness of P1 and P3, validated on P2 and P4",
-            "largest error",
-            "second",
-        ]);
-        rows.row([
-            "the paper's model, as printed".to_owned(),
-            format!("{first:.2} %"),
-            format!("{second:.2} %"),
-        ]);
-        for (name, outcome) in [
-            ("its procedure, on this reconstruction", &self.procedure),
-            ("joint least squares, on this reconstruction", &self.joint),
-        ] {
-            let worst = worst(outcome);
-            rows.row([
-                name.to_owned(),
-                worst.first().cloned().unwrap_or_default(),
-                worst.get(1).cloned().unwrap_or_default(),
-            ]);
-        }
-        rows.text()
+        let stated = [first, second].map(|error| format!("{error:.2} %"));
+        let (procedure, joint) = (worst(&self.procedure), worst(&self.joint));
+        let what = "fit to the measured stiffness of P1 and P3, validated on P2 and P4";
+        table_of(
+            [
+                ("the paper's model, as printed", stated),
+                ("its procedure, on this reconstruction", procedure),
+                ("joint least squares, on this reconstruction", joint),
+            ],
+            &[
+                (what, &|(name, _)| (*name).to_owned()),
+                ("largest error", &|(_, [first, _])| first.clone()),
+                ("second", &|(_, [_, second])| second.clone()),
+            ],
+        )
     }
 }
 

@@ -9,7 +9,7 @@ use crate::mismatch::PartModel;
 use crate::readings::escape_formula;
 use crate::specimen::SpecimenTable;
 
-use super::text::{AlignedTable, significant};
+use super::text::{significant, table_of, with_unit};
 use crate::count::counted;
 
 /// Predictions of the answers of a table, in the units of the model.
@@ -116,14 +116,10 @@ impl PredictionReport {
     #[must_use]
     pub fn text(&self) -> String {
         let number = |value: f64| significant(value, 5);
-        let with_unit = |value: f64| match self.answer_unit.as_str() {
-            "1" => number(value),
-            unit => format!("{} {unit}", number(value)),
-        };
         let mut text = format!(
             "{} answers predicted, ± {} (95 %: as far off were readings left out of the fit, {} of them; the zero of a run is not included).\n",
             self.rows.len(),
-            with_unit(self.band),
+            number(self.band) + &unit_behind(&self.answer_unit),
             self.band_readings
         );
         if self.beyond_range > 0 {
@@ -139,32 +135,22 @@ impl PredictionReport {
             text.push_str("The table does not hold the answers: nothing to compare with.\n");
             return text;
         }
-        let head = |what: &str| match self.answer_unit.as_str() {
-            "1" => what.to_owned(),
-            unit => format!("{what}, {unit}"),
-        };
+        let head = |what: &str| with_unit(what, &self.answer_unit);
         let (zero, rms) = (head("zero"), head("rms about it"));
-        let heads = [
-            "run",
-            "configuration",
-            "readings",
-            &zero,
-            &rms,
-            "within the band",
-        ];
-        let mut table = AlignedTable::new(&heads);
-        for run in &self.runs {
-            table.row([
-                run.run.clone(),
-                run.configuration.clone(),
-                run.readings.to_string(),
-                number(run.zero),
-                number(run.rms),
-                format!("{:.0} %", 100.0 * run.within_band),
-            ]);
-        }
-        let _ = write!(text, "\n{}", table.text());
-        text
+        text.push('\n');
+        text + &table_of(
+            &self.runs,
+            &[
+                ("run", &|run| run.run.clone()),
+                ("configuration", &|run| run.configuration.clone()),
+                ("readings", &|run| run.readings.to_string()),
+                (&zero, &|run| number(run.zero)),
+                (&rms, &|run| number(run.rms)),
+                ("within the band", &|run| {
+                    format!("{:.0} %", 100.0 * run.within_band)
+                }),
+            ],
+        )
     }
 
     /// As a table: comma, point, one row a reading, units in the names of the columns.

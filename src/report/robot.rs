@@ -14,7 +14,7 @@ use crate::robot::{
 };
 use crate::structure::Compliance6;
 
-use super::text::{AlignedTable, significant};
+use super::text::{AlignedTable, or_dash, significant, table_of};
 
 /// What a robot file says, counted.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -128,29 +128,26 @@ impl RobotReport {
             self.end,
             self.supports.join(", ")
         );
-        let mut rows =
-            AlignedTable::new(&["mechanism", "chains", "elements", "rigid links", "joints"]);
-        for mechanism in &self.mechanisms {
-            rows.row([
-                mechanism.name.clone(),
-                mechanism.chains.join(" "),
-                mechanism.elements.len().to_string(),
-                mechanism.rigid_links.len().to_string(),
-                mechanism.joints.len().to_string(),
-            ]);
-        }
-        text.push_str(&rows.text());
-        let mut rows =
-            AlignedTable::new(&["variable", "smallest, deg", "largest, deg", "nominal, deg"]);
-        for variable in &self.variables {
-            rows.row([
-                variable.name.clone(),
-                variable.min_deg.to_string(),
-                variable.max_deg.to_string(),
-                variable.nominal_deg.to_string(),
-            ]);
-        }
-        let _ = write!(text, "\n{}", rows.text());
+        text.push_str(&table_of(
+            &self.mechanisms,
+            &[
+                ("mechanism", &|one| one.name.clone()),
+                ("chains", &|one| one.chains.join(" ")),
+                ("elements", &|one| one.elements.len().to_string()),
+                ("rigid links", &|one| one.rigid_links.len().to_string()),
+                ("joints", &|one| one.joints.len().to_string()),
+            ],
+        ));
+        text.push('\n');
+        text.push_str(&table_of(
+            &self.variables,
+            &[
+                ("variable", &|one| one.name.clone()),
+                ("smallest, deg", &|one| one.min_deg.to_string()),
+                ("largest, deg", &|one| one.max_deg.to_string()),
+                ("nominal, deg", &|one| one.nominal_deg.to_string()),
+            ],
+        ));
         let names = self.variables.iter().map(|variable| variable.name.as_str());
         let heads: Vec<&str> = std::iter::once("pose").chain(names).collect();
         let mut rows = AlignedTable::new(&heads);
@@ -201,50 +198,36 @@ impl MobilityReport {
     /// Count by formula beside count by rank.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut rows =
-            AlignedTable::new(&["chain", "n", "g", "mu", "nu", "lambda", "equations", "F"]);
-        for chain in &self.chains {
-            rows.row([
-                chain.chain.clone(),
-                chain.components.to_string(),
-                chain.joints.to_string(),
-                chain.overconstraints.to_string(),
-                chain.redundant_constraints.to_string(),
-                chain.general_constraints.to_string(),
-                if chain.host {
-                    "(2) and (3)"
-                } else {
-                    "(4) and (5)"
-                }
-                .to_owned(),
-                chain.freedoms.to_string(),
-            ]);
-        }
+        let equations = |host: bool| if host { "(2) and (3)" } else { "(4) and (5)" }.to_owned();
+        let chains = table_of(
+            &self.chains,
+            &[
+                ("chain", &|one| one.chain.clone()),
+                ("n", &|one| one.components.to_string()),
+                ("g", &|one| one.joints.to_string()),
+                ("mu", &|one| one.overconstraints.to_string()),
+                ("nu", &|one| one.redundant_constraints.to_string()),
+                ("lambda", &|one| one.general_constraints.to_string()),
+                ("equations", &|one| equations(one.host)),
+                ("F", &|one| one.freedoms.to_string()),
+            ],
+        );
         let mut text = match self.total {
-        Some(total) => format!("{}\nTotal by eq. (1): F = {total}.\n\n", rows.text()),
+        Some(total) => format!("{chains}\nTotal by eq. (1): F = {total}.\n\n"),
         None => "No body of the robot file names its `chain`, so eqs. (1) to (5) have nothing to count.\n\n".to_owned(),
     };
-        let mut rows = AlignedTable::new(&[
-            "mechanism",
-            "joints",
-            "loops",
-            "rank of 6 x loops conditions",
-            "freedoms",
-        ]);
-        for MechanismRank {
-            mechanism,
-            rank_check: mobility,
-        } in &self.mechanisms
-        {
-            rows.row([
-                mechanism.clone(),
-                mobility.joints.to_string(),
-                mobility.loops.to_string(),
-                mobility.rank.to_string(),
-                mobility.freedoms.to_string(),
-            ]);
-        }
-        text.push_str(&rows.text());
+        text.push_str(&table_of(
+            &self.mechanisms,
+            &[
+                ("mechanism", &|one| one.mechanism.clone()),
+                ("joints", &|one| one.rank_check.joints.to_string()),
+                ("loops", &|one| one.rank_check.loops.to_string()),
+                ("rank of 6 x loops conditions", &|one| {
+                    one.rank_check.rank.to_string()
+                }),
+                ("freedoms", &|one| one.rank_check.freedoms.to_string()),
+            ],
+        ));
         text.push_str("\nThe second table counts nothing: it is the rank of the conditions that the loops close, in the first pose of the robot.\n");
         text
     }
@@ -316,37 +299,27 @@ impl ComplianceReport {
 /// A robot file, tried, for people.
 #[must_use]
 pub fn robot_check_text(check: &RobotCheck) -> String {
-    let mut rows = AlignedTable::new(&[
-        "mechanism",
-        "pose",
-        "tool x, y, z, m",
-        "Kx, N/um",
-        "Ky, N/um",
-        "Kz, N/um",
-        "plausible",
-    ]);
     let none = if check.unknown_springs.is_empty() {
         "rigid"
     } else {
         "unknown"
     };
-    for checked in &check.checked {
-        let stiffness = checked.stiffness_n_per_um;
-        let stiffness = stiffness.map(|k| k.map_or(none.to_owned(), |k| format!("{k:.5}")));
-        let tool = checked.tool_m.map(|m| format!("{m:.3}")).join(", ");
-        let mark = match checked.plausible {
-            Some(true) => "yes",
-            Some(false) => "no",
-            None => "-",
-        };
-        rows.row(
-            [checked.mechanism.clone(), checked.pose.clone(), tool]
-                .into_iter()
-                .chain(stiffness)
-                .chain([mark.to_owned()]),
-        );
-    }
-    let mut text = format!("{}\n", rows.text());
+    let stiffness = |k: Option<f64>| k.map_or(none.to_owned(), |k| format!("{k:.5}"));
+    let mark = |is_plausible: bool| if is_plausible { "yes" } else { "no" }.to_owned();
+    let mut text = table_of(
+        &check.checked,
+        &[
+            ("mechanism", &|one| one.mechanism.clone()),
+            ("pose", &|one| one.pose.clone()),
+            ("tool x, y, z, m", &|one| {
+                one.tool_m.map(|m| format!("{m:.3}")).join(", ")
+            }),
+            ("Kx, N/um", &|one| stiffness(one.stiffness_n_per_um[0])),
+            ("Ky, N/um", &|one| stiffness(one.stiffness_n_per_um[1])),
+            ("Kz, N/um", &|one| stiffness(one.stiffness_n_per_um[2])),
+            ("plausible", &|one| or_dash(one.plausible, mark)),
+        ],
+    ) + "\n";
     if let Some(reach) = check.reach_m {
         let _ = writeln!(text, "Reach in these poses: {reach:.3} m.");
     }

@@ -10,7 +10,7 @@ use crate::robot::FittingFactors;
 use crate::structure::Property;
 use crate::test_point::PoseId;
 
-use super::text::{AlignedTable, significant};
+use super::text::{AlignedTable, digits, significant, table_of, with_unit};
 
 /// Significance as the data of `stiffbench significance --json`.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -173,33 +173,22 @@ impl SignificanceReport {
         if self.further.is_empty() {
             return String::new();
         }
-        let mut rows = AlignedTable::new(&[
-            "parameter",
-            "value",
-            "x: share, %",
-            "y: share, %",
-            "z: share, %",
-            "x: 1 % at",
-            "y: 1 % at",
-            "z: 1 % at",
-        ]);
-        for further in &self.further {
-            let share = further
-                .share
-                .each()
-                .map(|part| format!("{:.2}", 100.0 * part));
-            let adds = further.adds_one_percent_at.each();
-            let adds = adds.map(|at| at.map_or_else(|| "-".to_owned(), |at| significant(at, 3)));
-            let name = match further.unit {
-                "1" => further.name.clone(),
-                unit => format!("{}, {unit}", further.name),
-            };
-            let value = significant(further.value, 4);
-            rows.row([name, value].into_iter().chain(share).chain(adds));
-        }
+        let percent = |part: f64| format!("{:.2}", 100.0 * part);
+        let table = table_of(
+            &self.further,
+            &[
+                ("parameter", &|one| with_unit(&one.name, one.unit)),
+                ("value", &|one| significant(one.value, 4)),
+                ("x: share, %", &|one| percent(one.share.x)),
+                ("y: share, %", &|one| percent(one.share.y)),
+                ("z: share, %", &|one| percent(one.share.z)),
+                ("x: 1 % at", &|one| digits(one.adds_one_percent_at.x, 3)),
+                ("y: 1 % at", &|one| digits(one.adds_one_percent_at.y, 3)),
+                ("z: 1 % at", &|one| digits(one.adds_one_percent_at.z, 3)),
+            ],
+        );
         format!(
-            "\n{}\nShare: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.\n",
-            rows.text()
+            "\n{table}\nShare: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.\n"
         )
     }
 }

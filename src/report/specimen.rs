@@ -16,7 +16,7 @@ use crate::specimen::SpecimenTable;
 use crate::table_files::FileLayout;
 
 use super::diagnosis::{FittedParameter, RivalReport, STEPPED, value_interval};
-use super::text::{AlignedTable, share_of_tables, significant};
+use super::text::{share_of_tables, significant, table_of};
 
 /// What a table without times costs.
 const NO_CLOCK: &str = "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.\n";
@@ -347,31 +347,29 @@ impl SpecimenSummary {
     }
 
     fn findings_table(&self) -> String {
-        let mut table = AlignedTable::new(&[
-            "law",
-            "parameter",
-            "value",
-            "95 % interval",
-            "unit",
-            "log Bayes factor",
-        ]);
-        for finding in &self.findings {
-            for (name, fitted) in &finding.parameters {
-                let fitted = &fitted.fitted;
-                let interval = fitted.ci95.map_or_else(String::new, |[low, high]| {
-                    format!("{} to {}", significant(low, 5), significant(high, 5))
-                });
-                table.row([
-                    finding.law.to_string(),
-                    (*name).to_owned(),
-                    significant(fitted.value, 6),
-                    interval,
-                    fitted.unit.clone(),
-                    format!("{:.1}", finding.log_bayes_factor),
-                ]);
-            }
-        }
-        table.text()
+        let interval = |ends: Option<[f64; 2]>| {
+            let [low, high] = ends?.map(|end| significant(end, 5));
+            Some(format!("{low} to {high}"))
+        };
+        let rows = self.findings.iter().flat_map(|finding| {
+            let parameters = finding.parameters.iter();
+            parameters.map(move |(name, one)| (finding, name, &one.fitted))
+        });
+        table_of(
+            rows,
+            &[
+                ("law", &|(finding, ..)| finding.law.to_string()),
+                ("parameter", &|(_, name, _)| (**name).to_owned()),
+                ("value", &|(.., fitted)| significant(fitted.value, 6)),
+                ("95 % interval", &|(.., fitted)| {
+                    interval(fitted.ci95).unwrap_or_default()
+                }),
+                ("unit", &|(.., fitted)| fitted.unit.clone()),
+                ("log Bayes factor", &|(finding, ..)| {
+                    format!("{:.1}", finding.log_bayes_factor)
+                }),
+            ],
+        )
     }
 }
 

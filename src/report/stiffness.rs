@@ -7,11 +7,11 @@ use indexmap::IndexSet;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::statistics::Estimate;
 use crate::stiffness::{
-    CellStiffness, Flag, Method, NoStiffness, PooledScatter, RowUse, StiffnessEstimate,
+    BudgetRow, CellStiffness, Flag, Method, NoStiffness, PooledScatter, RowUse, StiffnessEstimate,
     StiffnessTable, format_value_uncertainty,
 };
 
-use super::text::{AlignedTable, significant};
+use super::text::{or_dash, significant, table_of};
 use crate::count::{counted, degrees_of_freedom};
 
 /// What stands behind a stiffness whose flags put it in doubt.
@@ -20,47 +20,34 @@ const IN_DOUBT: &str = " ?";
 /// The table, its flags and what was left out.
 #[must_use]
 pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
-    let mut rows = AlignedTable::new(&[
-        "pose",
-        "direction",
-        "runs",
-        "K regression, N/um",
-        "U",
-        "k",
-        "dof",
-        "K mean of F/d, N/um",
-        "U",
-        "k",
-        "zero offset, um",
-    ]);
-    let mut in_doubt = 0;
-    for cell in &table.cells {
-        let [regression, paper] =
-            [Method::Regression, Method::PaperMean].map(|method| columns(cell.by(method)));
-        let offset = cell.zero_offset_m().map_or_else(
-            || "-".to_owned(),
-            |offset| format!("{:.1}", (offset.value * 1e7).round() / 10.0 + 0.0),
-        );
-        let [mut value, u, k, dof] = regression;
-        if cell.flags.iter().any(Flag::spoils_stiffness) {
-            value += IN_DOUBT;
-            in_doubt += 1;
-        }
-        let [paper_value, paper_u, paper_k, _] = paper;
-        rows.row([
-            cell.cell.pose.to_string(),
-            cell.cell.direction.to_string(),
-            cell.n_runs.to_string(),
-            value,
-            u,
-            k,
-            dof,
-            paper_value,
-            paper_u,
-            paper_k,
-            offset,
-        ]);
-    }
+    let is_in_doubt = |cell: &CellStiffness| cell.flags.iter().any(Flag::spoils_stiffness);
+    let in_doubt = table.cells.iter().filter(|cell| is_in_doubt(cell)).count();
+    let rows = table.cells.iter().map(|cell| {
+        let methods = [Method::Regression, Method::PaperMean];
+        (cell, methods.map(|method| columns(cell.by(method))))
+    });
+    let rows = table_of(
+        rows,
+        &[
+            ("pose", &|(row, _)| row.cell.pose.to_string()),
+            ("direction", &|(row, _)| row.cell.direction.to_string()),
+            ("runs", &|(row, _)| row.n_runs.to_string()),
+            ("K regression, N/um", &|(row, [own, _])| {
+                own[0].clone() + if is_in_doubt(row) { IN_DOUBT } else { "" }
+            }),
+            ("U", &|(_, [own, _])| own[1].clone()),
+            ("k", &|(_, [own, _])| own[2].clone()),
+            ("dof", &|(_, [own, _])| own[3].clone()),
+            ("K mean of F/d, N/um", &|(_, [_, paper])| paper[0].clone()),
+            ("U", &|(_, [_, paper])| paper[1].clone()),
+            ("k", &|(_, [_, paper])| paper[2].clone()),
+            ("zero offset, um", &|(row, _)| {
+                or_dash(row.zero_offset_m(), |offset| {
+                    format!("{:.1}", (offset.value * 1e7).round() / 10.0 + 0.0)
+                })
+            }),
+        ],
+    );
     let mut text = String::new();
     if in_doubt > 0 {
         let cells = counted(in_doubt, "cell");
@@ -69,7 +56,7 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
             "K of {cells} is in doubt (?): the flags below give the reasons.\n"
         );
     }
-    text += &rows.text();
+    text += &rows;
     text.push_str(
         "\nU is the expanded uncertainty for 95 %: k from Student's t with the effective degrees of freedom (dof). It holds scatter from run to\n\
          run, resolution, and calibration as far as the session states it. K regression: 1/slope with a free intercept for each zero; K mean of\n\
@@ -222,35 +209,29 @@ fn budgets(table: &StiffnessTable) -> String {
             "\nBudget of {} (K by regression, standard uncertainties):\n",
             cell.cell
         );
-        let mut rows = AlignedTable::new(&[
-            "source",
-            "type",
-            "distribution",
-            "contribution, N/um",
-            "dof",
-            "share, %",
-        ]);
-        for row in &found.budget.rows {
-            let dof = if row.dof.is_finite() {
-                significant(row.dof, 3)
-            } else {
-                "inf".to_owned()
-            };
-            rows.row([
-                row.source.to_string(),
-                format!("{:?}", row.evaluation),
-                format!("{:?}", row.distribution).to_lowercase(),
-                match row.standing {
-                    RowUse::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
-                    RowUse::InRepeatability => "in repeatability".to_owned(),
-                    RowUse::NotStated => "not stated".to_owned(),
-                    RowUse::NoEffect => "no effect".to_owned(),
-                },
-                dof,
-                format!("{:.1}", row.share_percent),
-            ]);
-        }
-        text.push_str(&rows.text());
+        let contribution = |row: &&BudgetRow| match row.standing {
+            RowUse::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
+            RowUse::InRepeatability => "in repeatability".to_owned(),
+            RowUse::NotStated => "not stated".to_owned(),
+            RowUse::NoEffect => "no effect".to_owned(),
+        };
+        let dof = |dof: f64| {
+            let known = Some(dof).filter(|dof| dof.is_finite());
+            known.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 3))
+        };
+        text.push_str(&table_of(
+            &found.budget.rows,
+            &[
+                ("source", &|row| row.source.to_string()),
+                ("type", &|row| format!("{:?}", row.evaluation)),
+                ("distribution", &|row| {
+                    format!("{:?}", row.distribution).to_lowercase()
+                }),
+                ("contribution, N/um", &contribution),
+                ("dof", &|row| dof(row.dof)),
+                ("share, %", &|row| format!("{:.1}", row.share_percent)),
+            ],
+        ));
     }
     text
 }

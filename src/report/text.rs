@@ -40,6 +40,46 @@ impl AlignedTable {
     }
 }
 
+/// A column of a table: its head, and what it shows of a row.
+pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+
+/// A table of rows as text, each line ended.
+pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> String {
+    let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
+    let mut table = AlignedTable::new(&heads);
+    for row in rows {
+        table.row(columns.iter().map(|(_, cell)| cell(&row)));
+    }
+    table.text()
+}
+
+/// What a value is printed as, or a dash where there is none.
+pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
+    value.map_or_else(|| "-".to_owned(), text)
+}
+
+/// A number with so many digits, or a dash where there is none.
+pub(super) fn digits(value: Option<f64>, digits: usize) -> String {
+    or_dash(value, |value| significant(value, digits))
+}
+
+/// A name with its unit; that of a plain number is not said.
+pub(super) fn with_unit(name: &str, unit: &str) -> String {
+    match unit {
+        "1" => name.to_owned(),
+        unit => format!("{name}, {unit}"),
+    }
+}
+
+/// A probability as printed.
+pub(super) fn p_text(p: f64) -> String {
+    if p < 0.01 {
+        format!("{p:.1e}")
+    } else {
+        format!("{p:.2}")
+    }
+}
+
 /// A length in µm, or an angle in µrad.
 pub(super) fn micro(value: f64) -> f64 {
     value / METRES_PER_MICROMETRE
@@ -48,6 +88,27 @@ pub(super) fn micro(value: f64) -> f64 {
 /// A text as a cell: no bar in it ends the cell, and no line the row.
 fn table_cell(text: &str) -> String {
     text.replace('|', "\\|").replace(['\n', '\r'], " ")
+}
+
+/// A text in lines of at most so many characters, each after `indent`; the first after `first`.
+pub(super) fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
+    let mut out = String::new();
+    let mut line = first.to_owned();
+    let mut empty = true;
+    for word in text.split_whitespace() {
+        if !empty && line.chars().count() + 1 + word.chars().count() > width {
+            out.push_str(line.trim_end());
+            out.push('\n');
+            indent.clone_into(&mut line);
+            empty = true;
+        }
+        if !empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        empty = false;
+    }
+    out + line.trim_end()
 }
 
 /// A number with so many significant digits, plain where that is short, in powers of ten where not.
@@ -71,10 +132,9 @@ pub fn significant(value: f64, digits: usize) -> String {
 /// An interval in words.
 #[must_use]
 pub(super) fn interval(ends: Option<[f64; 2]>, digits: usize) -> String {
-    ends.map_or_else(
-        || "-".to_owned(),
-        |[a, b]| format!("{} to {}", significant(a, digits), significant(b, digits)),
-    )
+    or_dash(ends, |[a, b]| {
+        format!("{} to {}", significant(a, digits), significant(b, digits))
+    })
 }
 
 /// A share with two decimals, or its bound where these would be zero.

@@ -20,6 +20,7 @@ use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
 use super::args::Global;
+use super::export::check_free;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
@@ -156,14 +157,9 @@ fn free_folder(out: &Path) -> Result<PathBuf, CliError> {
         name.push(format!("-{number}"));
         PathBuf::from(name)
     });
-    let is_free = |folder: &PathBuf| {
-        std::fs::read_dir(folder)
-            .map_or_else(|_| !folder.exists(), |mut entries| entries.next().is_none())
-    };
+    let is_free = |folder: &PathBuf| check_free(folder).is_ok();
     let mut folders = std::iter::once(out.to_owned()).chain(numbered);
     let free = folders.find(is_free).unwrap_or_else(|| out.to_owned());
-    match std::fs::create_dir_all(&free) {
-        Ok(()) => Ok(free),
-        Err(source) => Err(CliError::Write { path: free, source }),
-    }
+    std::fs::create_dir_all(&free).map_err(CliError::write(&free))?;
+    Ok(free)
 }

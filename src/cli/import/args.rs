@@ -209,12 +209,11 @@ impl ImportArgs {
         let mut seen: Vec<String> = Vec::new();
         for (role, column) in pairs(&self.map)? {
             if seen.contains(&role) {
-                return Err(ArgumentError::new(
+                return ArgumentError::refuse(
                     format!("--map {role}={column}"),
                     format!("{role} has a column already"),
                     "name one column for each",
-                )
-                .into());
+                );
             }
             mapping.set(&role, &column)?;
             seen.push(role);

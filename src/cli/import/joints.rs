@@ -80,12 +80,11 @@ pub(super) fn take_variables(
             variables.join(", ")
         ),
     };
-    Err(ArgumentError::new(
+    ArgumentError::refuse(
         format!("{file}, line {line}, column `{}`", column.name),
         format!("{} has no variable {unknown}", robot.name),
         help,
     )
-    .into())
 }
 
 /// Each variable with its column, where the columns are numbered 1 to n and the variables too.

@@ -22,12 +22,11 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
         }
     }
     let Some((first, others)) = shards.split_first() else {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             "SHARD",
             "the folder holds no shard file (*.map-shard)",
             "shard files are written by stiffbench map --shard K/N --out FOLDER",
-        )
-        .into());
+        );
     };
     for other in others {
         let differs = differences(&first.job, &other.job);

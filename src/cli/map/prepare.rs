@@ -137,12 +137,11 @@ fn mechanisms(
     for name in &args.mechanism {
         robot.mechanism(Some(name))?;
         if names.contains(name) {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 format!("--mechanisms {name}"),
                 "it is named twice".to_owned(),
                 "name each mechanism once, for example --mechanisms A,F",
-            )
-            .into());
+            );
         }
         names.push(name.clone());
     }

@@ -131,12 +131,14 @@ fn masses(
         found.push((masses, model.mass_kg()));
     }
     if found.iter().all(|(masses, _)| masses.is_empty()) {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             "--sag",
-            format!("{} has no masses, so nothing is known of its weight", robot.name),
+            format!(
+                "{} has no masses, so nothing is known of its weight",
+                robot.name
+            ),
             "give its sections mass_per_m (kg/m) or their material a density (kg/m3), and nodes with motors or tools a mass under [masses]: docs/robot-file.md, Masses",
-        )
-        .into());
+        );
     }
     Ok(found)
 }
@@ -162,12 +164,11 @@ fn design(
         }
     }
     if text.is_empty() {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             "--sensitivity",
             "laws that are not linear have no derivatives, and neither have directions that are no axes".to_owned(),
             "leave out the law, or name an axis, for example --directions y",
-        )
-        .into());
+        );
     }
     answer.add(&text);
     answer.data.design = Some(Sensitivities { sensitivities });

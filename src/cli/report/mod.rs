@@ -5,7 +5,7 @@ mod make;
 mod verify;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
 
@@ -117,13 +117,9 @@ fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
     if is_dash(path) {
         return Err(CliError::Dash);
     }
-    let failed = |path: &Path| {
-        let path: PathBuf = path.to_owned();
-        |source| CliError::Write { path, source }
-    };
     let folder = path.parent();
     if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(failed(folder))?;
+        std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     }
     let mut file = match std::fs::File::create_new(path) {
         Ok(file) => file,
@@ -131,12 +127,12 @@ fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
             let path = path.to_owned();
             return Err(CliError::FileExists { path });
         }
-        Err(error) => return Err(failed(path)(error)),
+        Err(error) => return Err(CliError::write(path)(error)),
     };
     file.write_all(text.as_bytes()).map_err(|error| {
         // On a full disk no part of a page is left.
         let _ = std::fs::remove_file(path);
-        failed(path)(error)
+        CliError::write(path)(error)
     })
 }
 

@@ -54,12 +54,11 @@ fn again(
     let hash = template.sha256();
     if page.is_comparison() {
         let [a, b] = args.sessions.as_slice() else {
-            return Err(ArgumentError::new(
+            return ArgumentError::refuse(
                 "SESSION",
                 "the report compares two sessions",
                 "name both, in the order of the report",
-            )
-            .into());
+            );
         };
         let source = PageSource::open(&[a.clone(), b.clone()], &options)?;
         let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;

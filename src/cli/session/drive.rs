@@ -207,12 +207,11 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         .as_ref()
         .map(|started| started.procedure_sha256.as_str());
     if began_with.is_some_and(|began_with| began_with != hash) {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             args.folder.display().to_string(),
             "the procedure in session.toml is not the one that the session began with",
             "put session.toml back as it was; the journal holds the SHA-256 of its procedure",
-        )
-        .into());
+        );
     }
     let is_complete = |ended: &Ended| ended.outcome == SessionEnd::Complete;
     let nothing_open = plan.next_open(&state, 0).is_none();

@@ -44,12 +44,11 @@ pub(super) fn check_effects(args: &BenchArgs, resolved: &ResolvedModel) -> Resul
     if is_emulated(args) || resolved.physics.effects.is_empty() {
         return Ok(());
     }
-    Err(ArgumentError::new(
+    ArgumentError::refuse(
         "--effect, --model",
         "effects act on an emulated bench only",
         "add --emulated, or leave them out",
     )
-    .into())
 }
 
 /// Starts an emulated bench if one is asked for, and puts its ports in the place of real ones.

@@ -113,12 +113,11 @@ pub(super) fn resolve_gauges(
                 .map(|_| gauge.port.to_string())
         });
     if let Some(port) = twice {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             port,
             "two gauges of this session are on this port",
             "each gauge needs a port of its own: --force-port, --displacement-port, x=PORT for each of several",
-        )
-        .into());
+        );
     }
     Ok((resolved, warnings))
 }
@@ -134,12 +133,11 @@ fn bindings_of(args: &BenchArgs, channels: &[Channel]) -> Result<(Bindings, Vec<
         .into());
     }
     if let Some(value) = args.out_of_plan(channels) {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             value,
             "this session has no displacement gauge along that axis",
             "name the axes with --displacement-axes or in the procedure, for example --displacement-axes x,y,z",
-        )
-        .into());
+        );
     }
     read_bindings(&args.bindings)
 }
@@ -359,10 +357,7 @@ fn trace(
     let path = raw.join(&file);
     let begun =
         File::create_new(&path).and_then(|file| TraceWriter::begin(BufWriter::new(file), header));
-    let writer = begun.map_err(|source| CliError::Write {
-        path: path.clone(),
-        source,
-    })?;
+    let writer = begun.map_err(CliError::write(&path))?;
     let failed = move |error| {
         print_error(&format!("note: {} takes no more: {error}", path.display()));
     };

@@ -155,12 +155,11 @@ fn session_traces(args: &SessionReplayArgs) -> Result<SessionTraces, Failure> {
         all.events.extend(events_of(&trace, &description, None)?);
     }
     if all.events.is_empty() {
-        return Err(ArgumentError::new(
+        return ArgumentError::refuse(
             raw.display().to_string(),
             "there is no trace in it",
             "sessions keep the bytes of their gauges in raw/*.trace; without them nothing can be replayed",
-        )
-        .into());
+        );
     }
     // Events of one line keep their order.
     all.events.sort_by(|(a_s, _), (b_s, _)| a_s.total_cmp(b_s));

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{DetectionLimit, Finding, Observations, Spot};
+use crate::mismatch::{DetectionLimit, ExplainedShare, Finding, Observations, Spot};
 use crate::physics::{Law, Place};
-use crate::report::{AlignedTable, significant};
+use crate::report::text::{AlignedTable, or_dash, significant, table_of};
 use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
@@ -32,11 +32,13 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
     text.push_str(&quality(report));
     if report.impossible().next().is_some() {
         text.push_str("\nRejected: the fall of the weighted squares that a value with the impossible sign would have brought.\n");
-        let mut rows = AlignedTable::new(&["law and place", "gain"]);
-        for one in report.impossible() {
-            rows.row([named(one.law, &one.place), significant(one.delta_chi2, 3)]);
-        }
-        text.push_str(&rows.text());
+        text.push_str(&table_of(
+            report.impossible(),
+            &[
+                ("law and place", &|one| named(one.law, &one.place)),
+                ("gain", &|one| significant(one.delta_chi2, 3)),
+            ],
+        ));
     }
     text.push_str(&critical_values(report));
     text.push_str("\nSmallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.\n");
@@ -103,7 +105,7 @@ fn findings(findings: &[Finding]) -> String {
         let group = finding.alternative_group;
         let first = [
             named(effect.law, &effect.place),
-            group.map_or_else(|| "-".to_owned(), |group| group.to_string()),
+            or_dash(group, |group| group.to_string()),
         ];
         let last = [
             um(finding.end_effect_m),
@@ -190,37 +192,30 @@ fn candidates(findings: &[Finding]) -> String {
 }
 
 fn strata(report: &DiagnosisReport) -> String {
-    let mut rows = AlignedTable::new(&[
-        "contrast",
-        "stratum",
-        "F",
-        "dof",
-        "p family-wise",
-        "share",
-        "size",
-        "sits in",
-    ]);
-    for test in &report.located.tests {
-        let [above, below] = test.dof;
-        let below = if below.is_finite() {
-            format!("{below:.0}")
+    let dof = |[above, below]: [f64; 2]| {
+        if below.is_finite() {
+            format!("{above:.0}, {below:.0}")
         } else {
-            "known".to_owned()
-        };
-        // The draws for a coarse gauge can show no less.
-        let less = if test.p_at_floor { "<" } else { "" };
-        rows.row([
-            test.contrast.to_string(),
-            test.stratum.to_string(),
-            significant(test.statistic, 3),
-            format!("{above:.0}, {below}"),
-            format!("{less}{}", significant(test.p_family, 2)),
-            format!("{:.0} %", 100.0 * test.share),
-            um(test.size_m),
-            test.spots.first().map_or_else(|| "-".to_owned(), spot),
-        ]);
-    }
-    let mut text = rows.text();
+            format!("{above:.0}, known")
+        }
+    };
+    // The draws for a coarse gauge can show no less.
+    let less = |at_floor: bool| if at_floor { "<" } else { "" };
+    let mut text = table_of(
+        &report.located.tests,
+        &[
+            ("contrast", &|test| test.contrast.to_string()),
+            ("stratum", &|test| test.stratum.to_string()),
+            ("F", &|test| significant(test.statistic, 3)),
+            ("dof", &|test| dof(test.dof)),
+            ("p family-wise", &|test| {
+                less(test.p_at_floor).to_owned() + &significant(test.p_family, 2)
+            }),
+            ("share", &|test| format!("{:.0} %", 100.0 * test.share)),
+            ("size", &|test| um(test.size_m)),
+            ("sits in", &|test| or_dash(test.spots.first(), spot)),
+        ],
+    );
     for one in &report.located.untested {
         let _ = writeln!(text, "{} was not tested: {}.", one.contrast, one.why);
     }
@@ -273,24 +268,24 @@ fn suspects(report: &DiagnosisReport) -> String {
             text,
             "\nParts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
         );
-        let mut rows = AlignedTable::new(&["part", "share", "p left", "possible", "alike"]);
-        for one in shares.iter().take(PARTS) {
+        let alike = |one: &&ExplainedShare| {
             let alike: Vec<String> = one.alike.iter().take(3).map(ToString::to_string).collect();
-            let more = one.alike.len().saturating_sub(alike.len());
-            let more = if more > 0 {
-                format!(" and {more} more")
-            } else {
-                String::new()
-            };
-            rows.row([
-                one.component.to_string(),
-                format!("{:.0} %", 100.0 * one.share),
-                significant(one.p_left, 2),
-                if one.possible { "yes" } else { "no" }.to_owned(),
-                format!("{}{more}", alike.join("; ")),
-            ]);
-        }
-        text.push_str(&rows.text());
+            match one.alike.len().saturating_sub(alike.len()) {
+                0 => alike.join("; "),
+                more => format!("{} and {more} more", alike.join("; ")),
+            }
+        };
+        let possible = |one: &&ExplainedShare| if one.possible { "yes" } else { "no" }.to_owned();
+        text.push_str(&table_of(
+            shares.iter().take(PARTS),
+            &[
+                ("part", &|one| one.component.to_string()),
+                ("share", &|one| format!("{:.0} %", 100.0 * one.share)),
+                ("p left", &|one| significant(one.p_left, 2)),
+                ("possible", &possible),
+                ("alike", &alike),
+            ],
+        ));
     }
     text
 }
@@ -301,14 +296,17 @@ fn quality(report: &DiagnosisReport) -> String {
         "\nReduced chi-squared {:.3} before, {:.3} after. Error in each pose left out of the fit:\n",
         before.reduced_chi2, after.reduced_chi2
     );
-    let mut rows = AlignedTable::new(&["pose left out", "before", "after"]);
-    for (before, after) in before.held_out.iter().zip(&after.held_out) {
-        rows.row([before.pose.to_string(), um(before.rms_m), um(after.rms_m)]);
-    }
     if before.held_out.is_empty() {
         text.push_str("only one pose was measured\n");
     } else {
-        text.push_str(&rows.text());
+        text.push_str(&table_of(
+            before.held_out.iter().zip(&after.held_out),
+            &[
+                ("pose left out", &|(before, _)| before.pose.to_string()),
+                ("before", &|(before, _)| um(before.rms_m)),
+                ("after", &|(_, after)| um(after.rms_m)),
+            ],
+        ));
     }
     text
 }
@@ -336,11 +334,8 @@ fn critical_values(report: &DiagnosisReport) -> String {
         let level = critical.laws.levels.get(family);
         rows.row([
             name,
-            level.map_or_else(
-                || "-".to_owned(),
-                |level| format!("{:.3}", level / LAW_LEVEL),
-            ),
-            level.map_or_else(|| "-".to_owned(), |level| significant(100.0 * level, 2)),
+            or_dash(level, |level| format!("{:.3}", level / LAW_LEVEL)),
+            or_dash(level, |level| significant(100.0 * level, 2)),
             format!("{limit:.1}"),
         ]);
     }
@@ -355,25 +350,26 @@ fn critical_values(report: &DiagnosisReport) -> String {
 }
 
 fn detection_limits(critical: &[DetectionLimit]) -> String {
-    let mut rows =
-        AlignedTable::new(&["law and place", "size", "upper 95 %", "unit", "at the end"]);
     let mut critical: Vec<&DetectionLimit> = critical.iter().collect();
     // The sort is stable: places of a law stay in the order of the robot.
     critical.sort_by_key(|limit| limit.law);
-    for limit in critical {
+    let printed = |limit: &DetectionLimit| {
         let spec = limit.law.parameters.first();
         let size = limit.size_80.or(limit.upper_95).unwrap_or(0.0);
-        let (factor, unit) = spec.map_or((1.0, "-"), |spec| spec.dimension.printed(size));
-        let shown = |value: Option<f64>, none: &str| {
-            value.map_or_else(|| none.to_owned(), |value| significant(factor * value, 3))
-        };
-        rows.row([
-            named(limit.law, &limit.place),
-            shown(limit.size_80, "not testable"),
-            shown(limit.upper_95, "-"),
-            unit.to_owned(),
-            limit.end_effect_m.map_or_else(|| "-".to_owned(), um),
-        ]);
-    }
-    rows.text()
+        spec.map_or((1.0, "-"), |spec| spec.dimension.printed(size))
+    };
+    let shown = |limit: &DetectionLimit, value: Option<f64>, none: &str| {
+        let shown = value.map(|value| significant(printed(limit).0 * value, 3));
+        shown.unwrap_or_else(|| none.to_owned())
+    };
+    table_of(
+        critical,
+        &[
+            ("law and place", &|limit| named(limit.law, &limit.place)),
+            ("size", &|limit| shown(limit, limit.size_80, "not testable")),
+            ("upper 95 %", &|limit| shown(limit, limit.upper_95, "-")),
+            ("unit", &|limit| printed(limit).1.to_owned()),
+            ("at the end", &|limit| or_dash(limit.end_effect_m, um)),
+        ],
+    )
 }

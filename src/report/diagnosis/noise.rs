@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::ReadingNoise;
-use crate::report::{AlignedTable, significant};
+use crate::report::{significant, table_of};
 use crate::statistics::chi_squared_quantile;
 
 use super::phrases::{paragraph, um_shown};
@@ -262,46 +262,36 @@ fn noise_sentence(noise: &NoiseDeviations) -> String {
 }
 
 fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> String {
-    let mut rows = AlignedTable::new(&[
-        "noise estimated from",
-        "reading, um",
-        "dof",
-        "gauge zero, um",
-        "dof",
-        "run slope, %",
-        "dof",
-        "p same",
-        "counts",
-    ]);
-    let mut row = |name: &str, noise: &NoiseDeviations, same: &str, counts: &str| {
-        let dof = |of: &NoiseDeviation| {
-            of.dof
-                .map_or_else(|| "given".to_owned(), |dof| format!("{dof:.0}"))
-        };
-        rows.row([
-            name.to_owned(),
-            significant(noise.reading_sd.value, 2),
-            dof(&noise.reading_sd),
-            significant(noise.zero_sd.value, 2),
-            dof(&noise.zero_sd),
-            percent(noise.run_slope_sd.value),
-            dof(&noise.run_slope_sd),
-            same.to_owned(),
-            counts.to_owned(),
-        ]);
+    let each = sessions.iter().map(|one| {
+        let counts = if one.used { "yes" } else { "no" };
+        let same = significant(one.p_same, 2);
+        (&*one.session, &one.deviations, same, counts)
+    });
+    let rows = each.chain([("together", together, String::new(), "")]);
+    let dof = |of: &NoiseDeviation| {
+        of.dof
+            .map_or_else(|| "given".to_owned(), |dof| format!("{dof:.0}"))
     };
-    for earlier in sessions {
-        row(
-            &earlier.session,
-            &earlier.deviations,
-            &significant(earlier.p_same, 2),
-            if earlier.used { "yes" } else { "no" },
-        );
-    }
-    row("together", together, "", "");
+    let digits = |of: &NoiseDeviation| significant(of.value, 2);
+    let table = table_of(
+        rows,
+        &[
+            ("noise estimated from", &|(name, ..)| (*name).to_owned()),
+            ("reading, um", &|(_, noise, ..)| digits(&noise.reading_sd)),
+            ("dof", &|(_, noise, ..)| dof(&noise.reading_sd)),
+            ("gauge zero, um", &|(_, noise, ..)| digits(&noise.zero_sd)),
+            ("dof", &|(_, noise, ..)| dof(&noise.zero_sd)),
+            ("run slope, %", &|(_, noise, ..)| {
+                percent(noise.run_slope_sd.value)
+            }),
+            ("dof", &|(_, noise, ..)| dof(&noise.run_slope_sd)),
+            ("p same", &|(_, _, same, _)| same.clone()),
+            ("counts", &|(.., counts)| (*counts).to_owned()),
+        ],
+    );
     let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
                 p same: chance that two sessions with the same noise differ as much as the earlier one and this.";
-    format!("{}{}", paragraph(head, "", ""), rows.text())
+    paragraph(head, "", "") + &table
 }
 
 fn percent(share: f64) -> String {

@@ -2,7 +2,7 @@
 
 use crate::mismatch::{Location, Stratum};
 use crate::physics::{Dimension, Effect, Law, Place};
-use crate::report::significant;
+use crate::report::text::{significant, wrapped};
 
 /// Width of the verdict page.
 const WIDTH: usize = 100;
@@ -168,25 +168,7 @@ pub(in crate::report) fn listed(things: &[String], last: &str) -> String {
 
 /// A paragraph broken into lines of the page's width, each after `indent`; the first after `first`.
 pub(super) fn paragraph(text: &str, first: &str, indent: &str) -> String {
-    let mut out = String::new();
-    let mut line = first.to_owned();
-    let mut empty = true;
-    for word in text.split_whitespace() {
-        if !empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
-            out.push_str(line.trim_end());
-            out.push('\n');
-            indent.clone_into(&mut line);
-            empty = true;
-        }
-        if !empty {
-            line.push(' ');
-        }
-        line.push_str(word);
-        empty = false;
-    }
-    out.push_str(line.trim_end());
-    out.push('\n');
-    out
+    wrapped(text, WIDTH, first, indent) + "\n"
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, SessionShare};
 use crate::mismatch::LawAtPlace;
-use crate::report::{AlignedTable, significant};
+use crate::report::{significant, table_of};
 
 use super::page::head;
 use super::phrases::{listed, paragraph};
@@ -111,34 +111,25 @@ pub(super) fn sessions(report: &DiagnosisReport) -> String {
     if report.sessions.is_empty() {
         return String::new();
     }
-    let mut rows = AlignedTable::new(&[
-        "session",
-        "readings",
-        "runs",
-        "bad",
-        "reading, um",
-        "gauge zero, um",
-        "run slope, %",
-    ]);
-    for one in &report.sessions {
-        rows.row([
-            one.name.clone(),
-            one.readings.to_string(),
-            one.runs.to_string(),
-            one.bad_readings.to_string(),
-            significant(um(one.noise.reading_sd_m), 2),
-            significant(um(one.noise.zero_sd_m), 2),
-            significant(100.0 * one.noise.run_slope_sd, 2),
-        ]);
-    }
+    let digits = |value: f64| significant(value, 2);
+    let table = table_of(
+        &report.sessions,
+        &[
+            ("session", &|one| one.name.clone()),
+            ("readings", &|one| one.readings.to_string()),
+            ("runs", &|one| one.runs.to_string()),
+            ("bad", &|one| one.bad_readings.to_string()),
+            ("reading, um", &|one| digits(um(one.noise.reading_sd_m))),
+            ("gauge zero, um", &|one| digits(um(one.noise.zero_sd_m))),
+            ("run slope, %", &|one| {
+                digits(100.0 * one.noise.run_slope_sd)
+            }),
+        ],
+    );
     let decided = report
         .sessions
         .iter()
         .filter_map(|one| decided(report, one));
-    format!(
-        "{}{}{}",
-        head("Sessions, each with its own noise (standard deviations)"),
-        rows.text(),
-        decided.collect::<String>()
-    )
+    let head = head("Sessions, each with its own noise (standard deviations)");
+    format!("{head}{table}{}", decided.collect::<String>())
 }

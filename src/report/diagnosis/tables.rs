@@ -2,11 +2,11 @@
 
 use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
-use crate::report::{AlignedTable, significant};
+use crate::report::text::{AlignedTable, Column, interval, significant, table_of, with_unit};
 
-use super::Determination;
 use super::page::head;
 use super::phrases::{paragraph, um};
+use super::{Determination, FactorChangeReport};
 use crate::analysis::DiagnosisReport;
 
 /// The factors, and how they move back once what was missing is there.
@@ -24,47 +24,29 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
             "",
         ));
     }
-    let heads: &[&str] = if found {
-        &[
-            "factor",
-            "without",
-            "with",
-            "change",
-            "95 % interval",
-            "determined",
-        ]
-    } else {
-        &["factor", "value", "95 % interval", "determined"]
+    let change = |one: &FactorChangeReport| {
+        // Adding zero makes a change that rounds to nothing +0.0.
+        let percent = (10.0 * one.change_percent).round() / 10.0 + 0.0;
+        format!("{percent:+.1} %")
     };
-    let mut rows = AlignedTable::new(heads);
-    for factor in report.factor_changes() {
-        let after = &factor.after;
-        let mut cells = vec![match after.unit.as_str() {
-            "1" => factor.name,
-            unit => format!("{}, {unit}", factor.name),
-        }];
-        if found {
-            cells.push(significant(factor.before.value, 4));
-        }
-        cells.push(significant(after.value, 4));
-        if found {
-            // Adding zero makes a change that rounds to nothing +0.0.
-            let percent = (10.0 * factor.change_percent).round() / 10.0 + 0.0;
-            cells.push(format!("{percent:+.1} %"));
-        }
-        cells.push(crate::report::text::interval(after.ci95, 4));
-        cells.push(
-            match factor.status {
-                Determination::Free => "yes",
-                Determination::AtBound => "no, at its bound",
-                Determination::NotIdentified => "no",
-            }
-            .to_owned(),
-        );
-        rows.row(cells);
+    let determined = |one: &FactorChangeReport| match one.status {
+        Determination::Free => "yes".to_owned(),
+        Determination::AtBound => "no, at its bound".to_owned(),
+        Determination::NotIdentified => "no".to_owned(),
+    };
+    let mut columns: Vec<Column<'_, FactorChangeReport>> = vec![
+        ("factor", &|one| with_unit(&one.name, &one.after.unit)),
+        ("without", &|one| significant(one.before.value, 4)),
+        ("with", &|one| significant(one.after.value, 4)),
+        ("change", &change),
+        ("95 % interval", &|one| interval(one.after.ci95, 4)),
+        ("determined", &determined),
+    ];
+    if !found {
+        columns.retain(|(head, _)| !["without", "change"].contains(head));
+        columns[1].0 = "value";
     }
-    text.push_str(&rows.text());
-    text
+    text + &table_of(report.factor_changes(), &columns)
 }
 
 /// How far the model misses the readings, without and with what was found.

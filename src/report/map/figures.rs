@@ -2,7 +2,7 @@
 
 use crate::distribution::{Extreme, MapColumn, MapPlane, MechanismStudy};
 use crate::plot::{
-    Figure, NamedPoint, PlaneBins, PlaneMap, PlaneMapDifference, PlaneMapFigure, ValueAt,
+    BinValue, Figure, NamedPoint, PlaneBins, PlaneMap, PlaneMapDifference, PlaneMapFigure, ValueAt,
     plane_map, plane_map_difference, plane_map_sheet,
 };
 
@@ -26,29 +26,21 @@ impl MapReport<'_> {
     /// One figure for each mechanism and column, and one for each column of all mechanisms with one scale, by file name.
     #[must_use]
     pub fn figures(&self) -> Vec<(String, Figure)> {
+        let mechanisms = self.mechanisms.iter();
+        let mechanisms = mechanisms.map(|(_, study)| study.map.mechanism.as_str());
+        let mechanisms: Vec<&str> = mechanisms.collect();
         let mut figures = Vec::new();
         for (index, column) in self.columns() {
             let words = column_words(&column);
-            let maps: Vec<PlaneMap> = self.plane_maps(index, &column);
-            let figure = |title: String, maps: Vec<PlaneMap>| PlaneMapFigure {
-                title,
-                quantity: words.clone(),
+            let all = PlaneMapFigure {
+                title: format!("{}: {words}", self.robot.name),
+                quantity: words,
                 unit: drawn_unit(&column).0.to_owned(),
                 about: self.about_stiffness(&column),
-                maps,
+                maps: self.plane_maps(index, &column),
                 range: None,
             };
-            for (map, (_, study)) in maps.iter().zip(&self.mechanisms) {
-                let name = &study.map.mechanism;
-                let title = format!("{}: {words}, mechanism {name}", self.robot.name);
-                let one = figure(title, vec![map.clone()]);
-                figures.push((file_name(&column, name), plane_map(&one)));
-            }
-            if maps.len() > 1 {
-                let title = format!("{}: {words}, one scale for all mechanisms", self.robot.name);
-                let all = figure(title, maps);
-                figures.push((file_name(&column, "all"), plane_map_sheet(&all)));
-            }
+            figures.extend(sheets(&all, &mechanisms, |name| file_name(&column, name)));
         }
         figures
     }
@@ -125,40 +117,46 @@ impl MapReport<'_> {
     /// The maps of a column, all with bins of one side.
     fn plane_maps(&self, index: usize, column: &MapColumn) -> Vec<PlaneMap> {
         let (_, scale) = drawn_unit(column);
-        let plane = &self.poses.plane;
-        let studies = self.mechanisms.iter();
-        let places = studies.map(|(_, study)| places_of(study, plane));
-        let places: Vec<Vec<[f64; 2]>> = places.collect();
-        let sides = places.iter().map(|points| PlaneBins::side_for(points));
+        let studies = self.mechanisms.iter().map(|(_, study)| {
+            let values: Vec<f64> = study.map.column(index).map(|k| k / scale).collect();
+            let rows = || (0..values.len()).filter(|&row| values[row].is_finite());
+            let ordered = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+            DrawnMap {
+                mechanism: &study.map.mechanism,
+                points: places_of(study, &self.poses.plane),
+                least: rows().min_by(ordered),
+                greatest: rows().max_by(ordered),
+                values,
+            }
+        });
+        self.drawn(&studies.collect::<Vec<_>>(), self.bin_value())
+    }
+
+    /// Values of mechanisms in the plane, all with bins of one side.
+    pub(super) fn drawn(&self, maps: &[DrawnMap<'_>], bin_value: BinValue) -> Vec<PlaneMap> {
+        let sides = maps.iter().map(|map| PlaneBins::side_for(&map.points));
         let side_m = sides.fold(0.0, f64::max);
-        let studies = self.mechanisms.iter().zip(&places);
-        studies
-            .map(|((_, study), points)| {
-                let values: Vec<f64> = study.map.column(index).map(|k| k / scale).collect();
-                let pairs = points.iter().copied().zip(values.iter().copied());
-                let pairs = pairs.filter(|(_, value)| value.is_finite());
-                let at = |row: Option<usize>| {
-                    row.map(|row| ValueAt {
-                        at_m: points[row],
-                        value: values[row],
-                    })
-                };
-                let rows = || (0..values.len()).filter(|&row| values[row].is_finite());
-                let ordered = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
-                PlaneMap {
-                    heading: format!("mechanism {}", study.map.mechanism),
-                    axes: plane_axis_names(plane, self.robot),
-                    bins: PlaneBins::gather_as(self.bin_value(), pairs, side_m),
-                    extremes: self.outermost(points),
-                    least: at(rows().min_by(ordered)),
-                    greatest: at(rows().max_by(ordered)),
-                }
-            })
-            .collect()
+        let drawn = maps.iter().map(|map| {
+            let pairs = map.points.iter().copied().zip(map.values.iter().copied());
+            let pairs = pairs.filter(|(_, value)| value.is_finite());
+            let at = |row: usize| ValueAt {
+                at_m: map.points[row],
+                value: map.values[row],
+            };
+            PlaneMap {
+                heading: format!("mechanism {}", map.mechanism),
+                axes: plane_axis_names(&self.poses.plane, self.robot),
+                bins: PlaneBins::gather_as(bin_value, pairs, side_m),
+                extremes: self.outermost(&map.points),
+                least: map.least.map(at),
+                greatest: map.greatest.map(at),
+            }
+        });
+        drawn.collect()
     }
 
     /// The outermost of points (z, y), with the name of the pose that the robot file states nearby.
-    pub(super) fn outermost(&self, points: &[[f64; 2]]) -> Vec<NamedPoint> {
+    fn outermost(&self, points: &[[f64; 2]]) -> Vec<NamedPoint> {
         Extreme::of_points(points.iter().copied())
             .into_iter()
             .filter_map(|extreme| {
@@ -180,6 +178,44 @@ impl MapReport<'_> {
             })
             .collect()
     }
+}
+
+/// A value of a mechanism over the plane, row by row.
+pub(super) struct DrawnMap<'a> {
+    pub(super) mechanism: &'a str,
+    /// Where the end is, m.
+    pub(super) points: Vec<[f64; 2]>,
+    pub(super) values: Vec<f64>,
+    /// Row of the least value.
+    pub(super) least: Option<usize>,
+    /// Row of the greatest value.
+    pub(super) greatest: Option<usize>,
+}
+
+/// A figure for each mechanism, and one of all with one scale, by file name.
+///
+/// # Arguments
+/// - `all`: with the title that each begins with.
+pub(super) fn sheets(
+    all: &PlaneMapFigure,
+    mechanisms: &[&str],
+    file: impl Fn(&str) -> String,
+) -> Vec<(String, Figure)> {
+    let figure = |of: &str, maps: &[PlaneMap]| PlaneMapFigure {
+        title: format!("{}, {of}", all.title),
+        maps: maps.to_vec(),
+        ..all.clone()
+    };
+    let each = all.maps.chunks(1).zip(mechanisms).map(|(map, name)| {
+        let one = figure(&format!("mechanism {name}"), map);
+        (file(name), plane_map(&one))
+    });
+    let mut figures: Vec<(String, Figure)> = each.collect();
+    if all.maps.len() > 1 {
+        let all = figure("one scale for all mechanisms", &all.maps);
+        figures.push((file("all"), plane_map_sheet(&all)));
+    }
+    figures
 }
 
 /// Where the end is in the plane in each row, m.

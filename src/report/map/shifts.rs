@@ -7,16 +7,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::distribution::{PoseSpread, ShiftMap, largest_load};
-use crate::plot::{
-    BinValue, Figure, PlaneBins, PlaneMap, PlaneMapFigure, ValueAt, plane_map, plane_map_sheet,
-};
+use crate::plot::{BinValue, Figure, PlaneMap, PlaneMapFigure};
 use crate::quantity::{METRES_PER_MICROMETRE, RAD_PER_MICRORADIAN};
-use crate::report::axis_words::{plane_axis_names, plane_letters};
-use crate::report::text::{AlignedTable, significant};
+use crate::report::axis_words::plane_letters;
+use crate::report::text::{significant, table_of};
 use crate::reported::Reported;
-use crate::robot::{Masses, Robot};
+use crate::robot::Masses;
 
 use super::MapReport;
+use super::figures::{DrawnMap, sheets};
 use super::json::FailedPose;
 
 /// Significant digits of printed values.
@@ -155,7 +154,7 @@ impl ShiftReport<'_> {
         for (index, map) in self.maps.iter().enumerate() {
             let mass = self.mass_words(index);
             let _ = writeln!(text, "\nmechanism {}{mass}\n", map.mechanism);
-            text.push_str(&self.table(map).text());
+            text.push_str(&self.table(map));
             if let Some((_, reason)) = map.failed.first() {
                 let count = map.failed.len();
                 let _ = writeln!(
@@ -167,45 +166,34 @@ impl ShiftReport<'_> {
         text
     }
 
-    fn table(&self, map: &ShiftMap) -> AlignedTable {
+    fn table(&self, map: &ShiftMap) -> String {
         let plane = &self.about.poses.plane;
         let [first, second] = plane_letters(plane);
         let (first, second) = (format!("worst at {first}, m"), format!("{second}, m"));
-        let mut table = AlignedTable::new(&[
-            "quantity",
-            "least",
-            "5 %",
-            "median",
-            "mean",
-            "95 %",
-            "greatest",
-            &first,
-            &second,
-            "angles, deg",
-        ]);
-        for quantity in self.quantities(map) {
-            let Some(spread) = PoseSpread::of(&quantity.values) else {
-                continue;
-            };
-            let [low, median, high] = spread.quantiles;
-            let values = [
-                spread.least.0,
-                low,
-                median,
-                spread.mean,
-                high,
-                spread.greatest.0,
-            ];
+        let rows = self.quantities(map).into_iter().filter_map(|quantity| {
+            let spread = PoseSpread::of(&quantity.values)?;
             let row = worst(&quantity, &spread);
-            let [z, y] = plane.place(map.ends_m[row]);
-            table.row(
-                [format!("{}, {}", quantity.words, quantity.unit)]
-                    .into_iter()
-                    .chain(values.map(|value| significant(value, DIGITS)))
-                    .chain([format!("{z:.3}"), format!("{y:.3}"), self.angles(map, row)]),
-            );
-        }
-        table
+            Some((quantity, spread, row))
+        });
+        let digits = |value: f64| significant(value, DIGITS);
+        let place = |row: usize, axis: usize| format!("{:.3}", plane.place(map.ends_m[row])[axis]);
+        table_of(
+            rows,
+            &[
+                ("quantity", &|(one, ..)| {
+                    format!("{}, {}", one.words, one.unit)
+                }),
+                ("least", &|(_, spread, _)| digits(spread.least.0)),
+                ("5 %", &|(_, spread, _)| digits(spread.quantiles[0])),
+                ("median", &|(_, spread, _)| digits(spread.quantiles[1])),
+                ("mean", &|(_, spread, _)| digits(spread.mean)),
+                ("95 %", &|(_, spread, _)| digits(spread.quantiles[2])),
+                ("greatest", &|(_, spread, _)| digits(spread.greatest.0)),
+                (&first, &|(.., row)| place(*row, 0)),
+                (&second, &|(.., row)| place(*row, 1)),
+                ("angles, deg", &|(.., row)| self.angles(map, *row)),
+            ],
+        )
     }
 
     fn heading(&self) -> String {
@@ -366,30 +354,17 @@ impl ShiftReport<'_> {
             ShiftCause::Load { .. } => ("load", "displacement under the load"),
             ShiftCause::Weight(_) => ("sag", "sag under its own weight"),
         };
-        let robot: &Robot = self.about.robot;
-        let maps = self.plane_maps();
-        let figure = |title: String, maps: Vec<PlaneMap>| PlaneMapFigure {
-            title,
+        let all = PlaneMapFigure {
+            title: format!("{}: {words}", self.about.robot.name),
             quantity: "displacement of the end".to_owned(),
             unit: "µm".to_owned(),
             about: self.heading().replace('\n', " ").replace("N*m", "N·m"),
-            maps,
+            maps: self.plane_maps(),
             range: None,
         };
-        let mut figures: Vec<(String, Figure)> = maps
-            .iter()
-            .zip(&self.maps)
-            .map(|(map, shifts)| {
-                let title = format!("{}: {words}, mechanism {}", robot.name, shifts.mechanism);
-                let name = format!("{key}-{}", shifts.mechanism);
-                (name, plane_map(&figure(title, vec![map.clone()])))
-            })
-            .collect();
-        if maps.len() > 1 {
-            let title = format!("{}: {words}, one scale for all mechanisms", robot.name);
-            figures.push((format!("{key}-all"), plane_map_sheet(&figure(title, maps))));
-        }
-        figures
+        let mechanisms = self.maps.iter().map(|map| map.mechanism.as_str());
+        let mechanisms: Vec<&str> = mechanisms.collect();
+        sheets(&all, &mechanisms, |name| format!("{key}-{name}"))
     }
 
     /// What a square shows of its poses: by default that which moves most, where a place has many postures.
@@ -402,44 +377,21 @@ impl ShiftReport<'_> {
 
     fn plane_maps(&self) -> Vec<PlaneMap> {
         let plane = &self.about.poses.plane;
-        let places = |map: &ShiftMap| -> Vec<[f64; 2]> {
-            map.ends_m.iter().map(|end| plane.place(*end)).collect()
-        };
-        let side_m = self
-            .maps
-            .iter()
-            .map(|map| PlaneBins::side_for(&places(map)))
-            .fold(0.0, f64::max);
-        self.maps
-            .iter()
-            .map(|map| {
-                let points = places(map);
-                let values: Vec<f64> = map
-                    .shifts
-                    .iter()
-                    .map(|shift| shift.distance_m() / METRES_PER_MICROMETRE)
-                    .collect();
-                let spread = PoseSpread::of(&values);
-                let at = |end: Option<(f64, usize)>| {
-                    end.map(|(value, row)| ValueAt {
-                        at_m: points[row],
-                        value,
-                    })
-                };
-                PlaneMap {
-                    heading: format!("mechanism {}", map.mechanism),
-                    axes: plane_axis_names(plane, self.about.robot),
-                    bins: PlaneBins::gather_as(
-                        self.bin_value(),
-                        points.iter().copied().zip(values.iter().copied()),
-                        side_m,
-                    ),
-                    extremes: self.about.outermost(&points),
-                    least: at(spread.map(|spread| spread.least)),
-                    greatest: at(spread.map(|spread| spread.greatest)),
-                }
-            })
-            .collect()
+        let maps = self.maps.iter().map(|map| {
+            let shifts = map.shifts.iter();
+            let values = shifts.map(|shift| shift.distance_m() / METRES_PER_MICROMETRE);
+            let values: Vec<f64> = values.collect();
+            let spread = PoseSpread::of(&values);
+            DrawnMap {
+                mechanism: &map.mechanism,
+                points: map.ends_m.iter().map(|end| plane.place(*end)).collect(),
+                least: spread.map(|spread| spread.least.1),
+                greatest: spread.map(|spread| spread.greatest.1),
+                values,
+            }
+        });
+        self.about
+            .drawn(&maps.collect::<Vec<_>>(), self.bin_value())
     }
 }
 

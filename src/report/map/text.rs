@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy, Region};
+use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy};
 use crate::report::axis_words::{plane_column_heads, plane_letters};
-use crate::report::text::{AlignedTable, significant};
+use crate::report::text::{AlignedTable, or_dash, significant, table_of};
+use crate::statistics::Estimate;
 
 use super::paper;
 use super::{MapReport, unit_of};
@@ -68,57 +69,50 @@ impl MapReport<'_> {
     }
 
     fn statistics(&self, column: usize) -> String {
-        let mut rows = AlignedTable::new(&[
-            "mechanism",
-            "smallest",
-            "refined",
-            "largest",
-            "refined",
-            "difference",
-            "mean",
-            "U, k",
-            "5 %",
-            "median",
-            "95 %",
-        ]);
-        for (_, study) in &self.mechanisms {
-            let Some(found) = study.found(column) else {
-                continue;
-            };
-            let statistics = &found.statistics;
-            let stiffness = |si: f64| stiffness(&found.column, si);
-            let refined = [0, 1].map(|i| {
-                let refined = found.refined[i].as_ref();
-                refined.map_or_else(|_| "-".to_owned(), |to| stiffness(to.stiffness_n_per_m))
-            });
-            let [low, high] = refined;
-            let quantile = |share: f64| {
-                let found = statistics.quantiles.iter().find(|q| q.share == share);
-                found.map_or_else(String::new, |q| stiffness(q.stiffness_n_per_m))
-            };
-            let (least, most) = (
-                statistics.smallest.stiffness_n_per_m,
-                statistics.largest.stiffness_n_per_m,
-            );
-            rows.row([
-                study.map.mechanism.clone(),
-                stiffness(least),
-                low,
-                stiffness(most),
-                high,
-                stiffness(most - least),
-                stiffness(statistics.mean.value),
-                expanded(
-                    &found.column,
-                    statistics.mean.expanded_95(),
-                    statistics.mean.coverage_factor_95(),
-                ),
-                quantile(0.05),
-                quantile(0.5),
-                quantile(0.95),
-            ]);
-        }
-        rows.text()
+        let ends = |one: &ColumnStudy| {
+            let ends = [one.statistics.smallest, one.statistics.largest];
+            ends.map(|end| end.stiffness_n_per_m)
+        };
+        let end = |one: &ColumnStudy, place: usize| stiffness(&one.column, ends(one)[place]);
+        let refined = |one: &ColumnStudy, place: usize| {
+            let found = one.refined[place].as_ref().ok();
+            or_dash(found, |to| stiffness(&one.column, to.stiffness_n_per_m))
+        };
+        let difference = |one: &ColumnStudy| ends(one)[1] - ends(one)[0];
+        let quantile = |one: &ColumnStudy, share: f64| {
+            let mut quantiles = one.statistics.quantiles.iter();
+            let found = quantiles.find(|quantile| quantile.share == share);
+            found.map_or_else(String::new, |q| stiffness(&one.column, q.stiffness_n_per_m))
+        };
+        table_of(
+            self.found(column),
+            &[
+                ("mechanism", &|(name, _)| (*name).to_owned()),
+                ("smallest", &|(_, one)| end(one, 0)),
+                ("refined", &|(_, one)| refined(one, 0)),
+                ("largest", &|(_, one)| end(one, 1)),
+                ("refined", &|(_, one)| refined(one, 1)),
+                ("difference", &|(_, one)| {
+                    stiffness(&one.column, difference(one))
+                }),
+                ("mean", &|(_, one)| {
+                    stiffness(&one.column, one.statistics.mean.value)
+                }),
+                ("U, k", &|(_, one)| {
+                    expanded(&one.column, &one.statistics.mean)
+                }),
+                ("5 %", &|(_, one)| quantile(one, 0.05)),
+                ("median", &|(_, one)| quantile(one, 0.5)),
+                ("95 %", &|(_, one)| quantile(one, 0.95)),
+            ],
+        )
+    }
+
+    /// What was found of a column, with the name of the mechanism.
+    fn found(&self, column: usize) -> impl Iterator<Item = (&str, &ColumnStudy)> {
+        self.mechanisms
+            .iter()
+            .filter_map(move |(_, study)| Some((&study.map.mechanism[..], study.found(column)?)))
     }
 
     /// What does not yield.
@@ -149,36 +143,27 @@ impl MapReport<'_> {
 
     /// What the uncertainty of the fit does to a column, if it was carried.
     fn fits(&self, column: usize) -> String {
-        let mut rows = AlignedTable::new(&[
-            "by the fit",
-            "smallest",
-            "U, k",
-            "largest",
-            "U, k",
-            "mean",
-            "U, k",
-        ]);
-        let mut any = false;
-        for (_, study) in &self.mechanisms {
-            let Some(found) = study.found(column) else {
-                continue;
-            };
-            let Some(fit) = found.fit else { continue };
-            any = true;
-            let values = [fit.smallest, fit.largest, fit.mean];
-            let cells = values.iter().flat_map(|e| {
-                [
-                    stiffness(&found.column, e.value),
-                    expanded(&found.column, e.expanded_95(), e.coverage_factor_95()),
-                ]
-            });
-            rows.row(std::iter::once(study.map.mechanism.clone()).chain(cells));
+        let found = self.found(column);
+        let found = found.filter_map(|(name, one)| Some((name, &one.column, one.fit.as_ref()?)));
+        let found: Vec<_> = found.collect();
+        if found.is_empty() {
+            return String::new();
         }
-        if any {
-            format!("\n{}", rows.text())
-        } else {
-            String::new()
-        }
+        let table = table_of(
+            found,
+            &[
+                ("by the fit", &|(name, ..)| (*name).to_owned()),
+                ("smallest", &|(_, of, fit)| {
+                    stiffness(of, fit.smallest.value)
+                }),
+                ("U, k", &|(_, of, fit)| expanded(of, &fit.smallest)),
+                ("largest", &|(_, of, fit)| stiffness(of, fit.largest.value)),
+                ("U, k", &|(_, of, fit)| expanded(of, &fit.largest)),
+                ("mean", &|(_, of, fit)| stiffness(of, fit.mean.value)),
+                ("U, k", &|(_, of, fit)| expanded(of, &fit.mean)),
+            ],
+        );
+        format!("\n{table}")
     }
 
     fn extremes(&self) -> String {
@@ -265,32 +250,44 @@ impl MapReport<'_> {
         let (first, second) = (format!("{first}, m"), format!("{second}, m"));
         let centre = format!("centre {}, m", plane_letters(&self.poses.plane).join(", "));
         let unit = self.units();
-        let mut rows = AlignedTable::new(&[
-            "region",
-            &unit,
-            "poses",
-            "area",
-            &first,
-            &second,
-            &centre,
-            "outermost points in it",
-        ]);
-        for (study, found) in self.directions() {
-            for region in &found.regions {
-                let level = match region.level {
-                    Level::Low => "low",
-                    Level::Medium => "medium",
-                    Level::High => "high",
-                };
-                let name = format!("{} {} {level}", study.map.mechanism, found.column.name());
-                let holds = self.words_of(&region.holds).join(", ");
-                let cells = region_cells(&found.column, region).into_iter();
-                rows.row(std::iter::once(name).chain(cells).chain([holds]));
-            }
-        }
+        let level = |level: Level| match level {
+            Level::Low => "low",
+            Level::Medium => "medium",
+            Level::High => "high",
+        };
+        let range = |[low, high]: [f64; 2]| format!("{low:.3} to {high:.3}");
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let rows = self.directions().flat_map(|(study, found)| {
+            let regions = found.regions.iter();
+            regions.map(move |region| (&study.map.mechanism, &found.column, region))
+        });
+        let table = table_of(
+            rows,
+            &[
+                ("region", &|(mechanism, of, one)| {
+                    format!("{mechanism} {} {}", of.name(), level(one.level))
+                }),
+                (&unit, &|(_, of, one)| {
+                    one.between_n_per_m.map(|k| stiffness(of, k)).join(" to ")
+                }),
+                ("poses", &|(.., one)| percent(one.share_of_poses)),
+                ("area", &|(.., one)| or_dash(one.share_of_area, percent)),
+                (&first, &|(.., one)| {
+                    or_dash(one.extent_m, |[reach, _]| range(reach))
+                }),
+                (&second, &|(.., one)| {
+                    or_dash(one.extent_m, |[_, height]| range(height))
+                }),
+                (&centre, &|(.., one)| {
+                    or_dash(one.centre_m, |[z, y]| format!("{z:.3}, {y:.3}"))
+                }),
+                ("outermost points in it", &|(.., one)| {
+                    self.words_of(&one.holds).join(", ")
+                }),
+            ],
+        );
         format!(
-            "\nWhere stiffness is low, medium and high (thirds of the range between the extremes)\n\n{}",
-            rows.text()
+            "\nWhere stiffness is low, medium and high (thirds of the range between the extremes)\n\n{table}"
         )
     }
 
@@ -332,37 +329,15 @@ fn direction_words(column: &MapColumn) -> String {
     }
 }
 
-fn region_cells(column: &MapColumn, region: &Region) -> [String; 6] {
-    let range = |[low, high]: [f64; 2]| format!("{low:.3} to {high:.3}");
-    let blank = || "-".to_owned();
-    let [from, to] = region.between_n_per_m;
-    [
-        format!("{} to {}", stiffness(column, from), stiffness(column, to)),
-        format!("{:.1} %", 100.0 * region.share_of_poses),
-        region
-            .share_of_area
-            .map_or_else(blank, |share| format!("{:.1} %", 100.0 * share)),
-        region
-            .extent_m
-            .map_or_else(blank, |[reach, _]| range(reach)),
-        region
-            .extent_m
-            .map_or_else(blank, |[_, height]| range(height)),
-        region
-            .centre_m
-            .map_or_else(blank, |[z, y]| format!("{z:.3}, {y:.3}")),
-    ]
-}
-
 /// A stiffness in the unit of its column.
 fn stiffness(column: &MapColumn, si: f64) -> String {
     significant(si / unit_of(column).1, 4)
 }
 
 /// Expanded uncertainty in the unit of its column, with its coverage factor.
-fn expanded(column: &MapColumn, expanded_si: Option<f64>, coverage_factor: Option<f64>) -> String {
-    match (expanded_si, coverage_factor) {
-        (Some(u), Some(k)) => format!("{}, {k:.2}", significant(u / unit_of(column).1, 2)),
-        _ => "-".to_owned(),
-    }
+fn expanded(column: &MapColumn, estimate: &Estimate) -> String {
+    let both = estimate.expanded_95().zip(estimate.coverage_factor_95());
+    or_dash(both, |(u, k)| {
+        format!("{}, {k:.2}", significant(u / unit_of(column).1, 2))
+    })
 }

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{LoadedLoadCases, LoadedSession, SessionHistory, doubts_about_stiffness};
+use crate::analysis::{
+    LoadedLoadCases, LoadedSession, SessionHistory, SessionTable, doubts_about_stiffness,
+};
 use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
 };
@@ -110,25 +112,14 @@ impl PageSession {
     ) -> Self {
         let readings = || session.table.one_of_each_load();
         let texts = readings().filter_map(|reading| reading.text.as_ref());
-        let temperatures = readings().filter_map(|reading| reading.temperature_deg_c);
-        let mut page = SessionFacts {
-            name: session.short_name(),
-            origin: session.origin.clone(),
-            header: session.header.as_ref(),
-            history,
-            overdue: &session.overdue,
-            files,
-            utc: texts.map(|text| &*text.utc).collect(),
-            temperatures_deg_c: temperatures.collect(),
-        }
-        .page();
+        let utc: Vec<&str> = texts.map(|text| &*text.utc).collect();
+        let temperatures = readings().filter_map(|one| one.temperature_deg_c);
+        let temperatures: Vec<f64> = temperatures.collect();
+        let mut page = without_results(session, history, files, &utc, &temperatures);
         page.readings = readings().filter(|one| one.is_accepted()).count();
-        page.protected &= !session.differs_from_journal;
         if session.table.is_of_vectors() && !session.table.is_of_one_gauge() {
             let stiffness = session.compliances(Branches::LoadingOnly);
             let report = VectorStiffnessReport::new(&stiffness, session.procedure());
-            page.deviations = of_history(history).collect();
-            page.deviations.extend(session.warnings.iter().cloned());
             page.results = report.cells.iter().map(PageCell::from).collect();
             page.further = text_blocks(&report.text());
             page.vectors = Some(report);
@@ -148,22 +139,10 @@ impl PageSession {
         history: Option<&SessionHistory>,
         files: &[(String, String)],
     ) -> Self {
-        let mut page = SessionFacts {
-            name: loaded.short_name(),
-            origin: loaded.origin.clone(),
-            header: loaded.header.as_ref(),
-            history,
-            overdue: &loaded.overdue,
-            files,
-            utc: Vec::new(),
-            temperatures_deg_c: Vec::new(),
+        PageSession {
+            load_cases: Some(loaded.table.cases.len()),
+            ..without_results(loaded, history, files, &[], &[])
         }
-        .page();
-        page.load_cases = Some(loaded.table.cases.len());
-        page.protected &= !loaded.differs_from_journal;
-        page.deviations = of_history(history).collect();
-        page.deviations.extend(loaded.warnings.iter().cloned());
-        page
     }
 
     /// Stiffness and expanded uncertainty of a pose and direction, N/µm, as far as they are known.
@@ -205,68 +184,61 @@ impl PageSession {
     }
 }
 
-/// What sessions of every form have.
-struct SessionFacts<'a> {
-    name: String,
-    origin: Option<String>,
-    header: Option<&'a SessionHeader>,
-    history: Option<&'a SessionHistory>,
-    overdue: &'a [OverdueGauge],
-    files: &'a [(String, String)],
-    /// Times of the readings.
-    utc: Vec<&'a str>,
-    temperatures_deg_c: Vec<f64>,
+/// A session of any form without results.
+///
+/// # Arguments
+/// - `utc`, `temperatures_deg_c`: of its readings.
+fn without_results<T>(
+    session: &SessionTable<T>,
+    history: Option<&SessionHistory>,
+    files: &[(String, String)],
+    utc: &[&str],
+    temperatures_deg_c: &[f64],
+) -> PageSession {
+    let header = session.header.as_ref();
+    let named = header.iter().flat_map(|one| one.instruments.named());
+    PageSession {
+        name: session.short_name(),
+        origin: session.origin.clone(),
+        complete: history.map(SessionHistory::is_complete),
+        protected: history.is_some() && !session.differs_from_journal,
+        performed: days(history, utc).map(|[first, last]| {
+            if first == last {
+                first
+            } else {
+                format!("{first} to {last}")
+            }
+        }),
+        readings: 0,
+        load_cases: None,
+        imported: header.is_some_and(|header| header.import.is_some()),
+        results: Vec::new(),
+        budget: PageBudget::default(),
+        further: Vec::new(),
+        conditions: conditions(header, history, temperatures_deg_c),
+        gauges: named
+            .map(|(name, record)| page_gauge(name, record, &session.overdue))
+            .collect(),
+        deviations: of_history(history)
+            .chain(session.warnings.iter().cloned())
+            .collect(),
+        files: files
+            .iter()
+            .map(|(name, hash)| PageEntry::new(name, hash))
+            .collect(),
+        numbers: None,
+        vectors: None,
+    }
 }
 
-impl SessionFacts<'_> {
-    /// A session without results.
-    fn page(self) -> PageSession {
-        let days = self.days();
-        let files = self.files.iter();
-        let named = self.header.iter().flat_map(|one| one.instruments.named());
-        PageSession {
-            complete: self.history.map(SessionHistory::is_complete),
-            protected: self.history.is_some(),
-            performed: days.map(|[first, last]| {
-                if first == last {
-                    first
-                } else {
-                    format!("{first} to {last}")
-                }
-            }),
-            readings: 0,
-            load_cases: None,
-            imported: self.header.is_some_and(|header| header.import.is_some()),
-            results: Vec::new(),
-            budget: PageBudget::default(),
-            further: Vec::new(),
-            conditions: conditions(self.header, self.history, &self.temperatures_deg_c),
-            gauges: named
-                .map(|(name, record)| page_gauge(name, record, self.overdue))
-                .collect(),
-            deviations: Vec::new(),
-            files: files
-                .map(|(name, hash)| PageEntry::new(name, hash))
-                .collect(),
-            numbers: None,
-            vectors: None,
-            name: self.name,
-            origin: self.origin,
-        }
+/// First and last day of the measurement.
+fn days(history: Option<&SessionHistory>, utc: &[&str]) -> Option<[String; 2]> {
+    if let Some(history) = history {
+        let [began, ended] = [history.began?, history.state.last_utc?];
+        return Some([began, ended].map(|time| time.strftime("%Y-%m-%d").to_string()));
     }
-
-    /// First and last day of the measurement.
-    fn days(&self) -> Option<[String; 2]> {
-        if let Some(history) = self.history {
-            let [began, ended] = [history.began?, history.state.last_utc?];
-            return Some([began, ended].map(|time| time.strftime("%Y-%m-%d").to_string()));
-        }
-        let days = self.utc.iter().filter_map(|utc| utc.get(..10));
-        let ends = days.fold(None, |ends: Option<[&str; 2]>, day| {
-            Some(ends.map_or([day; 2], |[first, last]| [first.min(day), last.max(day)]))
-        });
-        ends.map(|ends| ends.map(str::to_owned))
-    }
+    let days = || utc.iter().filter_map(|utc| utc.get(..10));
+    Some([days().min()?, days().max()?].map(str::to_owned))
 }
 
 fn conditions(

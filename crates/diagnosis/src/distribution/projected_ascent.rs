@@ -283,8 +283,12 @@ mod tests {
             .unwrap();
         let mut pose = robot.poses[0].pose.clone();
         pose.angles_deg[axis] = start_deg;
-        let mut ascend =
-            ProjectedAscent::new(&robot, vec![axis], AngleProfile(profile, axis), pose);
+        let mut ascend = ProjectedAscent {
+            objective: AngleProfile(profile, axis),
+            limits: linear_limits(&robot, &[axis], &pose),
+            free: vec![axis],
+            pose,
+        };
         ascend.leave_the_minimum().unwrap();
         ascend.pose.angles_deg[axis]
     }

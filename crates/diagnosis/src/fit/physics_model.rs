@@ -279,7 +279,7 @@ mod tests {
     use stiffbench_beams::physics::{ActingPhysics, Effect};
     use stiffbench_measurement::stiffness::Method;
     use stiffbench_test_files::shipped_robot;
-    use stiffbench_units_and_text::test_point::Direction;
+    use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
     const CLASSES: [ModelParameter; 8] = ModelParameter::CLASSES;
 
