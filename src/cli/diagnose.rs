@@ -23,8 +23,8 @@ use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
 use super::diagnose_load_cases;
 use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
-use super::figure_files::{write_again, write_figures};
-use super::outcome::{Outcome, envelope};
+use super::figure_files::{write_figures, write_result, write_texts};
+use super::outcome::Outcome;
 use super::progress::progress;
 
 /// Finds what the model leaves out.
@@ -92,11 +92,7 @@ fn of_sessions(
             let model = model.map(|model| ("model.toml", model.to_toml()));
             let procedures = report.procedures.iter();
             let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
-            for (name, text) in model.into_iter().chain(procedures) {
-                let path = folder.join(name);
-                write_again(&path, text.as_bytes())?;
-                written.push(path);
-            }
+            written.extend(write_texts(&folder, model.into_iter().chain(procedures))?);
             if !args.no_figures {
                 let figures = diagnosis_figures(&report);
                 written.extend(write_figures(&folder, figures, &inputs)?);
@@ -232,23 +228,9 @@ pub(super) fn write_diagnosis<const N: usize>(
     text: &str,
     inputs: &Inputs,
     fields: [(&str, Value); N],
-) -> Result<Vec<PathBuf>, Failure> {
-    let mut object = envelope("diagnosis", true);
-    object["inputs"] = json!(inputs);
-    for (name, value) in fields {
-        object[name] = value;
-    }
-    let files = [
-        ("verdict.txt", format!("{}{text}", inputs.text())),
-        ("diagnosis.json", format!("{object:#}\n")),
-    ];
-    let mut written = Vec::new();
-    for (name, text) in files {
-        let path = folder.join(name);
-        write_again(&path, text.as_bytes())?;
-        written.push(path);
-    }
-    Ok(written)
+) -> Result<Vec<PathBuf>, CliError> {
+    let files = ["verdict.txt", "diagnosis.json"];
+    write_result(folder, "diagnosis", files, (text, inputs), fields)
 }
 
 /// The outcome of a diagnosis. Under `--strict` 1 for something that is missing, or a question that the readings cannot answer; 41 for a factor

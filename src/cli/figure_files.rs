@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 use crate::plot::{Figure, to_png};
 use crate::session::write_whole;
 
+use serde_json::{Value, json};
+
 use super::failure::{CliError, Failure};
+use super::outcome::envelope;
 use crate::analysis::{ArgumentError, Inputs, is_dash, is_input};
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
@@ -101,6 +104,41 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
 /// As [`write()`], but for an earlier one.
 pub fn write_again(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     put(path, bytes, true)
+}
+
+/// Writes texts into a folder, each under its name; returns what was written.
+pub(super) fn write_texts(
+    folder: &Path,
+    texts: impl IntoIterator<Item = (impl AsRef<Path>, String)>,
+) -> Result<Vec<PathBuf>, CliError> {
+    let texts = texts.into_iter();
+    let written = texts.map(|(name, text)| {
+        let path = folder.join(name);
+        write_again(&path, text.as_bytes())?;
+        Ok(path)
+    });
+    written.collect()
+}
+
+/// Writes a result into a folder, for people and as what `--json` prints; returns what was written.
+///
+/// # Arguments
+/// - `files`: names of the text and of the JSON.
+/// - `fields`: of the JSON besides the inputs.
+pub(super) fn write_result<const N: usize>(
+    folder: &Path,
+    kind: &str,
+    files: [&str; 2],
+    (text, inputs): (&str, &Inputs),
+    fields: [(&str, Value); N],
+) -> Result<Vec<PathBuf>, CliError> {
+    let mut object = envelope(kind, true);
+    object["inputs"] = json!(inputs);
+    for (name, value) in fields {
+        object[name] = value;
+    }
+    let texts = [format!("{}{text}", inputs.text()), format!("{object:#}\n")];
+    write_texts(folder, files.into_iter().zip(texts))
 }
 
 fn put(path: &Path, bytes: &[u8], replaces_earlier: bool) -> Result<(), CliError> {

@@ -10,9 +10,7 @@ use crate::instrument::{
     CommandRole, Decoded, Decoder, InstrumentDescription, Mark, Meaning, Rejected, Reply, Sample,
     raw_text,
 };
-use crate::report::{
-    AlignedTable, DecodeReport, InstrumentList, InstrumentReport, InstrumentSummary,
-};
+use crate::report::{DecodeReport, InstrumentList, InstrumentReport, InstrumentSummary, table_of};
 
 use super::args::Global;
 use super::descriptions::{
@@ -51,23 +49,22 @@ pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Fai
 
 fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
     let (found, mut warnings) = all_descriptions(protocols)?;
-    let mut table = AlignedTable::new(&["name", "measures", "status", "what it is"]);
-    for one in &found {
-        let description = &one.description;
-        table.row([
-            description.name.clone(),
-            description.channel.to_string(),
-            status_text(description),
-            description.text.clone(),
-        ]);
-        if let Some(note) = description.no_tty(OS) {
-            warnings.push(format!("{}: {note}", description.name));
-        }
-    }
+    let descriptions = || found.iter().map(|one| &one.description);
+    let table = table_of(
+        descriptions(),
+        &[
+            ("name", &|one| one.name.clone()),
+            ("measures", &|one| one.channel.to_string()),
+            ("status", &|one| status_text(one)),
+            ("what it is", &|one| one.text.clone()),
+        ],
+    );
+    warnings.extend(
+        descriptions().filter_map(|one| Some(format!("{}: {}", one.name, one.no_tty(OS)?))),
+    );
     let instruments = found.iter().map(summary).collect();
     let text = format!(
-        "{}\ndocumented: the maker's manual was read; implemented: seen working in public code; recalled: from memory, runs only with\n--allow-unverified. More of one: stiffbench instrument show NAME\n",
-        table.text()
+        "{table}\ndocumented: the maker's manual was read; implemented: seen working in public code; recalled: from memory, runs only with\n--allow-unverified. More of one: stiffbench instrument show NAME\n"
     );
     Ok(
         Outcome::new("instrument-list", text, InstrumentList { instruments })

@@ -13,7 +13,9 @@ use crate::mismatch::{Verdict, VerdictGrade};
 
 use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{AlignedTable, digits, micro, share_of_tables, significant, table_of};
+use super::text::{
+    AlignedTable, digits, micro, share_of_tables, significant, table_of, unit_behind,
+};
 use crate::count::counted;
 
 /// A diagnosis of load cases.
@@ -259,11 +261,7 @@ fn sets(finding: &LoadCaseFinding) -> String {
 /// What a rejected candidate would have to be, and what is plausible.
 fn implausible_words(one: &ImplausibleSize) -> String {
     let [lowest, highest] = one.bounds.map(|end| significant(end, 2));
-    let unit = if one.unit == "1" {
-        String::new()
-    } else {
-        format!(" {}", one.unit)
-    };
+    let unit = unit_behind(one.unit);
     format!(
         "{} {}{unit} (plausible: {lowest} to {highest})",
         one.name,

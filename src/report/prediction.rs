@@ -9,7 +9,7 @@ use crate::mismatch::PartModel;
 use crate::readings::escape_formula;
 use crate::specimen::SpecimenTable;
 
-use super::text::{significant, table_of, with_unit};
+use super::text::{significant, table_of, unit_behind, with_unit};
 use crate::count::counted;
 
 /// Predictions of the answers of a table, in the units of the model.
@@ -185,14 +185,6 @@ impl PredictionReport {
         }
         let bytes = writer.into_inner().expect("memory can be flushed");
         String::from_utf8(bytes).expect("the fields are UTF-8")
-    }
-}
-
-fn unit_behind(unit: &str) -> String {
-    if unit == "1" {
-        String::new()
-    } else {
-        format!(" {unit}")
     }
 }
 

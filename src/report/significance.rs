@@ -10,7 +10,7 @@ use crate::robot::FittingFactors;
 use crate::structure::Property;
 use crate::test_point::PoseId;
 
-use super::text::{AlignedTable, digits, significant, table_of, with_unit};
+use super::text::{digits, significant, table_of, with_unit};
 
 /// Significance as the data of `stiffbench significance --json`.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -123,34 +123,27 @@ impl SignificanceReport {
 
     /// Both readings of significance beside each other: what a hundredfold leaves, and the exact share.
     pub(super) fn table(&self) -> String {
-        let mut rows = AlignedTable::new(&[
-            "constant",
-            "x: % left",
-            "y: % left",
-            "z: % left",
-            "x: share, %",
-            "y: share, %",
-            "z: share, %",
-        ]);
-        for property in Property::ALL {
+        let constants = Property::ALL.map(|property| {
             let name = property.name();
-            let (left, share) = (&self.remaining_at_100[name], &self.share[name]);
-            let cells = left.each().into_iter().chain(share.each());
-            let cells = cells.map(|part| format!("{:.2}", 100.0 * part));
-            rows.row(std::iter::once(name.to_owned()).chain(cells));
-        }
-        if self.scope == Scope::Beams {
-            let none = ["", "", ""].map(str::to_owned);
-            let others = self
-                .share_of_others
-                .each()
-                .map(|part| format!("{:.2}", 100.0 * part));
-            rows.row(
-                std::iter::once("links".to_owned())
-                    .chain(none)
-                    .chain(others),
-            );
-        }
+            (name, Some(&self.remaining_at_100[name]), &self.share[name])
+        });
+        let links = (self.scope == Scope::Beams).then_some(("links", None, &self.share_of_others));
+        let percent = |part: f64| format!("{:.2}", 100.0 * part);
+        let left = |left: Option<&ByDirection<f64>>, axis: usize| {
+            left.map_or_else(String::new, |left| percent(left.each()[axis]))
+        };
+        let table = table_of(
+            constants.into_iter().chain(links),
+            &[
+                ("constant", &|(name, ..)| (*name).to_owned()),
+                ("x: % left", &|(_, of, _)| left(*of, 0)),
+                ("y: % left", &|(_, of, _)| left(*of, 1)),
+                ("z: % left", &|(_, of, _)| left(*of, 2)),
+                ("x: share, %", &|(.., share)| percent(share.x)),
+                ("y: share, %", &|(.., share)| percent(share.y)),
+                ("z: share, %", &|(.., share)| percent(share.z)),
+            ],
+        );
         let others = self.share_of_others.each();
         let total = [0, 1, 2].map(|i| {
             let shares = Property::ALL.map(|property| self.share[property.name()].each()[i]);
@@ -158,9 +151,8 @@ impl SignificanceReport {
         });
         let compliance = self.compliance_um_per_n.each().map(|c| significant(c, 4));
         format!(
-            "{}\n% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the\n\
+            "{table}\n% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the\n\
          compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} um/N (x, y, z).\n",
-            rows.text(),
             total[0],
             total[1],
             total[2],

@@ -16,7 +16,7 @@ use crate::specimen::SpecimenTable;
 use crate::table_files::FileLayout;
 
 use super::diagnosis::{FittedParameter, RivalReport, STEPPED, value_interval};
-use super::text::{share_of_tables, significant, table_of};
+use super::text::{share_of_tables, significant, table_of, unit_behind};
 
 /// What a table without times costs.
 const NO_CLOCK: &str = "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.\n";
@@ -333,10 +333,7 @@ impl SpecimenSummary {
     }
 
     fn in_words(&self, quality: &SpecimenQuality) -> String {
-        let unit = match quality.rms.unit.as_str() {
-            "1" => String::new(),
-            unit => format!(" {unit}"),
-        };
+        let unit = unit_behind(&quality.rms.unit);
         // Where something is left over, the noise was estimated from it too, and is no unit for it.
         let in_noise = if self.unexplained.p < LEFT_OVER {
             String::new()

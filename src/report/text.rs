@@ -71,6 +71,14 @@ pub(super) fn with_unit(name: &str, unit: &str) -> String {
     }
 }
 
+/// A unit behind its number; that of a plain number is not said.
+pub(super) fn unit_behind(unit: &str) -> String {
+    match unit {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
+    }
+}
+
 /// A probability as printed.
 pub(super) fn p_text(p: f64) -> String {
     if p < 0.01 {

@@ -7,9 +7,8 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::analysis::{ArgumentError, Inputs};
-use crate::cli::failure::Failure;
-use crate::cli::figure_files::{file_part, write_again, write_figure};
-use crate::cli::outcome::envelope;
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::figure_files::{file_part, write_again, write_figure, write_result};
 use crate::plot::{BinValue, Figure};
 use crate::report::{MapReport, MapSummary, mesh_of, points_csv};
 
@@ -50,7 +49,7 @@ pub(super) fn write_all(
         {
             let file = format!("points-{name}.parquet");
             let content = crate::report::points_parquet(robot, poses, &study.map);
-            let content = content.map_err(|error| crate::cli::failure::CliError::Write {
+            let content = content.map_err(|error| CliError::Write {
                 path: folder.join(&file),
                 source: std::io::Error::other(error),
             })?;
@@ -100,26 +99,7 @@ pub(super) fn write_text(
     text: &str,
     data: &impl Serialize,
     inputs: &Inputs,
-) -> Result<Vec<PathBuf>, Failure> {
-    let mut object = envelope("map", true);
-    object["inputs"] = json!(inputs);
-    object["data"] = json!(data);
-    let files = [
-        ("map.txt".to_owned(), format!("{}{text}", inputs.text())),
-        ("map.json".to_owned(), format!("{object:#}\n")),
-    ];
-    write_files(folder, &files)
-}
-
-/// Writes texts by name.
-pub(super) fn write_files(
-    folder: &Path,
-    files: &[(String, String)],
-) -> Result<Vec<PathBuf>, Failure> {
-    let write_one = |(name, content): &(String, String)| {
-        let path = folder.join(name);
-        write_again(&path, content.as_bytes())?;
-        Ok(path)
-    };
-    files.iter().map(write_one).collect()
+) -> Result<Vec<PathBuf>, CliError> {
+    let (files, fields) = (["map.txt", "map.json"], [("data", json!(data))]);
+    write_result(folder, "map", files, (text, inputs), fields)
 }

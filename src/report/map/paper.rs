@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::distribution::{ColumnStatistics, MechanismStudy};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::paper::{PaperCell, Printed, direction, printed_rows, reasons};
-use crate::report::text::{AlignedTable, significant};
+use crate::report::text::{AlignedTable, digits, or_dash};
 
 /// Tables of the stiffness distribution, with their titles and what stands beside one another in each.
 const TITLES: [(&str, &str); 4] = [
@@ -163,10 +163,8 @@ fn side_by_side(cells: &[&PaperCell]) -> String {
             match found {
                 Some(cell) => line.extend([
                     cell.paper.to_string(),
-                    cell.ours
-                        .map_or_else(|_| "-".to_owned(), |ours| significant(ours, 4)),
-                    cell.ratio()
-                        .map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}")),
+                    digits(cell.ours.ok(), 4),
+                    or_dash(cell.ratio(), |ratio| format!("{ratio:.2}")),
                 ]),
                 None => line.extend(["-", "-", "-"].map(str::to_owned)),
             }

@@ -10,7 +10,8 @@ use crate::distribution::{
 use crate::fit::FactorEstimate;
 use crate::physics::{ActingPhysics, Effect, EffectError};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::{MapReport, significant};
+use crate::report::MapReport;
+use crate::report::text::{or_dash, significant};
 use crate::robot::{FittingFactors, Robot, RobotError};
 use crate::test_point::Direction;
 
@@ -133,8 +134,7 @@ fn workspace_map(
         let quantile = |share: f64| {
             let own = found.statistics.quantiles.iter();
             let mut own = own.filter(|quantile| quantile.share == share);
-            own.next()
-                .map_or_else(|| "-".to_owned(), |q| words(q.stiffness_n_per_m))
+            or_dash(own.next(), |q| words(q.stiffness_n_per_m))
         };
         PageMapRow {
             direction: if found.column.is_principal() {
