@@ -123,27 +123,22 @@ impl JointPoses {
                 .into_iter()
                 .all(|((_, a), (_, b))| (a - b).abs() < SAME)
         };
-        if let Some(name) = name {
-            let pose = PoseId::new(name);
-            match self.poses.iter().find(|known| known.pose == pose) {
-                Some(known) if !same(known) => {
-                    return Err(TableImportError::BadValue {
-                        cell: draft.table.cell(row, column),
-                        expected: "the joint values of the other rows of this pose",
-                    });
-                }
-                Some(_) => {}
-                None => self.poses.push(PoseJoints {
-                    pose: pose.clone(),
-                    values,
-                }),
+        let named = name.map(PoseId::new);
+        let is_it = |known: &&PoseJoints| match &named {
+            Some(pose) => known.pose == *pose,
+            None => same(known),
+        };
+        if let Some(known) = self.poses.iter().find(is_it) {
+            if !same(known) {
+                return Err(TableImportError::BadValue {
+                    cell: draft.table.cell(row, column),
+                    expected: "the joint values of the other rows of this pose",
+                });
             }
-            return Ok(pose);
-        }
-        if let Some(known) = self.poses.iter().find(|known| same(known)) {
             return Ok(known.pose.clone());
         }
-        let pose = PoseId::new(&format!("Q{}", self.poses.len() + 1));
+        let next = self.poses.len() + 1;
+        let pose = named.unwrap_or_else(|| PoseId::new(&format!("Q{next}")));
         self.poses.push(PoseJoints {
             pose: pose.clone(),
             values,

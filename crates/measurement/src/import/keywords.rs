@@ -61,7 +61,6 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
     }
     let unit = column.unit.as_deref();
     let of_kind = |kind| unit.is_some_and(|unit| is_of(kind, unit));
-    let mut roles = Vec::new();
     if !column.is_numeric {
         let named = [
             (ColumnRole::Pose, POSE),
@@ -69,12 +68,10 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
             (ColumnRole::Repeat, REPEAT),
             (ColumnRole::Branch, BRANCH),
         ];
-        roles.extend(
-            named
-                .into_iter()
-                .filter_map(|(role, list)| Some((role, sure(list)?))),
-        );
-        return roles;
+        let named = named.into_iter();
+        return named
+            .filter_map(|(role, list)| Some((role, sure(list)?)))
+            .collect();
     }
     if let Some(joint) = joint_name(&plain, &column.stem) {
         return vec![(ColumnRole::Joint(joint), 3)];
@@ -110,12 +107,10 @@ pub(super) fn roles_of(column: &FileColumn, stamp: Option<StampKind>) -> Vec<Rol
         (ColumnRole::Temperature, sure(TEMPERATURE)),
         (ColumnRole::Direction, sure(DIRECTION)),
     ];
-    roles.extend(
-        numeric
-            .into_iter()
-            .filter_map(|(role, sure)| Some((role, sure?))),
-    );
-    roles
+    let numeric = numeric.into_iter();
+    numeric
+        .filter_map(|(role, sure)| Some((role, sure?)))
+        .collect()
 }
 
 /// The variable of a column with joint values: `q1`, `J2`, `joint_J1`, `Achse 3`, `axis 1`, `theta2`.

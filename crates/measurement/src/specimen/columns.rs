@@ -90,9 +90,9 @@ pub(super) struct SpecimenColumns {
 
 impl SpecimenColumns {
     /// Finds the columns by their names.
-    pub(super) fn find(
+    pub(super) fn find<'o>(
         table: &MachineTable,
-        options: &SpecimenOptions,
+        options: &'o SpecimenOptions,
     ) -> Result<Self, SpecimenError> {
         if options.force_column.as_deref() == Some(options.displacement_column.trim()) {
             let column = options.displacement_column.clone();
@@ -106,18 +106,19 @@ impl SpecimenColumns {
         let force_unit = options.force_unit.as_deref();
         let displacement_unit = options.displacement_unit.as_deref();
         let time_unit = options.time_unit.as_deref();
-        let force = options.force_column.as_deref();
+        let wanted = |quantity, name: Option<&'o String>| {
+            name.filter(|name| !options.may_lack(quantity) || header.has(name))
+        };
+        let force = wanted(ResponseVariable::Force, options.force_column.as_ref());
+        let displacement = Some(&options.displacement_column);
+        let displacement = wanted(ResponseVariable::Displacement, displacement);
         let mut found = Self {
-            force: force
-                .filter(|name| !options.may_lack(ResponseVariable::Force) || header.has(name))
-                .map(|name| header.measured(name, ColumnQuantity::Force, force_unit))
-                .transpose()?,
-            displacement: Some(options.displacement_column.as_str())
-                .filter(|name| {
-                    !options.may_lack(ResponseVariable::Displacement) || header.has(name)
-                })
-                .map(|name| header.measured(name, ColumnQuantity::Displacement, displacement_unit))
-                .transpose()?,
+            force: header.optional(force, ColumnQuantity::Force, force_unit)?,
+            displacement: header.optional(
+                displacement,
+                ColumnQuantity::Displacement,
+                displacement_unit,
+            )?,
             time: header.time(options.time_column.as_ref(), time_unit)?,
             hold: header.optional(
                 options.hold_column.as_ref(),

@@ -2,6 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use indexmap::IndexSet;
+
 use super::assumption::SpecimenAssumption;
 use super::row::SpecimenRow;
 use super::table::SpecimenReading;
@@ -42,25 +44,13 @@ fn number_as_they_stand(rows: &mut [SpecimenRow]) {
 
 /// Runs follow each other in the order in which they appear.
 fn sort_within_runs(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumption> {
-    let mut places = HashMap::new();
-    let keys: Vec<(usize, u32)> = rows
-        .iter()
-        .map(|row| {
-            let next = places.len();
-            let run = (row.configuration.clone(), row.run.clone());
-            (
-                *places.entry(run).or_insert(next),
-                row.order.unwrap_or_default(),
-            )
-        })
-        .collect();
-    if keys.is_sorted() {
+    let run = |row: &SpecimenRow| (row.configuration.clone(), row.run.clone());
+    let runs: IndexSet<(String, String)> = rows.iter().map(run).collect();
+    let place = |row: &SpecimenRow| (runs.get_index_of(&run(row)), row.order);
+    if rows.is_sorted_by_key(place) {
         return None;
     }
-    rows.sort_by_key(|row| {
-        let run = (row.configuration.clone(), row.run.clone());
-        (places.get(&run).copied(), row.order)
-    });
+    rows.sort_by_cached_key(place);
     Some(SpecimenAssumption::SortedWithinRuns)
 }
 

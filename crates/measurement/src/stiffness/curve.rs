@@ -1,5 +1,7 @@
 //! The load curve of one cell: displacement against force, by load and by run.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use crate::readings::Reading;
@@ -130,7 +132,8 @@ impl LoadCurve {
         used.dedup_by_key(|r| place(r));
 
         let targets = sorted_targets(&used);
-        let zeros = sorted_zeros(&used);
+        let zeros: BTreeSet<u32> = used.iter().map(|reading| reading.zero).collect();
+        let zeros = Vec::from_iter(zeros);
         let mut runs: Vec<Run> = Vec::new();
         for reading in &used {
             let point = point_of(reading, &targets, &zeros);
@@ -206,13 +209,6 @@ fn compare_targets(a: &(Branch, f64), b: &(Branch, f64)) -> std::cmp::Ordering {
     a.0.cmp(&b.0)
         .then(in_order)
         .then_with(|| a.1.total_cmp(&b.1))
-}
-
-fn sorted_zeros(used: &[&Reading]) -> Vec<u32> {
-    let mut zeros: Vec<u32> = used.iter().map(|r| r.zero).collect();
-    zeros.sort_unstable();
-    zeros.dedup();
-    zeros
 }
 
 fn point_of(reading: &Reading, targets: &[(Branch, f64)], zeros: &[u32]) -> CurvePoint {

@@ -9,6 +9,7 @@ use super::budget::{BudgetRow, Distribution, EvaluationType, RowUse, Uncertainty
 use super::curve::{Branches, LoadMean};
 use super::estimate::{NoStiffness, ScatterBasis, StiffnessEstimate};
 use super::flags::Flag;
+use super::line::LineFit;
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::reported::Reported;
 use stiffbench_numeric::statistics::Estimate;
@@ -178,8 +179,10 @@ fn n_per_um(stiffness_n_per_m: f64) -> f64 {
 }
 
 fn cell_form(row: &CellStiffness) -> CellForm<'_> {
-    let offset = row.zero_offset_m();
-    let line = row.line.as_ref();
+    let of_line = |unit: &'static str, found: fn(&LineFit) -> Estimate| match &row.line {
+        Ok(line) => Reported::from_estimate(&found(line), METRES_PER_MICROMETRE, unit),
+        Err(reason) => Reported::missing(unit, reason.to_string()),
+    };
     CellForm {
         pose: row.cell.pose.as_str(),
         direction: row.cell.direction,
@@ -188,24 +191,16 @@ fn cell_form(row: &CellStiffness) -> CellForm<'_> {
         loads: row.loads.iter().map(load_form).collect(),
         stiffness_paper: reported_stiffness(&row.paper),
         stiffness_regression: reported_stiffness(&row.regression),
-        compliance: match line {
-            Ok(line) => {
-                let type_a = line.type_a();
-                let slope = Estimate {
-                    value: line.slope_m_per_n,
-                    standard_uncertainty: type_a.map_or(f64::NAN, |a| a.standard_uncertainty),
-                    dof: type_a.map_or(0.0, |a| a.dof),
-                };
-                Reported::from_estimate(&slope, METRES_PER_MICROMETRE, "um/N")
-            }
-            Err(reason) => Reported::missing("um/N", reason.to_string()),
-        },
-        zero_offset_um: offset.map(|offset| um(offset.value)),
-        zero_offset: match (offset, line) {
-            (Some(offset), _) => Reported::from_estimate(&offset, METRES_PER_MICROMETRE, "um"),
-            (None, Err(reason)) => Reported::missing("um", reason.to_string()),
-            (None, Ok(_)) => Reported::missing("um", "no line"),
-        },
+        compliance: of_line("um/N", |line| {
+            let without = Estimate::without_uncertainty(line.slope_m_per_n);
+            line.type_a().map_or(without, |type_a| Estimate {
+                standard_uncertainty: type_a.standard_uncertainty,
+                dof: type_a.dof,
+                ..without
+            })
+        }),
+        zero_offset_um: row.zero_offset_m().map(|offset| um(offset.value)),
+        zero_offset: of_line("um", |line| line.zero_offset_m),
         uncertainty_paper: row.paper.as_ref().ok().map(uncertainty_form),
         uncertainty_regression: row.regression.as_ref().ok().map(uncertainty_form),
         flags: row.flags.iter().map(flag_form).collect(),
