@@ -190,17 +190,13 @@ impl LoadScatter {
         self.sd[kind].unwrap_or_default().powi(2) + self.slope_sd.powi(2) * size
     }
 
-    /// The standard deviations, none below the least; the least of what was not read.
-    fn at_least(&self, least: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|kind| self.sd[kind].unwrap_or_default().max(least[kind]))
-    }
-
     /// The scatter of all rows.
     ///
     /// # Arguments
     /// - `values`: every row as it is without error.
     pub(super) fn of_rows(&self, posed: &PosedLoadCases, values: &[f64]) -> RowScatter {
-        let sd = self.at_least(least_scatter(posed));
+        let least = least_scatter(posed);
+        let sd = [0, 1].map(|kind| self.sd[kind].unwrap_or_default().max(least[kind]));
         RowScatter {
             weights: kinds(posed).iter().map(|kind| sd[*kind].recip()).collect(),
             shared: values.iter().map(|value| self.slope_sd * value).collect(),

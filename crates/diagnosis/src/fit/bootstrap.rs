@@ -1,12 +1,11 @@
 //! Intervals of the factors from resampled runs or whole cells: no distribution assumed.
 
 use stiffbench_beams::robot::FittingFactors;
-use stiffbench_measurement::stiffness::{CellStiffness, RunSums, StiffnessTable};
+use stiffbench_measurement::stiffness::{RunSums, StiffnessTable};
 use stiffbench_numeric::least_squares::{BootstrapSettings, ReplicateFailure, cluster_bootstrap};
-use stiffbench_units_and_text::test_point::Cell;
 
 use super::error::FitError;
-use super::measured::MeasuredStiffness;
+use super::measured::{MeasuredCell, MeasuredStiffness};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::refit::Refitter;
@@ -146,15 +145,12 @@ pub fn bootstrap_cells(
 
 impl ResampledCells {
     fn new(table: &StiffnessTable, measured: &MeasuredStiffness) -> Self {
-        let runs_of = |cell: &Cell| -> Vec<RunSums> {
-            let line = table
-                .cell(cell)
-                .and_then(|row: &CellStiffness| row.line.as_ref().ok());
-            line.map_or_else(Vec::new, |line| line.runs.clone())
+        let runs_of = |cell: &MeasuredCell| {
+            let line = table.cell(&cell.cell)?.line.as_ref();
+            Some(line.ok()?.runs.clone())
         };
-        let runs: Vec<Vec<RunSums>> = (measured.cells.iter())
-            .map(|cell| runs_of(&cell.cell))
-            .collect();
+        let runs = measured.cells.iter();
+        let runs: Vec<Vec<RunSums>> = runs.map(|cell| runs_of(cell).unwrap_or_default()).collect();
         Self {
             ln_of_runs: (runs.iter())
                 .map(|runs| ln_stiffness(runs, &vec![1; runs.len()]))

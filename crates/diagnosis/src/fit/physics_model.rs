@@ -141,18 +141,14 @@ impl<'a> PhysicsModel<'a> {
                 *stiffness = by_slope.unwrap_or_default();
                 continue;
             }
-            let by_slope = by_slope.map(f64::recip);
             if by_slope.is_none() {
                 self.predict(place)?;
             }
             let readings = &mut self.cells[place].readings;
-            let value = by_slope.map_or_else(
-                || {
-                    self.physics
-                        .stiffness_n_per_m(readings, &self.displacement_m)
-                },
-                Ok,
-            );
+            let value = match by_slope {
+                Some(compliance) => Ok(compliance.recip()),
+                None => (self.physics).stiffness_n_per_m(readings, &self.displacement_m),
+            };
             *stiffness = match value {
                 Ok(value) if value > 0.0 => value,
                 Ok(value) => {

@@ -44,18 +44,6 @@ pub(crate) struct ScaleCell {
     pub(crate) measured_m_per_n: f64,
 }
 
-/// What a spring does in a cell.
-struct SpringInCell {
-    /// Displacement per force and compliance of the spring: its load per force, squared.
-    squared_lever: f64,
-    /// Moment of the structure against a twist of the joint, N·m/rad; zero of all other springs.
-    stiffness_nm_per_rad: f64,
-    /// Displacement per force of the structure without springs, m/N.
-    structure_m_per_n: f64,
-    /// The largest of that, of the robot with the springs of the start, and of what was measured, m/N: on stiff links nearly all is springs.
-    robot_m_per_n: f64,
-}
-
 impl SpringScales {
     /// # Arguments
     /// - `factors`: where a fit begins.
@@ -94,23 +82,33 @@ impl SpringScales {
             let joint = mechanics
                 .joint_names()
                 .position(|name| *spring == ModelParameter::Joint(name.into()));
-            let in_cell = |cell: &ScaleCell| {
+            // That in the cell that shows the spring best.
+            let (mut most, mut scale) = (0.0, PlaceScale::default());
+            for cell in cells {
                 let (pose, axis) = (cell.pose, cell.direction.index());
-                let gradient = predictor.gradient(pose, axis);
-                let influence = &mechanics.pose(pose).influence;
-                let structure_m_per_n = influence.compliance_m_per_n[axis][axis];
-                let of_start = with_springs.as_ref().map_or(0.0, |mechanics| {
+                let of_axis = |mechanics: &Mechanics<'_>| {
                     mechanics.pose(pose).influence.compliance_m_per_n[axis][axis]
-                });
-                SpringInCell {
-                    squared_lever: gradient.map_or(0.0, |gradient| gradient[place]),
-                    stiffness_nm_per_rad: joint
-                        .map_or(0.0, |joint| influence.stiffness(joint, joint).abs()),
-                    structure_m_per_n,
-                    robot_m_per_n: structure_m_per_n.max(of_start).max(cell.measured_m_per_n),
+                };
+                // Displacement per force and compliance of the spring: its load per force, squared.
+                let gradient = predictor.gradient(pose, axis);
+                let squared_lever = gradient.map_or(0.0, |gradient| gradient[place]);
+                // Without springs, with those of the start, and as measured: on stiff links nearly all is springs.
+                let structure = of_axis(&mechanics);
+                let of_start = with_springs.as_ref().map_or(0.0, of_axis);
+                let robot = structure.max(of_start).max(cell.measured_m_per_n);
+                let share = squared_lever / known(robot);
+                if share > most {
+                    // Moment of the structure against a twist of the joint, N·m/rad; zero of all other springs.
+                    let influence = &mechanics.pose(pose).influence;
+                    let stiffness =
+                        joint.map_or(0.0, |joint| influence.stiffness(joint, joint).abs());
+                    let is_open = squared_lever > OPEN_LOOP * known(structure) * stiffness;
+                    most = share;
+                    scale.compliance = 1.0 / share;
+                    scale.loop_nm_per_rad = if is_open { 0.0 } else { stiffness };
                 }
-            };
-            (spring.clone(), scale_in(cells.iter().map(in_cell)))
+            }
+            (spring.clone(), scale)
         };
         let mut scales: Vec<_> = springs.iter().enumerate().map(scale).collect();
         let least_of = |unit: &str| {
@@ -140,27 +138,11 @@ impl SpringScales {
     }
 }
 
-/// The scale in the cell that shows a spring best.
-fn scale_in(cells: impl Iterator<Item = SpringInCell>) -> PlaceScale {
-    let (mut most, mut scale) = (0.0, PlaceScale::default());
-    for cell in cells {
-        let lever = cell.squared_lever;
-        let known = |m_per_n: f64| {
-            if m_per_n > RIGID_BELOW_M_PER_N {
-                m_per_n
-            } else {
-                RIGID_ARM_M_PER_N
-            }
-        };
-        let structure = known(cell.structure_m_per_n);
-        let share = lever / known(cell.robot_m_per_n);
-        if share > most {
-            let stiffness = cell.stiffness_nm_per_rad;
-            let is_open = lever > OPEN_LOOP * structure * stiffness;
-            most = share;
-            scale.compliance = 1.0 / share;
-            scale.loop_nm_per_rad = if is_open { 0.0 } else { stiffness };
-        }
+/// Displacement per force of a structure, m/N; of a rigid one that of a usual arm.
+fn known(m_per_n: f64) -> f64 {
+    if m_per_n > RIGID_BELOW_M_PER_N {
+        m_per_n
+    } else {
+        RIGID_ARM_M_PER_N
     }
-    scale
 }

@@ -239,7 +239,7 @@ impl LoadCaseSearch<'_, '_> {
         let independent = |NotIndependent| LoadCaseFitError::Dependent;
         let (posed, baseline) = (self.model.posed, &self.basis.baseline);
         let findings = self.findings(&found.model).map_err(independent)?;
-        let space = self.space(&found.model);
+        let space = self.space_under(&found.model, &found.model);
         let lack = self
             .from_repeats
             .then(|| self.lack_of_fit(&found.model))

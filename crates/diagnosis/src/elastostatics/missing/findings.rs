@@ -28,12 +28,7 @@ pub(super) struct LoadCaseSearch<'s, 'a> {
 }
 
 impl LoadCaseSearch<'_, '_> {
-    /// The white space of a model, its columns projected out.
-    pub(super) fn space(&self, model: &LinearModel) -> WhiteSpace {
-        self.space_under(model, model)
-    }
-
-    /// The same under the covariance of another.
+    /// The white space of a model, its columns projected out, under the covariance of it or another.
     pub(super) fn space_under(&self, model: &LinearModel, other: &LinearModel) -> WhiteSpace {
         let terms = model
             .terms
