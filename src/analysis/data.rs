@@ -12,8 +12,8 @@ use crate::readings::{
     is_vector_table, read_gauge_log, read_readings, read_vector_readings, write_readings,
 };
 use crate::stiffness::{
-    Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable, VectorStiffness,
-    stiffness_table_with_drifts, vector_stiffness,
+    Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
+    stiffness_table_with_drifts,
 };
 
 use super::calibration::GivenCalibration;
@@ -350,15 +350,6 @@ impl LoadedSession {
             StiffnessOptions { branches },
             &drifts.unwrap_or_default(),
         ))
-    }
-
-    /// Compliance along each axis for every pose and direction of load, of several gauges along the base axes.
-    #[must_use]
-    pub fn compliances(&self, branches: Branches) -> Vec<VectorStiffness> {
-        let header = self.header.as_ref();
-        let procedure = header.and_then(|header| header.procedure.as_ref());
-        let preload_n = procedure.and_then(|procedure| procedure.preload_n);
-        vector_stiffness(&self.table, branches, preload_n.unwrap_or(0.0))
     }
 
     /// Name of its procedure.

@@ -45,6 +45,7 @@ mod robot_check;
 mod session_table;
 mod together;
 mod unknown_springs;
+mod vector_stiffness;
 
 pub use calibration::{GaugeCalibration, GivenCalibration, StatedError};
 pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings, gauges_text, session_header};
@@ -84,3 +85,4 @@ pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use session_table::SessionTable;
 pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};
 pub use unknown_springs::UnknownSprings;
+pub use vector_stiffness::VectorStiffness;

@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::analysis::VectorStiffness;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
 use crate::statistics::Estimate;
-use crate::stiffness::{VectorStiffness, format_value_uncertainty};
+use crate::stiffness::format_value_uncertainty;
 use crate::test_point::PoseId;
 
 use super::text::{AlignedTable, significant};
@@ -41,7 +42,7 @@ pub struct VectorStiffnessCell {
     pub runs: usize,
     /// Number of readings.
     pub readings: usize,
-    /// Displacement along the base axes per force along the load, slope over the loads of each run.
+    /// Displacement along the base axes per force along the load, slope over the loads.
     pub compliance: AxisValues,
     /// Stiffness along the load, the inverse of the compliance along it.
     pub stiffness: Reported,
@@ -113,9 +114,9 @@ impl VectorStiffnessReport {
         }
         let mut text = rows.text();
         text.push_str(
-            "\nDisplacement along the base axes per force along the load: the slope over the loads of each run, averaged over the runs. U is the\n\
-             expanded uncertainty for 95 % from the scatter between runs, of a single run from its residuals; calibration is not in it.\n\
-             A dash: no gauge along this axis, or too few runs.\n",
+            "\nDisplacement along the base axes per force along the load: the slope over the loads by generalised least squares, which `fit` takes.\n\
+             U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines;\n\
+             calibration is not in it. A dash: no gauge along this axis.\n",
         );
         if let Some(static_compliance) = &self.static_compliance {
             text.push_str(&static_text(static_compliance));

@@ -52,6 +52,7 @@ mod session_undo;
 mod several_sessions;
 mod strict;
 #[cfg(unix)]
+mod vector_behaviours;
 mod vectors;
 
 use std::fmt::Write;

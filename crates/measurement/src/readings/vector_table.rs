@@ -55,6 +55,9 @@ pub(super) const DISPLACEMENTS: [[&str; 3]; 3] = [
     ],
 ];
 
+/// How columns begin that a session does not have: left out in silence their loads would be none.
+const OTHER_KINDS: [&str; 2] = ["moment_", "rotation_"];
+
 /// Axes of all components.
 pub(super) const BASE_AXES: &str = "base";
 
@@ -103,6 +106,8 @@ pub fn read_vector_readings(source: &str, input: impl Read) -> Result<ReadingTab
         ..ReadingTable::default()
     };
     let joints = joint_columns(&text)?;
+    let is_other = |name: &&String| OTHER_KINDS.iter().any(|kind| name.starts_with(kind));
+    let others: Vec<String> = text.names.iter().filter(is_other).cloned().collect();
     let mut loads = Vec::new();
     while text.next_record()? {
         let mut row = VectorRow {
@@ -110,6 +115,13 @@ pub fn read_vector_readings(source: &str, input: impl Read) -> Result<ReadingTab
             joints: &joints,
         };
         let load = row.load()?;
+        for column in &others {
+            let value = row.text_of(column);
+            if !value.is_empty() && value.parse() != Ok(0.0) {
+                let expected = "no value: moments and rotations belong to a table of load cases";
+                return Err(row.bad(column, expected));
+            }
+        }
         table.origin = table
             .origin
             .or_else(|| Some(row.text_of("origin")).filter(|of| !of.is_empty()));

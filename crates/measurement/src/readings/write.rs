@@ -107,9 +107,9 @@ impl RowWriter<'_> {
             if column == Column::Force
                 && let Some(joints) = &self.joints
             {
-                joints
-                    .iter()
-                    .for_each(|joint| self.fields.push_field(joint.name().as_bytes()));
+                for joint in joints {
+                    self.fields.push_field(joint.name().as_bytes());
+                }
                 let force = ["axes"].into_iter().chain(FORCES);
                 let force = force.chain(["force_raw", "force_zero_N"]);
                 for name in force.chain(DISPLACEMENTS.into_iter().flatten()) {
@@ -251,13 +251,11 @@ impl RowWriter<'_> {
         value: Option<f64>,
         shift: i32,
     ) -> Result<(), ReadingsError> {
-        match value {
-            Some(value) => self.decimal(column, value, shift),
-            None => {
-                self.text("");
-                Ok(())
-            }
+        if let Some(value) = value {
+            return self.decimal(column, value, shift);
         }
+        self.text("");
+        Ok(())
     }
 
     fn finite(&self, column: &'static str, value: f64) -> Result<f64, ReadingsError> {

@@ -36,7 +36,6 @@ mod significance;
 mod simulation_tests;
 mod straightness;
 mod table;
-mod vector;
 mod zeros;
 
 pub use budget::{Budget, BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
@@ -59,5 +58,4 @@ pub use table::{
     CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
     stiffness_table_with_drifts,
 };
-pub use vector::{VectorStiffness, vector_stiffness};
 pub use zeros::{ZeroChange, ZeroDrifts};

@@ -1,0 +1,132 @@
+//! Compliance along each base axis of sessions with several displacement gauges: the slopes that a fit takes.
+
+use indexmap::{IndexMap, IndexSet};
+
+use crate::mismatch::{CellSlopes, Observations};
+use crate::readings::Reading;
+use crate::statistics::{Estimate, mean, standard_deviation};
+use crate::stiffness::Branches;
+use crate::test_point::{Direction, PoseId};
+
+use super::data::LoadedSession;
+
+/// Components of a unit vector below this are none.
+const NO_COMPONENT: f64 = 1e-9;
+
+/// Compliance of the end in one pose under a load in one direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VectorStiffness {
+    /// The pose held.
+    pub pose: PoseId,
+    /// Name of the direction of the load.
+    pub direction: String,
+    /// The direction, a unit vector along the base axes.
+    pub unit: [f64; 3],
+    /// Number of runs.
+    pub runs: usize,
+    /// Number of readings.
+    pub readings: usize,
+    /// Largest load in size, N.
+    pub largest_n: f64,
+    /// Displacement along x, y, z per force along the load, m/N; `None` along an axis that was not read.
+    pub compliance_m_per_n: [Option<Estimate>; 3],
+    /// The same along the load; `None` where the load has a component along an axis that was not read.
+    pub along_m_per_n: Option<Estimate>,
+    /// Displacement along x, y, z at the largest load per that load from the zero of the gauges, m/N, averaged over the runs.
+    pub at_largest_m_per_n: [Option<Estimate>; 3],
+}
+
+impl LoadedSession {
+    /// Compliance along each axis for every pose and direction of load, of several gauges along the base axes, in the order in which they
+    /// first appear.
+    ///
+    /// The calibration of the gauges is not in the uncertainty.
+    #[must_use]
+    pub fn compliances(&self, branches: Branches) -> Vec<VectorStiffness> {
+        let mut table = self.table.clone();
+        let counts = |one: &Reading| one.is_accepted() && branches.include(one.branch);
+        table.readings.retain(counts);
+        let header = self.header.as_ref();
+        let slopes = CellSlopes::new(Observations::new(&table, header));
+        let procedure = header.and_then(|header| header.procedure.as_ref());
+        let preload_n = procedure.and_then(|procedure| procedure.preload_n);
+        let mut groups: IndexMap<(&PoseId, String), Vec<&[Reading]>> = IndexMap::new();
+        for load in table.loads() {
+            let cell = (&load[0].pose, table.load_name(&load[0]));
+            groups.entry(cell).or_default().push(load);
+        }
+        let of_group = |((pose, direction), loads): ((&PoseId, String), Vec<&[Reading]>)| {
+            let unit = table.load_direction(&loads[0][0]).unit_vector();
+            // The cell of each gauge: its series and its place there.
+            let cells = Direction::ALL.map(|axis| {
+                let mut own = loads.iter().copied().flatten();
+                let read = own.find(|reading| reading.direction == axis)?;
+                slopes.as_ref()?.find(&table.cell(read))
+            });
+            let estimate = |weights: [f64; 3]| {
+                let slopes = slopes.as_ref()?;
+                let weighed = weights.into_iter().zip(cells);
+                let weighed = weighed.filter(|(weight, _)| weight.abs() > NO_COMPONENT);
+                let parts: Vec<(f64, [usize; 2])> = weighed
+                    .map(|(weight, cell)| Some((weight, cell?)))
+                    .collect::<Option<_>>()?;
+                let series = &slopes.series[parts.first()?.1[0]];
+                let value = parts
+                    .iter()
+                    .map(|(w, [_, at])| w * series.compliance_m_per_n[*at]);
+                let variance = parts.iter().flat_map(|(a, [_, i])| {
+                    let products = parts.iter();
+                    products.map(move |(b, [_, j])| a * b * series.covariance[(*i, *j)])
+                });
+                Some(Estimate {
+                    value: value.sum(),
+                    standard_uncertainty: variance.sum::<f64>().sqrt(),
+                    dof: slopes.dof,
+                })
+            };
+            let along_axis = |axis: usize| {
+                let mut weights = [0.0; 3];
+                weights[axis] = 1.0;
+                estimate(weights)
+            };
+            let runs: IndexSet<u32> = loads.iter().map(|load| load[0].run).collect();
+            let forces = loads.iter().map(|load| load[0].force_n.abs());
+            VectorStiffness {
+                pose: pose.clone(),
+                direction,
+                unit,
+                runs: runs.len(),
+                readings: loads.len(),
+                largest_n: forces.fold(0.0, f64::max),
+                compliance_m_per_n: [0, 1, 2].map(along_axis),
+                along_m_per_n: estimate(unit),
+                at_largest_m_per_n: at_largest(&loads, preload_n.unwrap_or(0.0)),
+            }
+        };
+        groups.into_iter().map(of_group).collect()
+    }
+}
+
+/// Displacement along x, y, z at the largest load per that load, m/N, with the standard uncertainty of its scatter.
+fn at_largest(loads: &[&[Reading]], preload_n: f64) -> [Option<Estimate>; 3] {
+    let targets = loads.iter().map(|load| load[0].target_n);
+    let largest_n = targets.fold(
+        0.0,
+        |most: f64, n| if n.abs() > most.abs() { n } else { most },
+    );
+    Direction::ALL.map(|axis| {
+        let all = loads.iter().copied().flatten();
+        let read = all.filter(|one| one.direction == axis && one.target_n == largest_n);
+        let ratios = read.map(|one| one.displacement_m / (one.force_n - preload_n));
+        let ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite()).collect();
+        let value = mean(&ratios)?;
+        Some(match standard_deviation(&ratios) {
+            Some(sd) if ratios.len() > 1 => Estimate {
+                value,
+                standard_uncertainty: sd / (ratios.len() as f64).sqrt(),
+                dof: ratios.len() as f64 - 1.0,
+            },
+            _ => Estimate::without_uncertainty(value),
+        })
+    })
+}
