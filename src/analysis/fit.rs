@@ -76,6 +76,8 @@ pub struct FittedSession {
     pub data: String,
     /// Its cells that have a stiffness.
     pub cells: usize,
+    /// Its compliances along other axes than that of the load.
+    pub across: usize,
     /// Relative standard deviation of the slope from run to run; `null` where it has too few repeats.
     pub run_slope_sd: Option<f64>,
 }
@@ -203,6 +205,7 @@ impl FitData {
                 name,
                 data: session.name.clone(),
                 cells: measured.cells.len(),
+                across: measured.across.len(),
                 run_slope_sd: match measured.basis {
                     WeightBasis::Pooled { run_slope_sd, .. } => Some(run_slope_sd),
                     _ => None,

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
+use crate::test_point::PoseId;
 
 use super::correlation::correlation_text;
 use super::fit_report::{FitReport, FittedCellReport, ParameterReport};
@@ -332,10 +333,6 @@ fn cells_text(fit: &FitReport) -> String {
         .cells
         .iter()
         .any(|cell| cell.predicted_without_its_pose.is_some());
-    let pose = |cell: &&FittedCellReport| match &cell.session {
-        Some(session) => format!("{session}/{}", cell.pose),
-        None => cell.pose.to_string(),
-    };
     let without_its_pose = |cell: &&FittedCellReport| {
         let without = cell.predicted_without_its_pose.as_ref();
         let without = without.and_then(|k| Some(k.value? / cell.measured.value?));
@@ -347,7 +344,9 @@ fn cells_text(fit: &FitReport) -> String {
         text = table_of(
             &fit.cells,
             &[
-                ("pose", &pose),
+                ("pose", &|cell| {
+                    of_session(cell.session.as_ref(), &cell.pose)
+                }),
                 ("direction", &|cell| cell.direction.to_string()),
                 ("measured, N/um", &|cell| digits(cell.measured.value, 4)),
                 ("predicted, N/um", &|cell| digits(cell.predicted.value, 4)),
@@ -375,6 +374,14 @@ fn cells_text(fit: &FitReport) -> String {
     text
 }
 
+/// A pose, of one of several sessions with its name.
+fn of_session(session: Option<&String>, pose: &PoseId) -> String {
+    match session {
+        Some(session) => format!("{session}/{pose}"),
+        None => pose.to_string(),
+    }
+}
+
 /// Compliances along other axes than that of the load; empty of one gauge.
 fn across_text(fit: &FitReport) -> String {
     if fit.across.is_empty() {
@@ -383,7 +390,7 @@ fn across_text(fit: &FitReport) -> String {
     let table = table_of(
         &fit.across,
         &[
-            ("pose", &|one| one.pose.to_string()),
+            ("pose", &|one| of_session(one.session.as_ref(), &one.pose)),
             ("load", &|one| one.load.clone()),
             ("axis", &|one| one.axis.to_string()),
             ("measured, um/N", &|one| digits(one.measured.value, 4)),

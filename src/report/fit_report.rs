@@ -195,6 +195,9 @@ pub struct FittedCellReport {
 /// A compliance that was measured along another axis than that of the load, beside its prediction.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FittedComplianceReport {
+    /// The session, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub session: Option<String>,
     /// The pose.
     pub pose: PoseId,
     /// Direction of the load.
@@ -212,10 +215,12 @@ impl FitReport {
     #[must_use]
     pub fn of_data(mut self, data: &FitData) -> Self {
         self.marked.clone_from(&data.marked);
-        let mut cells = self.cells.iter_mut();
+        let mut cells = self.cells.iter_mut().map(|cell| &mut cell.session);
+        let mut across = self.across.iter_mut().map(|one| &mut one.session);
         for session in &data.sessions {
-            for cell in cells.by_ref().take(session.cells) {
-                cell.session = Some(session.name.clone());
+            let own = cells.by_ref().take(session.cells);
+            for name in own.chain(across.by_ref().take(session.across)) {
+                *name = Some(session.name.clone());
             }
         }
         self.sessions.clone_from(&data.sessions);
@@ -429,6 +434,7 @@ impl From<&FittedCompliance> for FittedComplianceReport {
         let um_per_n = |m_per_n: f64| Reported::exact(m_per_n / METRES_PER_MICROMETRE, "um/N");
         let load = one.cell.load.as_ref();
         Self {
+            session: None,
             pose: one.cell.pose.clone(),
             load: load.map_or_else(|| one.cell.direction.to_string(), ToString::to_string),
             axis: one.cell.direction,

@@ -174,6 +174,9 @@ fn sessions_of_three_gauges_and_of_one_go_together_each_with_its_noise() {
             assert_eq!(one["readings"], readings, "{name}");
         }
     }
+    let across = &desk.data("fit first second")["across"];
+    let named = [0, 6].map(|place| across[place]["session"].as_str().unwrap());
+    assert_eq!(named, ["simulated-1", "simulated-2"], "{across}");
     let [first, single, both, other] =
         ["first", "single", "first single", "single first"].map(|names| {
             let data = desk.data(&format!("fit {names}"));

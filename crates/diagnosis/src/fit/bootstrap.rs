@@ -189,6 +189,7 @@ mod tests {
     use crate::parameters::FitRole;
     use stiffbench_beams::robot::{ModelParameter, Robot};
     use stiffbench_test_files::shipped_robot;
+    use stiffbench_units_and_text::test_point::Cell;
 
     #[test]
     fn cells_drawn_again_give_the_standard_error_that_allows_for_unequal_scatter() {
