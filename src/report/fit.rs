@@ -10,7 +10,9 @@ use crate::test_point::PoseId;
 use super::correlation::correlation_text;
 use super::fit_report::{FitReport, FittedCellReport, ParameterReport};
 use super::load_case_page::planned_text;
-use super::text::{Column, digits, interval, or_dash, p_text, significant, table_of, with_unit};
+use super::text::{
+    TextColumn, digits, interval, or_dash, p_text, significant, table_of, with_unit,
+};
 use crate::count::{counted, degrees_of_freedom};
 
 /// Probabilities below this are a finding.
@@ -76,7 +78,7 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         .parameters
         .iter()
         .any(|parameter| parameter.ci95_bootstrap.is_some());
-    let mut columns: Vec<Column<'_, &ParameterReport>> = vec![
+    let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
         ("parameter", &|one| with_unit(&one.name, one.unit)),
         ("start", &|one| significant(one.start, 4)),
         ("value", &|one| digits(one.value, 4)),

@@ -11,7 +11,7 @@ use super::correlation::correlation_text;
 use super::fit::{rank_text, status_words};
 use super::fit_report::{ParameterReport, stiffness_unit};
 use super::load_case_fit::LoadCaseFitReport;
-use super::text::{Column, digits, interval, micro, or_dash, p_text, significant, table_of};
+use super::text::{TextColumn, digits, interval, micro, or_dash, p_text, significant, table_of};
 use crate::count::{counted, degrees_of_freedom};
 
 /// A standard error that a planned load case leaves above this share of itself is not printed.
@@ -104,7 +104,7 @@ fn parameters(fit: &LoadCaseFit) -> String {
 }
 
 /// A table with an empty line after it; nothing without rows.
-fn table_if_any<T>(rows: Vec<T>, columns: &[Column<'_, T>]) -> String {
+fn table_if_any<T>(rows: Vec<T>, columns: &[TextColumn<'_, T>]) -> String {
     if rows.is_empty() {
         return String::new();
     }

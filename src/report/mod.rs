@@ -100,7 +100,7 @@ pub use specimen::{
     SpecimenSummary, SpecimenUnexplained, SpecimenValue,
 };
 pub use stiffness::stiffness_text;
-pub use text::{AlignedTable, Column, significant, table_of};
+pub use text::{AlignedTable, TextColumn, significant, table_of};
 pub use vector_stiffness::{
     AxisValues, StaticComplianceRow, VectorStiffnessCell, VectorStiffnessReport,
 };

@@ -41,10 +41,10 @@ impl AlignedTable {
 }
 
 /// A column of a table: its head, and what it shows of a row.
-pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+pub type TextColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
 
 /// A table of rows as text, each line ended.
-pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> String {
+pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, T>]) -> String {
     let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
     let mut table = AlignedTable::new(&heads);
     for row in rows {

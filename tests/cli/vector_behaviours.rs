@@ -201,7 +201,7 @@ fn sessions_of_three_gauges_and_of_one_go_together_each_with_its_noise() {
         "Session simulated-1: 3 cells",
         "Session simulated-3: 6 cells",
         "simulated-3/P2",
-        "| pose | load | axis |",
+        "| load | axis |",
     ] {
         assert!(page.contains(part), "{part}: {page}");
     }

@@ -2,7 +2,7 @@
 
 use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
-use crate::report::text::{AlignedTable, Column, interval, significant, table_of, with_unit};
+use crate::report::text::{AlignedTable, TextColumn, interval, significant, table_of, with_unit};
 
 use super::page::head;
 use super::phrases::{paragraph, um};
@@ -34,7 +34,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
         Determination::AtBound => "no, at its bound".to_owned(),
         Determination::NotIdentified => "no".to_owned(),
     };
-    let mut columns: Vec<Column<'_, FactorChangeReport>> = vec![
+    let mut columns: Vec<TextColumn<'_, FactorChangeReport>> = vec![
         ("factor", &|one| with_unit(&one.name, &one.after.unit)),
         ("without", &|one| significant(one.before.value, 4)),
         ("with", &|one| significant(one.after.value, 4)),

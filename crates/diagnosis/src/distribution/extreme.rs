@@ -118,7 +118,7 @@ impl WorkspaceSample {
             place: EndPlacer::new(robot, mechanism, &self.plan)?,
         };
         let (mut objective, top) =
-            ProjectedAscent::climb(robot, free, objective, start.pose.clone())?;
+            ProjectedAscent::ascend(robot, free, objective, start.pose.clone())?;
         Ok(Some(RefinedExtreme {
             point: objective.place.end_point(top.pose)?,
             limits: top.limits,

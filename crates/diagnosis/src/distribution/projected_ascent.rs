@@ -10,7 +10,7 @@ use stiffbench_beams::robot::{Pose, Robot, RobotError};
 /// A limit this near is touched, degrees: as for [`Robot::violated_limits`].
 const TOUCHING_DEG: f64 = 1e-9;
 
-/// Moves after which a climb ends in any case. Corners take as many as there are limits, edges a few more.
+/// Moves after which a ascent ends in any case. Corners take as many as there are limits, edges a few more.
 const MOST_MOVES: usize = 2_000;
 
 /// Share of a height that rounding can hide: stiff structures lose six of sixteen digits, and near the top two places differ by less.
@@ -37,7 +37,7 @@ pub(super) trait AscentObjective {
     fn height(&mut self, pose: &Pose) -> Result<f64, RobotError>;
 }
 
-/// Where a climb ended.
+/// Where an ascent ended.
 pub(super) struct HillTop {
     pub(super) pose: Pose,
     /// The limits that hold it there, in words.
@@ -52,7 +52,7 @@ pub(super) struct ProjectedAscent<H> {
     /// Indices of the free variables.
     free: Vec<usize>,
     limits: Vec<LinearLimit>,
-    /// Where the climb is.
+    /// Where the ascent is.
     pose: Pose,
 }
 
@@ -61,7 +61,7 @@ impl<H: AscentObjective> ProjectedAscent<H> {
     ///
     /// # Errors
     /// [`RobotError`] if a pose on the way cannot be taken.
-    pub(super) fn climb(
+    pub(super) fn ascend(
         robot: &Robot,
         free: Vec<usize>,
         objective: H,
@@ -273,7 +273,7 @@ mod tests {
         }
     }
 
-    /// Where a climb ends over the second axis of the shipped arm, which has limits at 10 and 110 degrees.
+    /// Where an ascent ends over the second axis of the shipped arm, which has limits at 10 and 110 degrees.
     fn top(profile: fn(f64) -> f64, start_deg: f64) -> f64 {
         let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
         let axis = robot

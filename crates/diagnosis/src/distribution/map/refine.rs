@@ -47,7 +47,7 @@ impl StiffnessMap {
         };
         let start = poses.pose(self.places[row] as usize);
         let free = poses.free.clone();
-        let (mut objective, top) = ProjectedAscent::climb(model.robot(), free, objective, start)?;
+        let (mut objective, top) = ProjectedAscent::ascend(model.robot(), free, objective, start)?;
         objective.solve(&top.pose)?;
         Ok(RefinedStiffness {
             end_m: [objective.row[0], objective.row[1], objective.row[2]],
