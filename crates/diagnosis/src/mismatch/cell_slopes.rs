@@ -405,7 +405,8 @@ mod tests {
         );
         for series in &found.series {
             for compliance in &series.compliance_m_per_n {
-                assert!((compliance - 2e-6).abs() < 1e-10, "{compliance}");
+                // A scatter of 0.14 um over 101 loads up to 70 N: three times 0.7 nm/N.
+                assert!((compliance - 2e-6).abs() < 2e-9, "{compliance}");
             }
         }
     }
