@@ -12,14 +12,11 @@ use super::memo::key_of;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::Ranked;
 use super::ranking::CandidateScores;
-use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
+use super::refit::{Model, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
 use crate::search::{Evidence, RowVector, dot, largest, subtract};
-
-/// Weighted squares a reading from which a fit may have stopped elsewhere than in the least of its minima.
-const POOR: f64 = 2.0;
 
 impl DiagnosisProblem<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
@@ -115,7 +112,9 @@ impl DiagnosisProblem<'_> {
             let white = view.space.projected(change_m);
             let square = dot(&white, &white);
             let delta_chi2 = 2.0 * dot(&white, &view.residuals) - square;
-            worth(change.effect.law, delta_chi2) && delta_chi2 > HOPELESS * square
+            // Of a state that misses more than the element ever moved the line through another state says little.
+            let is_hopeless = square > state.fitted.squares && delta_chi2 <= HOPELESS * square;
+            worth(change.effect.law, delta_chi2) && !is_hopeless
         };
         let effects: Vec<&Effect> = self
             .missing_member_changes(state)?
@@ -150,22 +149,7 @@ impl DiagnosisProblem<'_> {
             warm_start: Some(WarmStart::Start),
             ..self.refit(&state.whitening)
         };
-        let near = refit.fit(&mut predictor, &start, true);
-        let is_good = |fitted: &FittedModel| fitted.squares < POOR * self.observations.len() as f64;
-        let fitted = if near.as_ref().is_some_and(is_good) {
-            near
-        } else {
-            // Parameters that stood in for the missing element may be too far from where they belong.
-            let known = self.baseline.parameters().iter();
-            let start = Model {
-                parameters: known.map(|parameter| parameter.start).collect(),
-                effects: start.effects,
-            };
-            let far = refit.fit(&mut predictor, &start, true);
-            let fits = near.into_iter().chain(far);
-            fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
-        };
-        let Some(fitted) = fitted else {
+        let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
             return Ok(None);
         };
         let delta_chi2 = state.fitted.squares - fitted.squares;
