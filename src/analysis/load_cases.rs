@@ -291,10 +291,14 @@ pub fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> 
         let name = match (effect.law.name, &effect.place) {
             ("joint-compliance", Place::Joint(joint)) => format!("joint.{joint}"),
             ("base-compliance", Place::Axis(axis)) => format!("base.r{axis}"),
+            ("joint-tilt-compliance", Place::AcrossJoint { joint, axis }) => {
+                format!("joint.{joint}.{axis}")
+            }
+            ("tool-compliance", Place::Tool(axis)) => format!("tool.{axis}"),
             _ => {
                 return ArgumentError::refuse(
                     format!("--effect {}", effect.compact()),
-                    "with load cases only springs can act: joint-compliance and base-compliance",
+                    "with load cases only springs can act: joint-compliance, joint-tilt-compliance, tool-compliance and base-compliance",
                     "leave it out; diagnose looks for other laws",
                 );
             }

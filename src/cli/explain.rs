@@ -2,11 +2,10 @@
 
 use clap::Args;
 
-use crate::elastostatics::SPRINGS_OF_LOAD_CASES;
 use crate::nearest::nearest;
 use crate::physics::Law;
 use crate::report::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
-use crate::shipped::{Explanation, error_explanations, spring_explanations, verdict_explanations};
+use crate::shipped::{Explanation, error_explanations, verdict_explanations};
 
 use super::failure::{CliError, EXIT_CODE_MEANINGS, Failure, exit_code_of};
 use super::outcome::Outcome;
@@ -46,7 +45,7 @@ fn list() -> TopicList {
     let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
     TopicList {
         errors: error_explanations().into_keys().collect(),
-        laws: owned([Law::names(), SPRINGS_OF_LOAD_CASES.to_vec()].concat()),
+        laws: owned(Law::names()),
         verdicts: verdict_explanations().into_keys().collect(),
     }
 }
@@ -59,9 +58,6 @@ fn topic(given: &str) -> Result<TopicReport, CliError> {
     }
     if let Some(found) = verdict_explanations().swap_remove(name) {
         return Ok(of_explanation(name, TopicKind::Verdict, None, found));
-    }
-    if let Some(found) = spring_explanations().swap_remove(name) {
-        return Ok(of_explanation(name, TopicKind::Law, None, found));
     }
     if let Some(topic) = of_exit_code(name) {
         return Ok(topic);

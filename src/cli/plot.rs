@@ -174,11 +174,13 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<NamedFigure, Fai
         ),
         None => resolved.robot.poses_or_nominal().swap_remove(0),
     };
-    let (robot, factors) = (&resolved.robot, &resolved.factors);
-    let physics = &resolved.physics;
+    let (robot, physics) = (&resolved.robot, &resolved.physics);
+    let factors = &physics.with_springs(&resolved.factors);
     let at_rest = |effect: &&Effect| {
         let kind = effect.law.place_kind;
-        !matches!(kind, PlaceKind::Joint | PlaceKind::Element)
+        let is_drawn = matches!(kind, PlaceKind::Joint | PlaceKind::Element)
+            || effect.spring_of_structure().is_some();
+        !is_drawn
     };
     let not_drawn = physics.effects.iter().filter(at_rest);
     warnings.extend(not_drawn.map(|effect| format!("{effect}: not drawn")));

@@ -326,7 +326,7 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         &physics.mechanism,
         &joints,
         theory,
-        &resolved.factors,
+        &physics.with_springs(&resolved.factors),
     )?;
     predictor.place(&pose)?;
     let fixed = match args.load {

@@ -93,7 +93,7 @@ impl<'a> ExportModel<'a> {
 
     fn pose_row(&self, (name, pose): (String, Pose)) -> Result<PoseRow, RobotError> {
         let (robot, physics) = (self.robot(), &self.resolved.physics);
-        let factors = &self.resolved.factors;
+        let factors = &physics.with_springs(&self.resolved.factors);
         let joints = physics.joints_under(robot, factors, &pose, [0.0; 3])?;
         let theory = Theory::EulerBernoulli;
         let mut predictor = Predictor::with(robot, &physics.mechanism, &joints, theory, factors)?;
@@ -197,7 +197,7 @@ impl<'a> ExportModel<'a> {
             &physics.mechanism,
             &joints,
             Theory::EulerBernoulli,
-            &self.resolved.factors,
+            &physics.with_springs(&self.resolved.factors),
         )?;
         model.place(pose)?;
         let hinge_of = |joint: usize| {

@@ -15,9 +15,6 @@ const ERRORS: [&str; 5] = [
 /// Explanations of verdicts; keys are their names in JSON.
 const VERDICTS: &str = include_str!("../../data/explanations/verdicts.toml");
 
-/// Explanations of springs that are no laws of the library; keys are their names in JSON.
-const SPRINGS: &str = include_str!("../../data/explanations/springs.toml");
-
 /// Cause, remedy and an example.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -42,12 +39,6 @@ pub fn verdict_explanations() -> IndexMap<String, Explanation> {
     parse(VERDICTS)
 }
 
-/// Explanations of springs that only load cases show, by their names in JSON.
-#[must_use]
-pub fn spring_explanations() -> IndexMap<String, Explanation> {
-    parse(SPRINGS)
-}
-
 /// A shipped file; that each of them can be read is tested.
 fn parse(text: &str) -> IndexMap<String, Explanation> {
     toml::from_str(text).unwrap_or_default()
@@ -60,7 +51,7 @@ mod tests {
     #[test]
     fn every_file_can_be_read_and_no_code_stands_twice() {
         let mut codes = Vec::new();
-        for text in ERRORS.into_iter().chain([VERDICTS, SPRINGS]) {
+        for text in ERRORS.into_iter().chain([VERDICTS]) {
             let read: IndexMap<String, Explanation> = toml::from_str(text).unwrap();
             assert!(!read.is_empty());
             codes.extend(read.into_keys());
@@ -76,7 +67,6 @@ mod tests {
         for (code, explanation) in error_explanations()
             .into_iter()
             .chain(verdict_explanations())
-            .chain(spring_explanations())
         {
             for text in [&explanation.cause, &explanation.remedy] {
                 assert!(text.ends_with('.'), "{code}: {text}");

@@ -5,9 +5,7 @@ mod instruments;
 mod procedures;
 mod robots;
 
-pub use explanations::{
-    Explanation, error_explanations, spring_explanations, verdict_explanations,
-};
+pub use explanations::{Explanation, error_explanations, verdict_explanations};
 pub use instruments::{
     RegistryError, ShippedInstrument, shipped_instrument, shipped_instruments, unknown_name,
 };

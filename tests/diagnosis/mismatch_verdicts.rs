@@ -22,7 +22,7 @@ const DRIFT: &str = "thermal-drift:rate=4.534891e-9m/s";
 type HiddenEffect = (&'static str, &'static str, &'static str, f64);
 
 /// All effects that can be hidden in the readings.
-const EFFECTS: [HiddenEffect; 17] = [
+const EFFECTS: [HiddenEffect; 19] = [
     (
         "joint-compliance",
         r#"{"joint":"S2"}"#,
@@ -114,6 +114,18 @@ const EFFECTS: [HiddenEffect; 17] = [
         r#"{"gauge":"displacement"}"#,
         "gauge-scale@displacement:scale=16.75135%",
         0.167_513_5,
+    ),
+    (
+        "joint-tilt-compliance",
+        r#"{"joint":"S2","axis":"y"}"#,
+        "joint-tilt-compliance@S2.y:c=0.8urad/(N*m)",
+        8e-7,
+    ),
+    (
+        "tool-compliance",
+        r#"{"tool":"z"}"#,
+        "tool-compliance@z:c=0.07um/N",
+        7e-8,
     ),
 ];
 
@@ -224,10 +236,10 @@ fn assert_named(table: &Table, law: &str, place: &Value, true_size: f64) {
 #[test]
 fn each_law_is_named_with_its_place_when_it_is_there() {
     let mistakes = file_mistakes();
-    // Every law but those that need another bench: a thermometer, a closed loop, several mechanisms.
+    // Every law but those that need another bench: a thermometer, a closed loop, several mechanisms, an end away from the tool's mount.
     assert_eq!(
         EFFECTS.len() + mistakes.len(),
-        Law::searched_on(TestObject::Robot).count() - 3
+        Law::searched_on(TestObject::Robot).count() - 4
     );
     for (seed, (law, place, effect, size)) in EFFECTS.into_iter().enumerate() {
         let place = serde_json::from_str(place).unwrap();

@@ -24,5 +24,6 @@ mod structure_edits;
 mod structure_errors;
 mod structure_opensees;
 mod structure_properties;
+mod structure_springs;
 mod structure_textbook;
 mod support;

@@ -113,7 +113,8 @@ impl EmulatedBench {
             .iter()
             .map(|name| robot.pose(name).cloned())
             .collect::<Result<_, _>>()?;
-        let mechanics = Mechanics::new(robot, &physics.mechanism, factors, &angles)?;
+        let factors = physics.with_springs(factors);
+        let mechanics = Mechanics::new(robot, &physics.mechanism, &factors, &angles)?;
         let poses = names.into_iter().enumerate();
         let poses = poses.map(|(place, name)| (name, mechanics.pose(place).clone()));
         let mut drift = LawSet::default();

@@ -129,7 +129,7 @@ impl<'a> VirtualBench<'a> {
         Ok(Self {
             robot,
             physics,
-            factors: factors.clone(),
+            factors: physics.with_springs(factors),
             noise,
             jack,
             keep_history: false,

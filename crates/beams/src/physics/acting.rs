@@ -1,8 +1,8 @@
 //! Effects at work in a mechanism.
 
 use crate::robot::{
-    FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Predictor, Robot, RobotError,
-    base_levers_between,
+    FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, Pose, Predictor, Robot,
+    RobotError, base_levers_between,
 };
 use crate::structure::Compliance6;
 
@@ -33,6 +33,7 @@ impl ActingPhysics {
         effects: Vec<Effect>,
     ) -> Result<Self, EffectError> {
         check_poses(robot, mechanism, &effects)?;
+        check_springs(robot, mechanism, &effects)?;
         let rest = without_elements(robot, mechanism, &effects)?;
         if rest != *mechanism && !carries(robot, &rest) {
             let loose = effects.iter().filter_map(|effect| match &effect.place {
@@ -56,6 +57,16 @@ impl ActingPhysics {
         })
     }
 
+    /// Values of all parameters with the springs that effects put into the structure.
+    #[must_use]
+    pub fn with_springs(&self, factors: &FittingFactors) -> FittingFactors {
+        let mut sprung = factors.clone();
+        for (spring, compliance) in self.effects.iter().filter_map(Effect::spring_of_structure) {
+            sprung.set(&spring, factors.get(&spring) + compliance);
+        }
+        sprung
+    }
+
     /// The joints as the effects leave them in a pose under a force at the end: laws that are not linear by their secant from the
     /// unloaded state.
     ///
@@ -76,6 +87,7 @@ impl ActingPhysics {
             return Ok(JointModel::Rigid);
         }
         let poses = std::slice::from_ref(pose);
+        let factors = &self.with_springs(factors);
         let mechanics = Mechanics::new(robot, &self.mechanism, factors, poses)?;
         let joints = self.mechanism.joints(robot);
         let secants = self.laws.secants_nm_per_rad(mechanics.pose(0), force_n);
@@ -135,6 +147,30 @@ fn check_poses(
             mechanism: mechanism.name.clone(),
             kind: "pose",
             known: known.collect(),
+        })
+    })
+}
+
+/// Springs of the structure must be in a joint of the mechanism, across its axis.
+fn check_springs(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    effects: &[Effect],
+) -> Result<(), EffectError> {
+    let all = ModelParameter::all(robot, mechanism);
+    let is_there = |effect: &&Effect| {
+        let spring = effect.spring_of_structure();
+        spring.is_none_or(|(spring, _)| all.contains(&spring))
+    };
+    let mut effects = effects.iter();
+    effects.find(|one| !is_there(one)).map_or(Ok(()), |effect| {
+        let across = all.iter().filter_map(|one| Effect::of_spring(one, 0.0));
+        let alike = across.filter(|other| other.law == effect.law);
+        Err(EffectError::Unknown {
+            place: effect.place.clone(),
+            mechanism: mechanism.name.clone(),
+            kind: "axis across a joint",
+            known: alike.map(|other| other.place.compact()).collect(),
         })
     })
 }

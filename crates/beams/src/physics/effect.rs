@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use crate::robot::{FittingFactors, ModelParameter};
 
-use super::action::LawAction;
 use super::law::Law;
+use super::laws;
 use super::place::Place;
 
 /// A law, where it acts, and its values in SI units, in the order of [`super::LawDefinition::parameters`].
@@ -148,26 +148,39 @@ pub enum EffectError {
 }
 
 impl Effect {
-    /// The springs that the values of a model name, as effects beside it.
+    /// The springs that the values of a model name, as effects beside it; those stay in the structure that turn or move no hinge of it.
     #[must_use]
     pub fn of_springs(values: &FittingFactors) -> Vec<Self> {
-        let law =
-            |acts: fn(&LawAction) -> bool| Law::ALL.iter().copied().find(|law| acts(&law.action));
-        let joint = |action: &LawAction| matches!(action, LawAction::Joint(law) if law.is_linear());
-        let effect = |spring: ModelParameter| {
-            let compliance = values.get(&spring);
-            let (law, place) = match spring {
-                ModelParameter::Joint(name) => (law(joint)?, Place::Joint(name.to_string())),
-                ModelParameter::Base(axis) => (
-                    law(|action| matches!(action, LawAction::Base))?,
-                    Place::Axis(axis.turn()?),
-                ),
-                _ => return None,
-            };
-            let values = vec![compliance];
-            (compliance > 0.0).then_some(Self { law, place, values })
+        let springs = values.springs().filter(ModelParameter::is_beside_structure);
+        let effects = springs.filter_map(|spring| Self::of_spring(&spring, values.get(&spring)));
+        effects.filter(|effect| effect.values[0] > 0.0).collect()
+    }
+
+    /// A spring of a model as an effect; `None` of one that no law describes.
+    #[must_use]
+    pub fn of_spring(spring: &ModelParameter, compliance: f64) -> Option<Self> {
+        let (law, place) = match spring {
+            ModelParameter::Joint(name) => (laws::JOINT_COMPLIANCE, Place::Joint(name.to_string())),
+            ModelParameter::JointAbout(name, axis) => {
+                let (joint, axis) = (name.to_string(), *axis);
+                let place = Place::AcrossJoint { joint, axis };
+                (laws::JOINT_TILT_COMPLIANCE, place)
+            }
+            ModelParameter::Base(axis) => (laws::BASE_COMPLIANCE, Place::Axis(axis.turn()?)),
+            ModelParameter::Tool(axis) if axis.turns() => {
+                (laws::TOOL_COMPLIANCE_ABOUT, Place::Tool(*axis))
+            }
+            ModelParameter::Tool(axis) => (laws::TOOL_COMPLIANCE_ALONG, Place::Tool(*axis)),
+            _ => return None,
         };
-        values.springs().filter_map(effect).collect()
+        let values = vec![compliance];
+        Some(Self { law, place, values })
+    }
+
+    /// The spring of a structure that it is, with its compliance; `None` of what acts beside the structure, or is no spring.
+    #[must_use]
+    pub fn spring_of_structure(&self) -> Option<(ModelParameter, f64)> {
+        Some((self.place.spring()?, *self.values.first()?))
     }
 
     /// The same as the simplest law that does it: of nested laws that without the last values, where these are zero.

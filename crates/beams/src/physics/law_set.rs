@@ -146,6 +146,8 @@ impl EffectScope {
             },
             Place::DisplacementGauge(Some(axis)) | Place::Clock(Some(axis)) => Self::Gauge(*axis),
             Place::Joint(_)
+            | Place::AcrossJoint { .. }
+            | Place::Tool(_)
             | Place::Axis(_)
             | Place::Element(_)
             | Place::ForceGauge
@@ -200,7 +202,7 @@ struct LoadsAndReading {
 }
 
 impl LawSet {
-    /// Resolves effects; loose members are not in it, they change the mechanism (see [`without_elements`]).
+    /// Resolves effects; loose members are not in it, they change the mechanism (see [`without_elements`]), nor are springs of the structure.
     ///
     /// # Errors
     /// [`EffectError::Unknown`] for a joint or element that the mechanism does not have.
@@ -242,7 +244,7 @@ impl LawSet {
         }
         if effect.law.is_missing_element() {
             without_element(robot, mechanism, effect)?;
-        } else if effect.law.changes_structure() {
+        } else if effect.spring_of_structure().is_none() && effect.law.changes_structure() {
             return Err(EffectError::OfTheFile {
                 law: effect.law,
                 place: effect.place.clone(),

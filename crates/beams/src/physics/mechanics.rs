@@ -175,10 +175,10 @@ impl<'a> Mechanics<'a> {
         let mut predictor = MultiPosePredictor::new(robot, mechanism, &all, poses.len())?;
         let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
         let rigid = factors.without_springs();
-        // Springs that no law describes are part of the structure under all laws.
+        // The other springs are part of the structure under all laws.
         let others = all
             .iter()
-            .filter(|spring| !spring.is_of_a_law() && !spring.is_factor());
+            .filter(|spring| !spring.is_beside_structure() && !spring.is_factor());
         let others: Vec<ModelParameter> = others.cloned().collect();
         let model =
             MechanismModel::with_parameters(robot, mechanism, &joints, theory, &rigid, &others)?;
@@ -366,7 +366,11 @@ impl<'a> Mechanics<'a> {
             twisting.bring_up_to_date(mechanism, structure)?;
             let solved = twisting.solver.rotation_influence_of(
                 twisting.hinged.structure(),
-                |joint| is_asked_for(joint) || self.sprung[joint],
+                // Behind the joints stand the springs of the structure.
+                |hinge| {
+                    let sprung = self.sprung.get(hinge);
+                    sprung.is_some_and(|sprung| *sprung || is_asked_for(hinge))
+                },
                 &mut posed.mechanics.influence,
             );
             solved.map_err(carries_nothing(mechanism))?;

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 
+use crate::robot::{ModelParameter, SpringAxis};
 use crate::structure::Property;
 
 use super::place_object::PlaceObject;
@@ -15,6 +16,12 @@ use super::place_object::PlaceObject;
 pub enum PlaceKind {
     /// A joint.
     Joint,
+    /// An axis of a joint's frame across the joint's own.
+    AcrossJoint,
+    /// An axis of the tool that it turns about.
+    ToolAbout,
+    /// An axis of the tool that it moves along.
+    ToolAlong,
     /// An axis through the first support.
     Axis,
     /// A direction of measurement.
@@ -47,7 +54,15 @@ impl PlaceKind {
     /// Whether an effect there is one of the robot, not of the bench: of gauges, their stand, the load's direction, time and repeats.
     #[must_use]
     pub fn is_of_robot(self) -> bool {
-        matches!(self, Self::Joint | Self::Axis | Self::Element)
+        matches!(
+            self,
+            Self::Joint
+                | Self::AcrossJoint
+                | Self::ToolAbout
+                | Self::ToolAlong
+                | Self::Axis
+                | Self::Element
+        )
     }
 
     /// What stands behind the `@` on the command line, as an example.
@@ -55,6 +70,9 @@ impl PlaceKind {
     pub fn example(self) -> &'static str {
         match self {
             Self::Joint => "@A3",
+            Self::AcrossJoint => "@A3.y",
+            Self::ToolAbout => "@rx",
+            Self::ToolAlong => "@x",
             Self::Axis => "@x",
             Self::Direction => "@y",
             Self::Toward => "@y>z",
@@ -76,6 +94,11 @@ impl PlaceKind {
     pub fn in_words(self) -> &'static str {
         match self {
             Self::Joint => "the name of a joint",
+            Self::AcrossJoint => {
+                "the name of a joint and, behind a point, an axis of its frame across its own"
+            }
+            Self::ToolAbout => "rx, ry or rz, about that axis of the tool",
+            Self::ToolAlong => "x, y or z, along that axis of the tool",
             Self::Axis => "an axis, x, y or z, through the first support",
             Self::Direction => "a direction, x, y or z",
             Self::Toward => "the direction of the load and, behind >, another axis",
@@ -114,6 +137,16 @@ impl PlaceKind {
         let name = (!text.is_empty()).then(|| text.to_owned());
         match self {
             Self::Joint => name.map(Place::Joint),
+            Self::AcrossJoint => {
+                let (joint, axis) = text.rsplit_once('.')?;
+                let axis = axis.parse().ok()?;
+                let joint = joint.to_owned();
+                (!joint.is_empty()).then_some(Place::AcrossJoint { joint, axis })
+            }
+            Self::ToolAbout | Self::ToolAlong => {
+                let place = Place::Tool(text.parse().ok()?);
+                (place.kind() == self).then_some(place)
+            }
             Self::Element => name.map(Place::Element),
             Self::Axis => text.parse().ok().map(Place::Axis),
             Self::Direction => text.parse().ok().map(Place::Direction),
@@ -203,6 +236,15 @@ fn gauge_behind(text: &str, mark: char) -> (&str, Option<Direction>) {
 pub enum Place {
     /// A joint of the robot, by name.
     Joint(String),
+    /// An axis of a joint's frame across the joint's own.
+    AcrossJoint {
+        /// The joint.
+        joint: String,
+        /// The axis of its frame; x is the joint's own.
+        axis: Direction,
+    },
+    /// The tool, along or about an axis of its frame.
+    Tool(SpringAxis),
     /// An axis through the first support.
     Axis(Direction),
     /// A direction of measurement.
@@ -273,6 +315,14 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Joint(joint) => write!(f, "joint {joint}"),
+            Self::AcrossJoint { joint, axis } => {
+                write!(f, "joint {joint}, about {axis} of its frame")
+            }
+            Self::Tool(axis) => {
+                let how = if axis.turns() { "about" } else { "along" };
+                let axis = Direction::ALL[axis.index() % 3];
+                write!(f, "the tool, {how} its {axis}")
+            }
             Self::Axis(axis) => write!(f, "the base, about {axis}"),
             Self::Direction(direction) => write!(f, "direction {direction}"),
             Self::Toward { direction, toward } => write!(f, "{direction} toward {toward}"),
@@ -327,6 +377,9 @@ impl Place {
     pub fn kind(&self) -> PlaceKind {
         match self {
             Self::Joint(_) => PlaceKind::Joint,
+            Self::AcrossJoint { .. } => PlaceKind::AcrossJoint,
+            Self::Tool(axis) if axis.turns() => PlaceKind::ToolAbout,
+            Self::Tool(_) => PlaceKind::ToolAlong,
             Self::Axis(_) => PlaceKind::Axis,
             Self::Direction(_) => PlaceKind::Direction,
             Self::Toward { .. } => PlaceKind::Toward,
@@ -340,6 +393,18 @@ impl Place {
             Self::JointAngle { .. } => PlaceKind::JointAngle,
             Self::Group { .. } => PlaceKind::Group,
             Self::Mechanism(_) => PlaceKind::Mechanism,
+        }
+    }
+
+    /// The spring of the structure there, if there is one.
+    #[must_use]
+    pub fn spring(&self) -> Option<ModelParameter> {
+        match self {
+            Self::AcrossJoint { joint, axis } => {
+                Some(ModelParameter::JointAbout(joint.as_str().into(), *axis))
+            }
+            Self::Tool(axis) => Some(ModelParameter::Tool(*axis)),
+            _ => None,
         }
     }
 
@@ -362,6 +427,8 @@ impl Place {
                 group,
                 property: Some(property),
             } => format!("{group}.{}", property.name()),
+            Self::AcrossJoint { joint, axis } => format!("{joint}.{axis}"),
+            Self::Tool(axis) => axis.to_string(),
             Self::Axis(axis) => axis.to_string(),
             Self::Direction(direction) => direction.to_string(),
             Self::Toward { direction, toward } => format!("{direction}>{toward}"),

@@ -19,6 +19,13 @@ pub(super) enum PlaceObject {
         #[serde(skip_serializing_if = "Option::is_none")]
         pose: Option<PoseId>,
     },
+    /// An axis of a joint's frame across the joint's own.
+    AcrossJoint { joint: String, axis: Direction },
+    /// The tool, along x, y, z or about rx, ry, rz of its frame.
+    Tool {
+        #[schemars(extend("enum" = ["x", "y", "z", "rx", "ry", "rz"]))]
+        tool: &'static str,
+    },
     /// An axis through the first support.
     Axis { axis: Direction },
     /// A direction of measurement.
@@ -86,6 +93,8 @@ impl From<Place> for PlaceObject {
         match place {
             Place::Joint(joint) => Self::Joint { joint, pose: None },
             Place::JointAngle { joint, pose } => Self::Joint { joint, pose },
+            Place::AcrossJoint { joint, axis } => Self::AcrossJoint { joint, axis },
+            Place::Tool(axis) => Self::Tool { tool: axis.name() },
             Place::Length { body, entry } => Self::Length { body, entry },
             Place::Group { group, property } => Self::Group {
                 group,

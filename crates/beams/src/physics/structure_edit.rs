@@ -1,4 +1,4 @@
-//! What a robot file may say wrongly, and the structure without that mistake.
+//! What a robot file may say wrongly or leave out, and the structure without that mistake.
 
 use crate::robot::{
     BodyPlace, ElementClass, FileLength, FittingFactors, Mechanism, ModelParameter, Pose, Robot,
@@ -14,7 +14,7 @@ use super::law::Law;
 use super::laws::{FACTOR_GROUP, JOINT_OFFSET, LINK_LENGTH, SECTION_ERROR};
 use super::place::Place;
 
-/// Entries of a robot file that may be wrong, for one mechanism.
+/// Entries of a robot file that may be wrong and springs that it may lack, for one mechanism.
 #[derive(Debug, Clone)]
 pub struct FileSuspects {
     lengths: Vec<FileLength>,
@@ -22,7 +22,7 @@ pub struct FileSuspects {
 }
 
 impl FileSuspects {
-    /// Lengths, angles of joints, sections and factors that a mechanism rests on.
+    /// Lengths, angles of joints, sections and factors that a mechanism rests on, and springs of its structure.
     ///
     /// # Arguments
     /// - `poses`: those in which one angle alone may be wrong.
@@ -52,6 +52,10 @@ impl FileSuspects {
         let mut places: Vec<(Law, Place)> = of_length.chain(of_joint).collect();
         places.extend(sections(robot, mechanism, free));
         places.extend(groups(robot, mechanism));
+        let all = ModelParameter::all(robot, mechanism).into_iter();
+        let springs = all.filter(|spring| !spring.is_beside_structure() && !free.contains(spring));
+        let springs = springs.filter_map(|spring| Effect::of_spring(&spring, 0.0));
+        places.extend(springs.map(|effect| (effect.law, effect.place)));
         Self { lengths, places }
     }
 
@@ -214,6 +218,8 @@ pub struct StructureEdit {
     angles: Vec<(usize, Option<PoseId>, f64)>,
     /// Groups of elements whose section constants are multiplied.
     scales: Vec<(ScaledElements, f64)>,
+    /// Springs, and what is added to the compliance of each.
+    springs: Vec<(ModelParameter, f64)>,
 }
 
 /// Elements whose section constants are scaled together.
@@ -240,6 +246,7 @@ impl StructureEdit {
             let Some(&value) = effect.values.first() else {
                 continue;
             };
+            edit.springs.extend(effect.spring_of_structure());
             let unknown = |kind, known: Vec<String>| EffectError::Unknown {
                 place: effect.place.clone(),
                 mechanism: mechanism.name.clone(),
@@ -299,6 +306,11 @@ impl StructureEdit {
         Ok(edit)
     }
 
+    /// Springs that are put into the structure.
+    pub fn springs(&self) -> impl Iterator<Item = &ModelParameter> {
+        self.springs.iter().map(|(spring, _)| spring)
+    }
+
     /// Whether lengths or angles change, not factors alone.
     #[must_use]
     pub fn changes_geometry(&self) -> bool {
@@ -337,10 +349,13 @@ impl StructureEdit {
         changed
     }
 
-    /// Factors with the errors of sections and groups.
+    /// Factors with the errors of sections and groups, and with springs.
     #[must_use]
     pub fn factors(&self, factors: &FittingFactors) -> FittingFactors {
         let mut changed = factors.clone();
+        for (spring, compliance) in &self.springs {
+            changed.set(spring, changed.get(spring) + compliance);
+        }
         for (elements, times) in &self.scales {
             let (target, property) = match elements {
                 ScaledElements::Section(name) => {

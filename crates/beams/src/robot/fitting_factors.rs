@@ -229,13 +229,13 @@ impl FittingFactors {
         }
     }
 
-    /// The same with rigid joints and a base that does not rock. Springs that no law describes stay: of joints across their axis and
+    /// The same with rigid joints and a base that does not rock. Those of the structure stay: of joints across their axis and
     /// along it, of the base along an axis, of the tool.
     #[must_use]
     pub fn without_springs(&self) -> Self {
         let mut rest = self.clone();
         for (spring, compliance) in &mut rest.springs {
-            if spring.is_of_a_law() {
+            if spring.is_beside_structure() {
                 *compliance = 0.0;
             }
         }

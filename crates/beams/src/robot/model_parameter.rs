@@ -201,9 +201,10 @@ impl ModelParameter {
         }
     }
 
-    /// Whether a law of physics describes this spring too: of a joint about its axis, or of the base about an axis.
+    /// Whether laws act on it beside the structure: of a joint about its axis, or of the base about an axis. Other springs are hinges of the
+    /// structure.
     #[must_use]
-    pub fn is_of_a_law(&self) -> bool {
+    pub fn is_beside_structure(&self) -> bool {
         match self {
             Self::Joint(_) => true,
             Self::Base(axis) => axis.turns(),

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::model_parameter::ModelParameter;
@@ -94,7 +95,7 @@ pub struct JointSprings {
 }
 
 /// One of six springs in series: along an axis, m/N, or about it, rad/(N·m).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, JsonSchema)]
 pub enum SpringAxis {
     /// Along x.
     X,

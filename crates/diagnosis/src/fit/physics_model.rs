@@ -58,7 +58,8 @@ impl<'a> PhysicsModel<'a> {
             readings: physics.readings(cell),
             slope: physics.slope(cell),
         });
-        let (mechanism, unit) = (&physics.acting.mechanism, FittingFactors::UNIT);
+        let mechanism = &physics.acting.mechanism;
+        let unit = physics.acting.with_springs(&FittingFactors::UNIT);
         let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, &unit, &poses)?;
         mechanics.solve_joints(|_| true)?;
         Ok(Self {
@@ -134,7 +135,8 @@ impl<'a> PhysicsModel<'a> {
     }
 
     fn stiffness(&mut self, factors: &FittingFactors, out: &mut [f64]) -> Result<(), FitError> {
-        self.mechanics.set_factors(factors)?;
+        self.mechanics
+            .set_factors(&self.physics.acting.with_springs(factors))?;
         for (place, stiffness) in out.iter_mut().enumerate() {
             let by_slope = self.predicted_slope(place)?;
             if self.cells[place].is_across() {
@@ -176,7 +178,8 @@ impl<'a> PhysicsModel<'a> {
         &mut self,
         factors: &FittingFactors,
     ) -> Result<Vec<(u32, f64)>, FitError> {
-        self.mechanics.set_factors(factors)?;
+        self.mechanics
+            .set_factors(&self.physics.acting.with_springs(factors))?;
         let mut displacements = Vec::new();
         for place in 0..self.cells.len() {
             self.predict(place)?;

@@ -76,7 +76,7 @@ pub trait Baseline: Sync {
         Vec::new()
     }
 
-    /// What entries of the robot file that may be wrong would change, about fitted values.
+    /// What springs that are not free and entries of the robot file that may be wrong would change, about fitted values.
     ///
     /// # Errors
     /// [`MismatchError::Robot`] if a pose cannot be solved.
@@ -105,7 +105,7 @@ pub struct ElementCompliance {
     pub gradient_m_per_n: Vec<[[f64; 3]; 4]>,
 }
 
-/// What an entry of the robot file would change if it were wrong, to the first order.
+/// What an entry of the robot file would change if it were wrong, to the first order, or what a spring changes that it lacks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureColumn {
     /// The law.
@@ -114,6 +114,9 @@ pub struct StructureColumn {
     pub place: Place,
     /// For each pose the change of the compliance for each unit of the law's value, m/N.
     pub compliance_m_per_n: Vec<[[f64; 3]; 3]>,
+    /// Of a spring for each pose the stiffness that a closed loop sets against it, N·m/rad or N/m: a compliance c counts as c/(1 + c k).
+    /// Empty of other entries.
+    pub loop_stiffness: Vec<f64>,
 }
 
 /// Solves all poses for values of the baseline's parameters.

@@ -4,6 +4,7 @@ use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::Direction;
 
+use super::baseline::StructureColumn;
 use super::changes::LinearisedModel;
 use super::observations::{Observations, ObservedRun, ReadingClock};
 use crate::parameters::bears_no_load;
@@ -102,9 +103,18 @@ impl PlaceScales {
                     with(Place::Joint(name.clone()), scale)
                 };
                 let mut found: Vec<(Place, PlaceScale)> = joints.filter_map(of_joint).collect();
-                let compliances = found.iter().map(|(_, scale)| scale.compliance);
-                let least = compliances.fold(f64::INFINITY, f64::min);
-                found.retain(|(_, scale)| !bears_no_load(scale.compliance, least));
+                retain_loaded(&mut found);
+                found
+            }
+            PlaceKind::AcrossJoint | PlaceKind::ToolAbout | PlaceKind::ToolAlong => {
+                let columns = linearised.columns.iter();
+                let here = columns.filter(|column| column.place.kind() == kind);
+                let of_column = |column: &StructureColumn| {
+                    let scale = spring_scale(&session, observations, linearised, column);
+                    with(column.place.clone(), scale)
+                };
+                let mut found: Vec<(Place, PlaceScale)> = here.filter_map(of_column).collect();
+                retain_loaded(&mut found);
                 found
             }
             PlaceKind::Axis => {
@@ -162,8 +172,11 @@ impl PlaceScales {
 }
 
 /// Kinds of places, in the order in which they are searched.
-const KINDS: [PlaceKind; 13] = [
+const KINDS: [PlaceKind; 16] = [
     PlaceKind::Joint,
+    PlaceKind::AcrossJoint,
+    PlaceKind::ToolAbout,
+    PlaceKind::ToolAlong,
     PlaceKind::Axis,
     PlaceKind::Direction,
     PlaceKind::Toward,
@@ -293,6 +306,36 @@ fn joint_scale(
         loop_nm_per_rad: if is_open { 0.0 } else { stiffness.abs() },
         ..*session
     })
+}
+
+/// A spring of the structure as the loads of a session see it; `None` if they do not act on it.
+fn spring_scale(
+    session: &PlaceScale,
+    observations: &Observations,
+    poses: &LinearisedModel,
+    column: &StructureColumn,
+) -> Option<PlaceScale> {
+    let shares = observations.cells.iter().map(|cell| {
+        let load = cell.load.unit_vector();
+        let along = |matrix: &[[f64; 3]; 3]| dot(load, matrix.map(|row| dot(row, load)));
+        let whole = &poses.poses[cell.pose].influence.compliance_m_per_n;
+        let share = along(&column.compliance_m_per_n[cell.pose]) / along(whole);
+        (share, column.loop_stiffness[cell.pose])
+    });
+    let (share, stiffness) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let is_open = share > OPEN_LOOP * stiffness;
+    (share > 0.0).then(|| PlaceScale {
+        compliance: 1.0 / share,
+        loop_nm_per_rad: if is_open { 0.0 } else { stiffness },
+        ..*session
+    })
+}
+
+/// Leaves out places on which the loads hardly act beside the others.
+fn retain_loaded(places: &mut Vec<(Place, PlaceScale)>) {
+    let compliances = places.iter().map(|(_, scale)| scale.compliance);
+    let least = compliances.fold(f64::INFINITY, f64::min);
+    places.retain(|(_, scale)| !bears_no_load(scale.compliance, least));
 }
 
 /// A base that rocks about an axis; `None` if the loads do not rock it.

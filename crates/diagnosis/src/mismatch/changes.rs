@@ -52,14 +52,18 @@ impl LinearisedModel {
         Some(law_set(&self.joints, effects.iter().copied())?.0)
     }
 
-    /// The structure with a mistake of the robot file put right, to the first order; `None` for a mistake that is not known.
+    /// The structure with a mistake of the robot file put right, to the first order, or with a spring that it lacks; `None` for what is not
+    /// known.
     fn with_mistake(&self, effect: &Effect) -> Option<Self> {
         let mut columns = self.columns.iter();
         let column =
             columns.find(|column| column.law == effect.law && column.place == effect.place)?;
         let size = *effect.values.first()?;
         let mut changed = self.clone();
-        for (pose, change) in changed.poses.iter_mut().zip(&column.compliance_m_per_n) {
+        let poses = changed.poses.iter_mut().zip(&column.compliance_m_per_n);
+        for (index, (pose, change)) in poses.enumerate() {
+            let stiffness = column.loop_stiffness.get(index).copied().unwrap_or(0.0);
+            let size = size / (1.0 + size * stiffness);
             let rows = pose.influence.compliance_m_per_n.iter_mut().zip(change);
             for (compliance, change) in rows.flat_map(|(row, change)| row.iter_mut().zip(change)) {
                 *compliance += size * change;

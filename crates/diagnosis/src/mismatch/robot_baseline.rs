@@ -19,7 +19,7 @@ use super::baseline::{
     Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn,
 };
 use super::error::MismatchError;
-use super::robot_solver::{RobotSolver, structure_columns};
+use super::robot_solver::{RobotSolver, file_columns, spring_columns};
 
 /// Half the width, in standard deviations, of the range that bounds leave to a factor: uniform over ± ln 10.
 const PRIOR_WIDTHS: f64 = 1.732_050_807_568_877_2;
@@ -79,6 +79,12 @@ pub(super) struct BaselineValues {
 }
 
 impl BaselineValues {
+    /// What derivatives to each free parameter are multiplied by.
+    pub(super) fn units(&self) -> Vec<f64> {
+        let units = self.springs_rad_per_nm.iter();
+        units.map(|unit| unit.unwrap_or(1.0)).collect()
+    }
+
     /// Takes fitted values.
     pub(super) fn set(&mut self, fitted: &[f64]) {
         let free = self.free.iter().zip(&self.springs_rad_per_nm);
@@ -157,13 +163,11 @@ impl<'a> RobotBaseline<'a> {
                 mechanisms.push((VariantKey { mechanism, loose }, rest));
             }
         }
-        let mut springs = FittingFactors::UNIT;
-        for chosen in free.iter().filter(|chosen| !chosen.parameter.is_factor()) {
-            springs.set(&chosen.parameter, 1.0);
-        }
         Ok(Self {
             robot,
-            springs: Effect::of_springs(&springs),
+            springs: (free.iter())
+                .filter_map(|chosen| Effect::of_spring(&chosen.parameter, 1.0))
+                .collect(),
             mechanisms,
             values,
             poses,
@@ -194,6 +198,11 @@ impl<'a> RobotBaseline<'a> {
                 self.mechanisms.push((key, other.clone()));
             }
         }
+    }
+
+    /// The mechanism of the session.
+    pub(super) fn mechanism(&self) -> &Mechanism {
+        &self.mechanisms[0].1
     }
 
     /// Entries of the robot file that may be wrong.
@@ -324,8 +333,7 @@ impl Baseline for RobotBaseline<'_> {
         let (values, poses) = (&self.values, &self.poses);
         let mut mechanics =
             Mechanics::rigid_with(self.robot, mechanism, &values.free, &values.at, poses)?;
-        let units = values.springs_rad_per_nm.iter();
-        mechanics.differentiate_in(units.map(|unit| unit.unwrap_or(1.0)).collect());
+        mechanics.differentiate_in(values.units());
         Ok(Box::new(RobotSolver::new(self, mechanism, mechanics)))
     }
 
@@ -381,10 +389,11 @@ impl Baseline for RobotBaseline<'_> {
     }
 
     fn structure_columns(&self, parameters: &[f64]) -> Result<Vec<StructureColumn>, MismatchError> {
-        if !self.suspects_file {
-            return Ok(Vec::new());
+        let mut columns = spring_columns(self, parameters)?;
+        if self.suspects_file {
+            columns.extend(file_columns(self, parameters)?);
         }
-        structure_columns(self, parameters)
+        Ok(columns)
     }
 
     fn elements(&self, parameters: &[f64]) -> Result<Vec<ElementCompliance>, MismatchError> {

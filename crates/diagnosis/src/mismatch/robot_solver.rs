@@ -3,13 +3,16 @@
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{
-    Effect, Law, Mechanics, Place, PlaceScale, PoseMechanics, StructureEdit,
+    Effect, Law, Mechanics, Place, PlaceScale, PoseMechanics, StructureEdit, VISIBLE_SHARE,
 };
-use stiffbench_beams::robot::{FittingFactors, Mechanism, Pose};
+use stiffbench_beams::robot::{
+    FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, Pose, Predictor, Theory,
+};
 
 use super::baseline::{Baseline, PoseSolver, StructureColumn};
 use super::error::MismatchError;
 use super::robot_baseline::{BaselineValues, RobotBaseline};
+use crate::parameters::bears_no_load;
 
 /// One thread's solver of a robot.
 pub(super) struct RobotSolver<'a> {
@@ -25,6 +28,8 @@ pub(super) struct RobotSolver<'a> {
     /// Effects that make another structure, and what they change.
     effects: Vec<Effect>,
     edit: StructureEdit,
+    /// The robot with springs that its file lacks, and these.
+    sprung: Option<(Vec<ModelParameter>, Mechanics<'a>)>,
     /// All poses of a robot with other lengths or angles.
     changed: Option<Vec<PoseMechanics>>,
 }
@@ -72,6 +77,7 @@ impl<'a> RobotSolver<'a> {
             is_across: false,
             effects: Vec::new(),
             edit: StructureEdit::default(),
+            sprung: None,
             changed: None,
         }
     }
@@ -95,17 +101,47 @@ impl<'a> RobotSolver<'a> {
             self.changed = Some(self.poses_of_changed(&factors, &wanted)?);
         } else {
             self.changed = None;
+            let mechanics = match &mut self.sprung {
+                Some((_, sprung)) => sprung,
+                None => &mut self.mechanics,
+            };
             if is_new {
-                self.mechanics.set_factors_rigid(&factors)?;
+                mechanics.set_factors_rigid(&factors)?;
             }
             if wanted != JointsSolved::None {
-                self.mechanics
-                    .solve_joints(|joint| wanted.contains(joint))?;
+                mechanics.solve_joints(|joint| wanted.contains(joint))?;
             }
         }
         self.joints = wanted;
         if is_new {
             self.solved.extend_from_slice(parameters);
+        }
+        Ok(())
+    }
+
+    /// Lays out the robot with the springs that effects put into it, where they are others than before.
+    fn lay_out_springs(&mut self) -> Result<(), MismatchError> {
+        let known = self.sprung.as_ref().map_or(&[][..], |(known, _)| known);
+        if self.edit.springs().eq(known) {
+            return Ok(());
+        }
+        self.sprung = None;
+        let springs: Vec<ModelParameter> = self.edit.springs().cloned().collect();
+        if !springs.is_empty() {
+            let (baseline, values) = (self.baseline, &self.values);
+            let factors = self.edit.factors(&values.at);
+            let mut sprung = Mechanics::rigid_with(
+                baseline.robot,
+                self.mechanism,
+                &values.free,
+                &factors,
+                &baseline.poses,
+            )?;
+            sprung.differentiate_in(values.units());
+            if self.is_across {
+                sprung.differentiate_across()?;
+            }
+            self.sprung = Some((springs, sprung));
         }
         Ok(())
     }
@@ -128,9 +164,8 @@ impl<'a> RobotSolver<'a> {
         let poses: Vec<Pose> = poses.collect();
         let free = &self.values.free;
         let mut mechanics = Mechanics::rigid_with(&robot, self.mechanism, free, factors, &poses)?;
-        let units = self.values.springs_rad_per_nm.iter();
-        if units.clone().any(Option::is_some) {
-            mechanics.differentiate_in(units.map(|unit| unit.unwrap_or(1.0)).collect());
+        if self.values.springs_rad_per_nm.iter().any(Option::is_some) {
+            mechanics.differentiate_in(self.values.units());
             mechanics.set_factors_rigid(factors)?;
         }
         if self.is_across {
@@ -168,11 +203,14 @@ impl PoseSolver for RobotSolver<'_> {
                 &self.effects,
             )?
         };
-        Ok(())
+        self.lay_out_springs()
     }
 
     fn differentiate_across(&mut self) -> Result<(), MismatchError> {
         self.is_across = true;
+        if let Some((_, sprung)) = &mut self.sprung {
+            sprung.differentiate_across()?;
+        }
         Ok(self.mechanics.differentiate_across()?)
     }
 
@@ -189,9 +227,10 @@ impl PoseSolver for RobotSolver<'_> {
     }
 
     fn pose(&self, pose: usize) -> &PoseMechanics {
-        match &self.changed {
-            Some(changed) => &changed[pose],
-            None => self.mechanics.pose(pose),
+        match (&self.changed, &self.sprung) {
+            (Some(changed), _) => &changed[pose],
+            (None, Some((_, sprung))) => sprung.pose(pose),
+            (None, None) => self.mechanics.pose(pose),
         }
     }
 
@@ -202,7 +241,7 @@ impl PoseSolver for RobotSolver<'_> {
 
 /// What each suspected entry of the robot file would change, by a difference over the value of its first shape; those that leave no
 /// structure are passed over.
-pub(super) fn structure_columns(
+pub(super) fn file_columns(
     baseline: &RobotBaseline<'_>,
     parameters: &[f64],
 ) -> Result<Vec<StructureColumn>, MismatchError> {
@@ -229,13 +268,143 @@ pub(super) fn structure_columns(
             law: effect.law,
             place: effect.place,
             compliance_m_per_n: change.collect(),
+            loop_stiffness: Vec::new(),
         })
     };
-    let places = baseline.suspects().places().par_iter();
+    let all = baseline.suspects().places();
+    let places = all.par_iter().filter(|(_, place)| place.spring().is_none());
     let columns = places.map_init(
         || baseline.solver(0).ok(),
         |solver, (law, place)| column(&mut **solver.as_mut()?, *law, place.clone()),
     );
     let columns: Vec<Option<StructureColumn>> = columns.collect();
     Ok(columns.into_iter().flatten().collect())
+}
+
+/// What each spring that the robot file lacks would change.
+pub(super) fn spring_columns(
+    baseline: &RobotBaseline<'_>,
+    parameters: &[f64],
+) -> Result<Vec<StructureColumn>, MismatchError> {
+    let places = baseline.suspects().places().iter();
+    let mut found: Vec<(ModelParameter, StructureColumn)> = places
+        .filter_map(|(law, place)| {
+            let column = StructureColumn {
+                law: *law,
+                place: place.clone(),
+                compliance_m_per_n: Vec::with_capacity(baseline.poses.len()),
+                loop_stiffness: Vec::with_capacity(baseline.poses.len()),
+            };
+            Some((place.spring()?, column))
+        })
+        .collect();
+    let springs: Vec<ModelParameter> = found.iter().map(|(spring, _)| spring.clone()).collect();
+    let factors = baseline.factors(parameters);
+    let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+    let (robot, mechanism) = (baseline.robot, baseline.mechanism());
+    let model =
+        MechanismModel::with_parameters(robot, mechanism, &joints, theory, &factors, &springs)?;
+    let mut predictor = Predictor::of(model)?;
+    let mut rigid = Vec::with_capacity(baseline.poses.len());
+    for pose in &baseline.poses {
+        predictor.place(pose)?;
+        // The derivatives are those of the compliance solved last.
+        rigid.push(predictor.compliance());
+        let derivatives = predictor.compliance_derivatives(&springs);
+        for ((_, column), derivative) in found.iter_mut().zip(derivatives) {
+            let rows = std::array::from_fn(|i| std::array::from_fn(|j| derivative.0[i][j]));
+            column.compliance_m_per_n.push(rows);
+        }
+    }
+    for (spring, column) in &mut found {
+        let poses = rigid.iter().zip(&column.compliance_m_per_n);
+        let shares =
+            poses.flat_map(|(c, slope)| (0..3).map(|axis| slope[axis][axis] / c.0[axis][axis]));
+        let share = shares.fold(0.0, f64::max);
+        // A hinge is one freedom: how much a finite compliance falls short of its slope is its loop.
+        if share <= 0.0 || bears_no_load(share.recip(), f64::INFINITY) {
+            column.loop_stiffness.resize(rigid.len(), 0.0);
+            continue;
+        }
+        let compliance = VISIBLE_SHARE / share;
+        let mut sprung = factors.clone();
+        sprung.set(spring, factors.get(spring) + compliance);
+        predictor.prepare(&sprung);
+        let poses = baseline
+            .poses
+            .iter()
+            .zip(&rigid)
+            .zip(&column.compliance_m_per_n);
+        for ((pose, rigid), slope) in poses {
+            predictor.place(pose)?;
+            let whole = predictor.compliance();
+            let along = |axis: &usize| slope[*axis][*axis];
+            let best = (0..3).max_by(|a, b| along(a).total_cmp(&along(b)));
+            let axis = best.unwrap_or_default();
+            let full = compliance * along(&axis);
+            let change = whole.0[axis][axis] - rigid.0[axis][axis];
+            let stiffness = (full / change - 1.0) / compliance;
+            column.loop_stiffness.push(stiffness.max(0.0));
+        }
+        predictor.prepare(&factors);
+    }
+    Ok(found.into_iter().map(|(_, column)| column).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use stiffbench_beams::robot::Robot;
+    use stiffbench_test_files::shipped_robot;
+
+    use super::*;
+    use crate::parameters::ParameterChoice;
+
+    /// A column with its loop is the structure with the spring in it, of any compliance: a hinge is one freedom.
+    #[test]
+    fn a_spring_changes_the_structure_as_its_column_says() {
+        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let mechanism = robot.mechanism(Some("C")).unwrap();
+        let poses: Vec<Pose> = robot.poses.iter().map(|one| one.pose.clone()).collect();
+        let (_, factors) = robot.default_factors();
+        let choice = ParameterChoice::default();
+        let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, &choice).unwrap();
+        let start: Vec<f64> = baseline.parameters().iter().map(|one| one.start).collect();
+        let columns = spring_columns(&baseline, &start).unwrap();
+        let in_loops = columns.iter().filter(|one| one.loop_stiffness[0] > 1.0);
+        assert!(in_loops.count() > 10 && columns.len() > 20);
+        let mut solver = baseline.solver(0).unwrap();
+        let compliances = |solver: &dyn PoseSolver| -> Vec<[[f64; 3]; 3]> {
+            let poses = 0..baseline.poses.len();
+            poses
+                .map(|pose| solver.pose(pose).influence.compliance_m_per_n)
+                .collect()
+        };
+        solver.solve_for(&start, &[]).unwrap();
+        let rigid = compliances(&*solver);
+        for column in columns {
+            for compliance in [1e-6, 1e-4, 1e-2] {
+                let effect = Effect {
+                    law: column.law,
+                    place: column.place.clone(),
+                    values: vec![compliance],
+                };
+                solver.set_structure(&[effect]).unwrap();
+                solver.solve_for(&start, &[]).unwrap();
+                let whole = compliances(&*solver);
+                for (pose, whole) in whole.iter().enumerate() {
+                    let size = compliance / (1.0 + compliance * column.loop_stiffness[pose]);
+                    for i in 0..3 {
+                        let found =
+                            rigid[pose][i][i] + size * column.compliance_m_per_n[pose][i][i];
+                        assert!(
+                            (found / whole[i][i] - 1.0).abs() < 1e-5,
+                            "{}, {compliance}, pose {pose}: {found:e} {:e}",
+                            column.place,
+                            whole[i][i]
+                        );
+                    }
+                }
+            }
+        }
+    }
 }

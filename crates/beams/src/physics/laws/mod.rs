@@ -5,8 +5,8 @@
 
 use super::law::Law;
 
-/// Declares the files, the list of laws in their order, and a name for each; a second name where a part without a robot file shows another face
-/// of the law.
+/// Declares the files, the list of laws in their order, and a name for each; a second name where a file holds the same law for another kind of place,
+/// or as a part without a robot file shows it.
 macro_rules! library {
     ($($file:ident $law:ident $($other:ident)?,)*) => {
         $(mod $file;)*
@@ -18,7 +18,7 @@ macro_rules! library {
             #[doc = concat!("The law of `laws/", stringify!($file), ".rs`.")]
             pub const $law: Law = Law(&$file::LAW);
             $(
-                #[doc = concat!("The face of the law of `laws/", stringify!($file), ".rs` that a part without a robot file shows.")]
+                #[doc = concat!("The other law of `laws/", stringify!($file), ".rs`.")]
                 pub const $other: Law = Law(&$file::DUAL);
             )?
         )*
@@ -30,6 +30,8 @@ library! {
     joint_backlash JOINT_BACKLASH BACKLASH_DUAL,
     joint_friction JOINT_FRICTION,
     joint_nonlinearity JOINT_NONLINEARITY,
+    joint_tilt_compliance JOINT_TILT_COMPLIANCE,
+    tool_compliance TOOL_COMPLIANCE_ABOUT TOOL_COMPLIANCE_ALONG,
     base_compliance BASE_COMPLIANCE,
     gauge_stand_compliance GAUGE_STAND_COMPLIANCE,
     load_misalignment LOAD_MISALIGNMENT,

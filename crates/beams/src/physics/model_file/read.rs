@@ -286,6 +286,20 @@ fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
             table.only(&["joint"])?;
             name("joint").map(Place::Joint)
         }
+        PlaceKind::AcrossJoint => {
+            table.only(&["joint", "axis"])?;
+            let (joint, axis) = (name("joint")?, direction("axis")?);
+            Ok(Place::AcrossJoint { joint, axis })
+        }
+        PlaceKind::ToolAbout | PlaceKind::ToolAlong => {
+            table.only(&["tool"])?;
+            let there = law.place_kind.read(&name("tool")?);
+            there.ok_or_else(|| {
+                table.require("tool").map_or_else(Into::into, |value| {
+                    value.wrong(law.place_kind.in_words()).into()
+                })
+            })
+        }
         PlaceKind::Element => {
             table.only(&["element"])?;
             name("element").map(Place::Element)

@@ -266,6 +266,14 @@ fn a_place(kind: PlaceKind) -> BoxedStrategy<Place> {
     let direction = || prop::sample::select(Direction::ALL.to_vec());
     match kind {
         PlaceKind::Joint => ".{1,12}".prop_map(Place::Joint).boxed(),
+        PlaceKind::AcrossJoint => (".{1,12}", direction())
+            .prop_map(|(joint, axis)| Place::AcrossJoint { joint, axis })
+            .boxed(),
+        PlaceKind::ToolAbout | PlaceKind::ToolAlong => {
+            let own = SpringAxis::ALL.into_iter().map(Place::Tool);
+            let own = own.filter(|place| place.kind() == kind);
+            prop::sample::select(own.collect::<Vec<_>>()).boxed()
+        }
         PlaceKind::Element => ".{1,12}".prop_map(Place::Element).boxed(),
         PlaceKind::Axis => direction().prop_map(Place::Axis).boxed(),
         PlaceKind::Direction => direction().prop_map(Place::Direction).boxed(),

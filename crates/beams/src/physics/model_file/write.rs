@@ -96,6 +96,10 @@ impl std::fmt::Display for ParameterUncertainty {
 fn place(place: &Place) -> String {
     match place {
         Place::Joint(name) => format!("{{ joint = {} }}", quoted(name)),
+        Place::AcrossJoint { joint, axis } => {
+            format!("{{ joint = {}, axis = \"{axis}\" }}", quoted(joint))
+        }
+        Place::Tool(axis) => format!("{{ tool = \"{axis}\" }}"),
         Place::Axis(axis) => format!("{{ axis = \"{axis}\" }}"),
         Place::Direction(direction) => format!("{{ direction = \"{direction}\" }}"),
         Place::Toward { direction, toward } => {

@@ -114,6 +114,7 @@ impl<'a> MapModel<'a> {
         load_n: Option<f64>,
     ) -> Result<Self, NoMap> {
         let mechanism = &physics.mechanism;
+        let factors = &physics.with_springs(factors);
         let crooked = physics
             .effects
             .iter()

@@ -1,7 +1,7 @@
 //! What may act beside the parameters of a fit: one column each, as long as the rows.
 
-use stiffbench_beams::physics::{Law, TestObject, laws};
-use stiffbench_beams::robot::{ModelParameter, SpringAxis};
+use stiffbench_beams::physics::{Effect, Law, Place, TestObject, laws};
+use stiffbench_beams::robot::ModelParameter;
 use stiffbench_beams::structure::Compliance6;
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -43,15 +43,6 @@ impl CandidateKind {
         )
     }
 }
-
-/// Springs that loads along several axes at once show, and only fits of load cases free: no laws of the library.
-pub const SPRINGS_OF_LOAD_CASES: [&str; 2] = [JOINT_TILT, TOOL_SPRING];
-
-/// A spring of a joint across its axis.
-const JOINT_TILT: &str = "joint-tilt-compliance";
-
-/// A spring between the last link and the end.
-const TOOL_SPRING: &str = "tool-compliance";
 
 /// Largest angle by which gauges or their axes may lean, rad: three degrees show to the eye.
 const LARGEST_LEAN: f64 = 0.05;
@@ -305,33 +296,31 @@ pub(super) fn not_tested(
 /// Kind, law and place in words of a parameter that is not free.
 fn describe(parameter: &ModelParameter) -> (CandidateKind, &'static str, String) {
     use CandidateKind::{AcrossJoint, Base, Factor, JointSpring, Tool};
-    let about = |axis: &SpringAxis| if axis.turns() { "about" } else { "along" };
-    let letter = |axis: &SpringAxis| axis.name().trim_start_matches('r');
+    let kind = match parameter {
+        ModelParameter::Joint(_) | ModelParameter::JointAlong(_) => JointSpring,
+        ModelParameter::JointAbout(..) => AcrossJoint,
+        ModelParameter::Base(_) => Base,
+        ModelParameter::Tool(_) => Tool,
+        ModelParameter::Class(..) | ModelParameter::Section(..) | ModelParameter::Group(..) => {
+            Factor
+        }
+    };
+    if let Some(effect) = Effect::of_spring(parameter, 0.0) {
+        return (kind, effect.law.name, effect.place.to_string());
+    }
     match parameter {
-        ModelParameter::Joint(joint) | ModelParameter::JointAlong(joint) => (
-            JointSpring,
-            laws::JOINT_COMPLIANCE.name,
-            format!("joint {joint}"),
-        ),
-        ModelParameter::JointAbout(joint, axis) => (
-            AcrossJoint,
-            JOINT_TILT,
-            format!("joint {joint}, about {axis} of its frame"),
-        ),
-        ModelParameter::Base(axis) => (
-            Base,
-            laws::BASE_COMPLIANCE.name,
-            format!("the base, {} {}", about(axis), letter(axis)),
-        ),
-        ModelParameter::Tool(axis) => (
-            Tool,
-            TOOL_SPRING,
-            format!("the tool, {} its {}", about(axis), letter(axis)),
-        ),
-        ModelParameter::Class(..) | ModelParameter::Section(..) | ModelParameter::Group(..) => (
-            Factor,
+        ModelParameter::JointAlong(joint) => {
+            let place = Place::Joint(joint.to_string());
+            (kind, laws::JOINT_COMPLIANCE.name, place.to_string())
+        }
+        ModelParameter::Base(axis) => {
+            let place = format!("the base, along {axis}");
+            (kind, laws::BASE_COMPLIANCE.name, place)
+        }
+        other => (
+            kind,
             laws::SECTION_ERROR.name,
-            format!("the sections, {parameter}"),
+            format!("the sections, {other}"),
         ),
     }
 }

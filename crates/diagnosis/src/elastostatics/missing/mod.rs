@@ -17,7 +17,7 @@ mod unexplained;
 mod wrong_factor;
 
 pub use bad_values::{BadLoadCaseValue, bad_load_case_values};
-pub use candidates::{CandidateKind, SPRINGS_OF_LOAD_CASES};
+pub use candidates::CandidateKind;
 pub use find::diagnose_load_cases;
 pub use outcome::{
     ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,

@@ -1,0 +1,60 @@
+//! A joint gives way about an axis across its own: its bearing tilts.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::LawAction;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "joint-tilt-compliance",
+    row: "joint-tilt-compliance",
+    kind: LawKind::Physics,
+    equation: "the second body of the joint turns about the axis of its frame by c times the moment there",
+    place_kind: PlaceKind::AcrossJoint,
+    parameters: &[ParameterSpec {
+        name: "c",
+        word: "compliance",
+        dimension: Dimension::RotationalCompliance,
+        sign: SignConstraint::Positive,
+        plausible: PlausibleRange {
+            bounds: |scale, _| scale.plausible_compliance(),
+            reason: "up to ten times what the whole robot gives: a bearing softer than that is seen to tilt",
+        },
+        typical: Typical {
+            value: |_| 1e-14,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: LawAction::Structure,
+    search: SearchSpec {
+        shapes: PlaceScale::compliances,
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        is_sharp: false,
+        on: SearchedOn::ROBOTS,
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |at, _| format!("tilt compliance of {at}"),
+        heading: |place| format!("tilt compliance, {place}"),
+        explanation: "The joint gives way about an axis across its own: its bearing tilts under the moment there.",
+    },
+    check: Some(Check {
+        rank: 1,
+        text: |place| {
+            format!(
+                "set two dial gauges on the bodies of the joint, a known distance apart, and read the tilt between them under the largest load ({place})"
+            )
+        },
+        minutes: 25.0,
+    }),
+};

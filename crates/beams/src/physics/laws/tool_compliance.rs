@@ -1,0 +1,82 @@
+//! What stands between the last link and the end gives way.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::LawAction;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, LawKind, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn};
+
+/// About an axis.
+pub(super) static LAW: LawDefinition = LawDefinition {
+    row: "tool-compliance (about)",
+    equation: "the tool turns about an axis of its frame, at its mount, by c times the moment there",
+    place_kind: PlaceKind::ToolAbout,
+    parameters: &[compliance(Dimension::RotationalCompliance)],
+    ..OF_THE_TOOL
+};
+
+/// Along an axis.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "tool-compliance (along)",
+    equation: "the tool moves along an axis of its frame by c times the force there",
+    place_kind: PlaceKind::ToolAlong,
+    parameters: &[compliance(Dimension::Compliance)],
+    ..OF_THE_TOOL
+};
+
+const fn compliance(dimension: Dimension) -> ParameterSpec {
+    ParameterSpec {
+        name: "c",
+        word: "compliance",
+        dimension,
+        sign: SignConstraint::Positive,
+        plausible: PlausibleRange {
+            bounds: |scale, _| scale.plausible_compliance(),
+            reason: "up to ten times what the whole robot gives: a mount softer than that is seen to move",
+        },
+        typical: Typical {
+            value: |_| 1e-14,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }
+}
+
+const OF_THE_TOOL: LawDefinition = LawDefinition {
+    name: "tool-compliance",
+    row: "tool-compliance",
+    kind: LawKind::Physics,
+    equation: "",
+    place_kind: PlaceKind::ToolAbout,
+    parameters: &[],
+    contains: &[],
+    action: LawAction::Structure,
+    search: SearchSpec {
+        shapes: PlaceScale::compliances,
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        is_sharp: false,
+        on: SearchedOn::ROBOTS,
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: LawWording {
+        phrase: |at, _| format!("compliance of {at}"),
+        heading: |place| format!("tool compliance, {place}"),
+        explanation: "What stands between the last link and the end gives way: flange, adapter, tool or the bracket of the gauge.",
+    },
+    check: Some(Check {
+        rank: 1,
+        text: |place| {
+            format!(
+                "read the displacement at the flange too, under the same loads: the difference is that of {place}"
+            )
+        },
+        minutes: 20.0,
+    }),
+};
