@@ -76,14 +76,19 @@ pub trait Baseline: Sync {
         Vec::new()
     }
 
-    /// What springs that are not free and entries of the robot file that may be wrong would change, about fitted values.
+    /// What springs that are not free would change, about fitted values.
     ///
     /// # Errors
     /// [`MismatchError::Robot`] if a pose cannot be solved.
-    fn structure_columns(
-        &self,
-        _parameters: &[f64],
-    ) -> Result<Vec<StructureColumn>, MismatchError> {
+    fn spring_columns(&self, _parameters: &[f64]) -> Result<Vec<StructureColumn>, MismatchError> {
+        Ok(Vec::new())
+    }
+
+    /// What entries of the robot file that may be wrong would change, about fitted values.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] if a pose cannot be solved.
+    fn file_columns(&self, _parameters: &[f64]) -> Result<Vec<StructureColumn>, MismatchError> {
         Ok(Vec::new())
     }
 

@@ -68,7 +68,10 @@ impl<'a> DiagnosisProblem<'a> {
         self.memory.scales(|| {
             let start = self.start();
             let linearised = self.predictor().linearised(&start.parameters, &[]);
-            PlaceScales::new(self.observations, &linearised.unwrap_or_default())
+            let mut linearised = linearised.unwrap_or_default();
+            let springs = self.baseline.spring_columns(&start.parameters);
+            linearised.columns = springs.unwrap_or_default().into();
+            PlaceScales::new(self.observations, &linearised)
         })
     }
 

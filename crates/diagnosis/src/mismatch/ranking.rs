@@ -122,7 +122,11 @@ impl DiagnosisProblem<'_> {
         let mut predictor = self.predictor();
         let mut linearised = predictor.linearised(&model.parameters, &model.effects)?;
         // About the first state that asks: where it stands matters little to what is worth a fit.
-        let columns = || self.baseline.structure_columns(&model.parameters);
+        let columns = || {
+            let springs = self.baseline.spring_columns(&model.parameters)?;
+            let entries = self.baseline.file_columns(&model.parameters)?;
+            Ok::<_, MismatchError>([springs, entries].concat())
+        };
         linearised.columns = self.memory.structure_columns(columns)?;
         Ok(CandidateScores {
             seen: Vec::new(),

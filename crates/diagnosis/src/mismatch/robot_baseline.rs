@@ -388,12 +388,15 @@ impl Baseline for RobotBaseline<'_> {
         &self.joints
     }
 
-    fn structure_columns(&self, parameters: &[f64]) -> Result<Vec<StructureColumn>, MismatchError> {
-        let mut columns = spring_columns(self, parameters)?;
-        if self.suspects_file {
-            columns.extend(file_columns(self, parameters)?);
+    fn spring_columns(&self, parameters: &[f64]) -> Result<Vec<StructureColumn>, MismatchError> {
+        spring_columns(self, parameters)
+    }
+
+    fn file_columns(&self, parameters: &[f64]) -> Result<Vec<StructureColumn>, MismatchError> {
+        if !self.suspects_file {
+            return Ok(Vec::new());
         }
-        Ok(columns)
+        file_columns(self, parameters)
     }
 
     fn elements(&self, parameters: &[f64]) -> Result<Vec<ElementCompliance>, MismatchError> {
