@@ -323,10 +323,9 @@ fn spring_scale(
         (share, column.loop_stiffness[cell.pose])
     });
     let (share, stiffness) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let is_open = share > OPEN_LOOP * stiffness;
     (share > 0.0).then(|| PlaceScale {
         compliance: 1.0 / share,
-        loop_nm_per_rad: if is_open { 0.0 } else { stiffness },
+        loop_nm_per_rad: stiffness,
         ..*session
     })
 }

@@ -13,6 +13,7 @@ use super::baseline::{Baseline, PoseSolver, StructureColumn};
 use super::error::MismatchError;
 use super::robot_baseline::{BaselineValues, RobotBaseline};
 use crate::parameters::bears_no_load;
+use crate::search::constants::OPEN_LOOP;
 
 /// One thread's solver of a robot.
 pub(super) struct RobotSolver<'a> {
@@ -344,7 +345,10 @@ pub(super) fn spring_columns(
             let full = compliance * along(&axis);
             let change = whole.0[axis][axis] - rigid.0[axis][axis];
             let stiffness = (full / change - 1.0) / compliance;
-            column.loop_stiffness.push(stiffness.max(0.0));
+            // Without a loop the rest is rounding.
+            let is_open = share > OPEN_LOOP * stiffness;
+            let stiffness = if is_open { 0.0 } else { stiffness };
+            column.loop_stiffness.push(stiffness);
         }
         predictor.prepare(&factors);
     }
