@@ -34,7 +34,8 @@ fn a_spring_of_the_structure_is_the_parameter_of_its_name() {
                 let (spring, compliance) = effect.spring_of_structure().unwrap();
                 let mut expected = factors.clone();
                 expected.set(&spring, factors.get(&spring) + compliance);
-                let edit = StructureEdit::new(robot, mechanism, &suspects, &[effect.clone()]);
+                let edit =
+                    StructureEdit::new(robot, mechanism, &suspects, std::slice::from_ref(&effect));
                 assert_eq!(edit.unwrap().factors(factors), expected, "{text}");
                 let physics = ActingPhysics::new(robot, mechanism, vec![effect]).unwrap();
                 assert_eq!(physics.with_springs(factors), expected, "{text}");

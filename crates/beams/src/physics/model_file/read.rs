@@ -291,15 +291,7 @@ fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
             let (joint, axis) = (name("joint")?, direction("axis")?);
             Ok(Place::AcrossJoint { joint, axis })
         }
-        PlaceKind::ToolAbout | PlaceKind::ToolAlong => {
-            table.only(&["tool"])?;
-            let there = law.place_kind.read(&name("tool")?);
-            there.ok_or_else(|| {
-                table.require("tool").map_or_else(Into::into, |value| {
-                    value.wrong(law.place_kind.in_words()).into()
-                })
-            })
-        }
+        PlaceKind::ToolAbout | PlaceKind::ToolAlong => tool(&table, law.place_kind),
         PlaceKind::Element => {
             table.only(&["element"])?;
             name("element").map(Place::Element)
@@ -373,6 +365,13 @@ fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
             name("mechanism").map(Place::Mechanism)
         }
     }
+}
+
+fn tool(place: &Table<'_>, kind: PlaceKind) -> ModelRead<Place> {
+    place.only(&["tool"])?;
+    let axis = place.require("tool")?;
+    let there = kind.read(axis.text()?);
+    there.ok_or_else(|| axis.wrong(kind.in_words()).into())
 }
 
 fn direction(table: &Table<'_>, key: &str) -> ModelRead<Direction> {
