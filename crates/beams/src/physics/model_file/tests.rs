@@ -408,6 +408,7 @@ proptest! {
     fn the_compact_form_of_an_effect_is_read_back(found in found()) {
         let named = match &found.effect.place {
             Place::Joint(name) | Place::Element(name) | Place::Mechanism(name) => name.trim() == name,
+            Place::AcrossJoint { joint, .. } => joint.trim_start() == joint,
             Place::Length { body, entry } => body.trim_start() == body && entry.trim_end() == entry,
             Place::JointAngle { joint, pose } => {
                 let pose = pose.as_ref().map_or("", PoseId::as_str);
