@@ -54,11 +54,11 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         data.comparison = Some(compared(&data, &prepared.inputs, &args.against)?);
     }
     let mut notes = Vec::new();
+    let plan = prepared.plan(&outcome)?;
     if let Some(file) = &args.next {
-        let plan = prepared.plan(&outcome)?;
         notes.push(fit_load_cases::write_next(file, &plan)?);
-        data.next = plan.planned;
     }
+    data.next = plan.planned;
     let text = data.text(&outcome.warnings);
     let mut warnings = prepared.warnings;
     warnings.extend(doubts_about_fit(&outcome));

@@ -186,38 +186,6 @@ fn words(fit: &FitReport) -> String {
     for combination in &fit.not_determined {
         let _ = writeln!(text, "Not determined by these cells: {combination}.");
     }
-    for advice in &fit.advice {
-        // Beyond one half a logarithm is no share of the factor any more.
-        let is_share = advice.ln_uncertainty_now < 0.5;
-        let number = |ln: f64| {
-            if is_share {
-                format!("{} %", significant(100.0 * ln, 2))
-            } else {
-                significant(ln, 2)
-            }
-        };
-        let what = if is_share {
-            "standard uncertainty"
-        } else {
-            "standard uncertainty of its logarithm"
-        };
-        let [now, then] = [advice.ln_uncertainty_now, advice.ln_uncertainty_then].map(number);
-        let (factor, at) = (&advice.factor, &advice.measure);
-        let _ = if advice.helps() {
-            writeln!(
-                text,
-                "{factor}: a further measurement along {} at {} would help most ({what} {now} now, {then} then).",
-                at.direction, at.pose
-            )
-        } else {
-            writeln!(
-                text,
-                "{factor}: no single further cell in the robot's poses halves its uncertainty (best: {} at {}, {what} {now} to {then}); more of them, \
-                 less scatter, or fixing or tying the parameter would.",
-                at.direction, at.pose
-            )
-        };
-    }
     if !text.is_empty() {
         text.insert(0, '\n');
     }

@@ -8,9 +8,8 @@ use serde::Serialize;
 use crate::analysis::{DerivedQuantity, FitData, FittedSession, ReadingMark, RunsTest};
 use crate::elastostatics::PlannedLoadCase;
 use crate::fit::{
-    Advice, BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod,
-    FitOutcome, FittedCell, FittedCompliance, MonteCarloFit, PaperFit, PoseFit, SequenceStep,
-    WeightBasis,
+    BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome,
+    FittedCell, FittedCompliance, MonteCarloFit, PaperFit, PoseFit, SequenceStep, WeightBasis,
 };
 use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
@@ -77,9 +76,7 @@ pub struct FitReport {
     pub max_error_percent: Option<f64>,
     /// Why the search ended.
     pub termination: String,
-    /// What to measure for parameters that are not determined well.
-    pub advice: Vec<Advice>,
-    /// Further load cases that would determine best what is open, one after the other, where they were asked for.
+    /// Further load cases that would determine best what is open, one after the other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub next: Vec<PlannedLoadCase>,
     /// Quantities that were derived from the parameters.
@@ -316,7 +313,6 @@ impl From<&FitOutcome> for FitReport {
             across: outcome.across.iter().map(Into::into).collect(),
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
-            advice: outcome.advice.clone(),
             next: Vec::new(),
             bootstrap: outcome.bootstrap.clone(),
             derived: Vec::new(),

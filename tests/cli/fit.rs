@@ -63,7 +63,7 @@ fn a_parameter_that_no_cell_depends_on_did_not_move() {
         "not identified, did not move",
         "no reading depends on it, so it keeps its start",
         "The cells determine 1 of 2 parameters (rank of the Jacobian); condition number infinite.",
-        "beam.Iy: a further measurement along y at",
+        "1. 70.0 N along y in pose P4",
     ] {
         assert!(page.contains(part), "{part}: {page}");
     }
@@ -182,7 +182,7 @@ fn runs_of_signs_tell_a_curved_load_line_from_scatter() {
 }
 
 #[test]
-fn a_parameter_on_its_bound_has_no_uncertainty_and_no_advice() {
+fn a_parameter_on_its_bound_has_no_uncertainty_and_no_load_case_is_planned_for_it() {
     let desk = desk();
     desk.run("simulate seven --seed 7").succeeds();
     let line = "fit seven --bounds beam.Iy=0.003..0.00486";
@@ -193,27 +193,28 @@ fn a_parameter_on_its_bound_has_no_uncertainty_and_no_advice() {
         .find(|one| one["name"] == "beam.Iy")
         .unwrap();
     assert_eq!(bound["status"], "at_bound");
-    let advice = data["advice"].as_array().unwrap();
-    assert!(advice.iter().all(|one| one["factor"] != "beam.Iy"));
+    let planned = data["next"].as_array().into_iter().flatten();
+    let mut errors = planned.flat_map(|one| one["errors"].as_array().unwrap());
+    assert!(errors.all(|one| one["name"] != "beam.Iy"));
     let words = desk.run(line).stdout;
     assert!(words.contains("before the bound is wider"), "{words}");
 }
 
 #[test]
-fn advice_starts_from_the_standard_error_of_the_table() {
+fn a_plan_starts_from_the_standard_error_of_the_table() {
     let desk = desk();
     desk.run("simulate seven --seed 7").succeeds();
     let data = desk.data("fit seven --train P1,P3");
-    let advice = &data["advice"][0];
-    assert_eq!(advice["factor"], "beam.J");
+    let planned = &data["next"][0]["errors"][0];
+    assert_eq!(planned["name"], "beam.J");
     let parameters = data["parameters"].as_array().unwrap();
     let stated = parameters
         .iter()
         .find(|one| one["name"] == "beam.J")
         .unwrap();
     let relative = stated["se"].as_f64().unwrap() / stated["value"].as_f64().unwrap();
-    let now = advice["ln_uncertainty_now"].as_f64().unwrap();
-    assert!((now / relative - 1.0).abs() < 1e-12, "{now} {relative}");
+    let now = planned["now"].as_f64().unwrap();
+    assert!((now / relative - 1.0).abs() < 1e-3, "{now} {relative}");
 }
 
 #[test]

@@ -30,6 +30,9 @@ const WIDE: f64 = 2.0;
 /// A load case is planned if some standard error falls below this share of itself.
 const WORTH: f64 = 0.99;
 
+/// Information on a parameter that is a smaller share of that on the best known one is rounding, in units of what bounds allow (1).
+const NOT_SEEN: f64 = 1e-12;
+
 /// Scatter of a further displacement where the load cases state none, m: a dial gauge.
 const USUAL_SCATTER_M: f64 = 10e-6;
 
@@ -190,6 +193,10 @@ impl<'a> FitKnowledge<'a> {
         force_n: f64,
     ) -> Result<Self, RobotError> {
         let force_n = usual_force(force_n);
+        let is_held_out = |pose: &PoseId| {
+            let mut held_out = outcome.cells.iter().filter(|cell| cell.held_out);
+            held_out.any(|cell| cell.cell.pose == *pose)
+        };
         let along = outcome.cells.iter().map(|cell| {
             let u = cell.ln_uncertainty.map(|u| u / cell.measured_n_per_m);
             (&cell.cell, cell.cell.direction.unit_vector(), u)
@@ -203,6 +210,10 @@ impl<'a> FitKnowledge<'a> {
         let mut poses: Vec<MeasuredPose> = Vec::new();
         let mut known = Vec::new();
         for (cell, load, u) in along.chain(across) {
+            // What took no part tells nothing of the parameters.
+            if is_held_out(&cell.pose) {
+                continue;
+            }
             let place = poses.iter().position(|pose| pose.name == cell.pose);
             if place.is_none() {
                 poses.push(MeasuredPose {
@@ -245,11 +256,12 @@ impl<'a> FitKnowledge<'a> {
                 estimate.bounds.is_some() || is_unloaded(estimate)
             })
             .collect();
+        // Of one at a bound no load case says more before the bound is wider.
         let is_open = |place: &usize| {
             let estimate = &self.estimates[*place];
-            estimate
-                .interval_95
-                .is_none_or(|[low, high]| high > WIDE * low)
+            let interval = estimate.interval_95;
+            !matches!(estimate.status, FactorStatus::AtBound { .. })
+                && interval.is_none_or(|[low, high]| high > WIDE * low)
         };
         let open: Vec<usize> = (0..free.len()).filter(|&i| is_open(&free[i])).collect();
         if open.is_empty() {
@@ -475,7 +487,8 @@ impl ParameterInformation {
     fn error_of_fit(&self, i: usize, at_bound: &[bool]) -> f64 {
         let data = &self.matrix - DMatrix::identity(self.prior.len(), self.prior.len());
         let largest = data.diagonal().max();
-        let moves = |j: usize| j == i || !at_bound[j] && data[(j, j)] > f64::EPSILON * largest;
+        let is_seen = |j: usize| data[(j, j)] > NOT_SEEN * largest;
+        let moves = |j: usize| is_seen(j) && (j == i || !at_bound[j]);
         let kept: Vec<usize> = (0..self.prior.len()).filter(|j| moves(*j)).collect();
         let matrix = DMatrix::from_fn(kept.len(), kept.len(), |a, b| data[(kept[a], kept[b])]);
         let own = kept.iter().position(|j| *j == i);

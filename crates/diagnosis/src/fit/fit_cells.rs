@@ -9,7 +9,6 @@ use stiffbench_numeric::least_squares::{
 use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::PoseId;
 
-use super::advice::advise;
 use super::error::FitError;
 use super::intervals::Profiled;
 use super::joint::JointProblem;
@@ -101,7 +100,6 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         profiled.describe(&parameters, &mut outcome);
         outcome.correlation = Some(FactorCorrelations::of(&parameters, set, covariance));
         outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
-        outcome.advice = advise(&trained, &outcome, (set, fit), &parameters)?;
     } else {
         outcome.warnings.push(format!(
             "{} and {} leave no degrees of freedom: the values have no intervals",

@@ -7,7 +7,6 @@
 //! - [`MeasuredStiffness`], [`FitProblem`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see;
 //! - [`Refitter`]: the same fit to other values, by the thousand.
 
-mod advice;
 mod between_runs;
 mod bootstrap;
 mod cell_model;
@@ -41,8 +40,8 @@ pub use measured::{
 };
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
-    Advice, BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement,
-    FitMethod, FitOutcome, FittedCell, FittedCompliance,
+    BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitMethod,
+    FitOutcome, FittedCell, FittedCompliance,
 };
 pub(crate) use parameters::FitParameters;
 pub use problem::FitProblem;

@@ -364,27 +364,6 @@ pub struct FitAgreement {
     pub not_determined: Vec<String>,
 }
 
-/// The single further cell that would help most with one factor.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
-pub struct Advice {
-    /// The parameter.
-    pub factor: String,
-    /// Pose and direction to measure.
-    pub measure: Cell,
-    /// Standard uncertainty of ln a of a factor, relative one of a spring, with the data at hand.
-    pub ln_uncertainty_now: f64,
-    /// The same with the further cell.
-    pub ln_uncertainty_then: f64,
-}
-
-impl Advice {
-    /// Whether the further cell halves the uncertainty; if not, no stiffness at the end determines the factor.
-    #[must_use]
-    pub fn helps(&self) -> bool {
-        self.ln_uncertainty_then < 0.5 * self.ln_uncertainty_now
-    }
-}
-
 /// How a bootstrap drew.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct BootstrapDraws {
@@ -421,8 +400,6 @@ pub struct FitOutcome {
     pub across: Vec<FittedCompliance>,
     /// Why the search ended.
     pub termination: String,
-    /// What would determine the factors that are not determined.
-    pub advice: Vec<Advice>,
     /// How the intervals of the bootstrap came about, if it was asked for.
     pub bootstrap: Option<BootstrapDraws>,
     /// What a user should know before using the numbers.
@@ -473,7 +450,6 @@ impl FitOutcome {
             cells: cells.iter().zip(of_cells).map(fitted_cell).collect(),
             across: across.iter().zip(of_across).map(compliance).collect(),
             termination: String::new(),
-            advice: Vec::new(),
             bootstrap: None,
             warnings: Vec::new(),
         }
