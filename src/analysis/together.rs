@@ -70,7 +70,7 @@ pub(super) fn marked<'o>(
         let cell = &observations.cells[observations.cell_of(reading)];
         MarkedReading {
             pose: observations.poses[cell.pose].clone(),
-            direction: cell.direction,
+            direction: cell.axis(),
             force_n: observations.loads[reading].force_n,
             displacement_m: observations.displacement_m[reading],
         }

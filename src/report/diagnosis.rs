@@ -97,7 +97,7 @@ impl DiagnosisReport {
         let cells = &self.observations.cells;
         Direction::ALL
             .into_iter()
-            .filter(|direction| cells.iter().any(|cell| cell.direction == *direction))
+            .filter(|direction| cells.iter().any(|cell| cell.axis() == *direction))
     }
 
     /// Root mean squares of two residuals over all readings, or over those of a direction, m.

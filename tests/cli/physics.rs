@@ -66,7 +66,7 @@ fn predicted(mechanics: &Mechanics<'_>, physics: &ActingPhysics, run: &[&Reading
     let run = RunLoads {
         pose: &first.pose,
         load: LoadDirection::of_axis(first.direction),
-        read: first.direction,
+        read: first.direction.into(),
         repeat: first.repeat,
         release_n: None,
         loads: &loads,

@@ -446,7 +446,7 @@ fn under_law(robot: &Robot, pose: &Pose, effect: &str, direction: Direction, for
     let run = RunLoads {
         pose: &"P1".into(),
         load: LoadDirection::of_axis(direction),
-        read: direction,
+        read: direction.into(),
         repeat: 1,
         release_n: None,
         loads: &[load(force_n)],

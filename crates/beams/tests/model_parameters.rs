@@ -149,7 +149,7 @@ fn a_law_in_a_joint_acts_upon_the_springs_of_the_others() {
             let run = RunLoads {
                 pose: &robot.poses[1].id,
                 load: LoadDirection::of_axis(direction),
-                read: direction,
+                read: direction.into(),
                 repeat: 1,
                 release_n: None,
                 loads: &loads,
@@ -220,7 +220,7 @@ fn gauges_across_the_load_read_the_row_of_the_compliance() {
     let poses = [robot.poses[1].pose.clone()];
     let mut mechanics =
         Mechanics::rigid_with(&robot, mechanism, &parameters, &factors, &poses).unwrap();
-    mechanics.differentiate_across().unwrap();
+    mechanics.differentiate_whole().unwrap();
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let oblique = LoadDirection::from_vector([half, half, 0.0]).unwrap();
     let laws = LawSet::default();
@@ -228,7 +228,7 @@ fn gauges_across_the_load_read_the_row_of_the_compliance() {
         force_n: -50.0,
         ..LoadPoint::default()
     }];
-    let compliance = mechanics.pose(0).influence.compliance_m_per_n;
+    let compliance = mechanics.pose(0).influence.compliance;
     let size = compliance
         .iter()
         .flatten()
@@ -237,7 +237,7 @@ fn gauges_across_the_load_read_the_row_of_the_compliance() {
         let run = RunLoads {
             pose: &robot.poses[1].id,
             load: &oblique,
-            read,
+            read: read.into(),
             repeat: 1,
             release_n: None,
             loads: &loads,
@@ -262,7 +262,7 @@ fn gauges_across_the_load_read_the_row_of_the_compliance() {
             moved.set(parameter, value);
             mechanics.set_factors_rigid(&moved).unwrap();
             let pose = mechanics.pose(0).clone();
-            Direction::ALL.map(|read| pose.compliance_m_per_n(read, &oblique))
+            Direction::ALL.map(|read| pose.compliance(&read.into(), &oblique))
         };
         let (up, down) = (at(value + step), at(value - step));
         at(value);
@@ -271,13 +271,14 @@ fn gauges_across_the_load_read_the_row_of_the_compliance() {
         } else {
             [1.0, value]
         };
-        let largest = Direction::ALL.map(|read| mechanics.pose(0).gradient(place, read, &oblique));
+        let largest =
+            Direction::ALL.map(|read| mechanics.pose(0).gradient(place, &read.into(), &oblique));
         let largest = largest
             .iter()
             .fold(0.0_f64, |most, one| most.max(one.abs()));
         for read in Direction::ALL {
             let expected = scale * (up[read.index()] - down[read.index()]) / (2.0 * step);
-            let found = mechanics.pose(0).gradient(place, read, &oblique);
+            let found = mechanics.pose(0).gradient(place, &read.into(), &oblique);
             assert!(
                 (found - expected).abs() <= 1e-5 * largest + 1e-6 * size / unit,
                 "{parameter} along {read}: {found:e} {expected:e}"

@@ -52,7 +52,7 @@ fn displacements(
     let run = RunLoads {
         pose: &pose,
         load: LoadDirection::of_axis(direction),
-        read: direction,
+        read: direction.into(),
         repeat: 1,
         release_n: None,
         loads: &loads,

@@ -2,6 +2,7 @@
 
 use stiffbench_beams::physics::{Effect, FileSuspects, Mechanics, Place, StructureEdit, laws};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
+use stiffbench_beams::structure::Compliance6;
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
@@ -11,7 +12,7 @@ fn compliances(robot: &Robot, factors: &FittingFactors, poses: &[Pose]) -> Vec<[
     let mechanism = robot.mechanism(None).unwrap();
     let mechanics = Mechanics::rigid(robot, mechanism, factors, poses).unwrap();
     (0..poses.len())
-        .map(|pose| mechanics.pose(pose).influence.compliance_m_per_n)
+        .map(|pose| Compliance6(mechanics.pose(pose).influence.compliance).translation())
         .collect()
 }
 

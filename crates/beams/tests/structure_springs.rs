@@ -67,10 +67,10 @@ fn joints_turn_beside_a_spring_of_the_structure() {
             let influence = &mechanics.pose(pose).influence;
             let lever = lever.unwrap();
             let twist = 5e-6 / (1.0 + 5e-6 * influence.stiffness(lever, lever));
-            let expected = &whole.pose(pose).influence.compliance_m_per_n;
+            let expected = &whole.pose(pose).influence.compliance;
             for (axis, row) in expected.iter().enumerate() {
-                let own = influence.levers_m[lever][axis];
-                let found = influence.compliance_m_per_n[axis][axis] + twist * own * own;
+                let own = influence.levers[lever][axis];
+                let found = influence.compliance[axis][axis] + twist * own * own;
                 assert!(
                     (found / row[axis] - 1.0).abs() < 1e-7,
                     "pose {pose}, axis {axis}: {found:e} {:e}",

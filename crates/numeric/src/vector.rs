@@ -1,4 +1,4 @@
-//! Vectors of three components in global axes.
+//! Vectors of three components in global axes, and pairs of them: forces with moments, displacements with rotations.
 //!
 //! Leaf module, inlined into the loops of other crates. Plain arrays: the few products needed here do not ask for a matrix library in public signatures.
 
@@ -7,6 +7,20 @@
 #[inline]
 pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Work of forces and moments in displacements and rotations, or another scalar product of six components.
+#[must_use]
+#[inline]
+pub fn dot6(a: [f64; 6], b: [f64; 6]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
+}
+
+/// A force without a moment, or a displacement without a rotation.
+#[must_use]
+#[inline]
+pub fn along6([x, y, z]: [f64; 3]) -> [f64; 6] {
+    [x, y, z, 0.0, 0.0, 0.0]
 }
 
 /// Vector product.

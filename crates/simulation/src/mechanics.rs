@@ -53,7 +53,7 @@ impl CellMechanics<'_> {
             let run = RunLoads {
                 pose: self.pose,
                 load: self.load,
-                read,
+                read: read.into(),
                 repeat,
                 release_n: self.release_n,
                 loads: &points,

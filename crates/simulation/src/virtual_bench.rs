@@ -237,7 +237,7 @@ impl<'a> VirtualBench<'a> {
             let slope = slopes[load.repeat as usize - 1];
             let shown_m = setup.read.iter().zip(&set.errors_m[place]);
             let shown_m = shown_m.map(|(&axis, error_m)| {
-                let m_per_n = setup.structure.compliance_m_per_n(axis, setup.load);
+                let m_per_n = setup.structure.compliance(&axis.into(), setup.load);
                 let seated_m = slope * m_per_n * load.point.force_n;
                 along_m[place][axis.index()] + seated_m + error_m
             });

@@ -3,6 +3,7 @@
 //! - [`quantity`]: units where bytes, files and people enter;
 //! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch;
 //! - [`load_direction`]: a load along a base axis or any unit vector;
+//! - [`read_axis`]: a displacement along an axis or a rotation about one;
 //! - [`source_text`]: texts whose errors have places;
 //! - [`toml_text`]: TOML with the place of every key and value;
 //! - [`count`]: counts in words;
@@ -14,6 +15,7 @@ pub mod count;
 pub mod load_direction;
 pub mod nearest;
 pub mod quantity;
+pub mod read_axis;
 pub mod source_text;
 pub mod test_point;
 pub mod toml_text;

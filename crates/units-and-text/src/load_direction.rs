@@ -163,6 +163,13 @@ impl LoadDirection {
         }
     }
 
+    /// Force and moment for 1 N, N and N·m.
+    #[must_use]
+    pub fn wrench(&self) -> [f64; 6] {
+        let [x, y, z] = self.unit_vector();
+        [x, y, z, 0.0, 0.0, 0.0]
+    }
+
     /// What it is called.
     #[must_use]
     pub fn called(&self) -> DirectionName {

@@ -45,7 +45,7 @@ fn curve(
     cell: &ObservedCell,
     marked: &[(PoseId, Direction, [f64; 2])],
 ) -> LoadCurvePoints {
-    let (pose, direction) = (&observations.poses[cell.pose], cell.direction);
+    let (pose, direction) = (&observations.poses[cell.pose], cell.axis());
     let mut steps: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
     for reading in cell.readings.clone() {
         let (load, detail) = (

@@ -103,7 +103,7 @@ impl ActingPhysics {
     /// The compliance of an end on a base that rocks: C + Σ c w wᵀ, w = (axis × (end - first support), axis) for each axis.
     #[must_use]
     pub fn with_base(&self, fixed: &Compliance6, model: &MechanismModel<'_>) -> Compliance6 {
-        self.rocking(fixed, model.base_levers_m())
+        self.rocking(fixed, model.base_levers())
     }
 
     /// The same for an end at `end_m` whose first support is at `support_m`.
@@ -117,9 +117,9 @@ impl ActingPhysics {
         self.rocking(fixed, base_levers_between(support_m, end_m))
     }
 
-    fn rocking(&self, fixed: &Compliance6, levers_m: [[f64; 3]; 3]) -> Compliance6 {
+    fn rocking(&self, fixed: &Compliance6, levers: [[f64; 6]; 3]) -> Compliance6 {
         let mut compliance = *fixed;
-        compliance.add_rocking(self.laws.base_rad_per_nm(), &levers_m);
+        compliance.add_rocking(self.laws.base_rad_per_nm(), &levers);
         compliance
     }
 
@@ -251,7 +251,7 @@ mod tests {
             let run = RunLoads {
                 pose: &"P2".into(),
                 load: LoadDirection::of_axis(direction),
-                read: direction,
+                read: direction.into(),
                 repeat: 1,
                 release_n: None,
                 loads: &loads,

@@ -1,8 +1,9 @@
 //! Effects, resolved against a mechanism, and the displacement of a run under them.
 
 use crate::robot::{Mechanism, Robot};
-use stiffbench_numeric::vector::dot;
+use stiffbench_numeric::vector::{along6, dot6};
 use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Direction, DirectionName, PoseId};
 
 use super::action::{GaugeError, LawAction, OfLoad, OfRepeat, Values, values_of};
@@ -41,15 +42,15 @@ impl LoadPoint {
     }
 }
 
-/// The loads of one run, in the order in which they were applied, and one axis along which the displacement is read; its history begins virgin.
+/// The loads of one run, in the order in which they were applied, and what one gauge reads; its history begins virgin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunLoads<'a> {
     /// The pose held.
     pub pose: &'a PoseId,
     /// The direction of the loads.
     pub load: &'a LoadDirection,
-    /// The axis along which the displacement is read.
-    pub read: Direction,
+    /// What is read.
+    pub read: ReadAxis,
     /// The repeat.
     pub repeat: u32,
     /// Force to which each load is released before the next, N; `None` where the loads follow each other.
@@ -63,9 +64,9 @@ impl RunLoads<'_> {
     #[must_use]
     pub fn as_read(&self, load: &LoadPoint) -> LoadPoint {
         match self.load {
-            LoadDirection::Axis(axis) if *axis == self.read => *load,
+            LoadDirection::Axis(axis) if self.read == *axis => *load,
             other => LoadPoint {
-                force_n: load.force_n * other.along(self.read),
+                force_n: load.force_n * dot6(other.wrench(), self.read.unit()),
                 ..*load
             },
         }
@@ -165,7 +166,8 @@ impl EffectScope {
     fn covers(&self, run: &RunLoads<'_>, load: &LoadPoint) -> bool {
         match self {
             Self::All => true,
-            Self::Direction(axis) | Self::Gauge(axis) => *axis == run.read,
+            Self::Direction(axis) => run.read == *axis,
+            Self::Gauge(axis) => run.read.axis() == *axis,
             Self::Run {
                 pose,
                 direction,
@@ -175,7 +177,7 @@ impl EffectScope {
             } => {
                 load.step >= *step
                     && *repeat == run.repeat
-                    && gauge.is_none_or(|axis| axis == run.read)
+                    && gauge.is_none_or(|axis| axis == run.read.axis())
                     && run.load.is_called(direction)
                     && pose == run.pose
             }
@@ -193,10 +195,10 @@ impl EffectScope {
 
 /// Loads along a direction and an axis along which a gauge reads, in a pose.
 struct LoadsAndReading {
-    /// The direction in which the gauge reads.
-    read: [f64; 3],
-    /// The force that acts for 1 N along the direction of the load.
-    force: [f64; 3],
+    /// The motion that the gauge reads.
+    read: [f64; 6],
+    /// Force and moment that act for 1 N along the direction of the load.
+    wrench: [f64; 6],
     /// What gives along the reading without joints that turn, m/N.
     linear_m_per_n: f64,
 }
@@ -364,30 +366,33 @@ impl LawSet {
                 .sum::<f64>()
     }
 
-    /// The force that acts for 1 N along the direction of the loads: along an axis as it is turned.
-    pub(super) fn acting(&self, run: &RunLoads<'_>) -> [f64; 3] {
+    /// Force and moment that act for 1 N along the direction of the loads: along an axis as it is turned.
+    pub(super) fn acting(&self, run: &RunLoads<'_>) -> [f64; 6] {
         match run.load.axis() {
-            Some(axis) => turned(&self.turn, axis.index()),
-            None => run.load.unit_vector(),
+            Some(axis) => along6(turned(&self.turn, axis.index())),
+            None => run.load.wrench(),
         }
     }
 
-    /// The unit vector along which the gauge of an axis reads.
-    pub(super) fn read_along(&self, axis: Direction) -> [f64; 3] {
-        turned(&self.lean, axis.index())
+    /// The motion that a gauge reads: along an axis as it leans.
+    pub(super) fn read_along(&self, read: &ReadAxis) -> [f64; 6] {
+        match read.base_axis() {
+            Some(axis) => along6(turned(&self.lean, axis.index())),
+            None => read.unit(),
+        }
     }
 
     /// What all loads of a run have in common.
     fn reach(&self, pose: &PoseMechanics, run: &RunLoads<'_>) -> LoadsAndReading {
-        let (force, read) = (self.acting(run), self.read_along(run.read));
-        let moved = pose.influence.compliance_m_per_n.map(|row| dot(row, force));
-        let mut linear_m_per_n = dot(read, moved);
-        for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
-            linear_m_per_n += dot(*lever, read) * compliance * dot(*lever, force);
+        let (wrench, read) = (self.acting(run), self.read_along(&run.read));
+        let moved = pose.influence.compliance.map(|row| dot6(row, wrench));
+        let mut linear_m_per_n = dot6(read, moved);
+        for (lever, &compliance) in pose.base_levers.iter().zip(&self.base) {
+            linear_m_per_n += dot6(*lever, read) * compliance * dot6(*lever, wrench);
         }
         LoadsAndReading {
             read,
-            force,
+            wrench,
             linear_m_per_n,
         }
     }
@@ -406,11 +411,11 @@ impl LawSet {
         }
         self.turn_joints(
             pose,
-            reach.force.map(|share| share * acting_n),
+            reach.wrench.map(|share| share * acting_n),
             joint_rotations,
         );
         for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
-            displacement += dot(pose.influence.levers_m[one.joint], reach.read) * rotation;
+            displacement += dot6(pose.influence.levers[one.joint], reach.read) * rotation;
         }
         displacement
     }
@@ -422,9 +427,10 @@ impl LawSet {
     #[must_use]
     pub fn secants_nm_per_rad(&self, pose: &PoseMechanics, force_n: [f64; 3]) -> Vec<(usize, f64)> {
         let influence = &pose.influence;
+        let wrench = along6(force_n);
         let mut joint_rotations = JointRotations::default();
         joint_rotations.begin(self.joints.len());
-        self.turn_joints(pose, force_n, &mut joint_rotations);
+        self.turn_joints(pose, wrench, &mut joint_rotations);
         let mut secants: Vec<(usize, f64)> = Vec::new();
         for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
             let joint = one.joint;
@@ -434,7 +440,7 @@ impl LawSet {
                 .zip(&joint_rotations.now)
                 .map(|(other, rotation)| influence.stiffness(joint, other.joint) * rotation)
                 .sum();
-            let moment = dot(influence.levers_m[joint], force_n) - back;
+            let moment = dot6(influence.levers[joint], wrench) - back;
             let stiffness = one.secant_nm_per_rad(rotation, moment);
             match secants.iter_mut().find(|(known, _)| *known == joint) {
                 Some((_, known)) => *known = 1.0 / (1.0 / *known + 1.0 / stiffness),
@@ -448,18 +454,19 @@ impl LawSet {
     /// the joints from the unloaded state. The laws of the bench (gauges, their stand, time, repeats) have no part in it.
     #[must_use]
     pub fn first_load_m(&self, pose: &PoseMechanics, force_n: [f64; 3]) -> [f64; 3] {
+        let wrench = along6(force_n);
         let mut joint_rotations = JointRotations::default();
         joint_rotations.begin(self.joints.len());
         if !self.joints.is_empty() {
-            self.turn_joints(pose, force_n, &mut joint_rotations);
+            self.turn_joints(pose, wrench, &mut joint_rotations);
         }
-        std::array::from_fn(|along| {
-            let mut sum = dot(pose.influence.compliance_m_per_n[along], force_n);
-            for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
-                sum += lever[along] * compliance * dot(*lever, force_n);
+        std::array::from_fn(|axis| {
+            let mut sum = dot6(pose.influence.compliance[axis], wrench);
+            for (lever, &compliance) in pose.base_levers.iter().zip(&self.base) {
+                sum += lever[axis] * compliance * dot6(*lever, wrench);
             }
             for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
-                sum += pose.influence.levers_m[one.joint][along] * rotation;
+                sum += pose.influence.levers[one.joint][axis] * rotation;
             }
             sum
         })

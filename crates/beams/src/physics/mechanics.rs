@@ -5,9 +5,9 @@ use crate::robot::{
     Pose, Robot, RobotError, Theory,
 };
 use crate::structure::{RotationInfluence, Solver, Structure, StructureError};
-use stiffbench_numeric::vector::dot;
+use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::Direction;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 
 /// A mechanism in fixed poses, solved again with any factors: with rigid joints in all poses side by side, what twists do pose by pose
 /// and only where it is asked for.
@@ -19,10 +19,6 @@ pub struct Mechanics<'a> {
     joints: Vec<usize>,
     /// All poses with rigid joints.
     rigid: MultiPosePredictor<'a>,
-    /// The same, differentiated between the axes, where that was asked for.
-    across: Option<MultiPosePredictor<'a>>,
-    /// What compliances are differentiated to, springs without a derivative behind them.
-    differentiated: Vec<ModelParameter>,
     factors: FittingFactors,
     /// What the derivatives to each parameter are multiplied by.
     units: Vec<f64>,
@@ -30,12 +26,6 @@ pub struct Mechanics<'a> {
     sprung: Vec<bool>,
     poses: Vec<Posed<'a>>,
 }
-
-/// Unit vectors half way between y and z, x and z, x and y.
-const BETWEEN_AXES: [[f64; 3]; 3] = {
-    const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    [[0.0, HALF, HALF], [HALF, 0.0, HALF], [HALF, HALF, 0.0]]
-};
 
 /// One pose.
 #[derive(Debug)]
@@ -71,60 +61,37 @@ enum Lacks {
 pub struct PoseMechanics {
     /// Compliance with rigid joints and the influence of a twist in each joint.
     pub influence: RotationInfluence,
-    /// Displacement of the end per rocking of the base about x, y, z through the first support, m/rad.
-    pub base_levers_m: [[f64; 3]; 3],
-    /// Derivative of the compliance along x, y, z to each parameter of the baseline, m/N; to ln a of a factor, to the compliance of a
-    /// spring.
-    pub compliance_gradient: Vec<[f64; 3]>,
-    /// The same of the compliance of y and z, x and z, x and y; empty unless it was asked for ([`Mechanics::differentiate_across`]).
-    pub cross_gradient: Vec<[f64; 3]>,
+    /// Motion of the end per rocking of the base about x, y, z through the first support: m/rad, and rotation.
+    pub base_levers: [[f64; 6]; 3],
+    /// Derivative of the compliance to each parameter of the baseline: to ln a of a factor, to the compliance of a spring. What is not along
+    /// x, y, z under a force along the same axis is zero unless it was asked for ([`Mechanics::differentiate_whole`]).
+    pub gradient: Vec<[[f64; 6]; 6]>,
 }
 
 impl PoseMechanics {
-    /// Displacement along an axis per force along a direction, m/N.
+    /// Motion along `read` per unit of a load: m/N, rad/N, m/(N·m) or rad/(N·m).
     #[must_use]
-    pub fn compliance_m_per_n(&self, read: Direction, load: &LoadDirection) -> f64 {
-        let row = &self.influence.compliance_m_per_n[read.index()];
-        match load.axis() {
-            Some(axis) => row[axis.index()],
-            None => dot(*row, load.unit_vector()),
-        }
+    pub fn compliance(&self, read: &ReadAxis, load: &LoadDirection) -> f64 {
+        product(&self.influence.compliance, read.unit(), load.wrench())
     }
 
     /// Its derivative to a parameter of the baseline; what lies across the load only if it was asked for.
     #[must_use]
-    pub fn gradient(&self, parameter: usize, read: Direction, load: &LoadDirection) -> f64 {
-        let own = self.compliance_gradient[parameter];
-        let across = self
-            .cross_gradient
-            .get(parameter)
-            .copied()
-            .unwrap_or_default();
-        let entry = |axis: Direction| {
-            if axis == read {
-                own[axis.index()]
-            } else {
-                across[3 - axis.index() - read.index()]
-            }
-        };
-        match load.axis() {
-            Some(axis) => entry(axis),
-            None => Direction::ALL
-                .into_iter()
-                .map(|axis| load.along(axis) * entry(axis))
-                .sum(),
-        }
+    pub fn gradient(&self, parameter: usize, read: &ReadAxis, load: &LoadDirection) -> f64 {
+        product(&self.gradient[parameter], read.unit(), load.wrench())
     }
 
-    /// Share of a lever in a displacement along an axis per force along a direction, m²: the product of the lever along both.
+    /// Share of a lever in a motion along `read` per unit of a load: the product of the lever along both.
     #[must_use]
-    pub fn lever_product_m2(lever_m: [f64; 3], read: Direction, load: &LoadDirection) -> f64 {
-        let along = match load.axis() {
-            Some(axis) => lever_m[axis.index()],
-            None => dot(lever_m, load.unit_vector()),
-        };
-        lever_m[read.index()] * along
+    pub fn lever_product(lever: [f64; 6], read: &ReadAxis, load: &LoadDirection) -> f64 {
+        dot6(lever, read.unit()) * dot6(lever, load.wrench())
     }
+}
+
+/// A matrix between two vectors, of which most entries are zero.
+fn product(matrix: &[[f64; 6]; 6], left: [f64; 6], right: [f64; 6]) -> f64 {
+    let rows = matrix.iter().zip(left).filter(|(_, share)| *share != 0.0);
+    rows.fold(0.0, |sum, (row, share)| sum + share * dot6(*row, right))
 }
 
 impl<'a> Mechanics<'a> {
@@ -190,9 +157,8 @@ impl<'a> Mechanics<'a> {
                 pose: pose.clone(),
                 mechanics: PoseMechanics {
                     influence: RotationInfluence::default(),
-                    base_levers_m: rigid.base_levers_m(),
-                    compliance_gradient: vec![[0.0; 3]; parameters.len()],
-                    cross_gradient: Vec::new(),
+                    base_levers: rigid.base_levers(),
+                    gradient: vec![[[0.0; 6]; 6]; parameters.len()],
                 },
                 rigid,
                 twisting: None,
@@ -213,8 +179,6 @@ impl<'a> Mechanics<'a> {
             units: vec![1.0; parameters.len()],
             joints: mechanism.joints(robot),
             rigid: predictor,
-            across: None,
-            differentiated: all,
             factors: factors.clone(),
             poses,
         };
@@ -227,24 +191,12 @@ impl<'a> Mechanics<'a> {
         self.units = units;
     }
 
-    /// Differentiates compliances between the axes too, from now on: displacements along one axis under a load along another.
+    /// Differentiates the whole compliance, from now on: motions along one axis under a load along another too.
     ///
     /// # Errors
     /// [`RobotError`] as in the poses where it was placed.
-    pub fn differentiate_across(&mut self) -> Result<(), RobotError> {
-        if self.across.is_some() {
-            return Ok(());
-        }
-        let count = self.poses.len();
-        let mut across =
-            MultiPosePredictor::new(self.robot, self.mechanism, &self.differentiated, count)?;
-        for (index, posed) in self.poses.iter_mut().enumerate() {
-            across.place(index, &posed.pose)?;
-            across.differentiate_along(index, &BETWEEN_AXES);
-            let parameters = posed.mechanics.compliance_gradient.len();
-            posed.mechanics.cross_gradient = vec![[0.0; 3]; parameters];
-        }
-        self.across = Some(across);
+    pub fn differentiate_whole(&mut self) -> Result<(), RobotError> {
+        self.rigid.differentiate_whole();
         self.solve_rigid()
     }
 
@@ -277,38 +229,19 @@ impl<'a> Mechanics<'a> {
         self.rigid.solve(&self.factors, true)?;
         for (index, posed) in self.poses.iter_mut().enumerate() {
             let solved = self.rigid.compliance(index);
-            let compliance = solved.expect("every pose was placed and solved").0;
             let mechanics = &mut posed.mechanics;
-            mechanics.influence.compliance_m_per_n =
-                std::array::from_fn(|i| std::array::from_fn(|j| compliance[i][j]));
+            mechanics.influence.compliance = solved.expect("every pose was placed and solved").0;
+            let whole = self.rigid.whole_gradient(index);
+            let gradients = mechanics.gradient.iter_mut().zip(&self.units);
+            for ((gradient, unit), whole) in gradients.zip(whole) {
+                *gradient = whole.0.map(|row| row.map(|derivative| derivative * unit));
+            }
             for axis in 0..3 {
                 let solved = self.rigid.gradient(index, axis);
                 let gradient = solved.expect("every pose was placed and solved");
-                let rows = mechanics.compliance_gradient.iter_mut().zip(&self.units);
-                for ((row, unit), derivative) in rows.zip(gradient) {
-                    row[axis] = derivative * unit;
-                }
-            }
-        }
-        self.solve_across()
-    }
-
-    /// The derivatives between the axes: 2 dᵀ C d = C_ii + 2 C_ij + C_jj for d half way between the axes i and j.
-    fn solve_across(&mut self) -> Result<(), RobotError> {
-        let Some(across) = &mut self.across else {
-            return Ok(());
-        };
-        across.solve(&self.factors, true)?;
-        for (index, posed) in self.poses.iter_mut().enumerate() {
-            let mechanics = &mut posed.mechanics;
-            for missing in 0..3 {
-                let solved = across.gradient(index, missing);
-                let gradient = solved.expect("every pose was placed and solved");
-                let rows = mechanics.cross_gradient.iter_mut();
-                let rows = rows.zip(&mechanics.compliance_gradient).zip(&self.units);
-                for (((row, own), unit), derivative) in rows.zip(gradient) {
-                    let sum: f64 = own.iter().sum();
-                    row[missing] = derivative * unit - 0.5 * (sum - own[missing]);
+                let gradients = mechanics.gradient.iter_mut().zip(&self.units);
+                for ((own, unit), derivative) in gradients.zip(gradient) {
+                    own[axis][axis] = derivative * unit;
                 }
             }
         }
@@ -327,11 +260,8 @@ impl<'a> Mechanics<'a> {
             twisting.hinged.place(pose)?;
             twisting.lacks = Lacks::Place;
         }
-        posed.mechanics.base_levers_m = posed.rigid.base_levers_m();
+        posed.mechanics.base_levers = posed.rigid.base_levers();
         self.rigid.place(index, pose)?;
-        if let Some(across) = &mut self.across {
-            across.place(index, pose)?;
-        }
         self.solve_rigid()
     }
 

@@ -1,7 +1,7 @@
 //! How far joints with laws turn under a load, several of them together, and what one more would add.
 
 use stiffbench_numeric::simd::widest;
-use stiffbench_numeric::vector::dot;
+use stiffbench_numeric::vector::dot6;
 
 use super::action::{Driven, LawAction, RotationLaw, Values, values_of};
 use super::effect::Effect;
@@ -204,27 +204,27 @@ impl LawSet {
             return false;
         }
         let influence = &pose.influence;
-        let lever = influence.levers_m[joint];
-        let (turned, read) = (self.acting(run), self.read_along(run.read));
-        let moment_m = dot(lever, turned);
+        let lever = influence.levers[joint];
+        let (turned, read) = (self.acting(run), self.read_along(&run.read));
+        let moment_m = dot6(lever, turned);
         let mut other_twist = 0.0;
         let mut step = |load: &LoadPoint, growth: f64| {
             let acting_n = self.acting_n(run, load);
             let mut step = PathStep {
                 driving_nm: moment_m * acting_n,
                 stiffness_nm_per_rad: influence.stiffness(joint, joint),
-                lever_m: dot(lever, read),
+                lever_m: dot6(lever, read),
             };
             if let Some(known) = known {
                 let other = known.joint;
-                let driving = dot(influence.levers_m[other], turned) * acting_n;
+                let driving = dot6(influence.levers[other], turned) * acting_n;
                 let own = influence.stiffness(other, other);
                 let between = influence.stiffness(joint, other);
                 let slope = known.slope_rad_per_nm(driving, own, other_twist);
                 other_twist = known.rotation_rad(driving, own, other_twist);
                 step.driving_nm -= between * other_twist;
                 step.stiffness_nm_per_rad -= slope * between * between;
-                step.lever_m -= dot(influence.levers_m[other], read) * slope * between;
+                step.lever_m -= dot6(influence.levers[other], read) * slope * between;
             }
             step.lever_m *= growth;
             step
@@ -241,21 +241,21 @@ impl LawSet {
         true
     }
 
-    /// Moves the twists to their values under a force.
+    /// Moves the twists to their values under a force and moment.
     pub(super) fn turn_joints(
         &self,
         pose: &PoseMechanics,
-        force: [f64; 3],
+        wrench: [f64; 6],
         joint_rotations: &mut JointRotations,
     ) {
         let influence = &pose.influence;
         if let [one] = &self.joints[..] {
-            let driving = dot(influence.levers_m[one.joint], force);
+            let driving = dot6(influence.levers[one.joint], wrench);
             let stiffness = influence.stiffness(one.joint, one.joint);
             joint_rotations.now[0] = one.rotation_rad(driving, stiffness, joint_rotations.now[0]);
             return;
         }
-        if self.joints.is_empty() || self.turn_two(pose, force, joint_rotations) {
+        if self.joints.is_empty() || self.turn_two(pose, wrench, joint_rotations) {
             return;
         }
         joint_rotations.before.clone_from(&joint_rotations.now);
@@ -274,7 +274,7 @@ impl LawSet {
                         influence.stiffness(joint, other.joint) * rotation
                     })
                     .sum();
-                let driving = dot(influence.levers_m[joint], force) - others;
+                let driving = dot6(influence.levers[joint], wrench) - others;
                 let history = joint_rotations.before[place];
                 let rotation =
                     one.rotation_rad(driving, influence.stiffness(joint, joint), history);
@@ -295,7 +295,7 @@ impl LawSet {
     fn turn_two(
         &self,
         pose: &PoseMechanics,
-        force: [f64; 3],
+        wrench: [f64; 6],
         joint_rotations: &mut JointRotations,
     ) -> bool {
         let [first_law, second_law] = &self.joints[..] else {
@@ -304,7 +304,7 @@ impl LawSet {
         let (first, second) = (first_law.joint, second_law.joint);
         let influence = &pose.influence;
         let [first_nm, second_nm] =
-            [first, second].map(|joint| dot(influence.levers_m[joint], force));
+            [first, second].map(|joint| dot6(influence.levers[joint], wrench));
         let own = |joint: usize| influence.stiffness(joint, joint);
         let (between, back) = (
             influence.stiffness(first, second),
@@ -341,10 +341,11 @@ mod tests {
     use crate::physics::Effect;
     use crate::structure::RotationInfluence;
     use proptest::prelude::*;
+    use stiffbench_numeric::vector::along6;
 
     fn pose(k: [f64; 3]) -> PoseMechanics {
         let mut influence = RotationInfluence::of_one_joint(3e-7, 0.3);
-        influence.levers_m = vec![[0.3, 0.2, 0.1], [0.1, -0.4, 0.2]];
+        influence.levers = [[0.3, 0.2, 0.1], [0.1, -0.4, 0.2]].map(along6).to_vec();
         influence.stiffness_nm_per_rad = vec![k[0], k[1], k[1], k[2]];
         PoseMechanics {
             influence,
@@ -376,11 +377,11 @@ mod tests {
             joint_rotations.begin(2);
             for force in forces {
                 let before = joint_rotations.now.clone();
-                let force = [force, 0.5 * force, 0.0];
-                laws.turn_joints(&pose, force, &mut joint_rotations);
+                let wrench = along6([force, 0.5 * force, 0.0]);
+                laws.turn_joints(&pose, wrench, &mut joint_rotations);
                 for (place, law) in laws.joints.iter().enumerate() {
                     let (joint, other) = (law.joint, 1 - place);
-                    let driving = dot(pose.influence.levers_m[joint], force)
+                    let driving = dot6(pose.influence.levers[joint], wrench)
                         - pose.influence.stiffness(joint, other) * joint_rotations.now[other];
                     let own = law.rotation_rad(driving, pose.influence.stiffness(joint, joint), before[place]);
                     prop_assert!((own - joint_rotations.now[place]).abs() < 1e-12, "{own} {:?}", joint_rotations.now);

@@ -194,9 +194,9 @@ impl<'a> MechanismModel<'a> {
         }
     }
 
-    /// Displacement of the end per rocking of the base about x, y, z through the first support: axis × (end - support), m/rad.
+    /// Motion of the end per rocking of the base about x, y, z through the first support: axis × (end - support), m/rad, and the axis.
     #[must_use]
-    pub fn base_levers_m(&self) -> [[f64; 3]; 3] {
+    pub fn base_levers(&self) -> [[f64; 6]; 3] {
         let end = self.structure.nodes[self.structure.end.node].position_m;
         let first = self.structure.supports.first();
         let support = first.map_or([0.0; 3], |held| self.structure.nodes[held.node].position_m);
@@ -323,9 +323,13 @@ impl<'a> MechanismModel<'a> {
     }
 }
 
-/// Displacement of an end per rocking about each axis through a support, m/rad.
-pub(crate) fn base_levers_between(support_m: [f64; 3], end_m: [f64; 3]) -> [[f64; 3]; 3] {
-    Direction::ALL.map(|axis| cross(axis.unit_vector(), subtract(end_m, support_m)))
+/// Motion of an end per rocking about each axis through a support: displacement, m/rad, and rotation.
+pub(crate) fn base_levers_between(support_m: [f64; 3], end_m: [f64; 3]) -> [[f64; 6]; 3] {
+    Direction::ALL.map(|axis| {
+        let [x, y, z] = cross(axis.unit_vector(), subtract(end_m, support_m));
+        let [rx, ry, rz] = axis.unit_vector();
+        [x, y, z, rx, ry, rz]
+    })
 }
 
 /// What has to be placed for a structure.

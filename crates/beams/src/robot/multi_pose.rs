@@ -26,13 +26,13 @@ pub struct MultiPosePredictor<'a> {
     model: MechanismModel<'a>,
     simd: Option<(Reduction, Box<dyn SimdPoses>)>,
     poses: Vec<Option<Pose>>,
-    /// Directions of the derivatives in each pose.
-    units: Vec<[[f64; 3]; 3]>,
     solutions: Vec<Option<Compliance6>>,
     /// What compliances are differentiated to.
     parameters: Vec<ModelParameter>,
     /// By pose, direction and parameter.
     gradients: Vec<f64>,
+    /// By pose and parameter, where derivatives of the whole compliance are wanted; else empty.
+    whole: Vec<Compliance6>,
     /// Made for the first pose that needs it.
     general: Option<Predictor<'a>>,
     places: ParameterPlaces,
@@ -81,9 +81,9 @@ impl<'a> MultiPosePredictor<'a> {
         Ok(Self {
             simd,
             poses: vec![None; pose_count],
-            units: vec![AXES; pose_count],
             solutions: vec![None; pose_count],
             gradients: vec![0.0; pose_count * 3 * parameters.len()],
+            whole: Vec::new(),
             parameters: parameters.to_vec(),
             general: None,
             places: places(&model, parameters),
@@ -117,15 +117,13 @@ impl<'a> MultiPosePredictor<'a> {
         Ok(())
     }
 
-    /// Takes the derivatives in pose number `index` along these unit vectors instead of x, y, z, from the next solution on.
-    ///
-    /// # Panics
-    /// If `index` is out of range.
-    pub fn differentiate_along(&mut self, index: usize, units: &[[f64; 3]; 3]) {
-        self.units[index] = *units;
+    /// Differentiates the whole compliance, from the next solution on.
+    pub fn differentiate_whole(&mut self) {
+        let count = self.poses.len() * self.parameters.len();
+        self.whole = vec![Compliance6([[0.0; 6]; 6]); count];
     }
 
-    /// Solves every placed pose with the given values; `gradients` if [`MultiPosePredictor::gradient`] will be asked for.
+    /// Solves every placed pose with the given values; `gradients` if derivatives will be asked for.
     ///
     /// # Errors
     /// [`RobotError::Structure`] of the first pose in which the structure cannot carry a load.
@@ -152,13 +150,12 @@ impl<'a> MultiPosePredictor<'a> {
         simd.forget();
         let (count, width) = (simd.lane_count(), self.parameters.len());
         let of_class = |parameter| matches!(parameter, &ModelParameter::Class(..));
-        let by_class = self.parameters.iter().all(of_class);
-        let bundles = self.solutions.chunks_mut(count);
-        for (bundle, (found, units)) in bundles.zip(self.units.chunks(count)).enumerate() {
+        let by_class = self.whole.is_empty() && self.parameters.iter().all(of_class);
+        for (bundle, found) in self.solutions.chunks_mut(count).enumerate() {
             simd.solve(bundle, reduction);
             match (gradients, by_class) {
                 (false, _) => {}
-                (true, true) => simd.differentiate(reduction, units),
+                (true, true) => simd.differentiate(reduction, &vec![AXES; found.len()]),
                 (true, false) => simd.differentiate_whole(reduction, &self.places),
             }
             for (lane, found) in found.iter_mut().enumerate() {
@@ -178,10 +175,14 @@ impl<'a> MultiPosePredictor<'a> {
                     }
                     continue;
                 }
-                for (unit, row) in units[lane].iter().zip(rows) {
+                for (unit, row) in AXES.iter().zip(rows) {
                     for (place, derivative) in row.iter_mut().enumerate() {
                         *derivative = simd.whole_gradient(lane, place).along(*unit);
                     }
+                }
+                let whole = self.whole.iter_mut().skip(index * width).take(width);
+                for (place, whole) in whole.enumerate() {
+                    *whole = simd.whole_gradient(lane, place);
                 }
             }
         }
@@ -207,8 +208,12 @@ impl<'a> MultiPosePredictor<'a> {
         let width = self.parameters.len();
         if gradients && width > 0 {
             let rows = self.gradients[index * 3 * width..].chunks_mut(width);
-            for (unit, row) in self.units[index].iter().zip(rows) {
+            for (unit, row) in AXES.iter().zip(rows) {
                 general.gradient_along(*unit, &self.places, row);
+            }
+            if !self.whole.is_empty() {
+                let whole = general.compliance_derivatives(&self.parameters);
+                self.whole[index * width..(index + 1) * width].copy_from_slice(&whole);
             }
         }
         Ok(())
@@ -226,14 +231,24 @@ impl<'a> MultiPosePredictor<'a> {
         Some(self.compliance(index)?.direct(axis))
     }
 
-    /// Derivatives of [`MultiPosePredictor::direct_compliance`], or of the compliance along the direction that stands in its place, to each
-    /// parameter: to ln a of a factor, m/N, and to the compliance of a spring, N·m·m/N; zero if the solution was not asked for them.
+    /// Derivatives of [`MultiPosePredictor::direct_compliance`] to each parameter: to ln a of a factor, m/N, and to the compliance of a
+    /// spring, N·m·m/N; zero if the solution was not asked for them.
     #[must_use]
     pub fn gradient(&self, index: usize, axis: usize) -> Option<&[f64]> {
         self.compliance(index)?;
         let width = self.parameters.len();
         let start = (3 * index + axis) * width;
         Some(&self.gradients[start..start + width])
+    }
+
+    /// Derivatives of [`MultiPosePredictor::compliance`] to each parameter; none unless they were asked for
+    /// ([`MultiPosePredictor::differentiate_whole`]).
+    #[must_use]
+    pub fn whole_gradient(&self, index: usize) -> &[Compliance6] {
+        let width = self.parameters.len();
+        self.whole
+            .get(index * width..(index + 1) * width)
+            .unwrap_or_default()
     }
 }
 
@@ -301,20 +316,15 @@ mod tests {
             let mut together =
                 MultiPosePredictor::with(&robot, mechanism, &joints, theory, &CLASSES, 2).unwrap();
             together.place(1, &robot.poses[1].pose).unwrap();
-            together.differentiate_along(1, &units);
+            together.differentiate_whole();
             let mut along = |beam_bending: f64| {
                 let mut factors = factors.clone();
                 factors.beam[1] *= beam_bending.exp();
                 together.solve(&factors, true).unwrap();
-                let compliance = together.compliance(1).unwrap().translation();
-                let values = units.map(|u| {
-                    let terms = (0..9).map(|k| u[k / 3] * compliance[k / 3][k % 3] * u[k % 3]);
-                    terms.sum::<f64>()
-                });
-                (
-                    values,
-                    [0, 1, 2].map(|i| together.gradient(1, i).unwrap()[1]),
-                )
+                let compliance = together.compliance(1).unwrap();
+                let gradient = together.whole_gradient(1)[1];
+                let of = |matrix: Compliance6| units.map(|unit| matrix.along(unit));
+                (of(compliance), of(gradient))
             };
             // Central differences of 1e-4: truncation 1e-9 of the compliance, rounding of it 1e-9/1e-4.
             let (up, down) = (along(1e-4).0, along(-1e-4).0);

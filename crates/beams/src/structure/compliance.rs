@@ -39,16 +39,13 @@ impl Compliance6 {
             .map(|row| row.iter().zip(load).map(|(c, f)| c * f).sum())
     }
 
-    /// Adds an end that rocks with its supports: Σ c w wᵀ, w = (lever, axis) for each axis.
+    /// Adds an end that rocks with its supports: Σ c w wᵀ for each axis.
     ///
     /// # Arguments
     /// - `rad_per_nm`: compliance about x, y, z.
-    /// - `levers_m`: displacement of the end per rocking about each.
-    pub(crate) fn add_rocking(&mut self, rad_per_nm: [f64; 3], levers_m: &[[f64; 3]; 3]) {
-        for (axis, c) in rad_per_nm.into_iter().enumerate() {
-            let [x, y, z] = levers_m[axis];
-            let mut lever = [x, y, z, 0.0, 0.0, 0.0];
-            lever[3 + axis] = 1.0;
+    /// - `levers`: w, the motion of the end per rocking about each.
+    pub(crate) fn add_rocking(&mut self, rad_per_nm: [f64; 3], levers: &[[f64; 6]; 3]) {
+        for (c, &lever) in rad_per_nm.into_iter().zip(levers) {
             for (row, along) in self.0.iter_mut().zip(lever) {
                 for (entry, across) in row.iter_mut().zip(lever) {
                     *entry += c * along * across;

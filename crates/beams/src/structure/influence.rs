@@ -4,12 +4,12 @@
 //! structure, everything the law needs to know is in three small arrays, exact and free of the law itself:
 //!
 //! ```text
-//!   end displacement   u = C F + Σ_j m_j φ_j
+//!   motion of the end  u = C F + Σ_j m_j φ_j
 //!   joint moment     τ_j = m_jᵀ F - Σ_l k_jl φ_l
 //! ```
 //!
-//! C is the compliance of the rigid structure, m_j the end displacement per twist (by reciprocity also the joint's moment per end
-//! force), k the moments that the structure sets against imposed twists; k is zero where the joint lies in no closed loop.
+//! C is the compliance of the rigid structure, m_j the motion of the end per twist (by reciprocity also the joint's moment per end
+//! force and moment), k the moments that the structure sets against imposed twists; k is zero where the joint lies in no closed loop.
 //!
 //! # Source
 //! Przemieniecki, Theory of Matrix Structural Analysis (1968), chapter 8 (initial strains); the reduction to the released
@@ -23,6 +23,7 @@ use super::element::{Element, global_matrix};
 use super::parts::{Attachment, Hinge, Structure, StructureError};
 use super::solve::Solver;
 use super::topology::HELD;
+use stiffbench_numeric::vector::along6;
 
 /// Right sides that a solver takes at once.
 const AT_ONCE: usize = 6;
@@ -30,10 +31,10 @@ const AT_ONCE: usize = 6;
 /// Compliance of a structure with rigid joints, and what twists imposed in its joints do.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RotationInfluence {
-    /// Displacement per force of the end, m/N: row = displacement, column = force.
-    pub compliance_m_per_n: [[f64; 3]; 3],
-    /// For each hinge: displacement of the end per twist, m/rad, which is also its moment per end force, N·m/N.
-    pub levers_m: Vec<[f64; 3]>,
+    /// Of the end, as [`Compliance6`](super::Compliance6): row = displacement or rotation, column = force or moment.
+    pub compliance: [[f64; 6]; 6],
+    /// For each hinge: displacement, m/rad, and rotation of the end per twist, which are also its moment per end force, N·m/N, and moment.
+    pub levers: Vec<[f64; 6]>,
     /// Moment in hinge j against a twist in hinge l, N·m/rad: row j of as many columns as there are hinges.
     pub stiffness_nm_per_rad: Vec<f64>,
     /// Displacements of all equations per twist, one column a hinge; kept so that nothing is allocated from pose to pose.
@@ -45,10 +46,11 @@ impl RotationInfluence {
     #[must_use]
     pub fn of_one_joint(compliance_m_per_n: f64, lever_m: f64) -> Self {
         Self {
-            compliance_m_per_n: std::array::from_fn(|i| {
-                std::array::from_fn(|j| if i == j { compliance_m_per_n } else { 0.0 })
+            compliance: std::array::from_fn(|i| {
+                let is_own = |j| i == j && i < 3;
+                std::array::from_fn(|j| if is_own(j) { compliance_m_per_n } else { 0.0 })
             }),
-            levers_m: vec![[lever_m; 3]],
+            levers: vec![along6([lever_m; 3])],
             stiffness_nm_per_rad: vec![0.0],
             displacements: Vec::new(),
         }
@@ -62,9 +64,9 @@ impl RotationInfluence {
     /// # Arguments
     /// - `rad_per_nm`: compliance of the spring of each hinge, zero for none; hinges beyond its end have none.
     pub(crate) fn yield_by(&mut self, rad_per_nm: &[f64]) {
-        let count = self.levers_m.len();
+        let count = self.levers.len();
         let stiffness = Mat::from_fn(count, count, |j, l| self.stiffness(j, l));
-        let levers = Mat::from_fn(count, 3, |hinge, axis| self.levers_m[hinge][axis]);
+        let levers = Mat::from_fn(count, 6, |hinge, axis| self.levers[hinge][axis]);
         // k is positive semidefinite, so the eigenvalues of 1 + k D are one and more.
         let eased = Mat::from_fn(count, count, |j, l| {
             let spring = rad_per_nm.get(l).copied().unwrap_or(0.0);
@@ -73,7 +75,7 @@ impl RotationInfluence {
         let eased = eased.partial_piv_lu();
         let (levers, stiffness) = (eased.solve(&levers), eased.solve(&stiffness));
         for hinge in 0..count {
-            self.levers_m[hinge] = [0, 1, 2].map(|axis| levers[(hinge, axis)]);
+            self.levers[hinge] = std::array::from_fn(|axis| levers[(hinge, axis)]);
             for other in 0..count {
                 self.stiffness_nm_per_rad[hinge * count + other] = stiffness[(hinge, other)];
             }
@@ -83,7 +85,7 @@ impl RotationInfluence {
     /// Moment in hinge `j` against a unit twist in hinge `l`, N·m/rad.
     #[must_use]
     pub fn stiffness(&self, j: usize, l: usize) -> f64 {
-        self.stiffness_nm_per_rad[j * self.levers_m.len() + l]
+        self.stiffness_nm_per_rad[j * self.levers.len() + l]
     }
 }
 
@@ -120,8 +122,8 @@ impl Solver {
         let hinges = hinged.hinges.len();
         out.displacements.clear();
         out.displacements.resize(equations * hinges, 0.0);
-        out.levers_m.clear();
-        out.levers_m.resize(hinges, [0.0; 3]);
+        out.levers.clear();
+        out.levers.resize(hinges, [0.0; 6]);
         let motions = Motions::of(hinged)?;
         self.distortion_loads(&motions, &is_asked_for, &mut out.displacements);
         let asked_for: Vec<usize> = (0..hinges).filter(|hinge| is_asked_for(*hinge)).collect();
@@ -135,7 +137,7 @@ impl Solver {
                 out.displacements[place(hinge)].copy_from_slice(&self.solution[place(column)]);
                 let own = Motions::about(&motions.end, hinge);
                 let end = self.topology.end;
-                out.levers_m[hinge] = [0, 1, 2].map(|i| self.read(end, i, column) + own[i]);
+                out.levers[hinge] = std::array::from_fn(|i| self.read(end, i, column) + own[i]);
             }
         }
         self.rotational_stiffness(&motions, is_asked_for, out);
@@ -198,7 +200,7 @@ impl Solver {
         out: &mut RotationInfluence,
     ) {
         let equations = self.topology.equation_count;
-        let hinges = out.levers_m.len();
+        let hinges = out.levers.len();
         out.stiffness_nm_per_rad.clear();
         out.stiffness_nm_per_rad.resize(hinges * hinges, 0.0);
         for (index, moved) in motions.elements.iter().enumerate() {

@@ -3,10 +3,11 @@
 use nalgebra::DMatrix;
 
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, NamedPose, Robot};
+use stiffbench_numeric::vector::along6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::compliances::{ComplianceSolver, EndCompliance, along_force, motion_along};
+use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
 use super::error::LoadCaseFitError;
 use super::plan::{TriedPose, add_outer, further_poses};
 use super::problem::unloaded_springs;
@@ -140,12 +141,12 @@ impl PoseReadings {
             .sum();
         let mut rows = Vec::new();
         for direction in &self.directions {
-            let load = along_force(direction.unit_vector());
+            let load = along6(direction.unit_vector());
             let units: Vec<[f64; 6]> = if self.displacement_axes.is_empty() {
                 vec![load]
             } else {
                 let axes = self.displacement_axes.iter();
-                axes.map(|axis| along_force(axis.unit_vector())).collect()
+                axes.map(|axis| along6(axis.unit_vector())).collect()
             };
             for unit in &units {
                 let slope = motion_along(compliance, unit, &load);

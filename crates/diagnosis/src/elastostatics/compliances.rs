@@ -5,6 +5,7 @@ use stiffbench_beams::robot::{
     RobotError, Theory,
 };
 use stiffbench_beams::structure::Compliance6;
+use stiffbench_numeric::vector::dot6;
 
 /// Six by six: displacement and rotation per force and moment of the end, SI.
 pub(super) type EndCompliance = [[f64; 6]; 6];
@@ -114,14 +115,7 @@ fn moved(matrix: &EndCompliance, load: &[f64; 6], further: &[f64; 6]) -> [f64; 6
     std::array::from_fn(|row| by_load[row] + further[row])
 }
 
-/// A vector of six that is a force or a displacement.
-pub(super) fn along_force([x, y, z]: [f64; 3]) -> [f64; 6] {
-    [x, y, z, 0.0, 0.0, 0.0]
-}
-
 /// Component of the end's motion along a unit vector of six under a load.
 pub(super) fn motion_along(matrix: &EndCompliance, unit: &[f64; 6], load: &[f64; 6]) -> f64 {
-    let rows = matrix.iter().zip(unit).filter(|(_, share)| **share != 0.0);
-    rows.map(|(row, share)| share * row.iter().zip(load).map(|(c, f)| c * f).sum::<f64>())
-        .sum()
+    dot6(*unit, Compliance6(*matrix).times(*load))
 }

@@ -10,13 +10,12 @@ use stiffbench_measurement::load_cases::{
     JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseTable,
 };
 use stiffbench_numeric::statistics::{even_share, golden_ratio, median};
+use stiffbench_numeric::vector::along6;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorEstimate, FactorStatus, FitOutcome, FitProblem};
 
-use super::compliances::{
-    ComplianceSolver, EndCompliance, PoseCompliance, along_force, motion_along,
-};
+use super::compliances::{ComplianceSolver, EndCompliance, PoseCompliance, motion_along};
 use super::error::LoadCaseFitError;
 use super::outcome::{LoadCaseAgreement, LoadCaseFit};
 use super::problem::LoadCaseModel;
@@ -226,8 +225,8 @@ impl<'a> FitKnowledge<'a> {
             let sd = u.filter(|u| *u > 0.0).unwrap_or(usual);
             known.push(sd);
             poses[place].components.push(MeasuredMotion {
-                unit: along_force(cell.direction.unit_vector()),
-                load: along_force(load),
+                unit: along6(cell.direction.unit_vector()),
+                load: along6(load),
                 sd,
             });
         }
@@ -476,7 +475,7 @@ impl ParameterInformation {
         let mut load = [0.0; 6];
         load[axis.index()] = force_n;
         for read in Direction::ALL {
-            let unit = along_force(read.unit_vector());
+            let unit = along6(read.unit_vector());
             with.add(derivatives, &unit, &load, scatter);
         }
         with

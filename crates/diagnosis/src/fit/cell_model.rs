@@ -5,7 +5,8 @@ use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Robot, RobotError,
 };
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::{Cell, Direction};
+use stiffbench_units_and_text::read_axis::ReadAxis;
+use stiffbench_units_and_text::test_point::Cell;
 
 use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
@@ -30,7 +31,7 @@ struct AcrossModel<'a> {
     mechanics: Mechanics<'a>,
     parameters: usize,
     /// Number of the pose, axis of the displacement, load.
-    places: Vec<(usize, Direction, LoadDirection)>,
+    places: Vec<(usize, ReadAxis, LoadDirection)>,
 }
 
 /// How the stiffness is computed.
@@ -90,10 +91,10 @@ impl<'a> CellModel<'a> {
         }
         let (poses, places) = poses_of_cells(robot, across.iter().map(|one| &one.cell))?;
         let places = places.into_iter().zip(across);
-        let places = places.map(|(pose, one)| (pose, one.cell.direction, one.load.clone()));
+        let places = places.map(|(pose, one)| (pose, one.cell.direction.into(), one.load.clone()));
         let unit = FittingFactors::UNIT;
         let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, &unit, &poses)?;
-        mechanics.differentiate_across()?;
+        mechanics.differentiate_whole()?;
         self.across = Some(AcrossModel {
             mechanics,
             parameters: parameters.len(),
@@ -207,10 +208,10 @@ impl AcrossModel<'_> {
         self.mechanics.set_factors_rigid(factors)?;
         for (place, (pose, read, load)) in self.places.iter().enumerate() {
             let pose = self.mechanics.pose(*pose);
-            values[place] = pose.compliance_m_per_n(*read, load);
+            values[place] = pose.compliance(read, load);
             if let Some(shares) = shares.as_deref_mut() {
                 let derivatives =
-                    (0..self.parameters).map(|parameter| pose.gradient(parameter, *read, load));
+                    (0..self.parameters).map(|parameter| pose.gradient(parameter, read, load));
                 shares[place].clear();
                 shares[place].extend(derivatives);
             }

@@ -127,8 +127,8 @@ impl<'a> PhysicsModel<'a> {
         let share = |cell: &PlacedCell| {
             let axis = cell.readings.cell.direction.index();
             let pose = self.mechanics.pose(cell.pose);
-            let gradient = place.map_or(0.0, |place| pose.compliance_gradient[place][axis]);
-            gradient / pose.influence.compliance_m_per_n[axis][axis]
+            let gradient = place.map_or(0.0, |place| pose.gradient[place][axis][axis]);
+            gradient / pose.influence.compliance[axis][axis]
         };
         let most = self.cells.iter().map(share).fold(0.0, f64::max);
         if most > 0.0 { 1.0 / most } else { 0.0 }
@@ -234,7 +234,7 @@ impl<'a> PhysicsModel<'a> {
             let loads = RunLoads {
                 pose: &cell.pose,
                 load: LoadDirection::of_axis(cell.direction),
-                read: cell.direction,
+                read: cell.direction.into(),
                 repeat: run[0].repeat,
                 release_n: self.physics.release_n(),
                 loads: &loads[places.clone()],
@@ -263,7 +263,7 @@ fn predict_run(
         None => Ok(()),
         Some(place) => Err(FitError::NotFinite {
             pose: loads.pose.clone(),
-            direction: loads.read,
+            direction: loads.read.axis(),
             force_n: loads.loads[place].force_n,
             repeat: loads.repeat,
             value: out[place],

@@ -190,7 +190,7 @@ impl BadReading {
             reading,
             line: detail.line,
             pose: observations.poses[cell.pose].clone(),
-            direction: cell.direction,
+            direction: cell.axis(),
             load: observations.named(cell).load,
             repeat: run.repeat,
             step: observations.loads[reading].step,

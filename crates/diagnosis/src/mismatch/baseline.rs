@@ -117,8 +117,8 @@ pub struct StructureColumn {
     pub law: Law,
     /// The entry.
     pub place: Place,
-    /// For each pose the change of the compliance for each unit of the law's value, m/N.
-    pub compliance_m_per_n: Vec<[[f64; 3]; 3]>,
+    /// For each pose the change of the compliance for each unit of the law's value, SI.
+    pub compliance: Vec<[[f64; 6]; 6]>,
     /// Of a spring for each pose the stiffness that a closed loop sets against it, N·m/rad or N/m: a compliance c counts as c/(1 + c k).
     /// Empty of other entries.
     pub loop_stiffness: Vec<f64>,
@@ -134,11 +134,11 @@ pub trait PoseSolver: Send {
         Ok(())
     }
 
-    /// From now on differentiates displacements across the load too.
+    /// From now on differentiates the whole compliance: displacements across the load too.
     ///
     /// # Errors
     /// [`MismatchError::Robot`] if a pose cannot be solved.
-    fn differentiate_across(&mut self) -> Result<(), MismatchError> {
+    fn differentiate_whole(&mut self) -> Result<(), MismatchError> {
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Every law at every place it can have, with the shapes under which it is searched for.
 
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape, TestObject};
-use stiffbench_numeric::vector::dot;
+use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::baseline::StructureColumn;
@@ -283,12 +283,9 @@ fn joint_scale(
     // Along the load, whichever way the gauge looks: across it a joint moves the end at most by the mean of what it moves along either.
     for cell in &observations.cells {
         let influence = &poses.poses[cell.pose].influence;
-        let along = |vector: [f64; 3]| match cell.load.axis() {
-            Some(axis) => vector[axis.index()],
-            None => dot(vector, cell.load.unit_vector()),
-        };
-        let lever = along(influence.levers_m[joint]);
-        let compliance = along(influence.compliance_m_per_n.map(along));
+        let along = |vector: [f64; 6]| dot6(vector, cell.load.wrench());
+        let lever = along(influence.levers[joint]);
+        let compliance = along(influence.compliance.map(along));
         moment_nm = moment_nm.max(lever.abs() * session.force_n);
         let share = lever * lever / compliance;
         if best.is_none_or(|(most, ..)| share > most) {
@@ -316,10 +313,10 @@ fn spring_scale(
     column: &StructureColumn,
 ) -> Option<PlaceScale> {
     let shares = observations.cells.iter().map(|cell| {
-        let load = cell.load.unit_vector();
-        let along = |matrix: &[[f64; 3]; 3]| dot(load, matrix.map(|row| dot(row, load)));
-        let whole = &poses.poses[cell.pose].influence.compliance_m_per_n;
-        let share = along(&column.compliance_m_per_n[cell.pose]) / along(whole);
+        let load = cell.load.wrench();
+        let along = |matrix: &[[f64; 6]; 6]| dot6(load, matrix.map(|row| dot6(row, load)));
+        let whole = &poses.poses[cell.pose].influence.compliance;
+        let share = along(&column.compliance[cell.pose]) / along(whole);
         (share, column.loop_stiffness[cell.pose])
     });
     let (share, stiffness) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -345,10 +342,10 @@ fn axis_scale(
     axis: Direction,
 ) -> Option<PlaceScale> {
     let shares = observations.cells.iter().map(|cell| {
-        let along = cell.direction.index();
+        let along = cell.axis().index();
         let pose = &poses.poses[cell.pose];
-        let lever = pose.base_levers_m[axis.index()][along];
-        lever * lever / pose.influence.compliance_m_per_n[along][along]
+        let lever = pose.base_levers[axis.index()][along];
+        lever * lever / pose.influence.compliance[along][along]
     });
     let share = shares.fold(0.0, f64::max);
     (share > 0.0).then(|| PlaceScale {
@@ -368,9 +365,9 @@ fn direction_scale(
     let here = observations
         .cells
         .iter()
-        .filter(|cell| cell.direction == direction);
+        .filter(|cell| cell.read == direction);
     let stiffest = here
-        .map(|cell| poses.poses[cell.pose].influence.compliance_m_per_n[axis][axis])
+        .map(|cell| poses.poses[cell.pose].influence.compliance[axis][axis])
         .fold(f64::INFINITY, f64::min);
     stiffest.is_finite().then_some(PlaceScale {
         compliance: stiffest,
@@ -395,7 +392,7 @@ fn runs(observations: &Observations) -> impl Iterator<Item = Place> + '_ {
             direction: cell.load.called(),
             repeat: run.repeat,
             step: loads[place].step,
-            gauge: (!observations.gauges.is_empty()).then_some(cell.direction),
+            gauge: (!observations.gauges.is_empty()).then_some(cell.axis()),
         })
     })
 }

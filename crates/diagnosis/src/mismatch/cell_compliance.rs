@@ -81,14 +81,14 @@ impl<'a> CellComplianceModel<'a> {
         for joint in 0..baseline.joints().len() {
             let of_cell = |cell: &CellCompliance| {
                 let influence = &pose(cell).influence;
-                let lever_m = influence.levers_m[joint][cell.direction.index()];
+                let lever_m = influence.levers[joint][cell.direction.index()];
                 [lever_m * lever_m, influence.stiffness(joint, joint)]
             };
             springs.push(cells.iter().map(of_cell).collect());
         }
         for axis in 0..3 {
             let of_cell = |cell: &CellCompliance| {
-                let lever_m = pose(cell).base_levers_m[axis][cell.direction.index()];
+                let lever_m = pose(cell).base_levers[axis][cell.direction.index()];
                 [lever_m * lever_m, 0.0]
             };
             springs.push(cells.iter().map(of_cell).collect());
@@ -100,7 +100,7 @@ impl<'a> CellComplianceModel<'a> {
         }
         let own = |cell: &CellCompliance| {
             let axis = cell.direction.index();
-            pose(cell).influence.compliance_m_per_n[axis][axis]
+            pose(cell).influence.compliance[axis][axis]
         };
         let own: Vec<f64> = cells.iter().map(own).collect();
         let springs = springs.into_iter().filter_map(|adds| {
@@ -254,7 +254,7 @@ impl ResidualFunction for CompliancesOfCells<'_> {
         for (place, cell) in self.cells.iter().enumerate() {
             let axis = cell.direction.index();
             let pose = self.solver.pose(cell.pose);
-            let mut compliance = pose.influence.compliance_m_per_n[axis][axis];
+            let mut compliance = pose.influence.compliance[axis][axis];
             let mut by_spring = 0.0;
             if let (Some(spring), [log]) = (self.spring, of_spring) {
                 // A twist c τ, with τ = m F - k c τ: what a spring adds in a closed loop is bounded.
@@ -271,8 +271,8 @@ impl ResidualFunction for CompliancesOfCells<'_> {
             self.logs[place] = compliance.ln();
             residuals[place] = weight * (self.logs[place] - cell.log);
             if let Some(jacobian) = jacobian.as_deref_mut() {
-                for (parameter, gradient) in pose.compliance_gradient.iter().enumerate() {
-                    jacobian.set(place, parameter, weight * gradient[axis] / compliance);
+                for (parameter, gradient) in pose.gradient.iter().enumerate() {
+                    jacobian.set(place, parameter, weight * gradient[axis][axis] / compliance);
                 }
                 jacobian.set(place, known.len(), weight * by_spring / compliance);
             }

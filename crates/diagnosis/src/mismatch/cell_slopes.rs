@@ -206,7 +206,7 @@ fn noise_about_lines(observations: &Observations, residual_m: &[f64]) -> Estimat
         let products: f64 = about().map(|(f, r)| (f - mean_n) * (r - mean_m)).sum();
         let spread: f64 = forces().map(|f| (f - mean_n).powi(2)).sum();
         let all: f64 = about().map(|(_, r)| (r - mean_m).powi(2)).sum();
-        let axis = cell.direction.index();
+        let axis = cell.axis().index();
         squares[axis] += (all - products * products / spread.max(f64::MIN_POSITIVE)).max(0.0);
         counts[axis] += (rows - 2.0).max(0.0);
     }
@@ -379,7 +379,7 @@ mod tests {
         let mut long = Observations::without_readings(both.steps, both.recorded);
         (long.poses, long.gauges) = (both.poses.clone(), both.gauges.clone());
         for cell in &both.cells {
-            long.begin_cell(cell.pose, cell.load.clone(), cell.direction);
+            long.begin_cell(cell.pose, cell.load.clone(), cell.read);
             for run in &both.runs[cell.runs.clone()] {
                 long.begin_run(run.repeat, run.session_run);
                 for step in 0..101 {

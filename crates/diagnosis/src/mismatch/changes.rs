@@ -60,11 +60,11 @@ impl LinearisedModel {
             columns.find(|column| column.law == effect.law && column.place == effect.place)?;
         let size = *effect.values.first()?;
         let mut changed = self.clone();
-        let poses = changed.poses.iter_mut().zip(&column.compliance_m_per_n);
+        let poses = changed.poses.iter_mut().zip(&column.compliance);
         for (index, (pose, change)) in poses.enumerate() {
             let stiffness = column.loop_stiffness.get(index).copied().unwrap_or(0.0);
             let size = size / (1.0 + size * stiffness);
-            let rows = pose.influence.compliance_m_per_n.iter_mut().zip(change);
+            let rows = pose.influence.compliance.iter_mut().zip(change);
             for (compliance, change) in rows.flat_map(|(row, change)| row.iter_mut().zip(change)) {
                 *compliance += size * change;
             }
@@ -280,7 +280,7 @@ impl<'a> Changes<'a> {
     fn of_gauge_alone(&self, place: &Place, out: &mut [f64]) {
         if let Place::DisplacementGauge(Some(axis)) = place {
             let others = self.observations.cells.iter();
-            for cell in others.filter(|cell| cell.direction != *axis) {
+            for cell in others.filter(|cell| cell.axis() != *axis) {
                 out[cell.readings.clone()].fill(0.0);
             }
         }
@@ -317,7 +317,7 @@ impl<'a> Changes<'a> {
             }
             Place::Direction(axis) | Place::Clock(Some(axis)) => {
                 let cells = observations.cells.iter();
-                let along = cells.filter(|cell| cell.direction == *axis);
+                let along = cells.filter(|cell| cell.read == *axis);
                 (all, along.map(|cell| cell.readings.clone()).collect())
             }
             _ => (all.clone(), vec![all]),
@@ -347,6 +347,7 @@ pub(super) mod tests {
     use super::*;
     use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
     use stiffbench_beams::structure::RotationInfluence;
+    use stiffbench_numeric::vector::along6;
     use stiffbench_units_and_text::load_direction::LoadDirection;
     use stiffbench_units_and_text::test_point::Branch;
 
@@ -380,7 +381,7 @@ pub(super) mod tests {
         both.gauges = vec![Direction::Y, Direction::Z];
         for (cell, axis) in both.cells.iter_mut().zip([Direction::Y, Direction::Z]) {
             cell.load = LoadDirection::Axis(Direction::X);
-            cell.direction = axis;
+            cell.read = axis.into();
         }
         for run in &mut both.runs {
             run.session_run = run.repeat;
@@ -395,7 +396,7 @@ pub(super) mod tests {
     /// A pose with two joints that mind each other.
     fn linearised() -> LinearisedModel {
         let mut influence = RotationInfluence::of_one_joint(3e-7, 0.3);
-        influence.levers_m = vec![[0.3, 0.2, 0.1], [0.1, 0.4, 0.2]];
+        influence.levers = [[0.3, 0.2, 0.1], [0.1, 0.4, 0.2]].map(along6).to_vec();
         influence.stiffness_nm_per_rad = vec![2e5, 8e4, 8e4, 1e5];
         LinearisedModel {
             poses: vec![PoseMechanics {

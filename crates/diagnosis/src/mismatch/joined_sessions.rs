@@ -87,7 +87,7 @@ impl Observations {
             out.cells.extend(one.cells.iter().map(|cell| ObservedCell {
                 pose: cell.pose + poses,
                 load: cell.load.clone(),
-                direction: cell.direction,
+                read: cell.read,
                 runs: moved(&cell.runs, runs),
                 readings: moved(&cell.readings, readings),
             }));

@@ -285,7 +285,7 @@ impl RowVariances {
                 } else {
                     force_variance * c * c
                 };
-                let axis = observations.cells[observations.cell_of(reading)].direction;
+                let axis = observations.cells[observations.cell_of(reading)].axis();
                 let own = noise.own_variance(axis, slope_m[reading]);
                 rows.own.push(own);
                 rows.force_m.push(c.signum() * of_force.sqrt());
@@ -342,7 +342,7 @@ impl RowVariances {
             for (place, &row) in rows.iter().enumerate() {
                 let run = &observations.runs[observations.readings[row].run];
                 let cell = &observations.cells[run.cell];
-                let axis = cell.direction.index();
+                let axis = cell.axis().index();
                 let remembers = part_of(parts, row).noise.correlation;
                 // Between the rows of one reading nothing changes but the state of the gauge at its turn.
                 let mut correlation = [1.0; MOST_STATES];

@@ -5,13 +5,14 @@ use std::ops::Range;
 use stiffbench_beams::physics::{LoadPoint, Place, PoseMechanics, RunLoads, TestObject};
 use stiffbench_measurement::readings::{Reading, ReadingTable, SessionHeader, SinceZero};
 use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
 use super::free_means::about_means;
 use super::joined_sessions::ObservedSession;
 use super::recorded_history::RecordedHistory;
 
-/// A pose, a direction of loads and an axis of displacements, with its readings.
+/// A pose, a direction of loads and what one gauge read, with its readings.
 ///
 /// The cells of several gauges that were read under the same loads follow each other: a series.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,8 +21,8 @@ pub struct ObservedCell {
     pub pose: usize,
     /// The direction of the loads.
     pub load: LoadDirection,
-    /// The axis along which the displacement was read.
-    pub direction: Direction,
+    /// What was read.
+    pub read: ReadAxis,
     /// Its runs.
     pub runs: Range<usize>,
     /// Its readings.
@@ -32,22 +33,28 @@ impl ObservedCell {
     /// Whether the displacement was read along the load.
     #[must_use]
     pub fn is_along_load(&self) -> bool {
-        self.load == self.direction
+        self.read.base_axis().is_some_and(|axis| self.load == axis)
     }
 
     /// Its compliance in a structure, m/N.
     pub(super) fn compliance(&self, pose: &PoseMechanics) -> f64 {
-        pose.compliance_m_per_n(self.direction, &self.load)
+        pose.compliance(&self.read, &self.load)
     }
 
     /// What a lever makes of a load in its displacement, m².
-    pub(super) fn lever_product(&self, lever_m: [f64; 3]) -> f64 {
-        PoseMechanics::lever_product_m2(lever_m, self.direction, &self.load)
+    pub(super) fn lever_product(&self, lever: [f64; 6]) -> f64 {
+        PoseMechanics::lever_product(lever, &self.read, &self.load)
+    }
+
+    /// The axis along which the displacement was read, among those that it is stated in.
+    #[must_use]
+    pub fn axis(&self) -> Direction {
+        self.read.axis()
     }
 
     /// Whether it is of the same pose and load as the cell before it.
     fn goes_on(&self, before: &Self) -> bool {
-        self.pose == before.pose && self.load == before.load && before.direction < self.direction
+        self.pose == before.pose && self.load == before.load && before.axis() < self.axis()
     }
 }
 
@@ -262,7 +269,7 @@ impl Observations {
         RunLoads {
             pose: &self.poses[cell.pose],
             load: &cell.load,
-            read: cell.direction,
+            read: cell.read,
             repeat: *repeat,
             release_n: self.release_of(run),
             loads: &self.loads[readings.clone()],
@@ -293,7 +300,7 @@ impl Observations {
     pub fn named(&self, cell: &ObservedCell) -> Cell {
         Cell {
             pose: self.poses[cell.pose].clone(),
-            direction: cell.direction,
+            direction: cell.axis(),
             load: (!cell.is_along_load()).then(|| cell.load.called()),
         }
     }
@@ -307,7 +314,7 @@ impl Observations {
     /// Pose and direction of a cell.
     pub(super) fn name_of(&self, cell: usize) -> (PoseId, Direction) {
         let cell = &self.cells[cell];
-        (self.poses[cell.pose].clone(), cell.direction)
+        (self.poses[cell.pose].clone(), cell.axis())
     }
 
     /// Step and hold of a reading: its repeats in other runs of the cell have the same.
@@ -320,7 +327,7 @@ impl Observations {
         matches!(place, Place::Run { pose, direction, gauge, .. }
             if self.poses[cell.pose] == *pose
                 && cell.load.is_called(direction)
-                && gauge.is_none_or(|axis| axis == cell.direction))
+                && gauge.is_none_or(|axis| axis == cell.axis()))
     }
 
     /// For each reading whether it is meant.
@@ -345,7 +352,7 @@ impl Observations {
 
     /// Directions that were measured.
     pub(super) fn directions(&self) -> impl Iterator<Item = Direction> + '_ {
-        let measured = |axis: &Direction| self.cells.iter().any(|cell| cell.direction == *axis);
+        let measured = |axis: &Direction| self.cells.iter().any(|cell| cell.axis() == *axis);
         Direction::ALL.into_iter().filter(measured)
     }
 
@@ -401,7 +408,7 @@ impl Observations {
         for cell in cells {
             let is_kept = |reading: &usize| keep[*reading];
             if cell.readings.clone().any(|reading| keep[reading]) {
-                out.begin_cell(cell.pose, cell.load.clone(), cell.direction);
+                out.begin_cell(cell.pose, cell.load.clone(), cell.read);
             }
             for run in &self.runs[cell.runs.clone()] {
                 let mut kept = run.readings.clone().filter(is_kept).peekable();
@@ -444,12 +451,12 @@ impl Observations {
     }
 
     /// Begins a cell.
-    pub(super) fn begin_cell(&mut self, pose: usize, load: LoadDirection, direction: Direction) {
+    pub(super) fn begin_cell(&mut self, pose: usize, load: LoadDirection, read: ReadAxis) {
         let (runs, readings) = (self.runs.len(), self.readings.len());
         self.cells.push(ObservedCell {
             pose,
             load,
-            direction,
+            read,
             runs: runs..runs,
             readings: readings..readings,
         });
@@ -499,10 +506,10 @@ impl Observations {
         since: SinceZero,
     ) {
         let same_cell = self.cells.last().is_some_and(|cell| {
-            cell.pose == pose && cell.direction == reading.direction && cell.load == load
+            cell.pose == pose && cell.read == reading.direction && cell.load == load
         });
         if !same_cell {
-            self.begin_cell(pose, load, reading.direction);
+            self.begin_cell(pose, load, reading.direction.into());
         }
         let run = self.runs.last().map(|run| run.session_run);
         if !same_cell || run != Some(reading.run) {

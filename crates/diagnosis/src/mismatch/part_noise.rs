@@ -230,7 +230,7 @@ mod tests {
         out.cells = vec![ObservedCell {
             pose: 0,
             load: Direction::X.into(),
-            direction: Direction::X,
+            read: Direction::X.into(),
             runs: 0..1,
             readings: 0..path.len(),
         }];

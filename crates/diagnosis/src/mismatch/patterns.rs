@@ -47,13 +47,13 @@ impl PatternGroup {
     pub(super) fn of_cells(observations: &Observations) -> impl Iterator<Item = Self> {
         observations.cells.iter().map(|cell| Self {
             pose: Some(cell.pose),
-            direction: Some(cell.direction),
+            direction: Some(cell.axis()),
         })
     }
 
     pub(super) fn holds(&self, cell: &ObservedCell) -> bool {
         self.pose.is_none_or(|pose| pose == cell.pose)
-            && self.direction.is_none_or(|d| d == cell.direction)
+            && self.direction.is_none_or(|d| d == cell.axis())
     }
 
     /// Readings from the first to the last series with a cell of the group: what gauges were read at once is white together only.

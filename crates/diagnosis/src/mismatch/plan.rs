@@ -112,7 +112,7 @@ impl Observations {
         }
         let mut places: Vec<usize> = (0..cell.loads.len()).collect();
         places.sort_by_key(|&place| cell.loads[place].repeat);
-        self.begin_cell(pose, cell.load.clone(), cell.direction);
+        self.begin_cell(pose, cell.load.clone(), cell.direction.into());
         let mut repeat = None;
         for place in places {
             let load = &cell.loads[place];
@@ -190,7 +190,7 @@ mod tests {
             .map(|cell| {
                 (
                     cell.pose,
-                    cell.direction,
+                    cell.axis(),
                     cell.runs.clone(),
                     cell.readings.clone(),
                 )

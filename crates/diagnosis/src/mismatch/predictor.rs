@@ -111,7 +111,7 @@ impl<'a> ReadingPredictor<'a> {
                 .iter()
                 .any(|cell| !cell.is_along_load())
             {
-                solver.differentiate_across()?;
+                solver.differentiate_whole()?;
             }
             *place = Some(solver);
         }
@@ -162,7 +162,7 @@ impl<'a> ReadingPredictor<'a> {
             return Ok(false);
         };
         for (index, held) in self.held.iter_mut().flatten().enumerate() {
-            held.influence.compliance_m_per_n = solver.pose(index).influence.compliance_m_per_n;
+            held.influence.compliance = solver.pose(index).influence.compliance;
         }
         for (index, run) in self.observations.runs.iter().enumerate() {
             let pose = self.observations.cells[run.cell].pose;
@@ -211,7 +211,7 @@ impl<'a> ReadingPredictor<'a> {
             for cell in &observations.cells {
                 let pose = solver.pose(cell.pose);
                 for (parameter, column) in out.chunks_mut(observations.len()).enumerate() {
-                    let gradient = pose.gradient(parameter, cell.direction, &cell.load);
+                    let gradient = pose.gradient(parameter, &cell.read, &cell.load);
                     for reading in cell.readings.clone() {
                         column[reading] = gradient * observations.loads[reading].force_n;
                     }

@@ -25,7 +25,7 @@ pub(super) struct RobotSolver<'a> {
     solved: Vec<f64>,
     joints: JointsSolved,
     /// Whether displacements across the load are differentiated too.
-    is_across: bool,
+    is_whole: bool,
     /// Effects that make another structure, and what they change.
     effects: Vec<Effect>,
     edit: StructureEdit,
@@ -75,7 +75,7 @@ impl<'a> RobotSolver<'a> {
             mechanics,
             solved: Vec::new(),
             joints: JointsSolved::None,
-            is_across: false,
+            is_whole: false,
             effects: Vec::new(),
             edit: StructureEdit::default(),
             sprung: None,
@@ -139,8 +139,8 @@ impl<'a> RobotSolver<'a> {
                 &baseline.poses,
             )?;
             sprung.differentiate_in(values.units());
-            if self.is_across {
-                sprung.differentiate_across()?;
+            if self.is_whole {
+                sprung.differentiate_whole()?;
             }
             self.sprung = Some((springs, sprung));
         }
@@ -169,8 +169,8 @@ impl<'a> RobotSolver<'a> {
             mechanics.differentiate_in(self.values.units());
             mechanics.set_factors_rigid(factors)?;
         }
-        if self.is_across {
-            mechanics.differentiate_across()?;
+        if self.is_whole {
+            mechanics.differentiate_whole()?;
         }
         if *joints != JointsSolved::None {
             mechanics.solve_joints(|joint| joints.contains(joint))?;
@@ -207,12 +207,12 @@ impl PoseSolver for RobotSolver<'_> {
         self.lay_out_springs()
     }
 
-    fn differentiate_across(&mut self) -> Result<(), MismatchError> {
-        self.is_across = true;
+    fn differentiate_whole(&mut self) -> Result<(), MismatchError> {
+        self.is_whole = true;
         if let Some((_, sprung)) = &mut self.sprung {
-            sprung.differentiate_across()?;
+            sprung.differentiate_whole()?;
         }
-        Ok(self.mechanics.differentiate_across()?)
+        Ok(self.mechanics.differentiate_whole()?)
     }
 
     fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
@@ -247,8 +247,8 @@ pub(super) fn file_columns(
     parameters: &[f64],
 ) -> Result<Vec<StructureColumn>, MismatchError> {
     let count = baseline.poses.len();
-    let compliances = |solver: &dyn PoseSolver| -> Vec<[[f64; 3]; 3]> {
-        let poses = (0..count).map(|pose| solver.pose(pose).influence.compliance_m_per_n);
+    let compliances = |solver: &dyn PoseSolver| -> Vec<[[f64; 6]; 6]> {
+        let poses = (0..count).map(|pose| solver.pose(pose).influence.compliance);
         poses.collect()
     };
     let mut solver = baseline.solver(0)?;
@@ -268,7 +268,7 @@ pub(super) fn file_columns(
         Some(StructureColumn {
             law: effect.law,
             place: effect.place,
-            compliance_m_per_n: change.collect(),
+            compliance: change.collect(),
             loop_stiffness: Vec::new(),
         })
     };
@@ -293,7 +293,7 @@ pub(super) fn spring_columns(
             let column = StructureColumn {
                 law: *law,
                 place: place.clone(),
-                compliance_m_per_n: Vec::with_capacity(baseline.poses.len()),
+                compliance: Vec::with_capacity(baseline.poses.len()),
                 loop_stiffness: Vec::with_capacity(baseline.poses.len()),
             };
             Some((place.spring()?, column))
@@ -314,11 +314,11 @@ pub(super) fn spring_columns(
         let derivatives = predictor.compliance_derivatives(&springs);
         for ((_, column), derivative) in found.iter_mut().zip(derivatives) {
             let rows = std::array::from_fn(|i| std::array::from_fn(|j| derivative.0[i][j]));
-            column.compliance_m_per_n.push(rows);
+            column.compliance.push(rows);
         }
     }
     for (spring, column) in &mut found {
-        let poses = rigid.iter().zip(&column.compliance_m_per_n);
+        let poses = rigid.iter().zip(&column.compliance);
         let shares =
             poses.flat_map(|(c, slope)| (0..3).map(|axis| slope[axis][axis] / c.0[axis][axis]));
         let share = shares.fold(0.0, f64::max);
@@ -331,11 +331,7 @@ pub(super) fn spring_columns(
         let mut sprung = factors.clone();
         sprung.set(spring, factors.get(spring) + compliance);
         predictor.prepare(&sprung);
-        let poses = baseline
-            .poses
-            .iter()
-            .zip(&rigid)
-            .zip(&column.compliance_m_per_n);
+        let poses = baseline.poses.iter().zip(&rigid).zip(&column.compliance);
         for ((pose, rigid), slope) in poses {
             predictor.place(pose)?;
             let whole = predictor.compliance();
@@ -377,10 +373,10 @@ mod tests {
         let in_loops = columns.iter().filter(|one| one.loop_stiffness[0] > 1.0);
         assert!(in_loops.count() > 10 && columns.len() > 20);
         let mut solver = baseline.solver(0).unwrap();
-        let compliances = |solver: &dyn PoseSolver| -> Vec<[[f64; 3]; 3]> {
+        let compliances = |solver: &dyn PoseSolver| -> Vec<[[f64; 6]; 6]> {
             let poses = 0..baseline.poses.len();
             poses
-                .map(|pose| solver.pose(pose).influence.compliance_m_per_n)
+                .map(|pose| solver.pose(pose).influence.compliance)
                 .collect()
         };
         solver.solve_for(&start, &[]).unwrap();
@@ -398,8 +394,7 @@ mod tests {
                 for (pose, whole) in whole.iter().enumerate() {
                     let size = compliance / (1.0 + compliance * column.loop_stiffness[pose]);
                     for i in 0..3 {
-                        let found =
-                            rigid[pose][i][i] + size * column.compliance_m_per_n[pose][i][i];
+                        let found = rigid[pose][i][i] + size * column.compliance[pose][i][i];
                         assert!(
                             (found / whole[i][i] - 1.0).abs() < 1e-5,
                             "{}, {compliance}, pose {pose}: {found:e} {:e}",

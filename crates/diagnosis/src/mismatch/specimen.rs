@@ -154,7 +154,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
         ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
     for configuration in 0..table.configurations.len() {
-        out.begin_cell(configuration, Direction::X.into(), Direction::X);
+        out.begin_cell(configuration, Direction::X.into(), Direction::X.into());
         let members = table
             .runs
             .iter()
@@ -250,8 +250,13 @@ impl PoseSolver for SpecimenSolver<'_> {
     fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
         for (index, (pose, slope)) in self.poses.iter_mut().zip(parameters).enumerate() {
             pose.influence = RotationInfluence::of_one_joint(*slope, 1.0);
-            pose.compliance_gradient = (0..parameters.len())
-                .map(|other| [f64::from(u8::from(other == index)); 3])
+            pose.gradient = (0..parameters.len())
+                .map(|other| {
+                    let is_own = |i, j| other == index && i == j && i < 3;
+                    std::array::from_fn(|i| {
+                        std::array::from_fn(|j| f64::from(u8::from(is_own(i, j))))
+                    })
+                })
                 .collect();
         }
         Ok(())

@@ -285,7 +285,7 @@ fn measured(
         let compliance = screen.compliance[cell.readings.start];
         let cell = CellCompliance {
             pose: cell.pose,
-            direction: cell.direction,
+            direction: cell.axis(),
             log: compliance.abs().ln(),
             u: uncertainties[place],
         };

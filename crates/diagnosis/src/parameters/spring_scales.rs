@@ -87,7 +87,7 @@ impl SpringScales {
             for cell in cells {
                 let (pose, axis) = (cell.pose, cell.direction.index());
                 let of_axis = |mechanics: &Mechanics<'_>| {
-                    mechanics.pose(pose).influence.compliance_m_per_n[axis][axis]
+                    mechanics.pose(pose).influence.compliance[axis][axis]
                 };
                 // Displacement per force and compliance of the spring: its load per force, squared.
                 let gradient = predictor.gradient(pose, axis);

@@ -108,7 +108,7 @@ impl SolvedCell {
         };
         let first_m = mechanics.along_m(&Direction::ALL, &[first])[0];
         cell.first_load_m_per_n = first_m.map(|along_m| along_m / first.point.force_n);
-        let m_per_n = Direction::ALL.map(|axis| structure.compliance_m_per_n(axis, load));
+        let m_per_n = Direction::ALL.map(|axis| structure.compliance(&axis.into(), load));
         let stands = loads
             .iter()
             .zip(mechanics.along_m(&read, &loads))

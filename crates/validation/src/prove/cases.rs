@@ -216,10 +216,10 @@ fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, ProveError> {
         .map(|(joint, name)| {
             let (mut moment, mut share, mut is_open) = (0.0_f64, 0.0, false);
             for cell in &bench.plan.cells {
-                let axis = Direction::index(cell.direction);
+                let axis = Direction::index(cell.axis());
                 let influence = &solver.pose(cell.pose).influence;
-                let lever = influence.levers_m[joint][axis];
-                let compliance = influence.compliance_m_per_n[axis][axis];
+                let lever = influence.levers[joint][axis];
+                let compliance = influence.compliance[axis][axis];
                 moment = moment.max(lever.abs() * largest_n);
                 if lever * lever / compliance > share {
                     share = lever * lever / compliance;

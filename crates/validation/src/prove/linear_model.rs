@@ -110,13 +110,13 @@ impl LinearLaw {
     pub(super) fn softening(&self, pose: &PoseMechanics, direction: Direction) -> f64 {
         let axis = direction.index();
         match &self.place {
-            Place::Joint(_) => pose.influence.levers_m[self.joint][axis].powi(2),
-            Place::Axis(about) => pose.base_levers_m[about.index()][axis].powi(2),
+            Place::Joint(_) => pose.influence.levers[self.joint][axis].powi(2),
+            Place::Axis(about) => pose.base_levers[about.index()][axis].powi(2),
             Place::Direction(own) => f64::from(u8::from(*own == direction)),
             Place::Toward {
                 direction: own,
                 toward,
-            } if *own == direction => pose.influence.compliance_m_per_n[axis][toward.index()],
+            } if *own == direction => pose.influence.compliance[axis][toward.index()],
             _ => 0.0,
         }
     }
@@ -149,7 +149,7 @@ impl LinearLaw {
 /// Compliance of the structure alone, m/N.
 pub(super) fn compliance(pose: &PoseMechanics, direction: Direction) -> f64 {
     let axis = direction.index();
-    pose.influence.compliance_m_per_n[axis][axis]
+    pose.influence.compliance[axis][axis]
 }
 
 /// A robot in its poses, to be fitted to stiffness values.

@@ -172,7 +172,7 @@ impl ValidationSession {
             let unloading = reading.branch == Branch::Unloading;
             let row = (
                 &observations.poses[cell.pose],
-                cell.direction,
+                cell.axis(),
                 observations.runs[reading.run].repeat,
                 load.step,
                 reading.hold_number,

@@ -94,7 +94,7 @@ impl StiffnessSearch {
             cells.iter().map(relative).collect()
         };
         let factor = |factor: usize| {
-            column(&|pose, direction| pose.compliance_gradient[factor][direction.index()])
+            column(&|pose, direction| pose.gradient[factor][direction.index()][direction.index()])
         };
         let factors: Vec<Vec<f64>> = (0..start.ln_factors.len()).map(factor).collect();
         let candidate = |law: &LinearLaw| LinearCandidate {

@@ -90,7 +90,7 @@ use stiffbench_units_and_text::test_point::Direction;
             let run = RunLoads {
                 pose: &"P1".into(),
                 load: LoadDirection::of_axis(direction),
-                read: direction,
+                read: direction.into(),
                 repeat: 1,
                 release_n: None,
                 loads: &loads,

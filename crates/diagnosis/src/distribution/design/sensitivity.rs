@@ -140,7 +140,7 @@ fn joint_gradients(
             let structure = rigid.structure();
             let end_m = structure.nodes[structure.end.node].position_m;
             let whole = compliance + model.rocking_m_per_n(end_m, axis);
-            let levers = influence.levers_m.iter();
+            let levers = influence.levers.iter();
             found.push(
                 levers
                     .map(|lever| -lever[axis] * lever[axis] / whole)

@@ -155,35 +155,24 @@ fn gradients(
     let mut predictor =
         MultiPosePredictor::with(robot, mechanism, joints, theory, parameters, room)?;
     let mut pose = robot.nominal_pose();
-    let turns = columns.iter().any(MapColumn::is_principal);
+    predictor.differentiate_whole();
     let mut found = Vec::with_capacity(rows.len());
     for rows in rows.chunks(room) {
         for (index, &row) in rows.iter().enumerate() {
             poses.fill(map.places[row] as usize, &mut pose);
             predictor.place(index, &pose)?;
-            if !turns {
-                predictor.differentiate_along(index, &units(columns, &[[0.0; 3]; 3]));
-            }
-        }
-        if turns {
-            // A principal direction is known once the pose is solved.
-            predictor.solve(model.factors(), false)?;
-            for (index, &row) in rows.iter().enumerate() {
-                let compliance = translation(model, &predictor, index, map.end_m(row));
-                predictor.differentiate_along(index, &units(columns, &compliance));
-            }
         }
         predictor.solve(model.factors(), true)?;
         for (index, &row) in rows.iter().enumerate() {
             let compliance = translation(model, &predictor, index, map.end_m(row));
             let mut gradients = [0; AT_ONCE].map(|_| vec![f64::NAN; parameters.len()]);
-            for (place, (gradient, column)) in gradients.iter_mut().zip(columns).enumerate() {
-                let (stiffness, _) = stiffness_and_unit(column, &compliance);
-                let slopes = predictor.gradient(index, place).unwrap_or(&[]);
+            for (gradient, column) in gradients.iter_mut().zip(columns) {
+                let (stiffness, unit) = stiffness_and_unit(column, &compliance);
+                let slopes = predictor.whole_gradient(index).iter();
                 for (gradient, slope) in gradient.iter_mut().zip(slopes) {
                     // Where nothing yields no parameter changes anything.
                     *gradient = if stiffness.is_finite() {
-                        -slope * stiffness * stiffness
+                        -slope.along(unit) * stiffness * stiffness
                     } else {
                         0.0
                     };
@@ -206,13 +195,4 @@ fn translation(
     compliance.map_or([[f64::NAN; 3]; 3], |compliance| {
         model.on_its_base(&compliance, end_m).translation()
     })
-}
-
-/// Directions of the columns where the displacement per force is the given one.
-fn units(columns: &[MapColumn], compliance: &[[f64; 3]; 3]) -> [[f64; 3]; AT_ONCE] {
-    let mut units = [[0.0; 3]; AT_ONCE];
-    for (unit, column) in units.iter_mut().zip(columns) {
-        *unit = stiffness_and_unit(column, compliance).1;
-    }
-    units
 }

@@ -399,7 +399,7 @@ impl<'m, 'a> SinglePoseSolver<'m, 'a> {
             let run = RunLoads {
                 pose: &id,
                 load: LoadDirection::of_axis(Direction::ALL[axis]),
-                read: Direction::ALL[axis],
+                read: Direction::ALL[axis].into(),
                 repeat: 1,
                 release_n: None,
                 loads: std::slice::from_ref(&load),

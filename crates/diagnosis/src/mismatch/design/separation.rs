@@ -182,7 +182,7 @@ impl<'a> DesignBench<'a> {
                     .collect();
                 CellGram {
                     pose: cell.pose,
-                    direction: cell.direction,
+                    direction: cell.axis(),
                     gram: Gram::of_columns(factors, &parts),
                 }
             })

@@ -8,6 +8,7 @@ use crate::search::constants::{A_PIN, HIDDEN_PART, INSEPARABLE_PARTS, MOST_WRONG
 use crate::search::{dot, norm, push_orthonormal};
 use stiffbench_beams::physics::{Place, PoseMechanics};
 use stiffbench_beams::structure::Property;
+use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::contrasts::ErrorTerm;
@@ -38,15 +39,14 @@ impl DiagnosisProblem<'_> {
         let linearised = self.predictor().linearised(parameters, &[])?;
         let cells = &self.observations.cells;
         let mut parts: Vec<ComponentResponse> = Vec::new();
-        let of_levers = |place: Place, lever_m: &dyn Fn(&ObservedCell) -> [f64; 3]| {
-            let compliance = cells.iter().map(|cell| cell.lever_product(lever_m(cell)));
-            let lever = |cell: &ObservedCell| lever_m(cell)[cell.direction.index()].abs();
-            let levers = cells.iter().map(lever).collect();
+        let of_levers = |place: Place, lever: &dyn Fn(&ObservedCell) -> [f64; 6]| {
+            let compliance = cells.iter().map(|cell| cell.lever_product(lever(cell)));
+            let along = |cell: &ObservedCell| dot6(lever(cell), cell.read.unit()).abs();
+            let levers = cells.iter().map(along).collect();
             ComponentResponse::new(place, compliance.collect(), Some(levers))
         };
         for (joint, name) in linearised.joints.iter().enumerate() {
-            let lever_m =
-                |cell: &ObservedCell| linearised.poses[cell.pose].influence.levers_m[joint];
+            let lever = |cell: &ObservedCell| linearised.poses[cell.pose].influence.levers[joint];
             let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
             parts.push(ComponentResponse {
                 stiffness: linearised
@@ -54,17 +54,16 @@ impl DiagnosisProblem<'_> {
                     .iter()
                     .map(stiffness)
                     .fold(f64::INFINITY, f64::min),
-                ..of_levers(Place::Joint(name.clone()), &lever_m)
+                ..of_levers(Place::Joint(name.clone()), &lever)
             });
         }
         for &axis in &linearised.rocking_axes {
-            let lever_m =
-                |cell: &ObservedCell| linearised.poses[cell.pose].base_levers_m[axis.index()];
-            parts.push(of_levers(Place::Axis(axis), &lever_m));
+            let lever = |cell: &ObservedCell| linearised.poses[cell.pose].base_levers[axis.index()];
+            parts.push(of_levers(Place::Axis(axis), &lever));
         }
         for direction in Direction::ALL {
             let own = cells.iter().map(|cell| {
-                f64::from(u8::from(cell.direction == direction)) * cell.load.along(direction)
+                f64::from(u8::from(cell.read == direction)) * cell.load.along(direction)
             });
             let own: Vec<f64> = own.collect();
             parts.push(ComponentResponse::new(
@@ -80,7 +79,7 @@ impl DiagnosisProblem<'_> {
                     let gradient = element.gradient_m_per_n[cell.pose][property.index()];
                     // What an element does across the load is not worked out.
                     if cell.is_along_load() {
-                        -gradient[cell.direction.index()]
+                        -gradient[cell.axis().index()]
                     } else {
                         0.0
                     }

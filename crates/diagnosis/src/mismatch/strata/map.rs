@@ -63,7 +63,7 @@ pub(super) fn entries(
                 let cell = &observations.cells[run.cell];
                 let entry = MapEntry {
                     pose: observations.poses[cell.pose].clone(),
-                    direction: cell.direction,
+                    direction: cell.axis(),
                     repeat: run.repeat,
                     step: load.step,
                     branch: reading.branch,

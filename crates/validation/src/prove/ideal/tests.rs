@@ -130,7 +130,7 @@ fn with_known_noise_the_false_alarm_rate_is_the_level_of_the_laws() {
     let cell = &bench.plan.cells[run.cell];
     let slip = Place::Run {
         pose: bench.plan.poses[cell.pose].clone(),
-        direction: (cell.direction).into(),
+        direction: (cell.axis()).into(),
         repeat: run.repeat,
         step: 7,
         gauge: None,
