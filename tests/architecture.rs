@@ -25,6 +25,7 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/units-and-text/src", "source_text", &[]),
     ("crates/units-and-text/src", "quantity", &[]),
     ("crates/units-and-text/src", "test_point", &["quantity"]),
+    ("crates/units-and-text/src", "read_axis", &["test_point"]),
     ("crates/units-and-text/src", "load_direction", &["test_point", "nearest"]),
     ("crates/units-and-text/src", "toml_text", &["source_text", "nearest", "quantity"]),
     ("crates/beams/src", "structure", &[]),

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::elastostatics::{
     BadLoadCaseValue, LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel,
-    PosedLoadCases, WrongFactor, bad_load_case_values, diagnose_load_cases, fit_load_cases,
-    plan_load_cases, planned_table, usual_choice, wrong_factor,
+    PosedLoadCases, TableMistake, bad_load_case_values, diagnose_load_cases, fit_load_cases,
+    plan_load_cases, planned_table, table_mistake, usual_choice,
 };
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
@@ -227,13 +227,13 @@ impl LoadCaseData {
     ///
     /// # Errors
     /// As [`LoadCaseData::fit`].
-    pub fn wrong_factor(
+    pub fn table_mistake(
         &self,
         settings: &LoadCaseSettings,
         fit: &LoadCaseFit,
-    ) -> Result<Option<WrongFactor>, AnalysisError> {
+    ) -> Result<Option<TableMistake>, AnalysisError> {
         let options = self.options(settings)?;
-        Ok(wrong_factor(&self.problem()?, &options, fit)?)
+        Ok(table_mistake(&self.problem()?, &options, fit)?)
     }
 
     /// Finds what the free parameters leave out.

@@ -9,7 +9,7 @@ use crate::analysis::{
 use crate::load_cases::write_load_cases;
 use crate::report::{
     FitResult, LoadCaseFitReport, bad_load_case_value_words, derived_text, load_case_figures,
-    load_case_fit_text, next_load_cases_text, wrong_factor_words,
+    load_case_fit_text, next_load_cases_text, table_mistake_words,
 };
 
 use super::args::{FitArgs, Global, MethodArg};
@@ -48,8 +48,8 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     warnings.extend(doubts_about_load_case_fit(&data.posed, &fit));
     let bad = data.bad_values(&settings, &fit)?;
     warnings.extend(bad.iter().map(bad_load_case_value_words));
-    let wrong = data.wrong_factor(&settings, &fit)?;
-    warnings.extend(wrong.as_ref().map(wrong_factor_words));
+    let wrong = data.table_mistake(&settings, &fit)?;
+    warnings.extend(wrong.as_ref().map(table_mistake_words));
     // The text has them already.
     if global.json {
         warnings.extend(fit.warnings.iter().cloned());

@@ -1,6 +1,6 @@
 //! Bad values of load cases in words.
 
-use crate::elastostatics::{BadLoadCaseValue, WrongFactor};
+use crate::elastostatics::{BadLoadCaseValue, TableMistake};
 
 use super::text::{micro, share_of_tables, significant};
 
@@ -38,22 +38,37 @@ pub fn bad_load_case_value_words(bad: &BadLoadCaseValue) -> String {
     )
 }
 
-/// Which readings would agree with all others if they were multiplied, and what that may be: a question.
+/// What would agree with all others if the table were put right, and what that may be: a question.
 #[must_use]
-pub fn wrong_factor_words(wrong: &WrongFactor) -> String {
-    let what = match (&wrong.pose, wrong.component) {
+pub fn table_mistake_words(mistake: &TableMistake) -> String {
+    if let Some(joint) = &mistake.joint {
+        return format!(
+            "all readings agree with the robot only if the values of joint {joint} have the other sign: does the controller count it the other way?"
+        );
+    }
+    let component = mistake.component.unwrap_or("what was read");
+    if let Some(other) = mistake.exchanged_with {
+        let place = mistake
+            .pose
+            .as_ref()
+            .map_or_else(String::new, |pose| format!(" of pose {pose}"));
+        return format!(
+            "{component} and {other}{place} agree with all other readings only if they are exchanged: is one under the name of the other?"
+        );
+    }
+    let what = match (&mistake.pose, mistake.component) {
         (Some(pose), None) => format!("the readings of pose {pose} agree with the other poses"),
         (None, Some(component)) => format!("{component} agrees with the other components"),
-        (pose, component) => {
+        (pose, _) => {
             let pose = pose.as_ref().map_or_else(String::new, ToString::to_string);
-            let component = component.unwrap_or("what was read");
             format!("{component} of pose {pose} agrees with all other readings")
         }
     };
-    if wrong.factor < 0.0 {
+    let own = mistake.factor.unwrap_or(1.0);
+    if own < 0.0 {
         return format!("{what} only with the other sign: is an axis or a gauge turned?");
     }
-    let is = |factor: f64| (wrong.factor / factor - 1.0).abs() < 1e-3;
+    let is = |factor: f64| (own / factor - 1.0).abs() < 1e-3;
     let guess = if is(1e3) {
         "is the unit another one, such as mm under a column for um?"
     } else if is(25.4) {
@@ -67,6 +82,6 @@ pub fn wrong_factor_words(wrong: &WrongFactor) -> String {
     };
     format!(
         "{what} only if multiplied by {}: {guess}",
-        significant(wrong.factor, 4)
+        significant(own, 4)
     )
 }

@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use crate::elastostatics::{
     BadLoadCaseValue, ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseUnexplained,
-    WrongFactor,
+    TableMistake,
 };
 use crate::mismatch::{Verdict, VerdictGrade};
 
-use super::bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
+use super::bad_load_case_values::{bad_load_case_value_words, table_mistake_words};
 use super::load_case_fit::LoadCaseFitReport;
 use super::text::{
     AlignedTable, digits, micro, share_of_tables, significant, table_of, unit_behind,
@@ -30,7 +30,8 @@ pub struct LoadCaseDiagnosisReport {
     /// Values that contradict others, and were left out.
     pub bad_values: Vec<BadLoadCaseValue>,
     /// Readings that seem to have another unit or sign; `null` for none.
-    pub wrong_factor: Option<WrongFactor>,
+    #[serde(rename = "wrong_factor")]
+    pub table_mistake: Option<TableMistake>,
     /// What the load cases lack, where they cannot decide.
     pub lacking: Vec<String>,
     /// Names of the laws that were not tested: load cases do not show them.
@@ -94,7 +95,7 @@ impl LoadCaseDiagnosisReport {
             grade: diagnosis.grade,
             headline: headline(diagnosis),
             bad_values: diagnosis.bad_values.clone(),
-            wrong_factor: diagnosis.wrong_factor.clone(),
+            table_mistake: diagnosis.table_mistake.clone(),
             lacking: diagnosis.lacking.clone(),
             not_tested: diagnosis.not_tested.clone(),
             findings: diagnosis.findings.clone(),
@@ -273,7 +274,7 @@ fn implausible_words(one: &ImplausibleSize) -> String {
 fn headline(diagnosis: &LoadCaseDiagnosis) -> String {
     let bad = &diagnosis.bad_values;
     let mut words: Vec<String> = bad.iter().map(bad_load_case_value_words).collect();
-    words.extend(diagnosis.wrong_factor.as_ref().map(wrong_factor_words));
+    words.extend(diagnosis.table_mistake.as_ref().map(table_mistake_words));
     if words.is_empty() {
         return verdict_words(diagnosis);
     }

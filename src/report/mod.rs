@@ -43,7 +43,7 @@ mod text;
 mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
-pub use bad_load_case_values::{bad_load_case_value_words, wrong_factor_words};
+pub use bad_load_case_values::{bad_load_case_value_words, table_mistake_words};
 pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};

@@ -63,7 +63,7 @@ fn a_parameter_that_no_cell_depends_on_did_not_move() {
         "not identified, did not move",
         "no reading depends on it, so it keeps its start",
         "The cells determine 1 of 2 parameters (rank of the Jacobian); condition number infinite.",
-        "1. 70.0 N along y in pose P4",
+        "1. 70.0 N along y in pose P2",
     ] {
         assert!(page.contains(part), "{part}: {page}");
     }

@@ -52,18 +52,14 @@ fn as_vectors(table: &str) -> String {
     text
 }
 
-/// The free parameters of a fit: name, value, standard error.
+/// The free parameters of a fit that have a standard error: name, value, standard error.
 fn free(data: &Value) -> Vec<(String, f64, f64)> {
     let parameters = data["parameters"].as_array().unwrap().iter();
     parameters
         .filter(|one| one["status"] == "free")
-        .map(|one| {
+        .filter_map(|one| {
             let name = one["name"].as_str().unwrap().to_owned();
-            (
-                name,
-                one["value"].as_f64().unwrap(),
-                one["se"].as_f64().unwrap(),
-            )
+            Some((name, one["value"].as_f64()?, one["se"].as_f64()?))
         })
         .collect()
 }

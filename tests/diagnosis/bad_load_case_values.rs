@@ -146,6 +146,69 @@ fn a_pose_in_another_unit_and_a_turned_axis_are_suspected() {
     assert_eq!(suspected(&turned), expected(None, axis, -1.0));
 }
 
+/// The joints of the FANUC whose sign shows in six springs about the axes, and the columns of their values.
+const COUNTED: [(&str, &str); 3] = [
+    ("J2", "joint_J2_deg"),
+    ("J3", "joint_J3_deg"),
+    ("J5", "joint_J5_deg"),
+];
+
+#[test]
+fn a_joint_that_counts_the_other_way_is_suspected() {
+    let robot = RobotFile::fanuc();
+    for seed in 0..20 {
+        let table = simulated(&robot, &[], 1, 300 + seed);
+        let (joint, column) = COUNTED[seed as usize % COUNTED.len()];
+        let mut counted = table.clone();
+        for row in 0..table.len() {
+            counted.change(row, column, |value| -value);
+        }
+        let diagnosis = robot.diagnose(&counted);
+        let expected = json!({"pose": null, "component": null, "factor": -1.0, "joint": joint});
+        assert_eq!(diagnosis["wrong_factor"], expected, "seed {seed}");
+        let headline = diagnosis["headline"].as_str().unwrap();
+        let first = format!(
+            "To be clarified first: all readings agree with the robot only if the values of joint {joint} have the other sign"
+        );
+        assert!(headline.starts_with(&first), "{headline}");
+        let grade = diagnosis["grade"].as_str().unwrap();
+        assert!(!["is", "nothing"].contains(&grade), "seed {seed}: {grade}");
+        assert_eq!(robot.diagnose(&table)["wrong_factor"], Value::Null);
+    }
+}
+
+#[test]
+fn components_that_are_exchanged_are_suspected() {
+    let robot = RobotFile::fanuc();
+    for seed in 0..20 {
+        let mut table = simulated(&robot, &[], 1, 400 + seed);
+        // Three loads of one pose, as those of `user` tables: one along each axis leaves no doubt.
+        let [a, b] = [(0, 1), (1, 2), (0, 2)].map(|(a, b)| [DISPLACEMENTS[a], DISPLACEMENTS[b]])
+            [seed as usize % 3];
+        let everywhere = seed % 2 == 0;
+        let pose = table
+            .word((seed as usize * 5) % table.len(), "pose")
+            .to_owned();
+        for row in 0..table.len() {
+            if everywhere || table.word(row, "pose") == pose {
+                let [first, second] = [a, b].map(|column| table.word(row, column).to_owned());
+                table.set(row, a, &second);
+                table.set(row, b, &first);
+            }
+        }
+        let named = |column: &str| format!("displacement {}", &column[13..14]);
+        let expected = json!({
+            "pose": if everywhere { Value::Null } else { pose.into() },
+            "component": named(a), "factor": null, "exchanged_with": named(b),
+        });
+        assert_eq!(
+            robot.diagnose(&table)["wrong_factor"],
+            expected,
+            "seed {seed}"
+        );
+    }
+}
+
 #[test]
 fn both_commands_give_one_error_in_poses_left_out() {
     let robot = RobotFile::fanuc();

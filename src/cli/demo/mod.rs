@@ -98,7 +98,8 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         &robot_figure(&mut predictor, "P1", [0.0, -50.0, 0.0]),
     )?;
 
-    let fit = FitReport::from(&outcome).of_data(&prepared);
+    let mut fit = FitReport::from(&outcome).of_data(&prepared);
+    fit.next = prepared.plan(&outcome)?.planned;
     let text = format!(
         "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction\n\n{}\n\
          Factors of the beams fitted to P1 and P3, validated on P2 and P4\n\n{}\n\

@@ -35,8 +35,8 @@ pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
 pub use missing::{
     BadLoadCaseValue, CandidateKind, ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding,
-    LoadCaseRival, LoadCaseUnexplained, WrongFactor, bad_load_case_values, diagnose_load_cases,
-    wrong_factor,
+    LoadCaseRival, LoadCaseUnexplained, TableMistake, bad_load_case_values, diagnose_load_cases,
+    table_mistake,
 };
 pub use outcome::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,

@@ -198,6 +198,26 @@ impl PosedLoadCases {
         without
     }
 
+    /// The same with the values of a variable of the robot with the other sign; `None` where they are all zero, or where axes other than those of
+    /// the base turn with them.
+    #[must_use]
+    pub(super) fn with_other_sign(&self, variable: usize) -> Option<Self> {
+        let is_of_base = |read: &ReadComponent| {
+            let own = (0..6).map(|place| f64::from(u8::from(place == read.component % 6)));
+            own.zip(read.unit).all(|(own, unit)| own == unit)
+        };
+        let mut values = self.poses.iter().map(|pose| pose.angles_deg[variable]);
+        let is_known = self.rows().all(|(_, read)| is_of_base(read));
+        if !is_known || values.all(|value| value == 0.0) {
+            return None;
+        }
+        let mut other = self.clone();
+        for pose in &mut other.poses {
+            pose.angles_deg[variable] *= -1.0;
+        }
+        Some(other)
+    }
+
     /// The median size of the forces, N.
     #[must_use]
     pub fn usual_force_n(&self) -> f64 {

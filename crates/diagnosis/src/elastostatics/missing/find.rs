@@ -22,9 +22,9 @@ use super::held_out_shares::{displacement_rms, explained_shares, helpful_terms};
 use super::outcome::{ImplausibleSize, LoadCaseDiagnosis};
 use super::possible::{ImpossibleTerm, negative_springs, parameters_after};
 use super::scatter_model::LoadCaseScatter;
+use super::table_mistake::table_mistake;
 use super::undecided::{FEWEST_DOF, FEWEST_POSES, undecided};
 use super::unexplained::unexplained;
-use super::wrong_factor::wrong_factor;
 use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
@@ -72,7 +72,7 @@ pub fn diagnose_load_cases(
             ..diagnose_load_cases(&model, &options, seed)?
         });
     }
-    let wrong_factor = wrong_factor(model, options, &baseline)?;
+    let table_mistake = table_mistake(model, options, &baseline)?;
     let (solved, basis) = Basis::of(model, &baseline)?;
     let is_free = |parameter: &ModelParameter| {
         let estimate = baseline
@@ -93,7 +93,7 @@ pub fn diagnose_load_cases(
             Ok(diagnosis) => {
                 return Ok(LoadCaseDiagnosis {
                     implausible,
-                    wrong_factor,
+                    table_mistake,
                     ..*diagnosis
                 });
             }
@@ -293,7 +293,7 @@ impl LoadCaseSearch<'_, '_> {
             taken_back: 0,
             implausible: Vec::new(),
             bad_values: Vec::new(),
-            wrong_factor: None,
+            table_mistake: None,
             baseline: baseline.clone(),
         })
     }

@@ -12,9 +12,9 @@ mod held_out_shares;
 mod outcome;
 mod possible;
 mod scatter_model;
+mod table_mistake;
 mod undecided;
 mod unexplained;
-mod wrong_factor;
 
 pub use bad_values::{BadLoadCaseValue, bad_load_case_values};
 pub use candidates::CandidateKind;
@@ -22,4 +22,4 @@ pub use find::diagnose_load_cases;
 pub use outcome::{
     ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding, LoadCaseRival, LoadCaseUnexplained,
 };
-pub use wrong_factor::{WrongFactor, wrong_factor};
+pub use table_mistake::{TableMistake, table_mistake};

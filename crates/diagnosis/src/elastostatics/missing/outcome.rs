@@ -8,7 +8,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use crate::mismatch::{Verdict, VerdictGrade};
 
 use super::bad_values::BadLoadCaseValue;
-use super::wrong_factor::WrongFactor;
+use super::table_mistake::TableMistake;
 use crate::elastostatics::outcome::{LoadCaseFit, in_micro};
 
 /// Another candidate in the place of a finding.
@@ -151,7 +151,7 @@ pub struct LoadCaseDiagnosis {
     /// Values that were left out of everything else here.
     pub bad_values: Vec<BadLoadCaseValue>,
     /// Readings that would agree with all others if they were multiplied.
-    pub wrong_factor: Option<WrongFactor>,
+    pub table_mistake: Option<TableMistake>,
     /// The baseline, without the bad values.
     pub baseline: LoadCaseFit,
 }

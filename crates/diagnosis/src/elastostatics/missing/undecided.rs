@@ -53,7 +53,7 @@ pub(super) fn undecided(
         taken_back: 0,
         implausible: Vec::new(),
         bad_values: Vec::new(),
-        wrong_factor: None,
+        table_mistake: None,
         baseline,
     }
 }
