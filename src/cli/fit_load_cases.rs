@@ -46,10 +46,13 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     let fit = data.fit(&settings)?;
     let mut warnings = data.warnings.clone();
     warnings.extend(doubts_about_load_case_fit(&data.posed, &fit));
-    let bad = data.bad_values(&settings, &fit)?;
-    warnings.extend(bad.iter().map(bad_load_case_value_words));
-    let wrong = data.table_mistake(&settings, &fit)?;
-    warnings.extend(wrong.as_ref().map(table_mistake_words));
+    // Beside a mistake of the whole table good values look bad.
+    if let Some(mistake) = data.table_mistake(&settings, &fit)? {
+        warnings.push(table_mistake_words(&mistake));
+    } else {
+        let bad = data.bad_values(&settings, &fit)?;
+        warnings.extend(bad.iter().map(bad_load_case_value_words));
+    }
     // The text has them already.
     if global.json {
         warnings.extend(fit.warnings.iter().cloned());

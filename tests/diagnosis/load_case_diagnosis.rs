@@ -81,6 +81,24 @@ fn a_spring_across_an_axis_is_named_with_its_size() {
     }
 }
 
+#[test]
+fn a_gauge_that_reads_too_much_is_named_with_its_error() {
+    let robot = RobotFile::fanuc();
+    for seed in 0..5 {
+        let mut table = simulated(&robot, 43, &[], 600 + seed);
+        for row in 0..table.len() {
+            table.change(row, "displacement_x_um", |read| 1.15 * read);
+        }
+        let diagnosis = robot.diagnose(&table);
+        let [finding] = list(&diagnosis["findings"]) else {
+            panic!("{seed}: {}", diagnosis["findings"]);
+        };
+        assert_eq!(finding["name"], "displacement-scale.x", "{finding}");
+        let off = (number(&finding["value"]) - 0.15) / number(&finding["se"]);
+        assert!(off.abs() < 4.0, "{seed}: {off}");
+    }
+}
+
 /// Alarms among simulated arms with springs about their axes alone.
 fn alarms(sets: u64) -> usize {
     let robot = RobotFile::fanuc();

@@ -1,6 +1,6 @@
 //! What may act beside the parameters of a fit: one column each, as long as the rows.
 
-use stiffbench_beams::physics::{Effect, Law, Place, TestObject, laws};
+use stiffbench_beams::physics::{Effect, Law, Place, PlaceScale, TestObject, laws};
 use stiffbench_beams::robot::ModelParameter;
 use stiffbench_beams::structure::Compliance6;
 use stiffbench_units_and_text::test_point::Direction;
@@ -43,12 +43,6 @@ impl CandidateKind {
         )
     }
 }
-
-/// Largest angle by which gauges or their axes may lean, rad: three degrees show to the eye.
-const LARGEST_LEAN: f64 = 0.05;
-
-/// Largest relative error of a gauge (1): ten times what an uncalibrated one has.
-const LARGEST_SCALE_ERROR: f64 = 0.05;
 
 /// Largest over smallest moment in a joint from which on its laws may be told from a spring (1).
 const SEVERAL_SIZES: f64 = 1.5;
@@ -210,42 +204,41 @@ impl SolvedPoses<'_> {
         let motion = |case: &PosedLoad| Compliance6(own(case)).times(case.load);
         for axis in Direction::ALL {
             let k = axis.index();
-            let mut add = |name: &str, law: Law, place: String, unit, bounds, column| {
-                found.push(MissingCandidate {
-                    name: format!("{name}.{axis}"),
-                    law: law.name,
-                    place,
-                    kind: CandidateKind::SetUp,
-                    unit,
-                    column,
-                    bounds,
-                    takes_from: None,
-                });
-            };
-            let lean = [-LARGEST_LEAN, LARGEST_LEAN];
-            let scale = [-LARGEST_SCALE_ERROR, LARGEST_SCALE_ERROR];
+            let mut add =
+                |name: &str, law: Law, place: String, bounds: Option<[f64; 2]>, column| {
+                    let size = law.parameters[0];
+                    found.push(MissingCandidate {
+                        name: format!("{name}.{axis}"),
+                        law: law.name,
+                        place,
+                        kind: CandidateKind::SetUp,
+                        unit: size.unit(),
+                        column,
+                        bounds: bounds.unwrap_or_else(|| {
+                            (size.plausible.bounds)(&PlaceScale::default(), &[])
+                        }),
+                        takes_from: None,
+                    });
+                };
             add(
                 "gauge-stand",
                 laws::GAUGE_STAND_COMPLIANCE,
                 format!("the stand of the displacement gauge along {axis}"),
-                "m/N",
-                [0.0, f64::INFINITY],
+                Some([0.0, f64::INFINITY]),
                 self.column(&|case, read| read.unit[k] * case.load[k]),
             );
             add(
                 "displacement-axes",
                 laws::GAUGE_MISALIGNMENT,
                 format!("the axes of the displacements, turned about {axis}"),
-                "rad",
-                lean,
+                None,
                 self.column(&|case, read| along(&read.unit, &turned(&motion(case), k))),
             );
             add(
                 "force-axes",
                 laws::LOAD_MISALIGNMENT,
                 format!("the axes of the loads, turned about {axis}"),
-                "rad",
-                lean,
+                None,
                 self.column(&|case, read| {
                     motion_along(&own(case), &read.unit, &turned(&case.load, k))
                 }),
@@ -254,16 +247,14 @@ impl SolvedPoses<'_> {
                 "displacement-scale",
                 laws::DISPLACEMENT_GAUGE_SCALE,
                 format!("the scale of the displacements along {axis}"),
-                "1",
-                scale,
+                None,
                 self.column(&|case, read| read.unit[k] * motion(case)[k]),
             );
             add(
                 "force-scale",
                 laws::FORCE_GAUGE_SCALE,
                 format!("the scale of the forces along {axis}"),
-                "1",
-                scale,
+                None,
                 self.column(&|case, read| {
                     let mut part = [0.0; 6];
                     part[k] = case.load[k];

@@ -50,7 +50,9 @@ pub fn diagnose_load_cases(
         return Err(LoadCaseFitError::Positions { needs: "diagnose" });
     }
     let baseline = fit_load_cases(model, options)?;
-    let bad = if options.keep_bad_values {
+    let table_mistake = table_mistake(model, options, &baseline)?;
+    // Beside a mistake of the whole table good values look bad.
+    let bad = if options.keep_bad_values || table_mistake.is_some() {
         Vec::new()
     } else {
         bad_load_case_values(model, options, &baseline)?
@@ -72,7 +74,6 @@ pub fn diagnose_load_cases(
             ..diagnose_load_cases(&model, &options, seed)?
         });
     }
-    let table_mistake = table_mistake(model, options, &baseline)?;
     let (solved, basis) = Basis::of(model, &baseline)?;
     let is_free = |parameter: &ModelParameter| {
         let estimate = baseline
