@@ -84,7 +84,10 @@ pub fn diagnose_load_cases(
     };
     let dof = basis.residuals.len().saturating_sub(basis.columns.len());
     if dof < FEWEST_DOF || model.posed.labels.len() < FEWEST_POSES {
-        return Ok(undecided(model, baseline, dof));
+        return Ok(LoadCaseDiagnosis {
+            table_mistake,
+            ..undecided(model, baseline, dof)
+        });
     }
     let mut candidates = solved.candidates(&is_free);
     drop_invisible(&mut candidates, &basis.columns, basis.residuals.len());
