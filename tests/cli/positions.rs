@@ -89,6 +89,44 @@ fn simulated_positions_give_springs_and_frames_back_and_the_same_bytes() {
 }
 
 #[test]
+fn a_wrong_coordinate_is_named_with_its_line() {
+    let desk = arm();
+    let warned = |folder: &str| -> Vec<String> {
+        let object = desk.run(&format!("fit {folder} --robot arm.toml --json"));
+        let object = object.succeeds().json();
+        let warnings = object["warnings"].as_array().unwrap().iter();
+        let warnings = warnings.map(|one| one.as_str().unwrap().to_owned());
+        warnings.filter(|one| one.contains("bad value")).collect()
+    };
+    for (seed, wrong_mm) in (10..20).zip([100.0, -5.0].into_iter().cycle()) {
+        desk.data(&simulate("good", &format!("--seed {seed}")).replace("--seed 5", ""));
+        let good = desk.read("good/readings.csv");
+        assert!(warned("good/readings.csv").is_empty(), "{seed}");
+        let mut lines: Vec<String> = good.lines().map(str::to_owned).collect();
+        let head: Vec<&str> = good.lines().next().unwrap().split(',').collect();
+        let column = head.iter().position(|name| *name == "position_z_mm");
+        let column = column.unwrap();
+        let line = 3 + 3 * (seed as usize - 10);
+        let mut cells: Vec<String> = lines[line - 1].split(',').map(str::to_owned).collect();
+        let right: f64 = cells[column].parse().unwrap();
+        cells[column] = format!("{:.3}", right + wrong_mm);
+        lines[line - 1] = cells.join(",");
+        desk.write("bad.csv", &(lines.join("\n") + "\n"));
+        let found = warned("bad.csv");
+        let [one] = &found[..] else {
+            panic!("{seed}: {found:?}");
+        };
+        let begins = format!("line {line}, pose {}: position z is ", cells[0]);
+        assert!(one.starts_with(&begins), "{seed}: {one}");
+        let expected = one.split("lets expect ").nth(1).unwrap();
+        let expected: f64 = expected.split(' ').next().unwrap().parse().unwrap();
+        // Four digits, and what the wrong coordinate drew the fit to.
+        let allowed = 5e-4 * expected.abs() + 0.03 * 1e3 * f64::abs(wrong_mm);
+        assert!((expected - 1e3 * right).abs() < allowed, "{seed}: {one}");
+    }
+}
+
+#[test]
 fn forces_beside_positions_load_what_weight_does_not() {
     let desk = arm();
     desk.run(&simulate("pulled", "--loads-n 400 --repeats 2"))

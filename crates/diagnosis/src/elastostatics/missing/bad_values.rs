@@ -4,9 +4,12 @@
 //! the last that is too far for noise are bad: so two bad values do not hide each other (generalized extreme studentized deviate: Rosner,
 //! Technometrics 25, 1983).
 
+use std::borrow::Cow;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_beams::robot::ModelParameter;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::FactorStatus;
@@ -14,11 +17,14 @@ use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_RE
 use crate::search::push_orthonormal;
 
 use super::far_value::{FarValue, scatter_of, single_values};
-use super::find::Basis;
+use super::find::{Basis, moves};
+use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
+use crate::elastostatics::frames::PositionFrames;
 use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit, in_micro, micro_unit};
 use crate::elastostatics::posed::PosedLoadCases;
+use crate::elastostatics::prediction::predict_motions;
 use crate::elastostatics::problem::LoadCaseModel;
 use crate::elastostatics::scatter::{
     LEAST_SCATTER, ScatterCase, kinds, repeated_rows, sizes, smallest_step,
@@ -105,7 +111,8 @@ struct TestedValue {
     p: f64,
 }
 
-/// The values that contradict others, in the order of the table; none of absolute positions.
+/// The values that contradict others, in the order of the table; of absolute positions those that contradict the fit to all others, one after the
+/// other.
 ///
 /// # Arguments
 /// - `fit`: of the model with these options.
@@ -119,7 +126,7 @@ pub fn bad_load_case_values(
 ) -> Result<Vec<BadLoadCaseValue>, LoadCaseFitError> {
     let posed = model.posed;
     if posed.has_positions() {
-        return Ok(Vec::new());
+        return bad_positions(model, options, fit);
     }
     let mut bad = contradicted(posed, &fit.residuals());
     if !bad.is_empty() {
@@ -140,6 +147,47 @@ pub fn bad_load_case_values(
     if bad.is_empty() && options.train.is_none() {
         bad.extend(improbable(model, fit)?);
     }
+    Ok(named(posed, bad))
+}
+
+/// Absolute positions that the fit to all others contradicts: a robot that stood elsewhere moves every coordinate of a target by its own amount.
+///
+/// # Errors
+/// [`LoadCaseFitError`]: those of a fit.
+fn bad_positions(
+    model: &LoadCaseModel<'_>,
+    options: &LoadCaseFitOptions,
+    fit: &LoadCaseFit,
+) -> Result<Vec<BadLoadCaseValue>, LoadCaseFitError> {
+    let mut bad: Vec<TestedValue> = Vec::new();
+    let mut fit = Cow::Borrowed(fit);
+    // What each row that is left is among all.
+    let mut kept: Vec<usize> = (0..model.posed.rows().count()).collect();
+    while options.train.is_none() && bad.len() < MOST {
+        let rows: Vec<usize> = bad.iter().map(|one| one.row).collect();
+        let posed = model.posed.without_rows(&rows);
+        let left = LoadCaseModel {
+            posed: &posed,
+            ..*model
+        };
+        if !bad.is_empty() {
+            // Too few are left, or they show no parameter any more: those that were found stand.
+            let Ok(again) = fit_load_cases(&left, options) else {
+                break;
+            };
+            fit = Cow::Owned(again);
+        }
+        let Some(found) = improbable(&left, &fit)? else {
+            break;
+        };
+        let row = kept.remove(found.row);
+        bad.push(TestedValue { row, ..found });
+    }
+    Ok(named(model.posed, bad))
+}
+
+/// Values in the order of the table, with what belongs to them.
+fn named(posed: &PosedLoadCases, mut bad: Vec<TestedValue>) -> Vec<BadLoadCaseValue> {
     bad.sort_by_key(|one| one.row);
     let rows: Vec<_> = posed.rows().collect();
     let named = bad.into_iter().map(|one| {
@@ -157,7 +205,7 @@ pub fn bad_load_case_values(
             p_family: one.p,
         }
     });
-    Ok(named.collect())
+    named.collect()
 }
 
 /// How many values one application of a load has.
@@ -333,7 +381,9 @@ fn improbable(
 ) -> Result<Option<TestedValue>, LoadCaseFitError> {
     let posed = model.posed;
     let mut witnesses = vec![false; fit.components.len()];
-    for rows in repeated_rows(posed).iter().filter(|rows| rows.len() > 1) {
+    let repeats = repeated_rows(posed);
+    let repeats = repeats.iter().filter(|_| !posed.has_positions());
+    for rows in repeats.filter(|rows| rows.len() > 1) {
         for row in rows {
             witnesses[*row] = true;
         }
@@ -353,12 +403,8 @@ fn improbable(
     }
     let units = [0, 1].map(|kind| scatter[kind].unwrap_or(sizes[kind]));
     let unit = |row: usize| units[kinds[row]];
-    let (_, of_fit) = Basis::of(model, fit)?;
     let mut basis: Vec<Vec<f64>> = Vec::new();
-    for (place, column) in of_fit.free.iter().zip(&of_fit.columns) {
-        if matches!(fit.estimates[*place].status, FactorStatus::AtBound { .. }) {
-            continue;
-        }
+    for column in columns(model, fit)? {
         let white = column.iter().enumerate();
         let white = white.map(|(row, value)| value / unit(row)).collect();
         push_orthonormal(&mut basis, white, LEAST_INDEPENDENT, 0.0);
@@ -366,7 +412,9 @@ fn improbable(
     let rows = fit.components.iter().zip(&kinds);
     let rows: Vec<(f64, f64)> = rows
         .map(|(one, kind)| {
-            let size = (one.predicted / units[*kind]).powi(2);
+            // How large a position is says nothing of its load.
+            let load = if one.is_position { 0.0 } else { one.predicted };
+            let size = (load / units[*kind]).powi(2);
             ((one.measured - one.predicted) / units[*kind], size)
         })
         .collect();
@@ -403,6 +451,34 @@ fn improbable(
         })
     });
     Ok(tested.min_by(|a, b| a.p.total_cmp(&b.p)))
+}
+
+/// Derivatives of all rows to what a fit moves and is at no bound, frames among it.
+///
+/// # Errors
+/// [`LoadCaseFitError`].
+fn columns(
+    model: &LoadCaseModel<'_>,
+    fit: &LoadCaseFit,
+) -> Result<Vec<Vec<f64>>, LoadCaseFitError> {
+    let is_inside =
+        |status: &FactorStatus| moves(status) && !matches!(status, FactorStatus::AtBound { .. });
+    let Some(frames) = PositionFrames::of(model.robot, model.mechanism, model.posed)? else {
+        let (_, basis) = Basis::of(model, fit)?;
+        let own = basis.free.iter().zip(basis.columns);
+        let own = own.filter(|(place, _)| is_inside(&fit.estimates[**place].status));
+        return Ok(own.map(|(_, column)| column).collect());
+    };
+    let free = fit.estimates.iter().filter(|one| is_inside(&one.status));
+    let free: Vec<ModelParameter> = free.map(|one| one.parameter.clone()).collect();
+    let mut solver = ComplianceSolver::new(model.robot, model.mechanism, &free, &fit.factors)?;
+    let motions = predict_motions(&mut solver, model.posed, &fit.factors, true)?;
+    // Frames that fit the rigid robot nearly best are near enough to those of the fit: rotations between them are small.
+    let there = frames.at(&[]);
+    let springs = motions.columns.iter();
+    let springs = springs.map(|column| frames.column(model.posed, &there, column));
+    let of_frames = frames.frame_columns(model.posed, &[], &motions.values);
+    Ok(springs.chain(of_frames).collect())
 }
 
 /// What a fit leaves, displacements and rotations in units of their scatter.
