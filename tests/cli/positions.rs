@@ -99,9 +99,11 @@ fn a_wrong_coordinate_is_named_with_its_line() {
         warnings.filter(|one| one.contains("bad value")).collect()
     };
     for (seed, wrong_mm) in (10..20).zip([100.0, -5.0].into_iter().cycle()) {
-        desk.data(&simulate("good", &format!("--seed {seed}")).replace("--seed 5", ""));
-        let good = desk.read("good/readings.csv");
-        assert!(warned("good/readings.csv").is_empty(), "{seed}");
+        let folder = format!("good-{seed}");
+        desk.data(&simulate(&folder, "").replace("--seed 5", &format!("--seed {seed}")));
+        let table = format!("{folder}/readings.csv");
+        let good = desk.read(&table);
+        assert!(warned(&table).is_empty(), "{seed}");
         let mut lines: Vec<String> = good.lines().map(str::to_owned).collect();
         let head: Vec<&str> = good.lines().next().unwrap().split(',').collect();
         let column = head.iter().position(|name| *name == "position_z_mm");
