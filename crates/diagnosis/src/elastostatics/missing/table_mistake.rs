@@ -103,7 +103,7 @@ pub fn table_mistake(
     }
     let mut found = multiplied(fit, &basis)?;
     found.extend(exchanged(fit, &basis)?);
-    found.extend(other_signs(model, options, fit, &basis)?);
+    found.extend(other_signs(model, options, fit, &basis));
     let before = basis.baseline.scatter.squares(&basis.residuals);
     found.retain(|(after, _)| *after < (1.0 - MOST_OF_THE_MISFIT) * before);
     let best = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
@@ -207,11 +207,11 @@ fn other_signs(
     options: &LoadCaseFitOptions,
     fit: &LoadCaseFit,
     basis: &Basis,
-) -> Result<Vec<(f64, TableMistake)>, LoadCaseFitError> {
+) -> Vec<(f64, TableMistake)> {
     let scatter = &basis.baseline.scatter;
     let read: Vec<f64> = fit.components.iter().map(|one| one.measured).collect();
     if scatter.squares(&basis.residuals) < LEFT_BY_A_SIGN * scatter.squares(&read) {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let mut found = Vec::new();
     for (variable, named) in model.robot.variables.iter().enumerate() {
@@ -240,7 +240,7 @@ fn other_signs(
             },
         ));
     }
-    Ok(found)
+    found
 }
 
 /// Each pose, each component, and each component of each pose.
