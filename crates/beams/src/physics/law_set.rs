@@ -450,28 +450,6 @@ impl LawSet {
         secants
     }
 
-    /// Displacement of the end along the base axes under a force that is applied for the first time, m: structure, base, and the laws of
-    /// the joints from the unloaded state. The laws of the bench (gauges, their stand, time, repeats) have no part in it.
-    #[must_use]
-    pub fn first_load_m(&self, pose: &PoseMechanics, force_n: [f64; 3]) -> [f64; 3] {
-        let wrench = along6(force_n);
-        let mut joint_rotations = JointRotations::default();
-        joint_rotations.begin(self.joints.len());
-        if !self.joints.is_empty() {
-            self.turn_joints(pose, wrench, &mut joint_rotations);
-        }
-        std::array::from_fn(|axis| {
-            let mut sum = dot6(pose.influence.compliance[axis], wrench);
-            for (lever, &compliance) in pose.base_levers.iter().zip(&self.base) {
-                sum += lever[axis] * compliance * dot6(*lever, wrench);
-            }
-            for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
-                sum += pose.influence.levers[one.joint][axis] * rotation;
-            }
-            sum
-        })
-    }
-
     /// Compliance of the base about x, y, z, rad/(N·m).
     #[must_use]
     pub fn base_rad_per_nm(&self) -> [f64; 3] {

@@ -1,9 +1,9 @@
 //! Stiffness of many cells of the experiment as a function of the fitting factors, with exact derivatives.
 
-use stiffbench_beams::physics::Mechanics;
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Robot, RobotError,
 };
+use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::Cell;
@@ -22,16 +22,6 @@ use super::shares::Shares;
 pub struct CellModel<'a> {
     cells: Vec<Cell>,
     means: CellSolution<'a>,
-    across: Option<AcrossModel<'a>>,
-}
-
-/// Compliances of the beams along other axes than that of the load.
-#[derive(Debug)]
-struct AcrossModel<'a> {
-    mechanics: Mechanics<'a>,
-    parameters: usize,
-    /// Number of the pose, axis of the displacement, load.
-    places: Vec<(usize, ReadAxis, LoadDirection)>,
 }
 
 /// How the stiffness is computed.
@@ -41,6 +31,8 @@ enum CellSolution<'a> {
     Beams {
         /// Number of the pose of each cell.
         pose_of_cell: Vec<usize>,
+        /// Number of the pose, axis of the displacement and load of the compliances behind the cells.
+        across: Vec<(usize, ReadAxis, LoadDirection)>,
         predictor: Box<MultiPosePredictor<'a>>,
     },
     /// From predicted readings, with the physics beside the beams.
@@ -58,21 +50,7 @@ impl<'a> CellModel<'a> {
         parameters: &[ModelParameter],
         cells: &[Cell],
     ) -> Result<Self, RobotError> {
-        let (poses, pose_of_cell) = poses_of_cells(robot, cells)?;
-        let mut predictor = MultiPosePredictor::new(robot, mechanism, parameters, poses.len())?;
-        for (index, pose) in poses.iter().enumerate() {
-            predictor.place(index, pose)?;
-        }
-        // A structure that moves even with nominal sections is reported before any fit begins.
-        predictor.solve(&FittingFactors::UNIT, false)?;
-        Ok(Self {
-            cells: cells.to_vec(),
-            means: CellSolution::Beams {
-                pose_of_cell,
-                predictor: Box::new(predictor),
-            },
-            across: None,
-        })
+        Self::with_across(robot, mechanism, parameters, cells, &[])
     }
 
     /// The same with compliances along other axes than that of the load, behind the cells.
@@ -80,27 +58,33 @@ impl<'a> CellModel<'a> {
     /// # Errors
     /// Those of [`CellModel::new`].
     pub(super) fn with_across(
-        mut self,
         robot: &'a Robot,
         mechanism: &'a Mechanism,
         parameters: &[ModelParameter],
+        cells: &[Cell],
         across: &[MeasuredCompliance],
     ) -> Result<Self, RobotError> {
-        if across.is_empty() {
-            return Ok(self);
+        let all = cells.iter().chain(across.iter().map(|one| &one.cell));
+        let (poses, mut pose_of_cell) = poses_of_cells(robot, all)?;
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, parameters, poses.len())?;
+        for (index, pose) in poses.iter().enumerate() {
+            predictor.place(index, pose)?;
         }
-        let (poses, places) = poses_of_cells(robot, across.iter().map(|one| &one.cell))?;
-        let places = places.into_iter().zip(across);
+        if !across.is_empty() {
+            predictor.differentiate_whole();
+        }
+        // A structure that moves even with nominal sections is reported before any fit begins.
+        predictor.solve(&FittingFactors::UNIT, false)?;
+        let places = pose_of_cell.split_off(cells.len()).into_iter().zip(across);
         let places = places.map(|(pose, one)| (pose, one.cell.direction.into(), one.load.clone()));
-        let unit = FittingFactors::UNIT;
-        let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, &unit, &poses)?;
-        mechanics.differentiate_whole()?;
-        self.across = Some(AcrossModel {
-            mechanics,
-            parameters: parameters.len(),
-            places: places.collect(),
-        });
-        Ok(self)
+        Ok(Self {
+            cells: cells.to_vec(),
+            means: CellSolution::Beams {
+                pose_of_cell,
+                across: places.collect(),
+                predictor: Box::new(predictor),
+            },
+        })
     }
 
     /// The same with physics beside the beams: stiffness as the estimator of the data makes it of predicted readings.
@@ -117,7 +101,6 @@ impl<'a> CellModel<'a> {
         Ok(Self {
             cells: cells.to_vec(),
             means: CellSolution::Readings(Box::new(model)),
-            across: None,
         })
     }
 
@@ -140,11 +123,12 @@ impl<'a> CellModel<'a> {
         values: &mut [f64],
         mut shares: Option<&mut [Shares]>,
     ) -> Result<(), FitError> {
-        let (pose_of_cell, predictor) = match &mut self.means {
+        let (pose_of_cell, across, predictor) = match &mut self.means {
             CellSolution::Beams {
                 pose_of_cell,
+                across,
                 predictor,
-            } => (pose_of_cell, predictor),
+            } => (pose_of_cell, across, predictor),
             CellSolution::Readings(model) => {
                 return model.evaluate(factors, values, shares);
             }
@@ -163,10 +147,17 @@ impl<'a> CellModel<'a> {
                 shares[place].extend(logarithmic);
             }
         }
-        if let Some(across) = &mut self.across {
-            let first = self.cells.len();
-            let shares = shares.map(|shares| &mut shares[first..]);
-            across.evaluate(factors, &mut values[first..], shares)?;
+        for (place, (pose, read, load)) in (self.cells.len()..).zip(across.iter()) {
+            let compliance = predictor.compliance(*pose);
+            let compliance = compliance.expect("every pose was placed and solved");
+            let along = |moved: [f64; 6]| dot6(read.unit(), moved);
+            values[place] = along(compliance.times(load.wrench()));
+            if let Some(shares) = shares.as_deref_mut() {
+                let whole = predictor.whole_gradient(*pose).iter();
+                let derivatives = whole.map(|whole| along(whole.times(load.wrench())));
+                shares[place].clear();
+                shares[place].extend(derivatives);
+            }
         }
         Ok(())
     }
@@ -194,28 +185,5 @@ impl<'a> CellModel<'a> {
         let mut stiffness = vec![0.0; self.cells.len()];
         self.evaluate(factors, &mut stiffness, None)?;
         Ok(stiffness)
-    }
-}
-
-impl AcrossModel<'_> {
-    /// Compliances, m/N, and if asked for their derivatives to the parameters: to the logarithm of a factor, to the compliance of a spring.
-    fn evaluate(
-        &mut self,
-        factors: &FittingFactors,
-        values: &mut [f64],
-        mut shares: Option<&mut [Shares]>,
-    ) -> Result<(), RobotError> {
-        self.mechanics.set_factors_rigid(factors)?;
-        for (place, (pose, read, load)) in self.places.iter().enumerate() {
-            let pose = self.mechanics.pose(*pose);
-            values[place] = pose.compliance(read, load);
-            if let Some(shares) = shares.as_deref_mut() {
-                let derivatives =
-                    (0..self.parameters).map(|parameter| pose.gradient(parameter, read, load));
-                shares[place].clear();
-                shares[place].extend(derivatives);
-            }
-        }
-        Ok(())
     }
 }

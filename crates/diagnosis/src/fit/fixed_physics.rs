@@ -9,7 +9,7 @@ use stiffbench_measurement::stiffness::{
 };
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
-use crate::mismatch::CellSlopes;
+use crate::mismatch::{CellSlopes, load_point};
 
 /// What acts beside the beams, and how the stiffness of a cell is made of readings under it.
 ///
@@ -73,20 +73,11 @@ impl FixedPhysics {
                 self.cells.push(CellReadings::empty(cell));
                 self.cells.len() - 1
             });
-            let load = LoadPoint {
-                force_n: reading.force_n,
-                step: reading.step,
-                hold_s: reading.hold_s.unwrap_or(0.0),
-                since_zero_s: since.time_s.unwrap_or(0.0),
-                warming_k: since.warming_k.unwrap_or(0.0),
-                position_m: None,
-                is_unloaded: reading.target_n == 0.0,
-            };
             self.cells[place].readings.push(Reading {
                 text: None,
                 ..reading.clone()
             });
-            self.cells[place].loads.push(load);
+            self.cells[place].loads.push(load_point(reading, since));
         }
         for cell in &mut self.cells {
             cell.sort_by_run();

@@ -73,13 +73,14 @@ impl<'a> FitProblem<'a> {
         parameters: &[ModelParameter],
     ) -> Result<CellModel<'a>, RobotError> {
         let MeasuredStiffness { cells, across, .. } = self.measured;
-        let mut named: Vec<Cell> = cells.iter().map(|cell| cell.cell.clone()).collect();
-        if self.physics.is_some() {
-            named.extend(across.iter().map(|one| one.cell.clone()));
-            return self.cell_model(parameters, &named);
-        }
-        let model = self.cell_model(parameters, &named)?;
-        model.with_across(self.robot, self.mechanism, parameters, across)
+        let named = cells.iter().map(|cell| &cell.cell);
+        let Some(physics) = self.physics else {
+            let named: Vec<Cell> = named.cloned().collect();
+            return CellModel::with_across(self.robot, self.mechanism, parameters, &named, across);
+        };
+        let named = named.chain(across.iter().map(|one| &one.cell));
+        let named: Vec<Cell> = named.cloned().collect();
+        CellModel::with_physics(self.robot, physics, parameters, &named)
     }
 
     /// The effects that are held fixed.

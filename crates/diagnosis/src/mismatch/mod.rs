@@ -100,6 +100,7 @@ pub use joined_sessions::{ObservedSession, noise_alone};
 pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;
 pub use noise::{GaugeNoise, ReadingNoise};
+pub(crate) use observations::load_point;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };

@@ -529,15 +529,19 @@ impl Observations {
                 .as_ref()
                 .is_some_and(|text| !text.flag.is_empty()),
         };
-        let load = LoadPoint {
-            force_n: reading.force_n,
-            step: reading.step,
-            hold_s: reading.hold_s.unwrap_or(0.0),
-            since_zero_s: since.time_s.unwrap_or(0.0),
-            warming_k: since.warming_k.unwrap_or(0.0),
-            position_m: None,
-            is_unloaded: reading.target_n == 0.0,
-        };
-        self.push(observed, load, reading.displacement_m);
+        self.push(observed, load_point(reading, since), reading.displacement_m);
+    }
+}
+
+/// The load of a reading, as laws have it.
+pub(crate) fn load_point(reading: &Reading, since: SinceZero) -> LoadPoint {
+    LoadPoint {
+        force_n: reading.force_n,
+        step: reading.step,
+        hold_s: reading.hold_s.unwrap_or(0.0),
+        since_zero_s: since.time_s.unwrap_or(0.0),
+        warming_k: since.warming_k.unwrap_or(0.0),
+        position_m: None,
+        is_unloaded: reading.target_n == 0.0,
     }
 }

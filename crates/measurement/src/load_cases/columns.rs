@@ -2,10 +2,9 @@
 
 use super::error::LoadCaseError;
 use super::table::{LoadCaseNote, VectorQuantity};
-use crate::readings::{Conversion, JointUnit, PlacedJointColumn, RecordTable, split_unit};
+use crate::readings::{Conversion, PlacedJointColumn, RecordTable, split_unit};
 use crate::table_files::LinePlace;
 use stiffbench_units_and_text::nearest::listed_names;
-use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Direction;
 
 /// Columns that only a series of readings has.
@@ -101,7 +100,8 @@ impl LoadCaseColumns {
                     columns.vector(text, index, (quantity, axis), unit)?;
                 }
                 ColumnMeaning::Joint(variable, unit) => {
-                    columns.joint(text, index, variable, unit)?;
+                    let joints = &mut columns.joints;
+                    PlacedJointColumn::add(joints, text, index, variable, Some(unit))?;
                 }
                 ColumnMeaning::OfReadings => of_readings = Some(index),
                 ColumnMeaning::Unknown if name.is_empty() => {}
@@ -149,12 +149,8 @@ impl LoadCaseColumns {
         let name = &text.names[index];
         let conversion = unit.and_then(|unit| Conversion::from_unit(quantity.kind(), unit));
         let Some(conversion) = conversion else {
-            return Err(LoadCaseError::WrongUnit {
-                at: header(text),
-                column: name.clone(),
-                unit: unit.map_or_else(|| "none".to_owned(), |unit| format!("`{unit}`")),
-                accepted: quantity.kind().units().to_owned(),
-            });
+            let accepted = quantity.kind().units();
+            return Err(text.wrong_unit(index, unit, accepted).into());
         };
         let place = &mut self.vectors[quantity as usize][axis.index()];
         if let Some(first) = place {
@@ -168,31 +164,6 @@ impl LoadCaseColumns {
             });
         }
         Ok(())
-    }
-
-    fn joint(
-        &mut self,
-        text: &RecordTable<'_>,
-        index: usize,
-        variable: &str,
-        unit: &str,
-    ) -> Result<(), LoadCaseError> {
-        let Some(known) = JointUnit::of(unit) else {
-            return Err(LoadCaseError::WrongUnit {
-                at: header(text),
-                column: text.names[index].clone(),
-                unit: format!("`{unit}`"),
-                accepted: format!(
-                    "{}; of a sliding joint {}",
-                    Kind::Angle.units(),
-                    Kind::Displacement.units()
-                ),
-            });
-        };
-        let joints = &mut self.joints;
-        Ok(PlacedJointColumn::add(
-            joints, text, index, variable, known,
-        )?)
     }
 
     /// Whether there is a column of a quantity.

@@ -27,22 +27,6 @@ pub enum LoadCaseError {
         #[help]
         advice: &'static str,
     },
-    /// The unit in a column's name is missing, unknown, or of another kind.
-    #[error("{at}: column `{column}` has {unit} for its unit, expected one of {accepted}")]
-    #[diagnostic(
-        code(stiffbench::load_cases::wrong_unit),
-        help("write the unit after an underscore: force_x_N, displacement_z_um, joint_J1_deg")
-    )]
-    WrongUnit {
-        /// Line of the header.
-        at: LinePlace,
-        /// The column, as named in the file.
-        column: String,
-        /// The unit in backquotes, or `none`.
-        unit: String,
-        /// The units of this kind.
-        accepted: String,
-    },
     /// A column that only a series of readings has.
     #[error(
         "{at}: column `{column}` beside columns of vectors such as `{vector}`: the file mixes two forms"

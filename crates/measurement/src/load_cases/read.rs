@@ -6,9 +6,7 @@ use std::io::Read;
 use super::columns::{LoadCaseColumns, NumberColumn};
 use super::error::LoadCaseError;
 use super::table::{LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable, VectorQuantity};
-use crate::readings::{
-    ReadOptions, ReadingStatus, ReadingsError, RecordTable, STATUS_WORDS, meaning_of, read_count,
-};
+use crate::readings::{ReadOptions, ReadingStatus, ReadingsError, RecordTable};
 use crate::table_files::LinePlace;
 use stiffbench_units_and_text::test_point::PoseId;
 
@@ -91,7 +89,7 @@ impl LoadCaseReader {
     ) -> Result<(), LoadCaseError> {
         let line = text.line;
         if let Some(index) = columns.status
-            && !counts(text, index)?
+            && text.status(index)? != ReadingStatus::Accepted
         {
             self.rejected.push(line);
             return Ok(());
@@ -116,7 +114,10 @@ impl LoadCaseReader {
             line,
             pose: self.pose(text, columns.pose, &joints)?,
             joints,
-            repeat: repeat(text, columns.repeat)?,
+            repeat: match columns.repeat {
+                Some(index) => text.count(index, 1)?.unwrap_or(1),
+                None => 1,
+            },
             axes: axes(text, columns.axes),
             force_n: load(text, columns.of(VectorQuantity::Force))?,
             moment_nm: load(text, columns.of(VectorQuantity::Moment))?,
@@ -151,7 +152,8 @@ impl LoadCaseReader {
         };
         let name = text.text(text.field(index)).into_owned();
         if name.is_empty() {
-            return Err(missing(text, index, "the name of a pose"));
+            let expected = "the name of a pose";
+            return Err(text.missing(&text.names[index], expected).into());
         }
         Ok(PoseId::new(&name))
     }
@@ -172,27 +174,6 @@ impl LoadCaseReader {
     }
 }
 
-/// Whether a row counts.
-fn counts(text: &RecordTable<'_>, index: usize) -> Result<bool, LoadCaseError> {
-    let word = text.field(index);
-    let status = meaning_of(word, &STATUS_WORDS);
-    match status {
-        Some(status) => Ok(status == ReadingStatus::Accepted),
-        None if word.is_empty() => Ok(true),
-        None => Err(bad(text, index, "accepted, superseded or rejected")),
-    }
-}
-
-fn repeat(text: &RecordTable<'_>, column: Option<usize>) -> Result<u32, LoadCaseError> {
-    let Some(index) = column else { return Ok(1) };
-    let field = text.field(index);
-    if field.is_empty() {
-        return Ok(1);
-    }
-    let count = read_count(field).filter(|repeat| *repeat > 0);
-    count.ok_or_else(|| bad(text, index, "a whole number from 1"))
-}
-
 fn axes(text: &RecordTable<'_>, column: Option<usize>) -> LoadAxes {
     let Some(index) = column else {
         return LoadAxes::Base;
@@ -209,7 +190,7 @@ fn axes(text: &RecordTable<'_>, column: Option<usize>) -> LoadAxes {
 fn load(
     text: &mut RecordTable<'_>,
     columns: &[Option<NumberColumn>; 3],
-) -> Result<[f64; 3], LoadCaseError> {
+) -> Result<[f64; 3], ReadingsError> {
     let mut values = [0.0; 3];
     for (value, column) in values.iter_mut().zip(columns) {
         if let Some(column) = column {
@@ -223,13 +204,11 @@ fn load(
 fn read(
     text: &mut RecordTable<'_>,
     columns: &[Option<NumberColumn>; 3],
-) -> Result<[Option<f64>; 3], LoadCaseError> {
+) -> Result<[Option<f64>; 3], ReadingsError> {
     let mut values = [None; 3];
     for (value, column) in values.iter_mut().zip(columns) {
-        if let Some(column) = column
-            && !text.field(column.index).is_empty()
-        {
-            *value = Some(number(text, *column)?);
+        if let Some(column) = column {
+            *value = text.number(column.index, column.conversion)?;
         }
     }
     Ok(values)
@@ -239,29 +218,8 @@ fn required(
     text: &mut RecordTable<'_>,
     column: NumberColumn,
     expected: &'static str,
-) -> Result<f64, LoadCaseError> {
-    if text.field(column.index).is_empty() {
-        return Err(missing(text, column.index, expected));
-    }
-    number(text, column)
-}
-
-fn number(text: &mut RecordTable<'_>, column: NumberColumn) -> Result<f64, LoadCaseError> {
+) -> Result<f64, ReadingsError> {
     let NumberColumn { index, conversion } = column;
-    let read = text.number(index, conversion);
-    read.map_err(|fault| {
-        text.number_error(index, text.names[index].clone(), fault)
-            .into()
-    })
-}
-
-fn missing(text: &RecordTable<'_>, index: usize, expected: &'static str) -> LoadCaseError {
-    let cell = text.cell(text.names[index].clone(), b"");
-    ReadingsError::MissingValue { cell, expected }.into()
-}
-
-fn bad(text: &RecordTable<'_>, index: usize, expected: &'static str) -> LoadCaseError {
-    let value = text.text(text.field(index));
-    let cell = text.cell(text.names[index].clone(), value.as_bytes());
-    ReadingsError::BadValue { cell, expected }.into()
+    let number = text.number(index, conversion)?;
+    number.ok_or_else(|| text.missing(&text.names[index], expected))
 }

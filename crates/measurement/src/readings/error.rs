@@ -158,7 +158,7 @@ pub enum ReadingsError {
     #[diagnostic(
         code(stiffbench::readings::wrong_unit),
         help(
-            "write the unit after an underscore: force_N, force_lbf, displacement_um, displacement_mm, temp_degC"
+            "write the unit after an underscore: force_N, force_lbf, displacement_mm, temp_degC, force_x_N, joint_J1_deg"
         )
     )]
     WrongUnit {

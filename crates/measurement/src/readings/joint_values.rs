@@ -21,6 +21,10 @@ pub enum JointUnit {
 }
 
 impl JointUnit {
+    /// The units of both.
+    const ACCEPTED: &str =
+        "urad, mrad, rad, deg, arcmin, arcsec; of a sliding joint um, mm, m, nm, cm, in, mil, uin";
+
     /// The unit it is written in.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -82,14 +86,17 @@ impl PlacedJointColumn {
     /// Adds a column of a variable.
     ///
     /// # Errors
-    /// [`ReadingsError::DuplicateColumn`] if the variable has one already.
+    /// [`ReadingsError::WrongUnit`]; [`ReadingsError::DuplicateColumn`] if the variable has one already.
     pub(crate) fn add(
         known: &mut Vec<Self>,
         text: &RecordTable<'_>,
         index: usize,
         variable: &str,
-        (unit, conversion): (JointUnit, Conversion),
+        unit: Option<&str>,
     ) -> Result<(), ReadingsError> {
+        let measures = unit.and_then(JointUnit::of);
+        let wrong_unit = || text.wrong_unit(index, unit, JointUnit::ACCEPTED);
+        let (unit, conversion) = measures.ok_or_else(wrong_unit)?;
         let mut alike = known.iter();
         if let Some(first) = alike.find(|known| known.column.variable == variable) {
             return Err(text.duplicate("a joint", first.index, index));

@@ -120,8 +120,8 @@ impl LogColumns {
             ..ReadingText::default()
         };
         let mut number = |column: &LogColumn| {
-            let number = text.number(column.index, column.conversion);
-            number.map_err(|fault| text.number_error(column.index, column.name.clone(), fault))
+            let number = text.number(column.index, column.conversion)?;
+            number.ok_or_else(|| text.missing(&column.name, "a number"))
         };
         Ok(Reading {
             seq,
@@ -190,24 +190,18 @@ fn find_column(
     wanted: Column,
     unit: Option<&str>,
 ) -> Result<Option<LogColumn>, ReadingsError> {
-    let wrong_unit = |name: &str, unit: Option<&str>| ReadingsError::WrongUnit {
-        file: text.file(),
-        line: text.header_line,
-        column: name.to_owned(),
-        unit: unit.map_or("none".to_owned(), |unit| format!("`{unit}`")),
-        accepted: wanted.kind().map_or("", Kind::units),
-    };
+    let accepted = wanted.kind().map_or("", Kind::units);
     for (index, name) in text.names.iter().enumerate() {
         let conversion = match understand(name) {
             NamedColumn::Column(column, conversion) if column == wanted => conversion,
             NamedColumn::WrongUnit(column, found) if column == wanted => {
-                return Err(wrong_unit(name, Some(found)));
+                return Err(text.wrong_unit(index, Some(found), accepted));
             }
             NamedColumn::NoUnit(column) if column == wanted => wanted
                 .kind()
                 .zip(unit)
                 .and_then(|(kind, unit)| Conversion::from_unit(kind, unit))
-                .ok_or_else(|| wrong_unit(name, unit))?,
+                .ok_or_else(|| text.wrong_unit(index, unit, accepted))?,
             _ => continue,
         };
         let name = name.clone();

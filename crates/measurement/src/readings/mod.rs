@@ -60,6 +60,6 @@ pub(crate) use joint_values::PlacedJointColumn;
 pub(crate) use number::{
     Conversion, NumberFault, NumberReader, decimal, read_count, write_decimal,
 };
-pub(crate) use reading::{BRANCH_WORDS, STATUS_WORDS, meaning_of};
+pub(crate) use reading::{BRANCH_WORDS, meaning_of};
 pub(crate) use targets::are_one_load;
 pub(crate) use text_table::RecordTable;

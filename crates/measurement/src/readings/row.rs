@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use super::column::Column;
 use super::error::ReadingsError;
 use super::header::ColumnHeader;
-use super::number::read_count;
-use super::reading::{BRANCH_WORDS, Reading, ReadingStatus, ReadingText, STATUS_WORDS, meaning_of};
+use super::reading::{Reading, ReadingStatus, ReadingText};
 use super::rows::text_of;
 use super::table::RunNumbers;
 use super::text_table::RecordTable;
@@ -135,6 +134,12 @@ impl<'a> RowReader<'a> {
         field
     }
 
+    /// The place of a column with a value in this record.
+    fn place(&mut self, table: &RecordTable<'_>, column: Column) -> Option<usize> {
+        self.noted(table, column)?;
+        self.header.place(column).map(|(index, _)| index)
+    }
+
     fn text(&mut self, table: &RecordTable<'_>, column: Column) -> Option<String> {
         let field = self.noted(table, column)?;
         Some(table.text(field).into_owned())
@@ -158,37 +163,24 @@ impl<'a> RowReader<'a> {
             Some(b"x" | b"X") => Ok(Direction::X),
             Some(b"y" | b"Y") => Ok(Direction::Y),
             Some(b"z" | b"Z") => Ok(Direction::Z),
-            Some(other) => Err(self.bad(table, Column::Direction, other, EXPECTED)),
+            Some(other) => Err(table.bad(&self.header.name(Column::Direction), other, EXPECTED)),
             None => Err(self.missing(table, Column::Direction, EXPECTED)),
         }
     }
 
     fn branch(&mut self, table: &RecordTable<'_>) -> Result<Branch, ReadingsError> {
-        let Some(word) = self.noted(table, Column::Branch) else {
-            return Ok(Branch::Loading);
-        };
-        let expected = "loading or unloading";
-        meaning_of(word, &BRANCH_WORDS)
-            .ok_or_else(|| self.bad(table, Column::Branch, word, expected))
+        let index = self.place(table, Column::Branch);
+        index.map_or(Ok(Branch::Loading), |index| table.branch(index))
     }
 
     fn status(&mut self, table: &RecordTable<'_>) -> Result<ReadingStatus, ReadingsError> {
-        let Some(word) = self.noted(table, Column::Status) else {
-            return Ok(ReadingStatus::Accepted);
-        };
-        let expected = "accepted, superseded or rejected";
-        meaning_of(word, &STATUS_WORDS)
-            .ok_or_else(|| self.bad(table, Column::Status, word, expected))
+        let index = self.place(table, Column::Status);
+        index.map_or(Ok(ReadingStatus::Accepted), |index| table.status(index))
     }
 
     fn repeat(&mut self, table: &RecordTable<'_>) -> Result<u32, ReadingsError> {
-        const EXPECTED: &str = "a whole number from 1";
-        match self.noted(table, Column::Repeat) {
-            None => Err(self.missing(table, Column::Repeat, EXPECTED)),
-            Some(field) => read_count(field)
-                .filter(|repeat| *repeat > 0)
-                .ok_or_else(|| self.bad(table, Column::Repeat, field, EXPECTED)),
-        }
+        let repeat = self.count(table, Column::Repeat)?;
+        repeat.ok_or_else(|| self.missing(table, Column::Repeat, "a whole number from 1"))
     }
 
     fn count(
@@ -196,21 +188,9 @@ impl<'a> RowReader<'a> {
         table: &RecordTable<'_>,
         column: Column,
     ) -> Result<Option<u32>, ReadingsError> {
-        let Some(field) = self.noted(table, column) else {
-            return Ok(None);
-        };
-        let least = u32::from(column == Column::Attempt);
-        match read_count(field) {
-            Some(count) if count >= least => Ok(Some(count)),
-            _ => {
-                let expected = if least == 0 {
-                    "a whole number from 0"
-                } else {
-                    "a whole number from 1"
-                };
-                Err(self.bad(table, column, field, expected))
-            }
-        }
+        let least = u32::from(matches!(column, Column::Attempt | Column::Repeat));
+        let index = self.place(table, column);
+        index.map_or(Ok(None), |index| table.count(index, least))
     }
 
     fn number(
@@ -221,13 +201,10 @@ impl<'a> RowReader<'a> {
         if self.noted(table, column).is_none() {
             return Ok(None);
         }
-        let Some((index, conversion)) = self.header.place(column) else {
-            return Ok(None);
-        };
-        let number = table.number(index, conversion);
-        number
-            .map(Some)
-            .map_err(|fault| table.number_error(index, self.header.name(column), fault))
+        let place = self.header.place(column);
+        place.map_or(Ok(None), |(index, conversion)| {
+            table.number(index, conversion)
+        })
     }
 
     fn required_number(
@@ -235,10 +212,8 @@ impl<'a> RowReader<'a> {
         table: &mut RecordTable<'_>,
         column: Column,
     ) -> Result<f64, ReadingsError> {
-        match self.number(table, column)? {
-            Some(number) => Ok(number),
-            None => Err(self.missing(table, column, "a number")),
-        }
+        let number = self.number(table, column)?;
+        number.ok_or_else(|| self.missing(table, column, "a number"))
     }
 
     /// The texts of a reading, if there are any; the instruments' own are kept with the blanks around them.
@@ -291,19 +266,7 @@ impl<'a> RowReader<'a> {
         column: Column,
         expected: &'static str,
     ) -> ReadingsError {
-        let cell = table.cell(self.header.name(column), b"");
-        ReadingsError::MissingValue { cell, expected }
-    }
-
-    fn bad(
-        &self,
-        table: &RecordTable<'_>,
-        column: Column,
-        value: &[u8],
-        expected: &'static str,
-    ) -> ReadingsError {
-        let cell = table.cell(self.header.name(column), value);
-        ReadingsError::BadValue { cell, expected }
+        table.missing(&self.header.name(column), expected)
     }
 }
 

@@ -11,8 +11,10 @@ use super::csv::ReadOptions;
 use super::encoding::Encoding;
 use super::error::{FileCell, ReadingsError};
 use super::formula::unescape_formula;
-use super::number::{Conversion, NumberFault, NumberReader};
+use super::number::{Conversion, NumberFault, NumberReader, read_count};
+use super::reading::{BRANCH_WORDS, ReadingStatus, STATUS_WORDS, meaning_of};
 use super::rows::{Delimiter, Rows, text_of};
+use stiffbench_units_and_text::test_point::Branch;
 
 /// A table that is read record by record.
 pub(crate) struct RecordTable<'a> {
@@ -133,46 +135,114 @@ impl<'a> RecordTable<'a> {
         }
     }
 
+    /// The error for a unit in the name of a column.
+    pub(crate) fn wrong_unit(
+        &self,
+        index: usize,
+        unit: Option<&str>,
+        accepted: &'static str,
+    ) -> ReadingsError {
+        ReadingsError::WrongUnit {
+            file: self.file(),
+            line: self.header_line,
+            column: self.names[index].clone(),
+            unit: unit.map_or("none".to_owned(), |unit| format!("`{unit}`")),
+            accepted,
+        }
+    }
+
     /// A field of the current record, for messages.
-    pub(crate) fn cell(&self, column: String, value: &[u8]) -> FileCell {
+    fn cell(&self, column: &str, value: &[u8]) -> FileCell {
         FileCell {
             file: self.file(),
             line: self.line,
-            column,
+            column: column.to_owned(),
             value: text_of(value).0.into_owned(),
         }
     }
 
-    /// A field as a number in SI.
+    /// The error for a field of the current record without a value.
+    pub(crate) fn missing(&self, column: &str, expected: &'static str) -> ReadingsError {
+        let cell = self.cell(column, b"");
+        ReadingsError::MissingValue { cell, expected }
+    }
+
+    /// The error for a field of the current record with a wrong value.
+    pub(crate) fn bad(&self, column: &str, value: &[u8], expected: &'static str) -> ReadingsError {
+        let cell = self.cell(column, value);
+        ReadingsError::BadValue { cell, expected }
+    }
+
+    /// A field as a number in SI; `None` without a value.
     pub(crate) fn number(
         &mut self,
         index: usize,
         conversion: Conversion,
-    ) -> Result<f64, NumberFault> {
+    ) -> Result<Option<f64>, ReadingsError> {
         let field = self.rows.field(index).trim_ascii();
-        self.numbers.read(field, conversion, self.line)
+        if field.is_empty() {
+            return Ok(None);
+        }
+        let read = self.numbers.read(field, conversion, self.line);
+        read.map(Some).map_err(|fault| {
+            let (column, field) = (&self.names[index], self.field(index));
+            match fault {
+                NumberFault::NotANumber => self.bad(column, field, "a number"),
+                NumberFault::NotFinite => ReadingsError::NotFinite {
+                    cell: self.cell(column, field),
+                },
+                NumberFault::OtherDecimalSign(sign, first_line) => ReadingsError::MixedDecimals {
+                    cell: self.cell(column, field),
+                    sign: sign.word(),
+                    first_line,
+                },
+            }
+        })
     }
 
-    /// The error for a field that is not a number.
-    pub(crate) fn number_error(
+    /// A whole number from `least`; `None` without a value.
+    pub(crate) fn count(&self, index: usize, least: u32) -> Result<Option<u32>, ReadingsError> {
+        let field = self.field(index);
+        if field.is_empty() {
+            return Ok(None);
+        }
+        let count = read_count(field).filter(|count| *count >= least);
+        count.map(Some).ok_or_else(|| {
+            let expected = if least == 0 {
+                "a whole number from 0"
+            } else {
+                "a whole number from 1"
+            };
+            self.bad(&self.names[index], field, expected)
+        })
+    }
+
+    /// What becomes of a reading; it counts without a value.
+    pub(crate) fn status(&self, index: usize) -> Result<ReadingStatus, ReadingsError> {
+        let expected = "accepted, superseded or rejected";
+        let meaning = self.word(index, &STATUS_WORDS, expected)?;
+        Ok(meaning.unwrap_or(ReadingStatus::Accepted))
+    }
+
+    /// Whether a load was put on or taken off; put on without a value.
+    pub(crate) fn branch(&self, index: usize) -> Result<Branch, ReadingsError> {
+        let meaning = self.word(index, &BRANCH_WORDS, "loading or unloading")?;
+        Ok(meaning.unwrap_or(Branch::Loading))
+    }
+
+    /// A word with a meaning; `None` without a value.
+    fn word<T: Copy>(
         &self,
         index: usize,
-        column: String,
-        fault: NumberFault,
-    ) -> ReadingsError {
-        let cell = self.cell(column, self.field(index));
-        match fault {
-            NumberFault::NotANumber => ReadingsError::BadValue {
-                cell,
-                expected: "a number",
-            },
-            NumberFault::NotFinite => ReadingsError::NotFinite { cell },
-            NumberFault::OtherDecimalSign(sign, first_line) => ReadingsError::MixedDecimals {
-                cell,
-                sign: sign.word(),
-                first_line,
-            },
+        known: &[(&str, T)],
+        expected: &'static str,
+    ) -> Result<Option<T>, ReadingsError> {
+        let field = self.field(index);
+        if field.is_empty() {
+            return Ok(None);
         }
+        let meaning = meaning_of(field, known).map(Some);
+        meaning.ok_or_else(|| self.bad(&self.names[index], field, expected))
     }
 
     /// What was taken for granted of the text itself.

@@ -8,8 +8,8 @@ use indexmap::IndexMap;
 use super::column::{Column, split_unit};
 use super::csv::ReadOptions;
 use super::error::ReadingsError;
-use super::joint_values::{JointUnit, PlacedJointColumn, PoseJoints};
-use super::number::{Conversion, read_count};
+use super::joint_values::{PlacedJointColumn, PoseJoints};
+use super::number::Conversion;
 use super::reading::{Reading, ReadingStatus, ReadingText};
 use super::table::{FieldRow, FileFields, ReadingTable, RunKey};
 use super::text_table::RecordTable;
@@ -299,17 +299,9 @@ fn joint_columns(text: &RecordTable<'_>) -> Result<Vec<PlacedJointColumn>, Readi
         let Some(named) = name.strip_prefix("joint_") else {
             continue;
         };
-        let (variable, unit) = split_unit(named).unwrap_or((named, ""));
-        let Some(known) = JointUnit::of(unit).filter(|_| !variable.is_empty()) else {
-            return Err(ReadingsError::WrongUnit {
-                file: text.file(),
-                line: text.header_line,
-                column: name.clone(),
-                unit: format!("`{unit}`"),
-                accepted: "deg, rad; of a sliding joint mm, m",
-            });
-        };
-        PlacedJointColumn::add(&mut columns, text, index, variable, known)?;
+        let (variable, unit) =
+            split_unit(named).map_or((named, None), |(stem, unit)| (stem, Some(unit)));
+        PlacedJointColumn::add(&mut columns, text, index, variable, unit)?;
     }
     Ok(columns)
 }
@@ -326,7 +318,7 @@ impl VectorRow<'_, '_> {
         for (part, column) in force_n.iter_mut().zip(FORCES) {
             *part = self
                 .number(column, Conversion::NONE)?
-                .ok_or_else(|| self.missing(column, "a number"))?;
+                .ok_or_else(|| self.text.missing(column, "a number"))?;
         }
         let axes = self.text_of("axes");
         if !matches!(axes.as_str(), "" | BASE_AXES) {
@@ -335,17 +327,17 @@ impl VectorRow<'_, '_> {
         let displacement_m = self.micrometres(DISPLACEMENTS.map(|[value, ..]| value))?;
         if displacement_m == [None; 3] {
             let [[column, ..], ..] = DISPLACEMENTS;
-            return Err(self.missing(column, "a displacement along x, y or z"));
+            return Err(self.text.missing(column, "a displacement along x, y or z"));
         }
         let zero_m = self.micrometres(DISPLACEMENTS.map(|[.., zero]| zero))?;
         let mut joints = Vec::with_capacity(self.joints.len());
         for joint in self.joints {
-            let value = self.number_at(joint.index, joint.conversion)?;
+            let value = self.text.number(joint.index, joint.conversion)?;
             joints.push(value);
         }
         let pose = self.text_of("pose");
         if pose.is_empty() {
-            return Err(self.missing("pose", "the name of a pose"));
+            return Err(self.text.missing("pose", "the name of a pose"));
         }
         let common = Reading {
             line: self.text.line,
@@ -353,21 +345,18 @@ impl VectorRow<'_, '_> {
             pose: PoseId::new(&pose),
             direction: Direction::X,
             load: None,
-            branch: match self.text_of("branch").as_str() {
-                "" | "loading" => Branch::Loading,
-                "unloading" => Branch::Unloading,
-                _ => return Err(self.bad("branch", "`loading` or `unloading`")),
+            branch: match self.index("branch") {
+                Some(index) => self.text.branch(index)?,
+                None => Branch::Loading,
             },
             step: self.count("step")?,
             repeat: self.count("repeat")?,
             attempt: self.count("attempt")?,
             run: 0,
             zero: 0,
-            status: match self.text_of("status").as_str() {
-                "" | "accepted" => ReadingStatus::Accepted,
-                "superseded" => ReadingStatus::Superseded,
-                "rejected" => ReadingStatus::Rejected,
-                _ => return Err(self.bad("status", "`accepted`, `superseded` or `rejected`")),
+            status: match self.index("status") {
+                Some(index) => self.text.status(index)?,
+                None => ReadingStatus::Accepted,
             },
             target_n: self.number("target_N", Conversion::NONE)?.unwrap_or(0.0),
             force_n: 0.0,
@@ -429,42 +418,19 @@ impl VectorRow<'_, '_> {
         conversion: Conversion,
     ) -> Result<Option<f64>, ReadingsError> {
         let index = self.index(column);
-        index.map_or(Ok(None), |index| self.number_at(index, conversion))
-    }
-
-    fn number_at(
-        &mut self,
-        index: usize,
-        conversion: Conversion,
-    ) -> Result<Option<f64>, ReadingsError> {
-        if self.text.field(index).is_empty() {
-            return Ok(None);
-        }
-        let read = self.text.number(index, conversion);
-        read.map(Some).map_err(|fault| {
-            let column = self.text.names[index].clone();
-            self.text.number_error(index, column, fault)
-        })
+        index.map_or(Ok(None), |index| self.text.number(index, conversion))
     }
 
     /// A whole number; 1 without a column or value, as one reading of a table by hand is the first of its kind.
     fn count(&self, column: &str) -> Result<u32, ReadingsError> {
-        let text = self.text_of(column);
-        if text.is_empty() {
-            return Ok(1);
-        }
-        read_count(text.as_bytes()).ok_or_else(|| self.bad(column, "a whole number from 0"))
-    }
-
-    fn missing(&self, column: &str, expected: &'static str) -> ReadingsError {
-        let cell = self.text.cell(column.to_owned(), b"");
-        ReadingsError::MissingValue { cell, expected }
+        let index = self.index(column);
+        let count = index.map_or(Ok(None), |index| self.text.count(index, 0))?;
+        Ok(count.unwrap_or(1))
     }
 
     fn bad(&self, column: &str, expected: &'static str) -> ReadingsError {
         let value = self.text_of(column);
-        let cell = self.text.cell(column.to_owned(), value.as_bytes());
-        ReadingsError::BadValue { cell, expected }
+        self.text.bad(column, value.as_bytes(), expected)
     }
 }
 
