@@ -1,5 +1,6 @@
 //! Diagnoses: what the model leaves out.
 
+use crate::elastostatics::TableMistake;
 use crate::mismatch::{
     BadReading, BadRun, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise,
     KnownNoise, LawCriticalValues, Located, Location, MismatchError, NextMeasurement, Observations,
@@ -14,7 +15,7 @@ use super::design::{baseline, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
-use super::together::{LaidOut, MarkedReading, SessionShare, lay_out, marked};
+use super::together::{LaidOut, MarkedReading, SessionObservations, SessionShare, lay_out, marked};
 
 /// The scatter of the readings may exceed what the records state by this much before there is a warning.
 const RECORD_TOO_GOOD: f64 = 1.5;
@@ -98,6 +99,8 @@ pub struct DiagnosisReport {
     pub marked_readings: Vec<MarkedReading>,
     /// Degrees of freedom of Student's t of the others; none where a normal distribution fits as well.
     pub tails_dof: Option<f64>,
+    /// What a table of load cases has wrong as a whole.
+    pub table_mistake: Option<TableMistake>,
     /// Whether they were kept for the search all the same.
     pub outliers_kept: bool,
     /// Lines of the robot file that findings accuse.
@@ -167,7 +170,7 @@ pub fn diagnose(
     options: DiagnoseSettings,
     step: &dyn Fn(),
 ) -> Result<DiagnosisReport, AnalysisError> {
-    diagnose_together(std::slice::from_ref(session), model, options, step)
+    diagnose_together(&[session.observed()], model, options, step)
 }
 
 /// The same of several sessions: each with its own zeros, runs and noise, all with one structure and physics.
@@ -178,7 +181,7 @@ pub fn diagnose(
 /// # Errors
 /// As [`diagnose`]; for no session, and for noise that is known for one session only.
 pub fn diagnose_together(
-    sessions: &[LoadedSession],
+    sessions: &[SessionObservations],
     model: &ResolvedModel,
     options: DiagnoseSettings,
     step: &dyn Fn(),
@@ -248,13 +251,7 @@ pub fn diagnose_together(
     let header = last.header.as_ref();
     let fitted_factors = baseline.factors(&diagnosis.parameters);
     let known = (&diagnosis, &fitted_factors);
-    let line = |effect: &Effect| {
-        let suspects = baseline.suspects();
-        let line = FileLine::of(&model.robot, suspects, &model.factors_name, effect)?;
-        Some((effect.clone(), line))
-    };
-    let found = diagnosis.findings.iter();
-    let file_lines = found.filter_map(|finding| line(&finding.effect)).collect();
+    let file_lines = file_lines(&baseline, model, &diagnosis);
     let (next, procedures) = proposals(model, header, &done, known, parameters)?;
     step();
     Ok(DiagnosisReport {
@@ -271,6 +268,7 @@ pub fn diagnose_together(
         bad_readings,
         marked_readings,
         tails_dof,
+        table_mistake: None,
         outliers_kept: options.keep_outliers,
         file_lines,
         observations,
@@ -285,8 +283,23 @@ pub fn diagnose_together(
     })
 }
 
+/// Lines of the robot file that findings accuse.
+fn file_lines(
+    baseline: &RobotBaseline<'_>,
+    model: &ResolvedModel,
+    diagnosis: &Diagnosis,
+) -> Vec<(Effect, FileLine)> {
+    let line = |effect: &Effect| {
+        let suspects = baseline.suspects();
+        let line = FileLine::of(&model.robot, suspects, &model.factors_name, effect)?;
+        Some((effect.clone(), line))
+    };
+    let found = diagnosis.findings.iter();
+    found.filter_map(|finding| line(&finding.effect)).collect()
+}
+
 /// What the data are called: a session by its name, several by all of them.
-fn joined_name(session: &LoadedSession, shares: &[SessionShare]) -> String {
+fn joined_name(session: &SessionObservations, shares: &[SessionShare]) -> String {
     if shares.is_empty() {
         return session.short_name();
     }
@@ -352,7 +365,7 @@ fn unseen_known_effects(diagnosis: &Diagnosis) -> impl Iterator<Item = String> +
 fn recorded_noise(
     baseline: &RobotBaseline<'_>,
     observations: &Observations,
-    session: &LoadedSession,
+    session: &SessionObservations,
     warnings: &mut Vec<String>,
 ) -> Result<EstimatedNoise, AnalysisError> {
     let Some(step_m) = observations.steps.displacement_m else {

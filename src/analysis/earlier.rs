@@ -13,6 +13,8 @@ use super::data::LoadedSession;
 use super::design::baseline;
 use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
+use super::session_table::SessionTable;
+use super::together::SessionObservations;
 
 /// An earlier session and how it scattered.
 #[derive(Debug)]
@@ -78,7 +80,7 @@ pub fn noise_of(
 /// # Arguments
 /// - `own`: how this session is searched, of whose noise nothing is known yet.
 pub(super) fn pooled_noise(
-    session: &LoadedSession,
+    session: &SessionObservations,
     (baseline, observations, search): (&dyn Baseline, &Observations, &SearchOptions),
     others: Vec<MeasuredNoise>,
     warnings: &mut Vec<String>,
@@ -134,10 +136,11 @@ pub(super) fn pooled_noise(
 }
 
 /// Whether two sessions are one.
-fn is_same(session: &LoadedSession, other: &LoadedSession) -> bool {
-    let id = |session: &LoadedSession| session.header.as_ref().and_then(|header| header.id.clone());
-    let place = |session: &LoadedSession| Path::new(&session.name).canonicalize().ok();
-    place(session) == place(other) || (id(session).is_some() && id(session) == id(other))
+fn is_same<T, U>(session: &SessionTable<T>, other: &SessionTable<U>) -> bool {
+    let id = |header: &Option<SessionHeader>| header.as_ref().and_then(|header| header.id.clone());
+    let ids = (id(&session.header), id(&other.header));
+    let place = |name: &str| Path::new(name).canonicalize().ok();
+    place(&session.name) == place(&other.name) || (ids.0.is_some() && ids.0 == ids.1)
 }
 
 fn counted_twice(session: &LoadedSession) -> ArgumentError {

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::elastostatics::{
-    BadLoadCaseValue, LoadCaseDiagnosis, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel,
-    PosedLoadCases, TableMistake, bad_load_case_values, diagnose_load_cases, fit_load_cases,
-    plan_load_cases, planned_table, table_mistake, usual_choice,
+    BadLoadCaseValue, LoadCaseFit, LoadCaseFitError, LoadCaseFitOptions, LoadCaseModel,
+    PosedLoadCases, TableMistake, bad_load_case_values, fit_load_cases, plan_load_cases,
+    planned_table, table_mistake, usual_choice,
 };
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
+use crate::mismatch::GaugeSteps;
 use crate::parameters::ParameterChoice;
 use crate::physics::Place;
 use crate::readings::{ReadOptions, is_vector_table};
@@ -16,6 +17,7 @@ use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::PoseId;
 
 use super::data::{OpenSettings, check_calibration, readings_file, session_header};
+use super::diagnose::{DiagnoseSettings, DiagnosisReport, diagnose_together};
 use super::error::{AnalysisError, ArgumentError};
 use super::files::{folder_of, is_there, read_bytes, shown};
 use super::fit::{PLANNED, PlannedFit, training_poses};
@@ -23,8 +25,9 @@ use super::hash::sha256;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
 use super::pose_plan::procedure_of;
-use super::procedure::add_missing_poses;
+use super::procedure::{add_missing_poses, put_pose};
 use super::session_table::{SessionTable, origin_of};
+use super::together::marked;
 
 /// Load cases with the session they belong to.
 pub type LoadedLoadCases = SessionTable<LoadCaseTable>;
@@ -239,17 +242,49 @@ impl LoadCaseData {
     /// Finds what the free parameters leave out.
     ///
     /// # Arguments
-    /// - `seed`: of the simulated noise from which critical values come.
+    /// - `loaded`: the first of the data.
+    /// - `options`: with the parameters of `settings`.
+    /// - `step`: as of [`diagnose_together`].
     ///
     /// # Errors
-    /// As [`LoadCaseData::fit`].
+    /// As [`LoadCaseData::fit`] and [`diagnose_together`].
     pub fn diagnose(
-        &self,
+        &mut self,
+        loaded: &LoadedLoadCases,
         settings: &LoadCaseSettings,
-        seed: u64,
-    ) -> Result<LoadCaseDiagnosis, AnalysisError> {
-        let options = self.options(settings)?;
-        Ok(diagnose_load_cases(&self.problem()?, &options, seed)?)
+        options: DiagnoseSettings,
+        step: &dyn Fn(),
+    ) -> Result<DiagnosisReport, AnalysisError> {
+        if self.posed.has_positions() {
+            return Err(LoadCaseFitError::Positions { needs: "diagnose" }.into());
+        }
+        let fit = self.fit(settings)?;
+        let table_mistake = self.table_mistake(settings, &fit)?;
+        // Beside a mistake of the whole table good values look bad.
+        let bad = if table_mistake.is_some() {
+            Vec::new()
+        } else {
+            self.bad_values(settings, &fit)?
+        };
+        let all = self.posed.as_series(GaugeSteps::of(loaded.header.as_ref()));
+        let lines: Vec<u32> = bad.iter().map(|one| one.line).collect();
+        let is_bad = |line| lines.contains(&line);
+        let marked_readings = marked(&all, &is_bad).collect();
+        let keep = options.keep_outliers;
+        let rows: Vec<usize> = bad.iter().map(|one| one.row).filter(|_| !keep).collect();
+        let posed = self.posed.without_rows(&rows);
+        for (name, pose) in posed.named_poses() {
+            put_pose(&mut self.model.robot, &name, pose);
+        }
+        let series = posed.as_series(GaugeSteps::of(loaded.header.as_ref()));
+        let session = loaded.with_table(series);
+        let report = diagnose_together(&[session], &self.model, options, step)?;
+        Ok(DiagnosisReport {
+            table_mistake,
+            bad_readings: bad.iter().map(BadLoadCaseValue::as_reading).collect(),
+            marked_readings,
+            ..report
+        })
     }
 
     /// As [`FitData::plan`](super::FitData::plan).

@@ -83,6 +83,8 @@ pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use session_table::SessionTable;
-pub use together::{MarkedReading, OpenBefore, SessionShare, open_together, resolve_together};
+pub use together::{
+    MarkedReading, OpenBefore, SessionObservations, SessionShare, open_together, resolve_together,
+};
 pub use unknown_springs::UnknownSprings;
 pub use vector_stiffness::VectorStiffness;

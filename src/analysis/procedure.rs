@@ -154,6 +154,15 @@ pub(super) fn add_pose(robot: &mut Robot, id: &PoseId, pose: Pose) {
     });
 }
 
+/// Gives a robot a pose, in the place of one of the same name.
+pub(super) fn put_pose(robot: &mut Robot, id: &PoseId, pose: Pose) {
+    match robot.poses.iter_mut().find(|known| known.id == *id) {
+        Some(known) if known.pose.angles_deg != pose.angles_deg => known.pose = pose,
+        Some(_) => {}
+        None => add_pose(robot, id, pose),
+    }
+}
+
 /// The pose of joint values, variables without one at their nominal value; else what is wrong and a remedy.
 fn pose_of(robot: &Robot, joints: &PoseJoints) -> Result<Pose, (String, String)> {
     let mut pose = robot.nominal_pose();

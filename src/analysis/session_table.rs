@@ -30,6 +30,22 @@ pub struct SessionTable<T> {
 }
 
 impl<T> SessionTable<T> {
+    /// The same session with what is made of its table.
+    pub(super) fn with_table<U>(&self, table: U) -> SessionTable<U> {
+        SessionTable {
+            table,
+            name: self.name.clone(),
+            sha256: self.sha256.clone(),
+            origin: self.origin.clone(),
+            header: self.header.clone(),
+            folder: self.folder.clone(),
+            warnings: self.warnings.clone(),
+            calibration: self.calibration.clone(),
+            overdue: self.overdue.clone(),
+            differs_from_journal: self.differs_from_journal,
+        }
+    }
+
     /// Its identifier, else the last part of its name: not a path, so that it is called the same wherever it lies.
     #[must_use]
     pub fn short_name(&self) -> String {

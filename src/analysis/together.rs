@@ -17,6 +17,7 @@ use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
 use super::model::{ModelChoice, ResolvedModel, resolve};
 use super::procedure::add_pose;
+use super::session_table::SessionTable;
 
 /// One of several sessions that are analysed together.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,9 +95,20 @@ pub(super) struct LaidOut {
     pub(super) sessions: Vec<SessionShare>,
 }
 
+/// Readings as a search takes them, with the session they belong to.
+pub type SessionObservations = SessionTable<Observations>;
+
+impl LoadedSession {
+    /// Its readings as a search takes them.
+    #[must_use]
+    pub fn observed(&self) -> SessionObservations {
+        self.with_table(Observations::new(&self.table, self.header.as_ref()))
+    }
+}
+
 /// Lays out sessions, each without the readings that its own repeats contradict.
 pub(super) fn lay_out(
-    sessions: &[LoadedSession],
+    sessions: &[SessionObservations],
     model: &ResolvedModel,
     parameters: &ParameterChoice,
     keep_outliers: bool,
@@ -110,7 +122,7 @@ pub(super) fn lay_out(
     let mut tails_dof: Option<f64> = None;
     let mut unloaded_shift_m: Option<f64> = None;
     for (session, name) in sessions.iter().zip(&names) {
-        let observations = Observations::new(&session.table, session.header.as_ref());
+        let observations = session.table.clone();
         let shifts = [unloaded_shift_m, observations.unloaded_shift_m];
         unloaded_shift_m = shifts.into_iter().flatten().reduce(f64::max);
         let mut baseline = baseline(model, mechanism, &observations.poses, parameters)?;
@@ -196,7 +208,7 @@ pub(super) fn lay_out(
 }
 
 /// What a diagnosis that is stored beside a session left open, if it was of fewer sessions than now.
-fn open_before(session: &LoadedSession, now: &[LoadedSession]) -> Option<OpenBefore> {
+fn open_before<T>(session: &SessionTable<T>, now: &[SessionTable<T>]) -> Option<OpenBefore> {
     let bytes = read_inside(&session.folder, "diagnosis/diagnosis.json").ok()?;
     let stored: serde_json::Value = serde_json::from_slice(&bytes).ok()?;
     let inputs = stored["inputs"]["data"].as_array()?;
@@ -220,7 +232,7 @@ fn open_before(session: &LoadedSession, now: &[LoadedSession]) -> Option<OpenBef
 }
 
 /// Short names, each of one session only, that places can hold.
-pub(super) fn names(sessions: &[LoadedSession]) -> Vec<String> {
+pub(super) fn names<T>(sessions: &[SessionTable<T>]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for session in sessions {
         let plain = |c: char| if "./@:,= ".contains(c) { '-' } else { c };

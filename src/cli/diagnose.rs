@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use crate::analysis::{
     ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
-    NoiseSource, ResolvedModel, diagnose_together, laws, noise_of, open_together, sha256,
+    NoiseSource, ResolvedModel, SessionObservations, diagnose_together, laws, noise_of,
+    open_together, sha256,
 };
 use crate::mismatch::Verdict;
 use crate::physics::{Law, ModelFile};
@@ -46,7 +47,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     let settings = args.calibration.open_settings(global)?;
     if LoadedLoadCases::is_at(data(args)?) {
         let loaded = LoadedLoadCases::open(data(args)?, &settings)?;
-        return diagnose_load_cases::run(args, &loaded, global);
+        return diagnose_load_cases::run(args, &loaded, (&settings, without), global);
     }
     let first = LoadedSession::open_series(data(args)?, &settings)?;
     let sessions = open_together(first, &args.further, &settings)?;
@@ -77,16 +78,29 @@ fn of_sessions(
         without,
         keep_outliers: args.keep_outliers,
     };
-    let report = diagnose_together(sessions, &model, options, &|| bar.inc(1))?;
+    let observed: Vec<SessionObservations> = sessions.iter().map(LoadedSession::observed).collect();
+    let report = diagnose_together(&observed, &model, options, &|| bar.inc(1))?;
     let of_sessions = sessions.iter().flat_map(|session| &session.warnings);
     let mut warnings: Vec<String> = of_sessions.cloned().collect();
     warnings.extend(model.warnings.iter().chain(&report.warnings).cloned());
-    let mut text = diagnosis_page(&report);
-    let whole = format!("{text}\n{}", diagnosis_appendix(&report));
-    let mut data = Box::new(DiagnosisSummary::from(&report));
+    let outcome = report_of(args, &report, &model, (inputs, warnings))?;
+    bar.finish_and_clear();
+    Ok(outcome)
+}
+
+/// Page, JSON and files of a diagnosis.
+pub(super) fn report_of(
+    args: &DiagnoseArgs,
+    report: &DiagnosisReport,
+    model: &ResolvedModel,
+    (inputs, mut warnings): (Inputs, Vec<String>),
+) -> Result<Outcome, Failure> {
+    let mut text = diagnosis_page(report);
+    let whole = format!("{text}\n{}", diagnosis_appendix(report));
+    let mut data = Box::new(DiagnosisSummary::from(report));
     if let Some(folder) = folder(args)? {
         let write = || -> Result<Vec<PathBuf>, Failure> {
-            let model = model_file(&report, &model, &folder)?;
+            let model = model_file(report, model, &folder)?;
             let fields = [("data", json!(data)), ("warnings", json!(warnings))];
             let mut written = write_diagnosis(&folder, &whole, &inputs, fields)?;
             let model = model.map(|model| ("model.toml", model.to_toml()));
@@ -94,7 +108,7 @@ fn of_sessions(
             let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
             written.extend(write_texts(&folder, model.into_iter().chain(procedures))?);
             if !args.no_figures {
-                let figures = diagnosis_figures(&report);
+                let figures = diagnosis_figures(report);
                 written.extend(write_figures(&folder, figures, &inputs)?);
             }
             Ok(written)
@@ -121,7 +135,6 @@ fn of_sessions(
     } else {
         text = whole;
     }
-    bar.finish_and_clear();
     Ok(outcome(text, DiagnosisResult::Session(data))
         .with_inputs(inputs)
         .with_warnings(warnings))
@@ -173,7 +186,11 @@ fn robot_seen_from(resolved: &ResolvedModel, folder: &Path) -> Result<String, Cl
 }
 
 /// Where the noise of single readings comes from.
-fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseSource, Failure> {
+pub(super) fn noise(
+    args: &DiagnoseArgs,
+    without: &[Law],
+    global: &Global,
+) -> Result<NoiseSource, Failure> {
     if args.noise == NoiseChoice::Records {
         if !args.earlier.is_empty() {
             return ArgumentError::refuse(
@@ -240,7 +257,6 @@ pub(super) fn outcome(text: String, result: DiagnosisResult) -> Outcome {
     let (verdict, open) = match &result {
         DiagnosisResult::Session(one) => (one.verdict, one.factors.iter().any(is_open)),
         DiagnosisResult::Specimen(one) => (one.verdict, false),
-        DiagnosisResult::LoadCases(one) => (one.verdict, false),
     };
     let exit = match verdict {
         Verdict::NothingMissing if open => 41,

@@ -19,7 +19,6 @@ mod fit;
 mod fit_report;
 mod import;
 mod instrument;
-mod load_case_diagnosis;
 mod load_case_figures;
 mod load_case_fit;
 mod load_case_page;
@@ -67,7 +66,6 @@ pub use fit_report::{
 };
 pub use import::{ImportReport, columns_text};
 pub use instrument::*;
-pub use load_case_diagnosis::{DiagnosisErrors, LoadCaseDiagnosisReport, ParameterAfter};
 pub use load_case_figures::load_case_figures;
 pub use load_case_fit::{ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport};
 pub use load_case_page::{load_case_fit_text, next_load_cases_text};

@@ -33,8 +33,19 @@ pub(super) fn interval(value: &Value) -> Option<[f64; 2]> {
     Some([number(&ends[0]), number(&ends[1])])
 }
 
-/// Names of the findings of a diagnosis.
-pub(super) fn names(diagnosis: &Value) -> Vec<&str> {
-    let findings = list(&diagnosis["findings"]).iter();
-    findings.map(|one| one["name"].as_str().unwrap()).collect()
+/// Names of the findings of a diagnosis: of springs those of the parameters, else law and place.
+pub(super) fn names(diagnosis: &Value) -> Vec<String> {
+    list(&diagnosis["findings"]).iter().map(name).collect()
+}
+
+/// The name of a finding.
+pub(super) fn name(finding: &Value) -> String {
+    let place = &finding["place"];
+    let word = |key: &str| place[key].as_str().unwrap_or_default();
+    match finding["physics"].as_str().unwrap() {
+        "joint-tilt-compliance" => format!("joint.{}.{}", word("joint"), word("axis")),
+        "tool-compliance" => format!("tool.{}", word("tool")),
+        "base-compliance" => format!("base.r{}", word("axis")),
+        law => format!("{law}@{place}"),
+    }
 }

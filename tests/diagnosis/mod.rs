@@ -16,4 +16,5 @@ mod robots;
 mod six_springs;
 mod tables;
 mod vector_coverage;
+mod without_repeats;
 mod wrong_cells;

@@ -34,7 +34,10 @@ pub enum LoadDirection {
 pub struct ObliqueLoad {
     /// As the user called it; `None` for a vector without a name.
     name: Option<Arc<str>>,
+    /// Zero of a moment without a force.
     unit: [f64; 3],
+    /// Moment beside it, N·m for 1 N; of a moment without a force a unit vector.
+    moment_m: [f64; 3],
 }
 
 // No component is ever NaN.
@@ -142,7 +145,45 @@ impl LoadDirection {
                     .into_iter()
                     .all(|at| unit[at.index()].abs() < ON_AXIS)
         });
-        Ok(axis.map_or(Self::Oblique(ObliqueLoad { name: None, unit }), Self::Axis))
+        let oblique = ObliqueLoad {
+            name: None,
+            unit,
+            moment_m: [0.0; 3],
+        };
+        Ok(axis.map_or(Self::Oblique(oblique), Self::Axis))
+    }
+
+    /// The direction of a force and a moment, and their amount along it: N, of a moment without a force N·m; `None` of neither. Along a base axis the
+    /// amount has a sign.
+    #[must_use]
+    pub fn of_wrench([fx, fy, fz, mx, my, mz]: [f64; 6]) -> Option<(Self, f64)> {
+        let size = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
+        let (force_n, moment_nm) = ([fx, fy, fz], [mx, my, mz]);
+        let size_n = size(force_n);
+        if size_n == 0.0 {
+            let amount_nm = size(moment_nm);
+            let moment_m = moment_nm.map(|part| part / amount_nm);
+            let alone = ObliqueLoad {
+                name: None,
+                unit: [0.0; 3],
+                moment_m,
+            };
+            return (amount_nm > 0.0).then_some((Self::Oblique(alone), amount_nm));
+        }
+        let against = Self::from_vector(force_n.map(|part| -part / size_n)).ok()?;
+        if against.axis().is_some() && moment_nm == [0.0; 3] {
+            return Some((against, -size_n));
+        }
+        let along = Self::from_vector(force_n.map(|part| part / size_n)).ok()?;
+        if moment_nm == [0.0; 3] {
+            return Some((along, size_n));
+        }
+        let both = ObliqueLoad {
+            name: None,
+            unit: along.unit_vector(),
+            moment_m: moment_nm.map(|part| part / size_n),
+        };
+        Some((Self::Oblique(both), size_n))
     }
 
     /// The same direction under a name.
@@ -151,6 +192,7 @@ impl LoadDirection {
         Self::Oblique(ObliqueLoad {
             name: Some(Arc::from(name)),
             unit: self.unit_vector(),
+            moment_m: self.moment_m(),
         })
     }
 
@@ -163,11 +205,18 @@ impl LoadDirection {
         }
     }
 
-    /// Force and moment for 1 N, N and N·m.
+    /// Force and moment for an amount of 1, N and N·m.
     #[must_use]
     pub fn wrench(&self) -> [f64; 6] {
-        let [x, y, z] = self.unit_vector();
-        [x, y, z, 0.0, 0.0, 0.0]
+        let ([x, y, z], [mx, my, mz]) = (self.unit_vector(), self.moment_m());
+        [x, y, z, mx, my, mz]
+    }
+
+    fn moment_m(&self) -> [f64; 3] {
+        match self {
+            Self::Axis(_) => [0.0; 3],
+            Self::Oblique(oblique) => oblique.moment_m,
+        }
     }
 
     /// What it is called.
@@ -269,11 +318,17 @@ impl fmt::Display for LoadDirection {
             Self::Oblique(ObliqueLoad {
                 name: Some(name), ..
             }) => f.pad(name),
-            Self::Oblique(ObliqueLoad { name: None, unit }) => {
+            Self::Oblique(ObliqueLoad { unit, moment_m, .. }) => {
                 let against = Direction::ALL
                     .into_iter()
                     .find(|axis| unit[axis.index()] == -1.0);
                 match against {
+                    _ if *unit == [0.0; 3] => f.pad(&format!("moment ({})", numbers(moment_m))),
+                    _ if *moment_m != [0.0; 3] => f.pad(&format!(
+                        "({}) with moment ({}) m",
+                        numbers(unit),
+                        numbers(moment_m)
+                    )),
                     Some(axis) => f.pad(&format!("-{axis}")),
                     None => f.pad(&format!("({})", numbers(unit))),
                 }

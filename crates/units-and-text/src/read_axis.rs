@@ -42,6 +42,12 @@ impl ReadAxis {
         self.unit
     }
 
+    /// Its place among displacement x, y, z and rotation x, y, z along the axes that it is stated in.
+    #[must_use]
+    pub fn place(&self) -> usize {
+        self.axis.index() + if self.rotates { 3 } else { 0 }
+    }
+
     /// The base axis along which it reads displacements; `None` for anything else.
     #[must_use]
     pub fn base_axis(&self) -> Option<Direction> {

@@ -6,8 +6,8 @@ use std::process::{Command, Output};
 
 use serde_json::{Value as Json, json};
 use stiffbench::mismatch::{
-    ConfigurationSizes, Diagnosis, EstimatedValue, Finding, Location, MisfitShares, Omnibus,
-    OmnibusTest, Quality, ReadingNoise, Stratum, Verdict, VerdictGrade,
+    ConfigurationSizes, Diagnosis, EstimatedValue, Finding, Location, MisfitShares, NoiseBasis,
+    Omnibus, OmnibusTest, Quality, ReadingNoise, Stratum, Verdict, VerdictGrade,
 };
 use stiffbench::physics::{Effect, Law, Place, laws};
 use stiffbench_validation::prove::{
@@ -92,6 +92,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
             after: quality,
             known_effects: Vec::new(),
             factors: Vec::new(),
+            noise_basis: NoiseBasis::Repeats,
             noise: ReadingNoise {
                 reading_sd_m: 1e-6,
                 zero_sd_m: 1e-6,

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{BadReading, BadReadingKind, BadRun};
-use crate::report::significant;
+use crate::report::{significant, table_mistake_words};
 use crate::test_point::{Branch, Cell, Direction, DirectionName, PoseId};
 
 use super::phrases::paragraph;
@@ -159,7 +159,7 @@ impl DataFindingReport {
             value: um(bad.value_m),
             expected: um(bad.expected_m),
             standard_error: um(bad.u_m),
-            unit: "um",
+            unit: if bad.rotates { "urad" } else { "um" },
             p_family: bad.p_family,
             left_out: !report.outliers_kept,
         }
@@ -221,18 +221,30 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
         [] => String::new(),
         [one] => {
             let place = format!("line {}, {}", one.line, cell_of(one));
-            first_line(
-                report,
-                &format!("One reading contradicts its repeats: {place}"),
-                1,
-            )
+            let what = if one.has_repeats {
+                "contradicts its repeats"
+            } else {
+                "is far from what all others let expect"
+            };
+            first_line(report, &format!("One reading {what}: {place}"), 1)
         }
         _ => {
-            let what = format!("{} readings contradict their repeats", bad.len());
+            let what = if bad.iter().all(|one| one.has_repeats) {
+                "contradict their repeats"
+            } else {
+                "are far from what all others let expect"
+            };
+            let what = format!("{} readings {what}", bad.len());
             first_line(report, &what, bad.len())
         }
     };
-    exchanged + &runs + &readings
+    let mistake = report
+        .table_mistake
+        .as_ref()
+        .map_or_else(String::new, |mistake| {
+            paragraph(&format!("Data: {}", table_mistake_words(mistake)), "", "")
+        });
+    mistake + &exchanged + &runs + &readings
 }
 
 fn first_line(report: &DiagnosisReport, what: &str, count: usize) -> String {

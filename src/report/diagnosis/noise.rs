@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
-use crate::mismatch::ReadingNoise;
+use crate::mismatch::{NoiseBasis, ReadingNoise};
 use crate::report::{significant, table_of};
 use crate::statistics::chi_squared_quantile;
 
@@ -18,7 +18,8 @@ pub struct NoiseReport {
     /// Its standard deviations.
     #[serde(flatten)]
     pub deviations: NoiseDeviations,
-    /// Where they come from: `estimated`, `records` or `earlier-sessions`.
+    /// Where they come from: `estimated`: repeats, or neighbours in long runs; `fit`: what the model leaves, nothing being repeated; `records` or
+    /// `earlier-sessions`.
     pub source: &'static str,
     /// What each earlier session showed.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -90,6 +91,7 @@ impl From<&DiagnosisReport> for NoiseReport {
     fn from(report: &DiagnosisReport) -> Self {
         let diagnosis = &report.diagnosis;
         let (source, earlier) = match &report.noise_origin {
+            NoiseOrigin::Readings if diagnosis.noise_basis == NoiseBasis::Fit => ("fit", None),
             NoiseOrigin::Readings => ("estimated", None),
             NoiseOrigin::Records => ("records", None),
             NoiseOrigin::EarlierSessions(sessions) => {
@@ -249,12 +251,17 @@ fn noise_sentence(noise: &NoiseDeviations) -> String {
         of.dof
             .map_or_else(|| "given".to_owned(), degrees_of_freedom)
     };
+    // Of one load in each run nobody can tell the zero.
+    let zero = if noise.zero_sd.value > 0.0 {
+        let zero_um = um_shown(noise.zero_sd.value);
+        format!(", gauge zero {zero_um} ({})", dof(&noise.zero_sd))
+    } else {
+        String::new()
+    };
     let sentence = format!(
-        "Noise, standard deviations: reading {} ({}), gauge zero {} ({}), slope of a run {} % ({}).",
+        "Noise, standard deviations: reading {} ({}){zero}, slope of a run {} % ({}).",
         um_shown(noise.reading_sd.value),
         dof(&noise.reading_sd),
-        um_shown(noise.zero_sd.value),
-        dof(&noise.zero_sd),
         percent(noise.run_slope_sd.value),
         dof(&noise.run_slope_sd)
     );

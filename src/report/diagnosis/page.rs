@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{ExplainedShare, Finding, Location, MisfitShares, Verdict, VerdictGrade};
+use crate::mismatch::{
+    ExplainedShare, Finding, Location, MisfitShares, NoiseBasis, Verdict, VerdictGrade,
+};
 use crate::physics::{FileLine, Law, ParameterSpec, Place};
 use crate::report::significant;
 
@@ -108,6 +110,7 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
         })
         .collect()
     };
+    let from_fit = diagnosis.noise_basis == NoiseBasis::Fit;
     let weak: Vec<String> = of_grade(VerdictGrade::Weak)
         .map(|answer| sized(&answer))
         .collect();
@@ -116,14 +119,16 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
         VerdictGrade::Is => sentences.extend(accusations(VerdictGrade::Is)),
         VerdictGrade::Mostly => {
             sentences.extend(accusations(VerdictGrade::Mostly));
-            let percent = |share: Option<f64>| significant(100.0 * share.unwrap_or_default(), 2);
-            sentences.push(format!(
-                "That explains {} % of the misfit, and {} % in readings left out of the fit. Something \
-                 is left {}.",
-                percent(diagnosis.shares.share_of_misfit),
-                percent(diagnosis.shares.share_unseen),
-                location(&report.unexplained())
-            ));
+            let percent = |share: f64| significant(100.0 * share, 2);
+            let unseen = percent(diagnosis.shares.share_unseen.unwrap_or_default());
+            sentences.push(match diagnosis.shares.share_of_misfit {
+                Some(share) => format!(
+                    "That explains {} % of the misfit, and {unseen} % in readings left out of the fit. Something is left {}.",
+                    percent(share),
+                    location(&report.unexplained())
+                ),
+                None => format!("That explains {unseen} % of the error in readings left out of the fit."),
+            });
         }
         VerdictGrade::Weak => {}
         VerdictGrade::Unknown => sentences.push(format!(
@@ -138,9 +143,20 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
         ),
     }
     if !weak.is_empty() {
+        let why = if from_fit {
+            "it is seen beside what the fit leaves alone"
+        } else {
+            "chance may do as much"
+        };
         sentences.push(format!(
-            "There is a weak sign of {}: chance may do as much.",
+            "There is a weak sign of {}: {why}.",
             listed(&weak, "and of")
+        ));
+    }
+    if from_fit && diagnosis.grade != VerdictGrade::Undecided {
+        sentences.push(format!(
+            "Nothing was repeated: the scatter of {} is what the fit leaves. If your gauge repeats better, something is missing.",
+            um(diagnosis.noise.reading_sd_m)
         ));
     }
     sentences.join(" ")

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
+use crate::elastostatics::TableMistake;
 use crate::mismatch::{
     Contrast, EstimatedValue, ExplainedShare, FactorChange, Finding, HeldOut, Impossible,
     LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus, Quality, ReadingTrace, Rival,
@@ -15,7 +16,7 @@ use crate::mismatch::{
 };
 use crate::physics::{FileLine, Law, ParameterSpec};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::{LoadCaseDiagnosisReport, SpecimenSummary};
+use crate::report::SpecimenSummary;
 use crate::test_point::{Direction, PoseId};
 
 use super::answer::FindingKind;
@@ -27,16 +28,14 @@ use super::page::headline;
 use super::sessions::SessionReport;
 use super::{check, factor_value, phrases, value_interval};
 
-/// What `diagnose` gives: of a session, of a table without a robot, or of load cases.
+/// What `diagnose` gives: of sessions and load cases, or of a table without a robot.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DiagnosisResult {
-    /// Of a session.
+    /// Of sessions or load cases.
     Session(Box<DiagnosisSummary>),
     /// Of a table without a robot.
     Specimen(Box<SpecimenSummary>),
-    /// Of loads and displacements as vectors.
-    LoadCases(Box<LoadCaseDiagnosisReport>),
 }
 
 /// A diagnosis.
@@ -73,6 +72,9 @@ pub struct DiagnosisSummary {
     pub factors: Vec<FactorChangeReport>,
     /// Readings that their repeats contradict; they never change the verdict's meaning.
     pub data_findings: Vec<DataFindingReport>,
+    /// What a table of load cases has wrong as a whole: a unit, a sign, components under the name of each other.
+    #[serde(rename = "wrong_factor", skip_serializing_if = "Option::is_none")]
+    pub table_mistake: Option<TableMistake>,
     /// The tests behind `where`.
     pub strata: Strata,
     /// Which parts of the structure carry the misfit.
@@ -231,8 +233,8 @@ pub struct FactorChangeReport {
     pub before: FittedParameter,
     /// In the final model.
     pub after: FittedParameter,
-    /// Change from the one to the other, %.
-    pub change_percent: f64,
+    /// Change from the one to the other, %; `null` from a spring that did not yield.
+    pub change_percent: Option<f64>,
     /// Whether the readings determine it.
     pub status: Determination,
 }
@@ -335,6 +337,7 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             known_effects: (diagnosis.known_effects.iter().map(Into::into)).collect(),
             factors: report.factor_changes().collect(),
             data_findings: DataFindingReport::all(report),
+            table_mistake: report.table_mistake.clone(),
             strata: Strata {
                 tests: located.tests.clone(),
                 untested: untested.collect(),
@@ -478,8 +481,9 @@ impl FactorChangeReport {
             FittedParameter::new(value, unit.to_owned(), interval, reason)
         });
         let change_percent = match factor.spring_rad_per_nm {
-            None => 100.0 * (factor.after.value - factor.before.value).exp_m1(),
-            Some(_) => 100.0 * (after.value / before.value - 1.0),
+            None => Some(100.0 * (factor.after.value - factor.before.value).exp_m1()),
+            Some(_) if before.value == 0.0 => None,
+            Some(_) => Some(100.0 * (after.value / before.value - 1.0)),
         };
         Self {
             name: factor.name.clone(),

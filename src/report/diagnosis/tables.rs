@@ -26,8 +26,12 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
     }
     let change = |one: &FactorChangeReport| {
         // Adding zero makes a change that rounds to nothing +0.0.
-        let percent = (10.0 * one.change_percent).round() / 10.0 + 0.0;
-        format!("{percent:+.1} %")
+        let rounded = |percent: f64| (10.0 * percent).round() / 10.0 + 0.0;
+        let change = one.change_percent.map(rounded);
+        change.map_or_else(
+            || "from zero".to_owned(),
+            |percent| format!("{percent:+.1} %"),
+        )
     };
     let determined = |one: &FactorChangeReport| match one.status {
         Determination::Free => "yes".to_owned(),
@@ -89,10 +93,16 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
     });
     let old = |r: &ReadingTrace| [r.before_m, r.before_within_run_m];
     let new = |r: &ReadingTrace| [r.after_m, r.after_within_run_m];
+    // Of one load in each run zero and slope are all there is.
+    let (place, off) = if report.observations.has_series() {
+        (1, ", zero and slope of each run off")
+    } else {
+        (0, "")
+    };
     for direction in report.directions() {
-        let [_, before_m] = report.rms_m(old, Some(direction));
-        let [_, after_m] = report.rms_m(new, Some(direction));
-        let name = format!("readings along {direction}, zero and slope of each run off");
+        let [before_m, after_m] = [&old, &new as &dyn Fn(&ReadingTrace) -> [f64; 2]]
+            .map(|of| report.rms_m(of, Some(direction))[place]);
+        let name = format!("readings along {direction}{off}");
         add(&name, um(before_m), um(after_m));
     }
     text.push_str(&rows.text());

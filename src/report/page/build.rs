@@ -1,8 +1,8 @@
 //! From sessions and settings to the data of a report.
 
 use crate::analysis::{
-    AnalysisError, Data, DiagnoseSettings, FitData, FitSettings, LoadedSession, ModelChoice,
-    ResolvedModel, diagnose_together, resolve_together,
+    AnalysisError, Data, DiagnoseSettings, DiagnosisReport, FitData, FitSettings, LoadedSession,
+    ModelChoice, ResolvedModel, SessionObservations, diagnose_together, resolve_together,
 };
 use crate::report::{COMMIT, ComparisonReport, FitReport};
 use crate::stiffness::{Comparison, Method, StiffnessTable};
@@ -171,7 +171,16 @@ fn add_diagnosis(
         seed: settings.seed,
         ..DiagnoseSettings::default()
     };
-    match diagnose_together(sessions, model, diagnose, &|| ()) {
+    let observed: Vec<SessionObservations> = sessions.iter().map(LoadedSession::observed).collect();
+    show_diagnosis(page, diagnose_together(&observed, model, diagnose, &|| ()));
+}
+
+/// A diagnosis with its figures, or why there is none.
+pub(super) fn show_diagnosis(
+    page: &mut ReportPage,
+    diagnosed: Result<DiagnosisReport, AnalysisError>,
+) {
+    match diagnosed {
         Ok(report) => {
             page.figures.diagnosis = figures_of_diagnosis(&report);
             page.diagnosis = Some(PageDiagnosis::from(&report));

@@ -89,7 +89,7 @@ impl ReportPage {
         };
         let findings = match &diagnosis.numbers {
             DiagnosisResult::Session(summary) => &summary.findings[..],
-            _ => &[],
+            DiagnosisResult::Specimen(_) => &[],
         };
         let checks = findings.iter();
         let checks = checks.filter_map(|finding| finding.check.as_ref());
@@ -205,21 +205,14 @@ fn limit(diagnosis: &DiagnosisResult) -> Option<String> {
 
 /// What is named against the model without it, in poses that neither was fitted to.
 fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
-    let (grade, before, after, unit) = match diagnosis {
-        DiagnosisResult::Session(one) => (
-            one.grade,
-            one.before.held_out_rms_percent?,
-            one.after.held_out_rms_percent?,
-            "% of the root mean square of the displacements about their means",
-        ),
-        DiagnosisResult::LoadCases(one) => (
-            one.grade,
-            one.rms.before_unseen_um?,
-            one.rms.after_unseen_um?,
-            "µm",
-        ),
-        DiagnosisResult::Specimen(_) => return None,
+    let DiagnosisResult::Session(one) = diagnosis else {
+        return None;
     };
+    let grade = one.grade;
+    let (before, after) = (
+        one.before.held_out_rms_percent?,
+        one.after.held_out_rms_percent?,
+    );
     let falls = after < before;
     let [before, after] = [before, after].map(|rms| significant(rms, 3));
     // What is named beside an open question, or weakly, is no improvement to promise. And what is named by its part of the noise may leave
@@ -227,7 +220,7 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
     let is_named = matches!(grade, VerdictGrade::Is | VerdictGrade::Mostly);
     (is_named && falls && before != after).then(|| {
         format!(
-            "With what is named the error in poses left out of the fit falls from {before} to {after} {unit} (root mean square)."
+            "With what is named the error in poses left out of the fit falls from {before} to {after} % of the root mean square of the displacements about their means."
         )
     })
 }

@@ -1,14 +1,15 @@
 //! Fit and diagnosis of load cases for a report.
 
 use crate::analysis::{
-    AnalysisError, LoadCaseData, LoadCaseSettings, ModelChoice, doubts_about_load_case_fit,
+    AnalysisError, DiagnoseSettings, LoadCaseData, LoadCaseSettings, ModelChoice,
+    doubts_about_load_case_fit,
 };
 use crate::report::{LoadCaseFitReport, bad_load_case_value_words, load_case_figures};
 
-use super::build::NO_DIAGNOSIS;
+use super::build::{NO_DIAGNOSIS, show_diagnosis};
 use super::figures::page_figure;
 use super::map::{MappedModel, add_map};
-use super::model::{PageDiagnosis, PageFit, PageModel};
+use super::model::{PageFit, PageModel};
 use super::source::PageSource;
 use super::{PageSettings, ReportPage};
 
@@ -75,11 +76,12 @@ pub(super) fn add_load_case_model(
         train: None,
         ..fit_settings
     };
-    match data.diagnose(&all_poses, settings.seed) {
-        Ok(diagnosis) => {
-            page.diagnosis = Some(PageDiagnosis::of_load_cases(&diagnosis, settings.seed));
-        }
-        Err(error) => page.leave_out("Diagnosis", &error),
-    }
+    let options = DiagnoseSettings {
+        parameters: Some(all_poses.choice.clone()),
+        seed: settings.seed,
+        ..DiagnoseSettings::default()
+    };
+    let diagnosed = data.diagnose(first, &all_poses, options, &|| ());
+    show_diagnosis(page, diagnosed);
     Ok(())
 }

@@ -4,13 +4,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
-use crate::elastostatics::{LoadCaseDiagnosis, LoadCaseFit};
+use crate::elastostatics::LoadCaseFit;
 use crate::fit::{FitOutcome, FittedCell};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{
-    ComparisonReport, DiagnosisResult, DiagnosisSummary, FitReport, FitResult,
-    LoadCaseDiagnosisReport, LoadCaseFitReport, diagnosis_page, load_case_fit_text,
-    next_load_cases_text, significant,
+    ComparisonReport, DiagnosisResult, DiagnosisSummary, FitReport, FitResult, LoadCaseFitReport,
+    diagnosis_page, load_case_fit_text, next_load_cases_text, significant,
 };
 
 use super::blocks::{TextBlock, text_blocks, with_micro_signs};
@@ -114,17 +113,6 @@ impl PageFit {
             validation,
             text: text_blocks(&text),
             numbers: FitResult::LoadCases(Box::new(numbers)),
-        }
-    }
-}
-
-impl PageDiagnosis {
-    pub(super) fn of_load_cases(diagnosis: &LoadCaseDiagnosis, seed: u64) -> Self {
-        let numbers = LoadCaseDiagnosisReport::new(diagnosis, seed);
-        Self {
-            headline: with_micro_signs(&numbers.headline),
-            text: text_blocks(&numbers.text(diagnosis)),
-            numbers: DiagnosisResult::LoadCases(Box::new(numbers)),
         }
     }
 }

@@ -167,7 +167,7 @@ impl EffectScope {
         match self {
             Self::All => true,
             Self::Direction(axis) => run.read == *axis,
-            Self::Gauge(axis) => run.read.axis() == *axis,
+            Self::Gauge(axis) => !run.read.is_rotation() && run.read.axis() == *axis,
             Self::Run {
                 pose,
                 direction,

@@ -75,6 +75,12 @@ impl PoseMechanics {
         product(&self.influence.compliance, read.unit(), load.wrench())
     }
 
+    /// Motion per unit of a load that acts along it, m/N or rad/(N·m).
+    #[must_use]
+    pub fn along(&self, read: &ReadAxis) -> f64 {
+        product(&self.influence.compliance, read.unit(), read.unit())
+    }
+
     /// Its derivative to a parameter of the baseline; what lies across the load only if it was asked for.
     #[must_use]
     pub fn gradient(&self, parameter: usize, read: &ReadAxis, load: &LoadDirection) -> f64 {

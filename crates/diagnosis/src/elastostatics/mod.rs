@@ -7,7 +7,7 @@
 //!
 //! - [`PosedLoadCases`]: a table of load cases in the poses and axes of a robot;
 //! - [`fit_load_cases`]: least squares over all components, scatter from repeats or from the residuals;
-//! - [`diagnose_load_cases`]: what the free parameters leave out;
+//! - [`bad_load_case_values`], [`table_mistake`]: what is wrong with a table;
 //! - [`plan_load_cases`]: which further pose and load would determine what is open;
 //! - [`best_poses`]: which poses determine parameters best before anything was measured;
 //! - [`usual_parameters`], [`usual_choice`]: which parameters are free unless the user says.
@@ -20,7 +20,7 @@ mod fit;
 mod frames;
 mod held_out;
 mod intervals;
-mod missing;
+mod mistakes;
 mod outcome;
 mod plan;
 mod posed;
@@ -28,16 +28,13 @@ mod positions;
 mod prediction;
 mod problem;
 mod scatter;
+mod series;
 
 pub use best_poses::{BestPoses, PoseReadings, best_poses};
 pub use choice::{spring_choice, usual_choice, usual_parameters};
 pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
-pub use missing::{
-    BadLoadCaseValue, CandidateKind, ImplausibleSize, LoadCaseDiagnosis, LoadCaseFinding,
-    LoadCaseRival, LoadCaseUnexplained, TableMistake, bad_load_case_values, diagnose_load_cases,
-    table_mistake,
-};
+pub use mistakes::{BadLoadCaseValue, TableMistake, bad_load_case_values, table_mistake};
 pub use outcome::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,
     ScatterSource,

@@ -6,10 +6,10 @@ use stiffbench_numeric::statistics::root_mean_square;
 
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use crate::search::constants::ROUNDING;
-use crate::search::{Covariance, LowRankBlock, dot};
+use crate::search::dot;
 
 /// Loads that differ by less than this share of the larger are one load applied again.
-const SAME_LOAD: f64 = 0.05;
+pub(super) const SAME_LOAD: f64 = 0.05;
 
 /// Scatter, as a share of the usual size of a component, below which weights do not grow: a simulation without noise has none.
 pub(super) const LEAST_SCATTER: f64 = 1e-9;
@@ -275,17 +275,6 @@ impl RowScatter {
         (length > ROUNDING * whole * heaviest).then_some(length)
     }
 
-    /// The covariance of all rows.
-    pub(super) fn covariance(&self) -> Covariance {
-        let variances: Vec<f64> = self.weights.iter().map(|one| one.powi(-2)).collect();
-        let cases = self.rows_of_cases().map(|rows| LowRankBlock {
-            columns: self.shared[rows.clone()].to_vec(),
-            rows,
-        });
-        let shares = self.shared.iter().any(|shared| *shared != 0.0);
-        Covariance::new(&variances, cases.filter(|_| shares))
-    }
-
     fn rows_of_cases(&self) -> impl Iterator<Item = Range<usize>> {
         self.cases.iter().scan(0, |first, case| {
             let rows = *first..*first + case;
@@ -426,13 +415,28 @@ mod tests {
             shared: vec![3.0, -1.0, 2.0],
             cases: vec![2, 1],
         };
-        let covariance = scatter.covariance();
-        for row in [[1.0, 0.0, 0.0], [0.3, -2.0, 5.0]] {
-            let (mut own, mut other) = (row, row);
-            scatter.whiten(&mut own);
-            covariance.whiten(&mut other);
-            for (own, other) in own.iter().zip(other) {
-                assert!((own - other).abs() < 1e-12, "{own} {other}");
+        // L V Lᵀ = 1 with V = diag(1/w²) + s sᵀ in each case.
+        let white = |mut row: [f64; 3]| {
+            scatter.whiten(&mut row);
+            row
+        };
+        let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(white);
+        let own = [4.0, 16.0, 1.0];
+        let common = |a: usize, b: usize| {
+            let of_one_case = (a < 2) == (b < 2);
+            let shared = scatter.shared[a] * scatter.shared[b];
+            if of_one_case { shared } else { 0.0 }
+        };
+        for i in 0..3 {
+            for j in 0..3 {
+                let terms = (0..9).map(|k| {
+                    let (a, b) = (k / 3, k % 3);
+                    let v = common(a, b) + if a == b { own[a] } else { 0.0 };
+                    columns[a][i] * v * columns[b][j]
+                });
+                let expected = f64::from(u8::from(i == j));
+                let found: f64 = terms.sum();
+                assert!((found - expected).abs() < 1e-12, "{i} {j}: {found}");
             }
         }
         // A row that takes no part takes its share of the slope with it.

@@ -48,6 +48,8 @@ pub struct BadReading {
     pub pose: PoseId,
     /// Its direction.
     pub direction: Direction,
+    /// Whether it is a rotation, and the values below are in rad.
+    pub rotates: bool,
     /// The direction of its load, if it is another.
     pub load: Option<DirectionName>,
     /// Its repeat.
@@ -191,6 +193,7 @@ impl BadReading {
             line: detail.line,
             pose: observations.poses[cell.pose].clone(),
             direction: cell.axis(),
+            rotates: cell.read.is_rotation(),
             load: observations.named(cell).load,
             repeat: run.repeat,
             step: observations.loads[reading].step,

@@ -342,10 +342,9 @@ fn axis_scale(
     axis: Direction,
 ) -> Option<PlaceScale> {
     let shares = observations.cells.iter().map(|cell| {
-        let along = cell.axis().index();
         let pose = &poses.poses[cell.pose];
-        let lever = pose.base_levers[axis.index()][along];
-        lever * lever / pose.influence.compliance[along][along]
+        let lever = dot6(pose.base_levers[axis.index()], cell.read.unit());
+        lever * lever / pose.along(&cell.read)
     });
     let share = shares.fold(0.0, f64::max);
     (share > 0.0).then(|| PlaceScale {
@@ -375,12 +374,13 @@ fn direction_scale(
     })
 }
 
-/// Runs, from each step on at which something may have happened: of a part only where runs are repeated, for in one recording a jump cannot be told
-/// from the answer of the part.
+/// Runs, from each step on at which something may have happened: only where runs are repeated, of a part each, for in one recording a jump cannot
+/// be told from the answer of the part, and in one run of each cell not from its zero and slope.
 fn runs(observations: &Observations) -> impl Iterator<Item = Place> + '_ {
-    let is_repeated = |run: &&ObservedRun| {
-        observations.bench == TestObject::Robot || observations.cells[run.cell].runs.len() > 1
-    };
+    let is_robot = observations.bench == TestObject::Robot;
+    let shows_jumps = is_robot && observations.has_repeats();
+    let is_repeated =
+        move |run: &&ObservedRun| shows_jumps || observations.cells[run.cell].runs.len() > 1;
     let runs = observations.runs.iter().filter(is_repeated);
     runs.flat_map(move |run| {
         let cell = &observations.cells[run.cell];

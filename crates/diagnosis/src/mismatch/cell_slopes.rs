@@ -98,7 +98,7 @@ impl CellSlopes {
             let noise = if from_repeats {
                 let warm_start = found.as_ref().map(|(noise, ..)| &noise.noise);
                 let linear = (&slope_m[..], &slopes[..]);
-                estimate_noise(&observations, &residual_m, linear, warm_start, None)
+                estimate_noise(&observations, &residual_m, linear, warm_start, None, None)
             } else {
                 noise_about_lines(&observations, &residual_m)
             };

@@ -10,7 +10,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::baseline::StructureColumn;
 use super::noise::groups;
-use super::observations::Observations;
+use super::observations::{Observations, ObservedCell};
 use super::predictor::law_set;
 use crate::search::{largest, subtract};
 
@@ -280,7 +280,8 @@ impl<'a> Changes<'a> {
     fn of_gauge_alone(&self, place: &Place, out: &mut [f64]) {
         if let Place::DisplacementGauge(Some(axis)) = place {
             let others = self.observations.cells.iter();
-            for cell in others.filter(|cell| cell.axis() != *axis) {
+            let is_read = |cell: &&ObservedCell| !cell.read.is_rotation() && cell.axis() == *axis;
+            for cell in others.filter(|cell| !is_read(cell)) {
                 out[cell.readings.clone()].fill(0.0);
             }
         }

@@ -125,7 +125,7 @@ impl DiagnosisProblem<'_> {
             Ok(falls.fold(0.0, f64::max))
         };
         let independent =
-            self.independent_values(&state.whitening, &mut self.predictor(), &state.fitted.model)?;
+            self.independent_values(&state, &mut self.predictor(), &state.fitted.model)?;
         let Some(independent) = independent else {
             return Ok(None);
         };

@@ -10,6 +10,7 @@ use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::configurations::ConfigurationSizes;
+use super::estimated_noise::NoiseBasis;
 use super::grade::VerdictGrade;
 use super::noise::ReadingNoise;
 use super::omnibus::Omnibus;
@@ -239,6 +240,8 @@ pub struct Diagnosis {
     pub factors: Vec<FactorChange>,
     /// The noise of the final model.
     pub noise: ReadingNoise,
+    /// Where it comes from.
+    pub noise_basis: NoiseBasis,
     /// Degrees of freedom of its three standard deviations: reading, zero, run slope; a million and more where one was given.
     pub noise_dof: [f64; 3],
     /// 95 % intervals of its growth with the displacement and of its correlation within a run, where it has them.

@@ -6,6 +6,7 @@
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::diagnosis::{Diagnosis, Verdict};
+use super::estimated_noise::NoiseBasis;
 use super::noise::ReadingNoise;
 use crate::search::constants::{FEWEST_DOF, LEAST_CHANCE_OF_SAME_NOISE};
 
@@ -17,10 +18,12 @@ pub struct EarlierNoise {
 }
 
 impl EarlierNoise {
-    /// What a diagnosed session tells: the scatter that is left once what was missing has been found. `None` if its readings could not decide.
+    /// What a diagnosed session tells: the scatter that is left once what was missing has been found. `None` if its readings could not decide, or
+    /// nothing was repeated.
     #[must_use]
     pub fn of(diagnosis: &Diagnosis) -> Option<Self> {
-        (diagnosis.verdict != Verdict::InsufficientData)
+        let is_seen = diagnosis.noise_basis != NoiseBasis::Fit;
+        (is_seen && diagnosis.verdict != Verdict::InsufficientData)
             .then(|| Self::new(&diagnosis.noise, diagnosis.noise_dof))
     }
 

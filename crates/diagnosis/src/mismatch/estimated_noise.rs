@@ -1,5 +1,7 @@
 //! Noise with what is known of it.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use stiffbench_numeric::statistics::normal_quantile;
 
 use super::noise::ReadingNoise;
@@ -14,8 +16,22 @@ pub struct EstimatedNoise {
     /// Standard errors of the logarithm of the standard deviation that grows, and of the inverse hyperbolic tangent of the correlation; zero
     /// where the noise has no such part, or it was given.
     pub further_se: [f64; 2],
-    /// Whether each cell has several runs, so that the scatter between runs is seen apart from the mean.
-    pub from_repeats: bool,
+    /// Where it comes from.
+    pub basis: NoiseBasis,
+}
+
+/// Where a noise comes from: the first that applies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseBasis {
+    /// It was stated, or recorded.
+    Stated,
+    /// Differences between repeats.
+    Repeats,
+    /// Differences between neighbours in long runs.
+    Neighbours,
+    /// What the fit leaves, of which a part may be physics that the model lacks.
+    Fit,
 }
 
 impl EstimatedNoise {
@@ -25,7 +41,7 @@ impl EstimatedNoise {
             noise,
             covariance: [[0.0; 3]; 3],
             further_se: [0.0; 2],
-            from_repeats: true,
+            basis: NoiseBasis::Stated,
         }
     }
 
@@ -36,7 +52,7 @@ impl EstimatedNoise {
     pub(super) fn of_readings(noise: ReadingNoise, dof: f64) -> Self {
         let mut found = Self::known(noise);
         found.covariance[0][0] = 2.0 / dof.max(2.0);
-        found.from_repeats = false;
+        found.basis = NoiseBasis::Neighbours;
         found
     }
 

@@ -70,8 +70,8 @@ fn uncertainties(values: &[EstimatedValue]) -> Vec<ParameterUncertainty> {
 mod tests {
     use super::*;
     use crate::mismatch::{
-        Location, MisfitShares, Omnibus, OmnibusTest, Quality, ReadingNoise, Stratum, Verdict,
-        VerdictGrade,
+        Location, MisfitShares, NoiseBasis, Omnibus, OmnibusTest, Quality, ReadingNoise, Stratum,
+        Verdict, VerdictGrade,
     };
 
     fn finding(effect: &str, alternative_group: Option<u32>) -> Finding {
@@ -143,6 +143,7 @@ mod tests {
             after: quality,
             known_effects: Vec::new(),
             factors: Vec::new(),
+            noise_basis: NoiseBasis::Repeats,
             noise: ReadingNoise {
                 reading_sd_m: 1e-6,
                 zero_sd_m: 0.0,

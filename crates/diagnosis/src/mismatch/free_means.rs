@@ -6,8 +6,8 @@ use std::ops::Range;
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::observations::Observations;
-use crate::search::constants::SAME_STEP;
-use crate::search::{largest, push_orthonormal};
+use crate::search::constants::{LEAST_INDEPENDENT, SAME_STEP};
+use crate::search::{dot, largest, push_orthonormal};
 
 /// Fixed part of one series, cells whose readings have noise in common: what may be anything without being noise.
 #[derive(Default)]
@@ -34,6 +34,25 @@ impl FixedPart {
     /// Values of the cell's readings without their means over each step: what the steps leave free makes no difference, but costs digits.
     pub(super) fn centred(&self, values: Vec<f64>) -> Vec<f64> {
         about_means(values, self.step_of.iter().copied(), self.steps)
+    }
+
+    /// Of all readings, which nothing repeats: what a model can make of them.
+    ///
+    /// # Arguments
+    /// - `columns`: derivatives of the readings to its parameters; those that the ones before contain are left out.
+    pub(super) fn of_model(observations: &Observations, columns: Vec<Vec<f64>>) -> Self {
+        let mut part = Self {
+            readings: 0..observations.len(),
+            ..Self::default()
+        };
+        let mut units = Vec::new();
+        for column in columns {
+            let length = dot(&column, &column).sqrt();
+            let unit = column.into_iter().map(|value| value / length);
+            push_orthonormal(&mut units, unit.collect(), LEAST_INDEPENDENT, 0.0);
+        }
+        part.further = units;
+        part
     }
 
     /// Of the cells of a series.

@@ -2,15 +2,17 @@
 
 use super::baseline::Baseline;
 use super::error::MismatchError;
-use super::estimated_noise::EstimatedNoise;
+use super::estimated_noise::{EstimatedNoise, NoiseBasis};
 use super::known_noise::KnownNoise;
+use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
 
 /// Noise whose part of single readings is given, for example by the records of the instruments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GivenNoise {
-    /// The noise to search with: no record states how gauge zeros and slopes of runs scatter, so these stay as the readings show them.
+    /// The noise to search with: no record states how gauge zeros and slopes of runs scatter, so these stay as the readings show them, or as the
+    /// fit leaves them where nothing is repeated.
     pub noise: EstimatedNoise,
     /// Standard deviation of a reading as the readings themselves show it, m; much larger than what is given, the record is too good.
     pub seen_sd_m: f64,
@@ -32,10 +34,20 @@ pub fn given_noise(
     let seen = bench.state_of(bench.start(), KnownNoise::Nothing)?.noise;
     let mut noise = seen;
     noise.noise.reading_sd_m = reading_sd_m;
+    let is_from_fit = noise.basis == NoiseBasis::Fit;
     // What is given has no uncertainty, and none in common with the rest.
     for other in 0..3 {
         noise.covariance[0][other] = 0.0;
         noise.covariance[other][0] = 0.0;
+    }
+    if !is_from_fit {
+        noise.basis = NoiseBasis::Stated;
+    } else if !observations.has_series() {
+        // Of one load a run what is given is all: the rest would be what the model lacks.
+        noise = EstimatedNoise::known(ReadingNoise {
+            run_slope_sd: 0.0,
+            ..noise.noise
+        });
     }
     Ok(GivenNoise {
         noise,

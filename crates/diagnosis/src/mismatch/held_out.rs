@@ -12,6 +12,17 @@ use super::refit::{FittedModel, Model, WeightedFit};
 use super::state::State;
 use crate::search::constants::ONE_POSE;
 
+/// Most poses of which each is left out by itself.
+const LEFT_OUT_ALONE: usize = 50;
+
+/// Into how many folds more poses are divided: the effort grows with folds and poses alike.
+const FOLDS: usize = 20;
+
+/// Into how many folds poses are divided.
+pub(super) fn folds_of(poses: usize) -> usize {
+    if poses > LEFT_OUT_ALONE { FOLDS } else { poses }
+}
+
 impl DiagnosisProblem<'_> {
     /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.
     pub(super) fn quality(&self, state: &State) -> Result<Quality, MismatchError> {
@@ -26,24 +37,31 @@ impl DiagnosisProblem<'_> {
         } else {
             Vec::new()
         };
-        let predicted: Vec<(f64, f64)> = folds
+        let residuals_without: Vec<Vec<f64>> = folds
             .par_iter()
-            .map(|held| self.without(state, model, held))
+            .map(|held| self.residuals_of_kept(state, model, held))
             .collect::<Result<_, MismatchError>>()?;
-        let squares: f64 = predicted.iter().map(|(_, white)| white).sum();
-        let held_out = self
-            .observations
-            .poses
-            .iter()
-            .zip(folds.iter().zip(&predicted))
-            .map(|(name, (fold, (rms_m, white)))| HeldOut {
+        let of_pose = |pose: usize| {
+            let own = self.fold(|cell| cell.pose == pose);
+            let residuals = &residuals_without[pose % folds.len()];
+            let (rms_m, white) = self.shown(state, residuals, &own);
+            let count = own.iter().filter(|held| **held).count() as f64;
+            (rms_m, white, (white / count).sqrt())
+        };
+        let predicted = (0..poses).filter(|_| !folds.is_empty()).map(of_pose);
+        let predicted: Vec<(f64, f64, f64)> = predicted.collect();
+        let squares: f64 = predicted.iter().map(|(_, white, _)| white).sum();
+        let names = self.observations.poses.iter();
+        let held_out = names
+            .zip(&predicted)
+            .map(|(name, &(rms_m, _, noise_units))| HeldOut {
                 pose: name.clone(),
-                rms_m: *rms_m,
-                noise_units: (white / fold.iter().filter(|held| **held).count() as f64).sqrt(),
+                rms_m,
+                noise_units,
             })
             .collect();
-        let mean =
-            predicted.iter().map(|(rms, _)| rms * rms).sum::<f64>() / predicted.len().max(1) as f64;
+        let mean = predicted.iter().map(|(rms, ..)| rms * rms).sum::<f64>()
+            / predicted.len().max(1) as f64;
         Ok(Quality {
             rms_m: self.rms_about_zeros(&residuals, &all),
             held_out_rms_m: (poses > 1).then(|| mean.sqrt()),
@@ -95,12 +113,11 @@ impl DiagnosisProblem<'_> {
         }
     }
 
-    /// Readings of each pose.
+    /// Readings of each pose; of many poses of some together, each pose in the fold of its number.
     fn folds_of_poses(&self) -> Vec<Vec<bool>> {
-        let poses = 0..self.observations.poses.len();
-        poses
-            .map(|pose| self.fold(|cell| cell.pose == pose))
-            .collect()
+        let count = folds_of(self.observations.poses.len());
+        let folds = (0..count).map(|fold| self.fold(|cell| cell.pose % count == fold));
+        folds.collect()
     }
 
     /// Readings of the cells that pass.
@@ -139,12 +156,17 @@ impl DiagnosisProblem<'_> {
         held: &[bool],
     ) -> Result<(f64, f64), MismatchError> {
         let residuals = self.residuals_of_kept(state, model, held)?;
-        let rms_m = self.rms_about_zeros(&residuals, held);
+        Ok(self.shown(state, &residuals, held))
+    }
+
+    /// Root mean square, m, and weighted squares of some residuals.
+    fn shown(&self, state: &State, residuals: &[f64], held: &[bool]) -> (f64, f64) {
+        let rms_m = self.rms_about_zeros(residuals, held);
         if self.observations.free_zeros {
             let weights = state.whitening.covariance.weights();
-            let left = self.about_kept_zeros(state, &residuals, held).into_iter();
+            let left = self.about_kept_zeros(state, residuals, held).into_iter();
             let squares = left.map(|(reading, residual)| (residual * weights[reading]).powi(2));
-            return Ok((rms_m, squares.sum()));
+            return (rms_m, squares.sum());
         }
         let mut white: Vec<f64> = residuals
             .iter()
@@ -152,7 +174,7 @@ impl DiagnosisProblem<'_> {
             .map(|(residual, held)| if *held { *residual } else { 0.0 })
             .collect();
         state.whitening.covariance.whiten(&mut white);
-        Ok((rms_m, white.iter().map(|x| x * x).sum()))
+        (rms_m, white.iter().map(|x| x * x).sum())
     }
 
     /// A model fitted to the readings that were kept, of zeros that others of their run do not know.
@@ -251,23 +273,29 @@ impl DiagnosisProblem<'_> {
     /// Root mean square about the mean of each gauge zero.
     fn rms_about_zeros(&self, residuals: &[f64], counted: &[bool]) -> f64 {
         let mut sums = vec![(0.0, 0.0, 0.0); self.observations.zero_count()];
+        let is_rotation = |run: usize| {
+            let cell = self.observations.runs[run].cell;
+            self.observations.cells[cell].read.is_rotation()
+        };
         for ((residual, reading), counted) in residuals
             .iter()
             .zip(&self.observations.readings)
             .zip(counted)
         {
-            if *counted {
+            if *counted && !is_rotation(reading.run) {
                 let sum = &mut sums[reading.zero as usize];
                 sum.0 += 1.0;
                 sum.1 += residual;
                 sum.2 += residual * residual;
             }
         }
+        // Of one load in each run nobody can tell the zero.
+        let has_zeros = self.observations.has_series();
         let (mut readings, mut squares) = (0.0, 0.0);
         for (n, sum, square) in sums {
             if n > 0.0 {
                 readings += n;
-                squares += square - sum * sum / n;
+                squares += square - if has_zeros { sum * sum / n } else { 0.0 };
             }
         }
         (squares.max(0.0) / f64::max(readings, 1.0)).sqrt()

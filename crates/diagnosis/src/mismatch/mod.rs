@@ -92,9 +92,8 @@ pub use diagnosis::{
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
-pub use estimated_noise::EstimatedNoise;
+pub use estimated_noise::{EstimatedNoise, NoiseBasis};
 pub use given_noise::{GivenNoise, given_noise};
-pub(crate) use grade::GradeBasis;
 pub use grade::VerdictGrade;
 pub use joined_sessions::{ObservedSession, noise_alone};
 pub use known_noise::KnownNoise;

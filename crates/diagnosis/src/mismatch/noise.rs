@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use stiffbench_units_and_text::test_point::Direction;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 
 use super::joined_sessions::NoisePart;
 use super::observations::Observations;
@@ -43,6 +43,8 @@ pub struct ReadingNoise {
 pub struct GaugeNoise {
     /// Standard deviation of a reading of the gauge along x, y, z over that of all (1); their geometric mean is one.
     pub reading_ratios: [f64; 3],
+    /// Standard deviation of a rotation over that of a displacement, rad/m.
+    pub rotation_ratio: f64,
     /// Standard deviation of the slope that a run has in one gauge alone, relative (1).
     pub own_slope_sd: f64,
     /// Standard deviation of the force of a reading beside the step of its gauge, N.
@@ -53,6 +55,7 @@ impl GaugeNoise {
     /// Of one gauge, or of several that are alike.
     pub const ALIKE: Self = Self {
         reading_ratios: [1.0; 3],
+        rotation_ratio: 1.0,
         own_slope_sd: 0.0,
         force_sd_n: 0.0,
     };
@@ -68,10 +71,14 @@ impl ReadingNoise {
     /// Variance of a reading by itself, without the error of the force, m².
     ///
     /// # Arguments
-    /// - `axis`: along which it was read.
+    /// - `read`: what was read.
     /// - `slope_m`: its displacement by the baseline.
-    pub(super) fn own_variance(&self, axis: Direction, slope_m: f64) -> f64 {
-        let ratio = self.gauges.reading_ratios[axis.index()];
+    pub(super) fn own_variance(&self, read: &ReadAxis, slope_m: f64) -> f64 {
+        let ratio = if read.is_rotation() {
+            self.gauges.rotation_ratio
+        } else {
+            self.gauges.reading_ratios[read.axis().index()]
+        };
         (ratio * self.reading_sd_m).powi(2) + (self.growth_sd * slope_m).powi(2)
     }
 
@@ -285,8 +292,8 @@ impl RowVariances {
                 } else {
                     force_variance * c * c
                 };
-                let axis = observations.cells[observations.cell_of(reading)].axis();
-                let own = noise.own_variance(axis, slope_m[reading]);
+                let read = &observations.cells[observations.cell_of(reading)].read;
+                let own = noise.own_variance(read, slope_m[reading]);
                 rows.own.push(own);
                 rows.force_m.push(c.signum() * of_force.sqrt());
                 rows.whole.push(own + of_force);
@@ -532,6 +539,7 @@ mod tests {
             correlation: 0.4,
             gauges: GaugeNoise {
                 reading_ratios: [1.0, 1.5, 0.8],
+                rotation_ratio: 1.0,
                 own_slope_sd: 0.004,
                 force_sd_n: 0.05,
             },

@@ -1,9 +1,12 @@
 //! Readings laid out for the search: cells, runs and gauge zeros as ranges of plain arrays.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use stiffbench_beams::physics::{LoadPoint, Place, PoseMechanics, RunLoads, TestObject};
-use stiffbench_measurement::readings::{Reading, ReadingTable, SessionHeader, SinceZero};
+use stiffbench_measurement::readings::{
+    InstrumentRecord, Reading, ReadingTable, SessionHeader, SinceZero,
+};
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
@@ -11,6 +14,7 @@ use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 use super::free_means::about_means;
 use super::joined_sessions::ObservedSession;
 use super::recorded_history::RecordedHistory;
+use crate::search::constants::FEWEST_LEFT;
 
 /// A pose, a direction of loads and what one gauge read, with its readings.
 ///
@@ -54,7 +58,9 @@ impl ObservedCell {
 
     /// Whether it is of the same pose and load as the cell before it.
     fn goes_on(&self, before: &Self) -> bool {
-        self.pose == before.pose && self.load == before.load && before.axis() < self.axis()
+        self.pose == before.pose
+            && self.load == before.load
+            && before.read.place() < self.read.place()
     }
 }
 
@@ -101,6 +107,22 @@ pub struct GaugeSteps {
     pub force_n: Option<f64>,
     /// Step of the displacement gauge, m.
     pub displacement_m: Option<f64>,
+}
+
+impl GaugeSteps {
+    /// Those that a session states.
+    #[must_use]
+    pub fn of(header: Option<&SessionHeader>) -> Self {
+        let instruments = header.map(|header| &header.instruments);
+        let step = |record: Option<&InstrumentRecord>| record.and_then(|record| record.resolution);
+        Self {
+            force_n: step(instruments.and_then(|i| i.force.as_ref())),
+            displacement_m: step(instruments.and_then(|i| {
+                let mut along = i.displacement_along.iter().flatten();
+                i.displacement.as_ref().or_else(|| along.next())
+            })),
+        }
+    }
 }
 
 /// The accepted readings of a session, sorted by cell and run.
@@ -192,26 +214,15 @@ impl Observations {
             let axis = reading.direction.index();
             (*pose, place_of_load(reading), axis, reading.run)
         });
-        let instruments = header.map(|header| &header.instruments);
         let any = |known: fn(&Reading) -> bool| table.accepted().any(known);
         let recorded = Recorded {
             time: any(|reading| reading.time_s.is_some()),
             hold: any(|reading| reading.hold_s.is_some()),
             temperature: any(|reading| reading.temperature_deg_c.is_some()),
         };
-        let step = |record: Option<&stiffbench_measurement::readings::InstrumentRecord>| {
-            record.and_then(|record| record.resolution)
-        };
-        let steps = GaugeSteps {
-            force_n: step(instruments.and_then(|i| i.force.as_ref())),
-            displacement_m: step(instruments.and_then(|i| {
-                let mut along = i.displacement_along.iter().flatten();
-                i.displacement.as_ref().or_else(|| along.next())
-            })),
-        };
         let mut observations = Self {
             release_n: header.and_then(SessionHeader::release_n),
-            ..Self::without_readings(steps, recorded)
+            ..Self::without_readings(GaugeSteps::of(header), recorded)
         };
         for (pose, reading, since) in rows {
             observations.push_recorded((pose, table.load_direction(reading)), reading, since);
@@ -223,7 +234,7 @@ impl Observations {
     }
 
     /// No reading yet, of a robot whose gauges are zeroed.
-    pub(super) fn without_readings(steps: GaugeSteps, recorded: Recorded) -> Self {
+    pub(crate) fn without_readings(steps: GaugeSteps, recorded: Recorded) -> Self {
         Self {
             poses: Vec::new(),
             cells: Vec::new(),
@@ -254,6 +265,21 @@ impl Observations {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.readings.is_empty()
+    }
+
+    /// Whether any run has several loads, of which zero and slope of the run can be told apart.
+    #[must_use]
+    pub fn has_series(&self) -> bool {
+        self.runs.iter().any(|run| run.readings.len() > 1)
+    }
+
+    /// Whether loads were repeated so often that their differences show the noise.
+    pub(super) fn has_repeats(&self) -> bool {
+        let dof = self.cells.iter().map(|cell| {
+            let loads = cell.readings.clone().map(|reading| self.load_key(reading));
+            cell.readings.len() - loads.collect::<HashSet<_>>().len()
+        });
+        dof.sum::<usize>() >= FEWEST_LEFT
     }
 
     /// The loads of run number `run`, for the laws.
@@ -344,15 +370,19 @@ impl Observations {
         zeros.max().unwrap_or(0)
     }
 
-    /// Values minus their means over their gauge zeros.
+    /// Values minus their means over their gauge zeros, where these can be told from the readings.
     pub(super) fn about_zeros(&self, values: Vec<f64>) -> Vec<f64> {
+        if !self.has_series() {
+            return values;
+        }
         let zeros = self.readings.iter().map(|reading| reading.zero as usize);
         about_means(values, zeros, self.zero_count())
     }
 
-    /// Directions that were measured.
+    /// Directions along which displacements were measured.
     pub(super) fn directions(&self) -> impl Iterator<Item = Direction> + '_ {
-        let measured = |axis: &Direction| self.cells.iter().any(|cell| cell.axis() == *axis);
+        let is_along = |cell: &ObservedCell, axis| !cell.read.is_rotation() && cell.axis() == axis;
+        let measured = move |axis: &Direction| self.cells.iter().any(|cell| is_along(cell, *axis));
         Direction::ALL.into_iter().filter(measured)
     }
 
@@ -442,7 +472,7 @@ impl Observations {
 
 impl Observations {
     /// Axes of the gauges, if several were read at once.
-    pub(super) fn gauges_read_at_once(&self) -> Vec<Direction> {
+    pub(crate) fn gauges_read_at_once(&self) -> Vec<Direction> {
         let at_once = self.cells.windows(2).any(|pair| {
             let seq = |cell: &ObservedCell| self.readings[cell.readings.start].seq;
             pair[1].goes_on(&pair[0]) && seq(&pair[0]) == seq(&pair[1])
@@ -451,7 +481,7 @@ impl Observations {
     }
 
     /// Begins a cell.
-    pub(super) fn begin_cell(&mut self, pose: usize, load: LoadDirection, read: ReadAxis) {
+    pub(crate) fn begin_cell(&mut self, pose: usize, load: LoadDirection, read: ReadAxis) {
         let (runs, readings) = (self.runs.len(), self.readings.len());
         self.cells.push(ObservedCell {
             pose,
@@ -463,7 +493,7 @@ impl Observations {
     }
 
     /// Begins a run of the last cell.
-    pub(super) fn begin_run(&mut self, repeat: u32, session_run: u32) {
+    pub(crate) fn begin_run(&mut self, repeat: u32, session_run: u32) {
         let place = self.readings.len();
         self.runs.push(ObservedRun {
             cell: self.cells.len().saturating_sub(1),
@@ -477,7 +507,7 @@ impl Observations {
     }
 
     /// Adds a reading to the last run.
-    pub(super) fn push(&mut self, reading: ObservedReading, load: LoadPoint, displacement_m: f64) {
+    pub(crate) fn push(&mut self, reading: ObservedReading, load: LoadPoint, displacement_m: f64) {
         let run = self.runs.len().saturating_sub(1);
         self.readings.push(ObservedReading { run, ..reading });
         self.loads.push(load);

@@ -1,11 +1,12 @@
-//! What speaks for a law in the recording of a part, where what a model leaves is mostly physics that it does not hold.
+//! What speaks for a law where nothing was repeated, so that what a model leaves may be physics that it does not hold: in the recording of a
+//! part, and in a robot whose scatter is known from the fit alone.
 
 use std::sync::OnceLock;
 
 use stiffbench_beams::physics::{LoadPoint, TestObject};
 
 use super::error::MismatchError;
-use super::noise::NoiseCovariance;
+use super::estimated_noise::NoiseBasis;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
@@ -72,11 +73,13 @@ fn folds_of(labels: &[u32], most: usize) -> Vec<Vec<bool>> {
         .collect()
 }
 
-/// Evidence for a law in a part's recording.
+/// Evidence for a law by how much less it leaves.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PartEvidence {
     /// How many independent values are as much evidence as what the law leaves.
     pub(super) independent: f64,
+    /// Degrees of freedom with which the size of these is known.
+    dof: f64,
     /// Logarithm of the weighted squares without the law over those with it: in the readings it was fitted to or in those it was not, whichever
     /// shows less.
     fall: f64,
@@ -86,6 +89,32 @@ pub(super) struct PartEvidence {
     fall_of_a_curve: f64,
 }
 
+impl PartEvidence {
+    /// Where the noise is what the fit without the law leaves: an F against what the law leaves itself. With ν degrees of freedom left,
+    /// (ν - 1/2) ln(1 + F/ν) has the quantiles of χ².
+    ///
+    /// # Arguments
+    /// - `left`: degrees of freedom that the fit without the law leaves.
+    /// - `dof`: those of the variance of the law's amplitude.
+    /// - `delta_chi2`: fall of the weighted squares by the law as fitted and by the best shape that was scored.
+    fn in_scatter_of_the_fit(left: f64, dof: f64, delta_chi2: [f64; 2]) -> Self {
+        let [fall, linear_fall] = delta_chi2.map(|fall| {
+            let share = (fall / left).clamp(0.0, LARGEST_SHARE);
+            -(-share).ln_1p()
+        });
+        Self {
+            independent: (left - 1.5).max(0.5),
+            dof,
+            fall,
+            linear_fall,
+            fall_of_a_curve: f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// Largest share of what a fit leaves that a law can explain (1): what is left then is no more than rounding.
+const LARGEST_SHARE: f64 = 1.0 - 1e-9;
+
 /// A candidate that was fitted, not yet weighed.
 pub(super) struct ScoredFit<'c> {
     pub(super) fitted: &'c FittedModel,
@@ -93,27 +122,36 @@ pub(super) struct ScoredFit<'c> {
     pub(super) linear_delta_chi2: f64,
     /// Its effect, white and projected.
     pub(super) white: &'c [f64],
+    /// Degrees of freedom of the variance of its amplitude.
+    pub(super) dof: f64,
 }
 
 impl DiagnosisProblem<'_> {
     /// How many independent values are as much evidence as what a model leaves of a part; `None` where repeats tell the noise.
     pub(super) fn independent_values(
         &self,
-        whitening: &NoiseCovariance,
+        state: &State,
         predictor: &mut ReadingPredictor<'_>,
         model: &Model,
     ) -> Result<Option<f64>, MismatchError> {
         if !self.observations.is_recording() {
             return Ok(None);
         }
-        let left = self.refit(whitening).residuals(predictor, model)?;
+        let left = self.refit(&state.whitening).residuals(predictor, model)?;
         let left = left.unwrap_or_default();
         let count = self.observations.len().min(left.len());
         Ok(Some(self.observations.independent_values(&left[..count])))
     }
 
-    /// What speaks for a candidate in the recording of a part, `None` elsewhere, and its log-likelihood relative to a change without physics in it
-    /// as far as that is known by itself.
+    /// Degrees of freedom that a model leaves.
+    fn left_by(&self, model: &Model) -> f64 {
+        let values = model.effects.iter().map(|effect| effect.values.len());
+        let free = model.parameters.len() + values.sum::<usize>();
+        self.observations.len().saturating_sub(free).max(1) as f64
+    }
+
+    /// What speaks for a candidate by what it leaves, `None` where the noise is known from elsewhere, and its log-likelihood relative to a change
+    /// without physics in it as far as that is known by itself.
     ///
     /// # Arguments
     /// - `space`, `residuals`: those of the state.
@@ -131,8 +169,16 @@ impl DiagnosisProblem<'_> {
             return Ok((None, f64::INFINITY));
         };
         let (before, after) = (state.fitted.squares, candidate.fitted.squares);
-        let independent = self.independent_values(&state.whitening, predictor, model)?;
-        let mut of_a_part = None;
+        let independent = self.independent_values(state, predictor, model)?;
+        let mut of_a_part = (state.noise.basis == NoiseBasis::Fit).then(|| {
+            let of_shape = candidate.linear_delta_chi2;
+            let falls = [before - after, of_shape];
+            PartEvidence::in_scatter_of_the_fit(
+                self.left_by(&state.fitted.model),
+                candidate.dof,
+                falls,
+            )
+        });
         if let Some(independent) = independent {
             let mut fall = (before / after).ln();
             if independent * fall > WORTH_LEAVING_OUT {
@@ -148,6 +194,7 @@ impl DiagnosisProblem<'_> {
             let of_the_shape = (before - candidate.linear_delta_chi2).max(after);
             of_a_part = Some(PartEvidence {
                 independent,
+                dof: 1e6,
                 fall,
                 linear_fall: (before / of_the_shape).ln(),
                 fall_of_a_curve: f64::NEG_INFINITY,
@@ -233,7 +280,7 @@ pub(super) fn weigh(ranked: &mut [Ranked]) {
         if let Some(part) = ranked.of_a_part {
             ranked.evidence.delta_chi2 = independent * part.fall;
             ranked.evidence.linear_delta_chi2 = independent * part.linear_fall;
-            ranked.evidence.dof = 1e6;
+            ranked.evidence.dof = part.dof;
             let better = 0.5 * independent * (part.fall - part.fall_of_a_curve);
             ranked.against_gradual = ranked.against_gradual.min(better);
         }

@@ -171,12 +171,19 @@ impl<'a> DiagnosisProblem<'a> {
         }
         let (slope_m, compliance) = self.slope(predictor, model)?;
         let linear = (&slope_m[..], &compliance[..]);
+        let is_known = self.observations.has_repeats() || known.earlier().is_some();
+        let columns = if is_known {
+            None
+        } else {
+            Some(self.columns(predictor, model)?)
+        };
         let found = estimate_noise(
             self.observations,
             &residual,
             linear,
             self.memory.noise(),
             known.earlier(),
+            columns,
         );
         self.memory.keep_noise(found.noise);
         Ok(Some(found))

@@ -309,6 +309,7 @@ impl DiagnosisProblem<'_> {
             fitted: &fitted,
             linear_delta_chi2,
             white: &vector,
+            dof: state.noise.degrees_of_freedom(shares),
         };
         let seen = (&field.scores.space, &field.scores.residuals[..]);
         let (of_a_part, against_gradual) =
@@ -325,7 +326,7 @@ impl DiagnosisProblem<'_> {
                     1.0
                 },
                 parameters: effect.values.len(),
-                dof: state.noise.degrees_of_freedom(shares),
+                dof: scored.dof,
                 critical_value: f64::INFINITY,
                 log_prior: effect.law.log_prior(&effect.values),
             },

@@ -84,7 +84,15 @@ impl<'a> ReadingScreen<'a> {
         // The means of all load steps are free, so that the readings themselves serve as what a model leaves of them.
         let residual_m = &rest.displacement_m;
         let linear = (&slope_m[..], &compliance[..]);
-        estimate_noise(&rest, residual_m, linear, similar, self.noise.earlier()).noise
+        estimate_noise(
+            &rest,
+            residual_m,
+            linear,
+            similar,
+            self.noise.earlier(),
+            None,
+        )
+        .noise
     }
 
     /// Relative standard uncertainty of the compliance of each cell, by its readings and by the scatter of its runs.

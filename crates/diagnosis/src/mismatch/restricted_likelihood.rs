@@ -7,12 +7,13 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::earlier_noise::EarlierNoise;
-use super::estimated_noise::EstimatedNoise;
+use super::estimated_noise::{EstimatedNoise, NoiseBasis};
 use super::free_means::FixedPart;
 use super::noise::{GaugeNoise, NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use crate::search::constants::{ASKED_FOR, COARSE, PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD};
 use crate::search::{Precision, SparseRows, largest};
+use stiffbench_numeric::statistics::root_mean_square;
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
@@ -27,6 +28,7 @@ const MOST_CORRELATED: f64 = 0.98;
 /// - `slope_m`, `compliance`: the baseline's prediction and compliance at each reading.
 /// - `warm_start`: the noise of a similar baseline, to start from.
 /// - `earlier`: how earlier sessions scattered; the noise is the likeliest for these readings and those.
+/// - `model`: derivatives of the readings to the parameters, where nothing was repeated: what else is left is the noise.
 #[must_use]
 pub(super) fn estimate_noise(
     observations: &Observations,
@@ -34,14 +36,22 @@ pub(super) fn estimate_noise(
     (slope_m, compliance): (&[f64], &[f64]),
     warm_start: Option<&ReadingNoise>,
     earlier: Option<&EarlierNoise>,
+    model: Option<Vec<Vec<f64>>>,
 ) -> EstimatedNoise {
-    let series = observations.series();
-    let fixed: Vec<FixedPart> = series
-        .map(|cells| FixedPart::of_series(observations, cells))
-        .collect();
+    let basis = match model {
+        Some(_) => NoiseBasis::Fit,
+        None if observations.cells.iter().any(|cell| cell.runs.len() > 1) => NoiseBasis::Repeats,
+        None => NoiseBasis::Neighbours,
+    };
+    let fixed: Vec<FixedPart> = if let Some(columns) = model {
+        vec![FixedPart::of_model(observations, columns)]
+    } else {
+        let series = observations.series();
+        let of_series = series.map(|cells| FixedPart::of_series(observations, cells));
+        of_series.collect()
+    };
     let of_cell = |part: &FixedPart| part.centred(residual_m[part.readings.clone()].to_vec());
     let residual_m: Vec<f64> = fixed.iter().flat_map(of_cell).collect();
-    let from_repeats = observations.cells.iter().any(|cell| cell.runs.len() > 1);
     let floor_m = observations
         .steps
         .displacement_m
@@ -62,13 +72,14 @@ pub(super) fn estimate_noise(
     centre[2..4].fill(PRIOR_RUN_SLOPE_SD.powi(2).ln());
     centre[OWN_SLOPE] = PRIOR_RUN_SLOPE_SD.powi(2).ln();
     centre[FORCE] = 2.0 * (rough / problem.largest_compliance()).ln();
+    centre[ROTATION] = 2.0 * problem.rotation_ratio().ln();
     let found = match warm_start {
         Some(noise) => {
             let further = NoiseValues::of(noise, observations);
             let start = problem.values(noise, &centre, further);
             problem.maximise(start, &centre, further)
         }
-        None => problem.with_further_parts(&centre, from_repeats),
+        None => problem.with_further_parts(&centre, basis),
     };
     let size = found.values.len();
     let covariance = found
@@ -76,20 +87,22 @@ pub(super) fn estimate_noise(
         .try_inverse()
         .unwrap_or_else(|| DMatrix::identity(size, size) * 2.0);
     let places = found.further.places();
-    let standard_error = |wanted: usize| {
-        let at = places.iter().position(|place| *place == wanted);
-        at.map_or(0.0, |at| covariance[(at, at)].max(0.0).sqrt())
+    let entry = |i: usize, j: usize| {
+        let at = |wanted: usize| places.iter().position(|place| *place == wanted);
+        let both = at(i).zip(at(j));
+        both.map_or(0.0, |(i, j)| covariance[(i, j)])
     };
+    let standard_error = |place: usize| entry(place, place).max(0.0).sqrt();
     EstimatedNoise {
-        further_se: [0.5 * standard_error(3), standard_error(4)],
+        further_se: [0.5 * standard_error(GROWTH), standard_error(CORRELATION)],
         noise: problem.noise(&found.values, found.further),
-        covariance: std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)])),
-        from_repeats,
+        covariance: std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))),
+        basis,
     }
 }
 
-/// Which of its values a noise has: three logarithms of variances always, those that the readings ask for, and of several gauges the
-/// logarithms of their variances over the common one but the first.
+/// Which of its values a noise has: the logarithms of the variances of readings and of the slope of a run, that of the zeros of runs with
+/// several readings, those that the readings ask for, and of several gauges the logarithms of their variances over the common one but the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct NoiseValues([bool; VALUES]);
 
@@ -97,11 +110,18 @@ impl NoiseValues {
     /// Without those that readings must ask for.
     fn least(observations: &Observations) -> Self {
         let mut parts = Self([false; VALUES]);
-        parts.0[..3].fill(true);
+        parts.0[READING] = true;
+        parts.0[ZERO] = observations.has_series();
+        // Of one load in a run it is common to all gauges, and grows with the displacement.
+        parts.0[SLOPE] = true;
         // Several sessions keep the proportions that each has alone.
         if observations.sessions.is_empty() {
             let ratios = observations.gauges.len().saturating_sub(1);
             parts.0[FIRST_RATIO..FIRST_RATIO + ratios].fill(true);
+            parts.0[ROTATION] = observations
+                .cells
+                .iter()
+                .any(|cell| cell.read.is_rotation());
         }
         parts
     }
@@ -120,12 +140,17 @@ impl NoiseValues {
         self.0[place]
     }
 
-    /// Each part that readings may ask for beside these.
-    fn more(self, observations: &Observations) -> impl Iterator<Item = Self> {
+    /// Each part that readings may ask for beside these. Without repeats what a model leaves cannot be distinguished from noise with a memory, nor
+    /// from slopes of a gauge alone.
+    fn more(self, observations: &Observations, basis: NoiseBasis) -> impl Iterator<Item = Self> {
         let of_gauges = [OWN_SLOPE, FORCE].into_iter();
-        let of_gauges = of_gauges.filter(|_| !observations.gauges.is_empty());
+        let has_force = !observations.gauges.is_empty() || basis == NoiseBasis::Fit;
+        let of_gauges = of_gauges.filter(|_| has_force);
         let asked = [GROWTH, CORRELATION].into_iter().chain(of_gauges);
-        let new: Vec<usize> = asked.filter(|place| !self.has(*place)).collect();
+        let is_seen =
+            |place: &usize| basis == NoiseBasis::Repeats || [GROWTH, FORCE].contains(place);
+        let new = asked.filter(|place| !self.has(*place)).filter(is_seen);
+        let new: Vec<usize> = new.collect();
         new.into_iter().map(move |place| {
             let mut more = self;
             more.0[place] = true;
@@ -142,12 +167,16 @@ impl NoiseValues {
 /// Number of values of a noise. Behind the logarithms of the variances of reading, zero and slope stand that of the growth, the inverse
 /// hyperbolic tangent of the correlation, the ratios of two gauges to the first, and the logarithms of the variances of the slope that a
 /// run has in one gauge alone and of the force.
-const VALUES: usize = 9;
+const VALUES: usize = 10;
+const READING: usize = 0;
+const ZERO: usize = 1;
+const SLOPE: usize = 2;
 const GROWTH: usize = 3;
 const CORRELATION: usize = 4;
 const FIRST_RATIO: usize = 5;
 const OWN_SLOPE: usize = 7;
 const FORCE: usize = 8;
+const ROTATION: usize = 9;
 
 /// The likeliest noise with some parts.
 struct LikeliestNoise {
@@ -180,21 +209,22 @@ impl VarianceProblem<'_> {
         for (value, place) in values.iter().zip(further.places()) {
             all[place] = *value;
         }
-        let [reading, zero, slope] = [0, 1, 2].map(|i| (0.5 * all[i]).exp());
-        let zero = if self.observations.free_zeros {
-            self.free_zero_sd_m
-        } else {
-            zero
-        };
-        ReadingNoise {
-            reading_sd_m: reading.hypot(self.floor_m),
-            zero_sd_m: zero,
-            run_slope_sd: slope,
-            growth_sd: if further.has(GROWTH) {
-                (0.5 * all[GROWTH]).exp()
+        let sd = |place: usize| {
+            if further.has(place) {
+                f64::exp(0.5 * all[place])
             } else {
                 0.0
+            }
+        };
+        ReadingNoise {
+            reading_sd_m: sd(READING).hypot(self.floor_m),
+            zero_sd_m: if self.observations.free_zeros {
+                self.free_zero_sd_m
+            } else {
+                sd(ZERO)
             },
+            run_slope_sd: sd(SLOPE),
+            growth_sd: sd(GROWTH),
             correlation: all[CORRELATION].tanh(),
             gauges: self.gauge_noise(&all, further),
         }
@@ -213,6 +243,9 @@ impl VarianceProblem<'_> {
                 gauges.reading_ratios[axis.index()] = (0.5 * log).exp();
             }
         }
+        if further.has(ROTATION) {
+            gauges.rotation_ratio = (0.5 * all[ROTATION]).exp();
+        }
         if further.has(OWN_SLOPE) {
             gauges.own_slope_sd = (0.5 * all[OWN_SLOPE]).exp();
         }
@@ -220,6 +253,19 @@ impl VarianceProblem<'_> {
             gauges.force_sd_n = (0.5 * all[FORCE]).exp();
         }
         gauges
+    }
+
+    /// What rotations scatter by over what displacements do, about what is fixed, rad/m; 1 if either was not read.
+    fn rotation_ratio(&self) -> f64 {
+        let of_kind = |rotates: bool| {
+            let cells = self.observations.cells.iter();
+            let own = cells.filter(|cell| cell.read.is_rotation() == rotates);
+            let rows = own.flat_map(|cell| cell.readings.clone());
+            root_mean_square(rows.map(|row| self.residual_m[row]))
+        };
+        let both = of_kind(true).zip(of_kind(false));
+        let ratio = both.map_or(1.0, |(rotation, displacement)| rotation / displacement);
+        if ratio.is_normal() { ratio } else { 1.0 }
     }
 
     /// Largest displacement per force of any reading, m/N; never zero.
@@ -236,9 +282,9 @@ impl VarianceProblem<'_> {
             2.0 * noise.zero_sd_m.ln()
         };
         let mut all = [0.0; VALUES];
-        all[0] = reading.max(f64::MIN_POSITIVE).ln();
-        all[1] = zero;
-        all[2] = 2.0 * noise.run_slope_sd.ln();
+        all[READING] = reading.max(f64::MIN_POSITIVE).ln();
+        all[ZERO] = zero;
+        all[SLOPE] = 2.0 * noise.run_slope_sd.ln();
         all[GROWTH] = 2.0 * noise.growth_sd.max(f64::MIN_POSITIVE).ln();
         all[CORRELATION] = noise.correlation.atanh();
         let gauges = &self.observations.gauges;
@@ -250,6 +296,7 @@ impl VarianceProblem<'_> {
         {
             all[FIRST_RATIO + place] = 2.0 * noise.gauges.reading_ratios[axis.index()].ln();
         }
+        all[ROTATION] = 2.0 * noise.gauges.rotation_ratio.ln();
         all[OWN_SLOPE] = 2.0 * noise.gauges.own_slope_sd.max(f64::MIN_POSITIVE).ln();
         all[FORCE] = 2.0 * noise.gauges.force_sd_n.max(f64::MIN_POSITIVE).ln();
         let places = further.places();
@@ -258,19 +305,19 @@ impl VarianceProblem<'_> {
     }
 
     /// The likeliest noise of the first model: the parts that the readings ask for, the one they ask for most first.
-    fn with_further_parts(&self, centre: &Centre, from_repeats: bool) -> LikeliestNoise {
+    fn with_further_parts(&self, centre: &Centre, basis: NoiseBasis) -> LikeliestNoise {
         let start = |further: NoiseValues| {
             let places = further.places();
             DVector::from_iterator(places.len(), places.iter().map(|&i| centre[i]))
         };
         let least = NoiseValues::least(self.observations);
         let mut best = self.maximise(start(least), centre, least);
-        // Without repeats what a model leaves cannot be distinguished from noise with a memory; each of several sessions has its own.
-        if !from_repeats || !self.observations.sessions.is_empty() {
+        // Each of several sessions has its own; of one load in each run the slope is all that grows.
+        if !self.observations.has_series() || !self.observations.sessions.is_empty() {
             return best;
         }
         loop {
-            let more = best.further.more(self.observations);
+            let more = best.further.more(self.observations, basis);
             let tried = more.map(|more| {
                 let noise = self.noise(&best.values, best.further);
                 let mut from = self.values(&noise, centre, more);
@@ -306,8 +353,16 @@ impl VarianceProblem<'_> {
     fn rough_sd(&self) -> f64 {
         let precision = self.precision(&ReadingNoise {
             reading_sd_m: self.floor_m.max(1e-6),
-            zero_sd_m: 1e-5,
+            zero_sd_m: if self.observations.has_series() {
+                1e-5
+            } else {
+                0.0
+            },
             run_slope_sd: 5e-3,
+            gauges: GaugeNoise {
+                rotation_ratio: self.rotation_ratio(),
+                ..GaugeNoise::ALIKE
+            },
             ..ReadingNoise::default()
         });
         let (squares, _, dof) = self.restricted_sum(&precision);

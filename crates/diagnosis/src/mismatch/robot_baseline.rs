@@ -95,6 +95,9 @@ impl BaselineValues {
     }
 }
 
+/// Most poses in each of which the angle of a joint may be wrong by itself: candidates and the effort of each grow with the poses.
+const MOST_SUSPECTED_POSES: usize = 50;
+
 impl<'a> RobotBaseline<'a> {
     /// The baseline of a mechanism in the poses of a session.
     ///
@@ -210,7 +213,10 @@ impl<'a> RobotBaseline<'a> {
         self.suspects.get_or_init(|| {
             let named = self.robot.poses.iter();
             let named = named.filter(|named| self.poses.contains(&named.pose));
-            let poses: Vec<PoseId> = named.map(|named| named.id.clone()).collect();
+            let mut poses: Vec<PoseId> = named.map(|named| named.id.clone()).collect();
+            if poses.len() > MOST_SUSPECTED_POSES {
+                poses.clear();
+            }
             FileSuspects::new(self.robot, &self.mechanisms[0].1, &poses, &self.values.free)
         })
     }

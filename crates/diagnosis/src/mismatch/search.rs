@@ -5,6 +5,7 @@ use stiffbench_beams::physics::{Effect, Law, TestObject};
 use super::baseline::start;
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
+use super::estimated_noise::NoiseBasis;
 use super::grade::GradeBasis;
 use super::known_noise::KnownNoise;
 use super::memo::key_of;
@@ -72,7 +73,7 @@ impl SearchResult {
             a.family_p.total_cmp(&b.family_p).then_with(by_evidence)
         });
         GradeBasis {
-            scatter_from_fit: false,
+            scatter_from_fit: self.before.noise.basis == NoiseBasis::Fit,
             p_family: best.map_or(1.0, |best| best.family_p),
             log_bayes: best.map_or(0.0, |best| best.ranked[0].log_bayes()),
             is_a_set: false,
@@ -198,7 +199,8 @@ impl DiagnosisProblem<'_> {
             critical: &critical,
         };
         // What is too little to decide about is not given names.
-        let selection = if self.lacking().is_empty() {
+        let is_from_fit = before.noise.basis == NoiseBasis::Fit;
+        let selection = if self.lacking(is_from_fit).is_empty() {
             forward_selection(&search, &before, &first)?
         } else {
             Selection {

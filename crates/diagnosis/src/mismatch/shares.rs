@@ -8,6 +8,8 @@ use serde::Serialize;
 use stiffbench_beams::physics::TestObject;
 
 use super::error::MismatchError;
+use super::estimated_noise::NoiseBasis;
+use super::held_out::folds_of;
 use super::known_noise::KnownNoise;
 use super::problem::DiagnosisProblem;
 use super::refit::Model;
@@ -94,13 +96,16 @@ impl DiagnosisProblem<'_> {
             left: excess(&last),
             without: without.iter().map(excess).collect(),
         };
+        // Of a scatter that is what the fit leaves nobody knows how much is noise: unseen errors are compared with none at all.
+        let is_from_fit = after.noise.basis == NoiseBasis::Fit;
+        let known = if is_from_fit { 0.0 } else { readings };
         let folds = self.folds(found);
         let unseen = if let Some(folds) = &folds {
             let held = |state: &State| self.held_squares(after, &state.fitted.model, folds);
             Some(DividedSquares {
                 whole: held(&start)?,
-                noise: unit * readings,
-                sd: (2.0 * readings).sqrt(),
+                noise: unit * known,
+                sd: (2.0 * known).sqrt(),
                 left: held(&last)?,
                 without: without.iter().map(held).collect::<Result<_, _>>()?,
             })
@@ -109,27 +114,34 @@ impl DiagnosisProblem<'_> {
         };
         let reason = |seen: Option<f64>, share: Option<f64>| match (seen, share) {
             (Some(_), Some(_)) => None,
+            (None, _) if is_from_fit => Some("the scatter is what the fit leaves"),
             (None, _) => Some("the misfit is too small to be divided"),
             (_, None) if folds.is_none() => {
                 Some("no readings can be left out that the others determine")
             }
             (_, None) => Some("the misfit of readings left out is too small to be divided"),
         };
-        let shares = |seen: Option<f64>, unseen: Option<f64>| MisfitShares {
-            share_of_misfit: seen,
-            share_unseen: unseen,
-            share_reason: reason(seen, unseen),
+        let shares = |seen: Option<f64>, unseen: Option<f64>| {
+            let seen = seen.filter(|_| !is_from_fit);
+            MisfitShares {
+                share_of_misfit: seen,
+                share_unseen: unseen,
+                share_reason: reason(seen, unseen),
+            }
         };
         let whole = levels[0];
         Ok(AllShares {
-            steps: seen.together().map(|_| MisfitSteps {
-                explained: levels
-                    .windows(2)
-                    .map(|pair| (pair[0] - pair[1]) / whole)
-                    .collect(),
-                left: excess(&last) / whole,
-                noise: dof(&last) / whole,
-            }),
+            steps: seen
+                .together()
+                .filter(|_| !is_from_fit)
+                .map(|_| MisfitSteps {
+                    explained: levels
+                        .windows(2)
+                        .map(|pair| (pair[0] - pair[1]) / whole)
+                        .collect(),
+                    left: excess(&last) / whole,
+                    noise: dof(&last) / whole,
+                }),
             together: shares(
                 seen.together(),
                 unseen.as_ref().and_then(DividedSquares::together),
@@ -147,7 +159,9 @@ impl DiagnosisProblem<'_> {
     fn folds(&self, found: &SearchResult) -> Option<Vec<Fold>> {
         let cells = &self.observations.cells;
         let runs = &self.observations.runs;
-        let of_pose = |reading: usize| cells[self.observations.cell_of(reading)].pose as u32;
+        let count = folds_of(self.observations.poses.len());
+        let of_pose =
+            |reading: usize| (cells[self.observations.cell_of(reading)].pose % count) as u32;
         let of_repeat = |reading: usize| runs[self.observations.readings[reading].run].repeat;
         let determines = |folds: &Vec<Fold>| {
             let determined = folds.iter().all(|fold| {

@@ -3,6 +3,8 @@
 use stiffbench_beams::physics::Effect;
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
+use stiffbench_numeric::statistics::root_mean_square;
+
 use super::baseline::Baseline;
 use super::diagnosis::Diagnosis;
 use super::error::MismatchError;
@@ -121,7 +123,9 @@ pub fn trace(
         measured.zip(prediction).map(|(y, p)| y - p).collect()
     });
     let displacements = observations.about_zeros(observations.displacement_m.clone());
-    let squares: f64 = displacements.iter().map(|d| d * d).sum();
+    let readings_m = displacements.iter().enumerate();
+    let readings_m = readings_m.filter(|(place, _)| !rotates(observations, *place));
+    let displacement_rms_m = root_mean_square(readings_m.map(|(_, value)| *value));
     let forces = observations.loads.iter().map(|load| load.force_n).collect();
     let forces = observations.about_zeros(forces);
     let about_zeros_m = residuals.map(|r| observations.about_zeros(r));
@@ -135,7 +139,7 @@ pub fn trace(
     Ok(DiagnosisTrace {
         readings: readings(observations, &models),
         effects: traced,
-        displacement_rms_m: (squares / displacements.len().max(1) as f64).sqrt(),
+        displacement_rms_m: displacement_rms_m.unwrap_or_default(),
     })
 }
 
@@ -184,9 +188,22 @@ fn prediction(
     }
 }
 
+/// Whether a reading is a rotation.
+fn rotates(observations: &Observations, reading: usize) -> bool {
+    let cell = observations.cell_of(reading);
+    observations.cells[cell].read.is_rotation()
+}
+
+/// Displacements alone: rotations have no place beside them.
 fn readings(observations: &Observations, models: &ModelPair<'_>) -> Vec<ReadingTrace> {
     let recorded = observations.recorded;
+    let rotates = |place: usize| {
+        observations.cells[observations.cell_of(place)]
+            .read
+            .is_rotation()
+    };
     (0..observations.len())
+        .filter(|&place| !rotates(place))
         .map(|place| {
             let (reading, load) = (&observations.readings[place], &observations.loads[place]);
             let cell = &observations.cells[observations.cell_of(place)];

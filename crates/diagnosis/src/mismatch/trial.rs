@@ -102,7 +102,7 @@ pub fn simulate(
         *displacement += slopes[reading.run] * linear_m
             + zeros[reading.zero as usize]
             + noise
-                .own_variance(acting.cells[acting.runs[reading.run].cell].axis(), linear_m)
+                .own_variance(&acting.cells[acting.runs[reading.run].cell].read, linear_m)
                 .sqrt()
                 * errors[place];
         let step = truth.noise.displacement_step_m;

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use stiffbench_beams::physics::Effect;
+use stiffbench_beams::physics::{Effect, TestObject};
 use stiffbench_units_and_text::count::counted;
 
 use super::baseline::is_near;
@@ -13,6 +13,7 @@ use super::diagnosis::{
     Diagnosis, EstimatedValue, FactorChange, Finding, Location, Rival, Verdict,
 };
 use super::error::MismatchError;
+use super::estimated_noise::NoiseBasis;
 use super::grade::{GradeBasis, VerdictGrade};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
@@ -20,7 +21,8 @@ use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
 use crate::search::constants::{
-    AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL,
+    AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, FEWEST_LEFT, FEWEST_POSES, IDENTIFIED, RIVALS,
+    UNEXPLAINED_LEVEL,
 };
 use crate::search::{distinguishable, dot, largest};
 
@@ -57,7 +59,8 @@ impl DiagnosisProblem<'_> {
                 )?);
             }
         }
-        let mut lacking = self.lacking();
+        let is_from_fit = found.before.noise.basis == NoiseBasis::Fit;
+        let mut lacking = self.lacking(is_from_fit);
         let (mut verdict, mut grade) = if lacking.is_empty() {
             GradeBasis {
                 is_a_set: group > 0,
@@ -67,6 +70,9 @@ impl DiagnosisProblem<'_> {
         } else {
             (Verdict::InsufficientData, VerdictGrade::Undecided)
         };
+        if verdict == Verdict::InsufficientData && lacking.is_empty() {
+            lacking.push("no load sequence was repeated: the scatter is known from the fit alone, which may hide missing physics; take at least three repeats".to_owned());
+        }
         if verdict == Verdict::NothingMissing
             && let Some(lack) = self.lacking_cells()
         {
@@ -104,6 +110,7 @@ impl DiagnosisProblem<'_> {
             known_effects: self.known_effects(found)?,
             factors: self.factor_shifts(found)?,
             noise: found.after.noise.noise,
+            noise_basis: found.after.noise.basis,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
             further_noise: found.after.noise.further_ci95(),
@@ -132,7 +139,10 @@ impl DiagnosisProblem<'_> {
     }
 
     /// What must be there before anything can be decided.
-    pub(super) fn lacking(&self) -> Vec<String> {
+    ///
+    /// # Arguments
+    /// - `is_from_fit`: whether the noise is what the fit leaves.
+    pub(super) fn lacking(&self, is_from_fit: bool) -> Vec<String> {
         let mut lacking = Vec::new();
         let observations = self.observations;
         let is_loaded = observations.loads.iter().any(|load| load.force_n != 0.0);
@@ -141,9 +151,24 @@ impl DiagnosisProblem<'_> {
         if !is_loaded && !is_line {
             lacking.push("no reading is under load".to_owned());
         }
-        let several = observations.cells.iter().any(|cell| cell.runs.len() > 1);
+        let several = observations.has_repeats();
         let is_long = is_line && observations.len() >= ENOUGH_OF_A_LINE;
-        if !several && !is_long {
+        let (readings, parameters) = (observations.len(), self.baseline.parameters().len());
+        if observations.bench == TestObject::Robot {
+            let dof = readings.saturating_sub(parameters);
+            if is_from_fit && dof < FEWEST_LEFT {
+                lacking.push(format!(
+                    "the free parameters leave {}, and {FEWEST_LEFT} are needed: read more components or poses",
+                    counted(dof, "degree of freedom")
+                ));
+            }
+            let poses = observations.poses.len();
+            if is_from_fit && poses < FEWEST_POSES {
+                lacking.push(format!(
+                    "no load sequence was repeated: then at least {FEWEST_POSES} poses are needed, and the data have {poses}; or take three repeats"
+                ));
+            }
+        } else if !several && !is_long {
             let or = if is_line {
                 format!(", or {ENOUGH_OF_A_LINE} readings along the line")
             } else {
@@ -156,7 +181,6 @@ impl DiagnosisProblem<'_> {
         if observations.displacement_was_set() {
             lacking.push("a force that was set: the displacement is a straight line of time in every branch, so it was set and the force answers: diagnose with --response force".to_owned());
         }
-        let (readings, parameters) = (observations.len(), self.baseline.parameters().len());
         if readings < 3 * parameters + 6 {
             lacking.push(format!(
                 "{readings} readings are too few for {parameters} factors"
@@ -287,8 +311,7 @@ impl DiagnosisProblem<'_> {
     fn values(&self, state: &State, ranked: &Ranked) -> Result<Vec<EstimatedValue>, MismatchError> {
         let model = &ranked.fitted.model;
         let covariance = self.covariance(state, model)?;
-        let independent =
-            self.independent_values(&state.whitening, &mut self.predictor(), model)?;
+        let independent = self.independent_values(state, &mut self.predictor(), model)?;
         // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
         let wider =
             independent.map_or(1.0, |count| (ranked.fitted.squares / count).max(1.0).sqrt());

@@ -281,6 +281,12 @@ pub(crate) const RIVALS: usize = 8;
 /// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data (1). By hand (750d6b5).
 pub(crate) const IDENTIFIED: f64 = 0.5;
 
+/// Degrees of freedom that readings without repeats must leave beside the parameters: with fewer no candidate can be believed. By judgement (e15065f).
+pub(crate) const FEWEST_LEFT: usize = 6;
+
+/// Poses without which readings that are not repeated distinguish nothing. By judgement (e15065f).
+pub(crate) const FEWEST_POSES: usize = 3;
+
 /// Degrees of freedom below which an earlier session carries no information on a variance (1). By judgement (94fd81c).
 pub(crate) const FEWEST_DOF: f64 = 3.0;
 

@@ -41,7 +41,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (
-            "no run has enough load steps to distinguish a slip from an outlier",
+            "no run that is repeated has enough load steps to distinguish a slip from an outlier",
             Some("take at least four load steps a run"),
         ),
     },

@@ -6,11 +6,11 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::decomposition::squares;
 use super::*;
-use crate::mismatch::KnownNoise;
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::{
     GaugeNoise, GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum,
 };
+use crate::mismatch::{KnownNoise, NoiseBasis};
 use crate::parameters::ParameterChoice;
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
@@ -110,7 +110,7 @@ fn known(noise: ReadingNoise) -> EstimatedNoise {
         noise,
         covariance: [[0.0; 3]; 3],
         further_se: [0.0; 2],
-        from_repeats: true,
+        basis: NoiseBasis::Repeats,
     }
 }
 

@@ -12,7 +12,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use crate::search::constants::MOST_OF_THE_MISFIT;
 use crate::search::dot;
 
-use super::find::{Basis, moves};
+use super::basis::{Basis, moves};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::held_out::{LinearRows, WeighedProblem};

@@ -10,14 +10,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use stiffbench_beams::robot::ModelParameter;
-use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use crate::fit::FactorStatus;
+use crate::mismatch::{BadReading, BadReadingKind};
 use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_READINGS};
 use crate::search::push_orthonormal;
 
+use super::basis::{Basis, moves};
 use super::far_value::{FarValue, scatter_of, single_values};
-use super::find::{Basis, moves};
 use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
@@ -62,6 +63,9 @@ pub struct BadLoadCaseValue {
     pub pose: PoseId,
     /// Its name, for example `displacement x`.
     pub component: &'static str,
+    /// Its axis among the stated ones.
+    #[serde(skip)]
+    pub axis: Direction,
     /// `um` or `urad`: the unit of what follows in JSON; here m or rad.
     pub unit: &'static str,
     /// What was read.
@@ -80,6 +84,33 @@ pub struct BadLoadCaseValue {
 }
 
 impl BadLoadCaseValue {
+    /// The same as a reading of a series of one step.
+    #[must_use]
+    pub fn as_reading(&self) -> BadReading {
+        BadReading {
+            reading: self.row,
+            line: self.line,
+            pose: self.pose.clone(),
+            direction: self.axis,
+            rotates: self.unit == "urad",
+            load: None,
+            repeat: 1,
+            step: 1,
+            branch: Branch::Loading,
+            is_last: true,
+            has_repeats: !self.repeats.is_empty(),
+            value_m: self.value,
+            expected_m: self.expected,
+            u_m: self.standard_error,
+            p_family: self.p_family,
+            kind: match self.decimal_places() {
+                _ if self.is_turned() => BadReadingKind::Sign,
+                Some(places) => BadReadingKind::DecimalPoint(places),
+                None => BadReadingKind::Any,
+            },
+        }
+    }
+
     /// By how many places to the right the decimal point must move for the value to agree with what is expected, within four standard errors.
     #[must_use]
     pub fn decimal_places(&self) -> Option<i32> {
@@ -197,6 +228,7 @@ fn named(posed: &PosedLoadCases, mut bad: Vec<TestedValue>) -> Vec<BadLoadCaseVa
             line: case.line,
             pose: posed.labels[case.label].clone(),
             component: read.name(),
+            axis: read.axis(),
             unit: micro_unit(read.is_rotation()),
             value: read.value,
             expected: read.value - one.off,
