@@ -156,16 +156,16 @@ impl Machine {
         stage.gauge.or_else(first).unwrap_or(Channel::Displacement)
     }
 
-    /// What the gauges show before the push.
+    /// What the gauges show before the push, both at rest: beside a push that is not let go of yet no later one would count.
     fn take_base(&mut self, watched: Channel) {
         let window = |channel: Channel| {
             let stream = self.stream(channel);
             stream.window(stream.window_from_s(BASE_S, self.now_s))
         };
-        let quiet_n = self.plan.procedure.settle.force_tolerance_n;
+        let settle = self.plan.procedure.settle;
         let both = window(Channel::Force)
-            .filter(|force| force.spread <= quiet_n)
-            .zip(window(watched));
+            .filter(|force| force.spread <= settle.force_tolerance_n)
+            .zip(window(watched).filter(|moved| moved.spread <= settle.spread_m));
         let base = both.map(|(force, moved)| [force.mean, moved.mean, moved.spread]);
         if let Some(watch) = &mut self.watch {
             watch.base = base;
