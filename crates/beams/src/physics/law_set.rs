@@ -366,12 +366,20 @@ impl LawSet {
                 .sum::<f64>()
     }
 
-    /// Force and moment that act for 1 N along the direction of the loads: along an axis as it is turned.
+    /// Force and moment that act for 1 N along the direction of the loads: the parts of the force along each axis as that is turned.
     pub(super) fn acting(&self, run: &RunLoads<'_>) -> [f64; 6] {
-        match run.load.axis() {
-            Some(axis) => along6(turned(&self.turn, axis.index())),
-            None => run.load.wrench(),
+        if let Some(axis) = run.load.axis() {
+            return along6(turned(&self.turn, axis.index()));
         }
+        let mut acting = run.load.wrench();
+        let meant = acting;
+        acting[..3].fill(0.0);
+        for (axis, share) in meant.into_iter().take(3).enumerate() {
+            for (part, unit) in acting.iter_mut().zip(turned(&self.turn, axis)) {
+                *part += share * unit;
+            }
+        }
+        acting
     }
 
     /// The motion that a gauge reads: along an axis as it leans.
