@@ -138,7 +138,7 @@ impl<'a> Decomposition<'a> {
             ErrorTerm::RunZero => (OFFSETS, &self.run_zero),
             ErrorTerm::Pure => {
                 let left = self.pure.left(&self.bases[WITHIN], white);
-                let dof = white.len() - self.pure.rank;
+                let dof = white.len().saturating_sub(self.pure.rank);
                 return (squares(&left), dof as f64);
             }
         };
@@ -162,7 +162,7 @@ impl<'a> Decomposition<'a> {
         };
         let pure = (
             (whole - within(WITHIN, &self.pure)).max(least),
-            (white.len() - self.pure.rank) as f64,
+            white.len().saturating_sub(self.pure.rank) as f64,
         );
         let run_slope = runs(BETWEEN, &self.run_slope);
         let run_zero = runs(OFFSETS, &self.run_zero);
