@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use indexmap::IndexSet;
 use rayon::prelude::*;
 
 use stiffbench_units_and_text::test_point::Direction;
@@ -19,7 +20,7 @@ use crate::search::constants::{
 use crate::search::{Batched, RowVector, ScoreEngine, largest};
 
 /// The readings a pattern acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct PatternGroup {
     pub(super) pose: Option<usize>,
     pub(super) direction: Option<Direction>,
@@ -55,20 +56,72 @@ impl PatternGroup {
         self.pose.is_none_or(|pose| pose == cell.pose)
             && self.direction.is_none_or(|d| d == cell.axis())
     }
+}
 
-    /// Readings from the first to the last series with a cell of the group: what gauges were read at once is white together only.
-    fn range(&self, observations: &Observations) -> Range<usize> {
-        let holds = |cells: &Range<usize>| {
-            let mut cells = observations.cells[cells.clone()].iter();
-            cells.any(|cell| self.holds(cell))
-        };
-        let mut series = observations.series().filter(holds);
-        let Some(first) = series.next() else {
-            return 0..0;
-        };
-        let last = series.last().unwrap_or_else(|| first.clone());
-        let [first, last] = [first.start, last.end - 1].map(|cell| &observations.cells[cell]);
-        first.readings.start..last.readings.end
+/// Where the readings of groups lie.
+struct GroupPlaces {
+    groups: IndexSet<PatternGroup>,
+    /// Cells from the first to the last series with a cell of each group: what gauges were read at once is white together only.
+    cells: Vec<Range<usize>>,
+    /// Whether all loads of each group have one size: then every shape over the load, all of which are odd, is the same.
+    has_one_load: Vec<bool>,
+}
+
+/// Loads whose sizes differ by a smaller share are of one size.
+const ONE_SIZE: f64 = 1e-9;
+
+impl GroupPlaces {
+    fn new(observations: &Observations, groups: impl IntoIterator<Item = PatternGroup>) -> Self {
+        let groups: IndexSet<PatternGroup> = groups.into_iter().collect();
+        let series: Vec<Range<usize>> = observations.series().collect();
+        // Series from the first to the last with a cell of each pose.
+        let mut of_poses: Vec<Range<usize>> = vec![0..0; observations.poses.len()];
+        for (number, cells) in series.iter().enumerate() {
+            for cell in &observations.cells[cells.clone()] {
+                let own = &mut of_poses[cell.pose];
+                let first = if own.end == 0 { number } else { own.start };
+                *own = first..number + 1;
+            }
+        }
+        let cells = groups.iter().map(|group| {
+            let among = match group.pose {
+                Some(pose) => &series[of_poses[pose].clone()],
+                None => &series[..],
+            };
+            let holds = |cells: &&Range<usize>| {
+                let mut cells = observations.cells[(*cells).clone()].iter();
+                cells.any(|cell| group.holds(cell))
+            };
+            let first = among.iter().find(holds);
+            let last = among.iter().rev().find(holds);
+            first
+                .zip(last)
+                .map_or(0..0, |(first, last)| first.start..last.end)
+        });
+        let cells: Vec<Range<usize>> = cells.collect();
+        let has_one_load = groups.iter().zip(&cells).map(|(group, cells)| {
+            let own = observations.cells[cells.clone()].iter();
+            let own = own.filter(|cell| group.holds(cell));
+            let mut loads = own.flat_map(|cell| &observations.loads[cell.readings.clone()]);
+            let first_n = loads.next().map_or(0.0, |load| load.force_n.abs());
+            loads.all(|load| (load.force_n.abs() - first_n).abs() <= ONE_SIZE * first_n)
+        });
+        Self {
+            has_one_load: has_one_load.collect(),
+            cells,
+            groups,
+        }
+    }
+
+    fn has_one_load(&self, group: &PatternGroup) -> bool {
+        let place = self.groups.get_index_of(group);
+        place.is_some_and(|place| self.has_one_load[place])
+    }
+
+    /// The cells of a group, with others between them.
+    fn cells_of(&self, group: &PatternGroup) -> Range<usize> {
+        let place = self.groups.get_index_of(group);
+        place.map_or(0..0, |place| self.cells[place].clone())
     }
 }
 
@@ -92,6 +145,7 @@ pub(super) struct Patterns<'a> {
     /// Profiles, one value a reading.
     profiles: Vec<Vec<f64>>,
     all: Vec<Pattern>,
+    places: GroupPlaces,
 }
 
 /// A pattern by what it is made of.
@@ -126,10 +180,19 @@ impl<'a> Patterns<'a> {
     /// - `compliance`: of the baseline at each reading, m/N.
     pub(super) fn new(observations: &'a Observations, compliance: &'a [f64]) -> Self {
         let groups = groups(observations);
+        let places = GroupPlaces::new(observations, groups.iter().copied());
+        let profiles = profiles(observations);
+        let mut shapes = profiles.iter();
+        let first_shape = shapes.position(|one| one.stratum == Stratum::LoadStep);
         let (mut all, mut values) = (Vec::new(), Vec::new());
-        for (number, profile) in profiles(observations).into_iter().enumerate() {
+        for (number, profile) in profiles.into_iter().enumerate() {
+            let is_further_shape =
+                profile.stratum == Stratum::LoadStep && Some(number) != first_shape;
+            let shown = groups
+                .iter()
+                .filter(|group| !(is_further_shape && places.has_one_load(group)));
             for scaled in [false, true].into_iter().filter(|s| !s || profile.scaled) {
-                all.extend(groups.iter().map(|group| Pattern {
+                all.extend(shown.clone().map(|group| Pattern {
                     stratum: profile.stratum,
                     group: *group,
                     form: PatternForm::Profile { number, scaled },
@@ -151,6 +214,7 @@ impl<'a> Patterns<'a> {
             compliance,
             profiles: values,
             all,
+            places,
         }
     }
 
@@ -166,15 +230,16 @@ impl<'a> Patterns<'a> {
     /// The readings that it can change, a union of cells: the others are not written, and count as zero.
     fn write(&self, pattern: &Pattern, scratch: &mut PatternScratch) -> Range<usize> {
         let observations = self.observations;
-        let range = pattern.group.range(observations);
         for values in &mut scratch.values_m {
             values.resize(observations.len(), 0.0);
         }
-        let cells = observations.cells.iter();
+        let cells = &observations.cells[self.places.cells_of(&pattern.group)];
+        let (Some(first), Some(last)) = (cells.first(), cells.last()) else {
+            return 0..0;
+        };
+        let range = first.readings.start..last.readings.end;
         let [first, second] = &mut scratch.values_m;
-        for cell in cells
-            .filter(|cell| range.start <= cell.readings.start && cell.readings.end <= range.end)
-        {
+        for cell in cells {
             if !pattern.group.holds(cell) {
                 first[cell.readings.clone()].fill(0.0);
                 second[cell.readings.clone()].fill(0.0);
