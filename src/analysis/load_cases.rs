@@ -11,7 +11,7 @@ use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::mismatch::GaugeSteps;
 use crate::parameters::ParameterChoice;
-use crate::physics::Place;
+use crate::physics::{ActingPhysics, Effect, Needs, Place};
 use crate::readings::{ReadOptions, is_vector_table};
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::PoseId;
@@ -104,6 +104,10 @@ pub struct LoadCaseData {
     pub inputs: Inputs,
     /// Values of the parameters with the springs that the user's effects name.
     start: FittingFactors,
+    /// The user's other effects, if there are any.
+    physics: Option<ActingPhysics>,
+    /// Steps of the gauges of the first table.
+    steps: GaugeSteps,
 }
 
 impl LoadCaseData {
@@ -116,9 +120,22 @@ impl LoadCaseData {
         let model = resolve_beside(choice, Some(beside))?;
         let posed = PosedLoadCases::new(&model.robot, model.mechanism()?, &loaded.table)?;
         let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
+        let (start, physics) = if posed.has_positions() {
+            (start_of(&model)?, None)
+        } else {
+            refuse_laws_of_time(&model)?;
+            let (start, others) = springs_apart(&model)?;
+            let acting = ActingPhysics::new(&model.robot, model.mechanism()?, others)?;
+            (
+                start,
+                Some(acting).filter(|acting| !acting.effects.is_empty()),
+            )
+        };
         Ok(Self {
             inputs: Inputs::default().with_table(loaded).with_model(&model),
-            start: start_of(&model)?,
+            start,
+            physics,
+            steps: GaugeSteps::of(loaded.header.as_ref()),
             model,
             posed,
             warnings,
@@ -185,9 +202,11 @@ impl LoadCaseData {
     pub fn problem(&self) -> Result<LoadCaseModel<'_>, AnalysisError> {
         Ok(LoadCaseModel {
             robot: &self.model.robot,
-            mechanism: self.model.mechanism()?,
+            mechanism: &self.model.physics.mechanism,
             start: &self.start,
             posed: &self.posed,
+            steps: self.steps,
+            physics: self.physics.as_ref(),
         })
     }
 
@@ -266,7 +285,7 @@ impl LoadCaseData {
         } else {
             self.bad_values(settings, &fit)?
         };
-        let all = self.posed.as_series(GaugeSteps::of(loaded.header.as_ref()));
+        let all = self.posed.as_series(self.steps);
         let lines: Vec<u32> = bad.iter().map(|one| one.line).collect();
         let is_bad = |line| lines.contains(&line);
         let marked_readings = marked(&all, &is_bad).collect();
@@ -276,7 +295,7 @@ impl LoadCaseData {
         for (name, pose) in posed.named_poses() {
             put_pose(&mut self.model.robot, &name, pose);
         }
-        let series = posed.as_series(GaugeSteps::of(loaded.header.as_ref()));
+        let series = posed.as_series(self.steps);
         let session = loaded.with_table(series);
         let report = diagnose_together(&[session], &self.model, options, step)?;
         Ok(DiagnosisReport {
@@ -318,10 +337,24 @@ impl LoadCaseData {
 /// The factors of a model with the springs that its effects name.
 ///
 /// # Errors
-/// For an effect that is no spring: one load in a pose does not show its law.
+/// For an effect that is no spring.
 pub fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> {
+    let (start, others) = springs_apart(model)?;
+    match others.first() {
+        None => Ok(start),
+        Some(effect) => ArgumentError::refuse(
+            format!("--effect {}", effect.compact()),
+            "positions under own weight, and plans of poses, know only springs: joint-compliance, joint-tilt-compliance, tool-compliance and base-compliance",
+            "leave it out",
+        ),
+    }
+}
+
+/// The same with the other effects apart.
+fn springs_apart(model: &ResolvedModel) -> Result<(FittingFactors, Vec<Effect>), AnalysisError> {
     let mut start = model.robot.with_own_springs(&model.factors);
     let mechanism = model.mechanism()?;
+    let mut others = Vec::new();
     for effect in &model.physics.effects {
         let name = match (effect.law.name, &effect.place) {
             ("joint-compliance", Place::Joint(joint)) => format!("joint.{joint}"),
@@ -331,16 +364,30 @@ pub fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> 
             }
             ("tool-compliance", Place::Tool(axis)) => format!("tool.{axis}"),
             _ => {
-                return ArgumentError::refuse(
-                    format!("--effect {}", effect.compact()),
-                    "with load cases only springs can act: joint-compliance, joint-tilt-compliance, tool-compliance and base-compliance",
-                    "leave it out; diagnose looks for other laws",
-                );
+                others.push(effect.clone());
+                continue;
             }
         };
         let parameter = ModelParameter::find(&model.robot, mechanism, &name)?;
         let own = effect.values.first().copied().unwrap_or_default();
         start.set(&parameter, start.get(&parameter) + own);
     }
-    Ok(start)
+    Ok((start, others))
+}
+
+/// Refuses effects that act over time, beside load cases, which have no clock.
+///
+/// # Errors
+/// For the first of them.
+pub fn refuse_laws_of_time(model: &ResolvedModel) -> Result<(), AnalysisError> {
+    let mut effects = model.physics.effects.iter();
+    let of_time = effects.find(|effect| effect.law.search.needs != Needs::Nothing);
+    match of_time {
+        None => Ok(()),
+        Some(effect) => ArgumentError::refuse(
+            format!("--effect {}", effect.compact()),
+            "it acts over time or by the temperature, and load cases have neither a clock nor a thermometer",
+            "leave it out, or take series of loads in their place: stiffbench session, or simulate without --load-cases",
+        ),
+    }
 }

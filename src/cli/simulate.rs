@@ -307,26 +307,28 @@ fn simulation_record(
         NoiseShape::Normal => "normal",
         NoiseShape::Skewed => "skewed",
     };
-    // As --effect takes them.
-    let effects: Vec<toml::Value> = resolved
-        .physics
-        .effects
-        .iter()
-        .map(|effect| toml::Value::String(effect.compact()))
-        .collect();
+    let effects = effects_line(resolved);
     let effects = if effects.is_empty() {
         "\n".to_owned()
     } else {
-        format!(
-            "effects = {}\nkeep_history = {}\n\n",
-            toml::Value::Array(effects),
-            args.keep_history
-        )
+        format!("{effects}keep_history = {}\n\n", args.keep_history)
     };
     let shape = format!("shape = \"{shape}\"\n");
     let force_tolerance_n = procedure.settle.force_tolerance_n;
     truth_text(args.seed, truth, noise, [&effects, &shape])
         + &format!("force_tolerance_N = {force_tolerance_n:?}\n")
+}
+
+/// The line of the effects that acted, as --effect takes them; empty without any.
+pub(super) fn effects_line(resolved: &ResolvedModel) -> String {
+    let effects = resolved.physics.effects.iter();
+    let effects: Vec<toml::Value> = effects
+        .map(|effect| toml::Value::String(effect.compact()))
+        .collect();
+    if effects.is_empty() {
+        return String::new();
+    }
+    format!("effects = {}\n", toml::Value::Array(effects))
 }
 
 /// The truth of any simulated session: its seed, its factors and its noise.

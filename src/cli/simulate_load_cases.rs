@@ -12,13 +12,14 @@ use crate::robot::FittingFactors;
 
 use super::args::SimulateArgs;
 use super::failure::{Failure, refuse_given};
+use super::model::physics_text;
 use super::outcome::Outcome;
 use super::procedure::{SingleLoads, single_loads};
 use super::simulate::{
-    create_new, noise, origin, outcome, report, rigid_springs, truth_text, usual_header,
-    write_session,
+    create_new, effects_line, noise, origin, outcome, report, rigid_springs, truth_text,
+    usual_header, write_session,
 };
-use crate::analysis::{ResolvedModel, start_of};
+use crate::analysis::{ResolvedModel, refuse_laws_of_time, start_of};
 
 /// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
 const LARGEST_FORCE_N: f64 = 70.0;
@@ -60,24 +61,31 @@ pub(super) fn run(
     let axes = [("--displacement-axes", args.axes.is_given())];
     refuse_given(&axes, "it belongs to series of loads", help)?;
     resolved.factors = truth;
-    let truth = start_of(&resolved)?;
+    let truth = match kind {
+        CaseKind::LoadCases(_) => {
+            refuse_laws_of_time(&resolved)?;
+            resolved.robot.with_own_springs(&resolved.factors)
+        }
+        CaseKind::Positions(_) => start_of(&resolved)?,
+    };
     let rigid_springs = rigid_springs(&resolved, &truth);
     let noise = noise(args);
     let (mut table, tracker, words) = made(args, kind, &resolved, &truth, &noise)?;
     table.origin = Some(origin(args, &resolved));
     create_new(&args.out)?;
     let header = usual_header(args, &resolved).to_load_case_toml();
-    let record = record(args, &truth, &noise, tracker.as_ref());
+    let record = record(args, &resolved, &truth, &noise, tracker.as_ref());
     let readings = write_load_cases(&table);
     write_session(args, &resolved, readings.as_bytes(), [&header, &record])?;
     let folder = args.out.display();
     let poses = table.poses().len();
     let text = format!(
-        "{folder}: {} {words} of mechanism {} in {poses} poses, seed {}\n\
+        "{folder}: {} {words} of mechanism {} in {poses} poses, seed {}\n{}\
          session.toml, readings.csv, robot.toml and simulation.toml (true factors{} and noise) written.\nNext: stiffbench fit {folder}\n",
         table.cases.len(),
         resolved.mechanism,
         args.seed,
+        physics_text(&resolved.physics),
         if tracker.is_some() { ", tracker" } else { "" },
     );
     let report = SimulationReport {
@@ -101,7 +109,7 @@ fn made(
     truth: &FittingFactors,
     noise: &NoiseModel,
 ) -> Result<(LoadCaseTable, Option<TrackerReport>, String), Failure> {
-    let (robot, mechanism) = (&resolved.robot, resolved.mechanism()?);
+    let robot = &resolved.robot;
     let SingleLoads {
         poses,
         largest_n: force_n,
@@ -116,7 +124,8 @@ fn made(
                 repeats,
                 poses,
             };
-            let table = simulate_load_cases(robot, mechanism, truth, &plan, noise, args.seed)?;
+            let physics = &resolved.physics;
+            let table = simulate_load_cases(robot, physics, truth, &plan, noise, args.seed)?;
             let words = format!("load cases up to {largest_force_n} N");
             Ok((table, None, words))
         }
@@ -127,6 +136,7 @@ fn made(
                 repeats,
                 poses,
             };
+            let mechanism = resolved.mechanism()?;
             let SimulatedPositions { table, frames } =
                 simulate_positions(robot, mechanism, truth, &plan, noise, args.seed)?;
             let forces = force_n.map_or_else(String::new, |force_n| {
@@ -141,11 +151,13 @@ fn made(
 /// What an analysis must not see: the truth.
 fn record(
     args: &SimulateArgs,
+    resolved: &ResolvedModel,
     truth: &FittingFactors,
     noise: &NoiseModel,
     tracker: Option<&TrackerReport>,
 ) -> String {
-    let mut text = truth_text(args.seed, truth, noise, ["", ""]);
+    let effects = effects_line(resolved);
+    let mut text = truth_text(args.seed, truth, noise, [&effects, ""]);
     if let Some(tracker) = tracker {
         let _ = write!(
             text,

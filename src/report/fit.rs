@@ -14,6 +14,7 @@ use super::text::{
     TextColumn, digits, interval, or_dash, p_text, significant, table_of, with_unit,
 };
 use crate::count::{counted, degrees_of_freedom};
+use crate::physics::Effect;
 
 /// Probabilities below this are a finding.
 const UNLIKELY: f64 = 0.01;
@@ -67,13 +68,7 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
     if !(fit.sessions.is_empty() && fit.marked.is_empty()) {
         text.push('\n');
     }
-    if !fit.physics.is_empty() {
-        text.push_str("Physics beside the beams, held fixed:\n");
-        for effect in &fit.physics {
-            let _ = writeln!(text, "  {effect}");
-        }
-        text.push('\n');
-    }
+    text.push_str(&held_fixed(&fit.physics));
     let bootstrap = fit
         .parameters
         .iter()
@@ -117,6 +112,16 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         let _ = writeln!(text, "\nnote: {warning}");
     }
     text
+}
+
+/// What acts beside the linear structure; empty without effects.
+pub(super) fn held_fixed(physics: &[Effect]) -> String {
+    if physics.is_empty() {
+        return String::new();
+    }
+    let lines: Vec<String> = physics.iter().map(|one| format!("  {one}")).collect();
+    let lines = lines.join("\n");
+    format!("Physics beside the beams, held fixed:\n{lines}\n\n")
 }
 
 /// Which readings are left out or flagged, and why.

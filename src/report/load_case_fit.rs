@@ -9,6 +9,7 @@ use crate::elastostatics::{
     PoseError,
 };
 use crate::fit::FactorCorrelations;
+use crate::physics::Effect;
 use crate::robot::FittingFactors;
 use crate::test_point::PoseId;
 
@@ -31,6 +32,8 @@ pub enum FitResult {
 pub struct LoadCaseFitReport {
     /// The mechanism that was fitted.
     pub mechanism: String,
+    /// What acted beside the linear structure, held fixed.
+    pub physics: Vec<Effect>,
     /// Fitted values of all parameters.
     pub factors: FittingFactors,
     /// Every parameter of the fit.
@@ -118,6 +121,7 @@ impl LoadCaseFitReport {
         let [before_um, fitted_um, unseen_um] = fit.rms_m().map(|rms| rms.map(micro));
         Self {
             mechanism: fit.mechanism.clone(),
+            physics: fit.physics.clone(),
             factors: fit.factors.clone(),
             parameters: fit.estimates.iter().map(Into::into).collect(),
             correlation: fit.correlation.clone(),

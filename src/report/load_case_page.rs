@@ -8,7 +8,7 @@ use crate::elastostatics::{
 use crate::fit::{FactorEstimate, FactorStatus};
 
 use super::correlation::correlation_text;
-use super::fit::{rank_text, status_words};
+use super::fit::{held_fixed, rank_text, status_words};
 use super::fit_report::{ParameterReport, stiffness_unit};
 use super::load_case_fit::LoadCaseFitReport;
 use super::text::{TextColumn, digits, interval, micro, or_dash, p_text, significant, table_of};
@@ -35,6 +35,7 @@ pub fn load_case_fit_text(fit: &LoadCaseFit) -> String {
         counted(fit.poses.len(), "pose"),
         fit.termination
     );
+    text.push_str(&held_fixed(&fit.physics));
     text.push_str(&parameters(fit));
     text.push_str(&open(fit));
     if let Some(frames) = &fit.frames {

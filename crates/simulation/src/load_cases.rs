@@ -4,14 +4,17 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use stiffbench_beams::physics::{ActingPhysics, LoadPoint, Mechanics};
 use stiffbench_beams::robot::{
-    FittingFactors, JointModel, JointMotion, Mechanism, Pose, Predictor, Robot, RobotError, Theory,
+    FittingFactors, JointModel, JointMotion, Pose, Predictor, Robot, RobotError, Theory,
 };
 use stiffbench_measurement::load_cases::{
     JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseTable,
 };
-use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
+use super::mechanics::{ActingLoad, CellMechanics};
 use super::noise::{NoiseModel, rounded};
 use super::virtual_bench::BenchError;
 
@@ -34,7 +37,8 @@ pub struct LoadCasePlan {
     pub poses: Option<Vec<PoseId>>,
 }
 
-/// Load cases with errors: each displacement has that of a reading and of a zero, each application an error of its slope.
+/// Load cases with errors: each displacement has that of a reading and of a zero, each application an error of its slope. Laws act from the
+/// unloaded state, every time anew.
 ///
 /// The same seed gives the same table.
 ///
@@ -43,39 +47,79 @@ pub struct LoadCasePlan {
 /// whose limits leave no pose.
 pub fn simulate_load_cases(
     robot: &Robot,
-    mechanism: &Mechanism,
+    physics: &ActingPhysics,
     factors: &FittingFactors,
     plan: &LoadCasePlan,
     noise: &NoiseModel,
     seed: u64,
 ) -> Result<LoadCaseTable, BenchError> {
     noise.check()?;
+    let (mechanism, factors) = (&physics.mechanism, &physics.with_springs(factors));
     // Poses and loads come from a stream of their own: they are the same for any noise.
     let mut choices = ChaCha8Rng::seed_from_u64(seed);
     let mut errors = ChaCha8Rng::seed_from_u64(seed);
     errors.set_stream(1);
     let theory = Theory::EulerBernoulli;
     let mut predictor = Predictor::with(robot, mechanism, &JointModel::Rigid, theory, factors)?;
+    let mut mechanics: Option<Mechanics<'_>> = None;
     let mut cases = Vec::new();
     for number in 0..plan.count {
         let named = plan.poses.as_deref();
         let (name, pose) = next_pose(robot, named, number, &mut predictor, &mut choices)?;
-        let compliance = predictor.compliance().0;
         let force_n = random_force(plan.largest_force_n, &mut choices);
-        for repeat in 1..=plan.repeats {
-            let slope = 1.0 + noise.error(noise.run_slope_sd, &mut errors);
-            let displacement_m = std::array::from_fn(|axis| {
-                let row = &compliance[axis];
-                let exact: f64 = row.iter().zip(&force_n).map(|(c, f)| c * f).sum();
-                let zero = noise.error(noise.zero_sd_m, &mut errors);
-                let read = exact * slope + zero + noise.error(noise.reading_sd_m, &mut errors);
-                Some(rounded(read, noise.displacement_step_m))
+        let mechanics = match &mut mechanics {
+            Some(mechanics) => {
+                mechanics.move_to(0, &pose)?;
+                mechanics.solve_joints(|_| true)?;
+                mechanics
+            }
+            none => none.insert(Mechanics::new(
+                robot,
+                mechanism,
+                factors,
+                std::slice::from_ref(&pose),
+            )?),
+        };
+        let structure = mechanics.pose(0);
+        let [x, y, z] = force_n;
+        let Some((load, amount_n)) = LoadDirection::of_wrench([x, y, z, 0.0, 0.0, 0.0]) else {
+            continue;
+        };
+        let cell = CellMechanics {
+            laws: &physics.laws,
+            structure,
+            pose: &name,
+            load: &load,
+            release_n: None,
+            keep_history: false,
+        };
+        let applied = (1..=plan.repeats).map(|repeat| ActingLoad {
+            point: LoadPoint {
+                force_n: amount_n,
+                step: 1,
+                ..LoadPoint::default()
+            },
+            repeat,
+            branch: Branch::Loading,
+            time_s: 0.0,
+            temperature_deg_c: 0.0,
+        });
+        let applied: Vec<ActingLoad> = applied.collect();
+        let moved_m = cell.along_m(&Direction::ALL, &applied);
+        for (acting, moved_m) in applied.iter().zip(moved_m) {
+            let slope = noise.error(noise.run_slope_sd, &mut errors);
+            let displacement_m = Direction::ALL.map(|axis| {
+                let seated_m = slope * structure.compliance(&axis.into(), &load) * amount_n;
+                let zero_m = noise.error(noise.zero_sd_m, &mut errors);
+                let error_m = zero_m + noise.error(noise.reading_sd_m, &mut errors);
+                let read_m = moved_m[axis.index()] + seated_m + error_m;
+                Some(rounded(read_m, noise.displacement_step_m))
             });
             cases.push(LoadCase {
                 line: cases.len() as u32 + 2,
                 pose: name.clone(),
                 joints: joint_values(robot, &pose),
-                repeat,
+                repeat: acting.repeat,
                 axes: LoadAxes::Base,
                 force_n: force_n.map(|force| rounded(force, noise.force_step_n)),
                 moment_nm: [0.0; 3],

@@ -1,14 +1,18 @@
 //! The answer of a report: stiffness, verdict, what to do.
 
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::elastostatics::PlannedLoadCase;
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
+use crate::report::fit_report::stiffness_unit;
 use crate::report::load_case_page::joint_words;
-use crate::report::{DiagnosisResult, FitResult, ParameterReport, significant};
+use crate::report::{
+    Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport, FitResult,
+    ParameterReport, significant,
+};
 
 use super::ReportPage;
 use super::blocks::{TextBlock, under};
@@ -58,10 +62,15 @@ impl ReportPage {
             };
             name + &stiffness(&session.results)
         });
-        let springs = match fit.map(|fit| &fit.numbers) {
-            Some(FitResult::LoadCases(fit)) => springs(&fit.parameters),
-            Some(FitResult::Cells(fit)) => springs(&fit.parameters),
-            None => Vec::new(),
+        let found = diagnosis.and_then(|one| named(&one.numbers));
+        let springs = match (found, fit.map(|fit| &fit.numbers)) {
+            (Some(found), _) => {
+                let after = found.factors.iter().map(SpringLine::with_found);
+                springs(after, " with what was found,")
+            }
+            (None, Some(FitResult::LoadCases(fit))) => of_fit(&fit.parameters),
+            (None, Some(FitResult::Cells(fit))) => of_fit(&fit.parameters),
+            (None, None) => Vec::new(),
         };
         let verdict = diagnosis.map(|diagnosis| diagnosis.headline.clone());
         let comparison = self.comparison.as_ref();
@@ -99,7 +108,8 @@ impl ReportPage {
             Some(FitResult::Cells(fit)) => &fit.next[..],
             None => &[],
         };
-        next.extend(planned.iter().map(next_load_case));
+        let planned: IndexSet<String> = planned.iter().map(next_load_case).collect();
+        next.extend(planned);
         for check in checks.map(|check| format!("To check by hand: {check}.")) {
             if !next.contains(&check) && next.len() < CHECKS {
                 next.push(check);
@@ -144,22 +154,73 @@ fn stiffness(cells: &[PageCell]) -> String {
 }
 
 /// The springs that were determined, with the intervals of their stiffness, a line for each unit.
-fn springs(parameters: &[ParameterReport]) -> Vec<String> {
+/// A diagnosis that names what is missing, if it can be relied on: what is named beside an open question, or weakly, is none.
+fn named(diagnosis: &DiagnosisResult) -> Option<&DiagnosisSummary> {
+    let DiagnosisResult::Session(one) = diagnosis else {
+        return None;
+    };
+    let is_named = matches!(one.grade, VerdictGrade::Is | VerdictGrade::Mostly);
+    (is_named && !one.findings.is_empty()).then_some(&**one)
+}
+
+/// A parameter as the headline states it if it is a spring.
+struct SpringLine<'r> {
+    name: &'r str,
+    /// Of the compliance.
+    unit: &'r str,
+    compliance: Option<f64>,
+    ci95: Option<[f64; 2]>,
+}
+
+impl<'r> SpringLine<'r> {
+    fn of_fit(one: &'r ParameterReport) -> Self {
+        Self {
+            name: &one.name,
+            unit: one.unit,
+            compliance: one.value,
+            ci95: one.ci95,
+        }
+    }
+
+    fn with_found(one: &'r FactorChangeReport) -> Self {
+        Self {
+            name: &one.name,
+            unit: &one.after.unit,
+            compliance: Some(one.after.value).filter(|_| one.status == Determination::Free),
+            ci95: one.after.ci95,
+        }
+    }
+}
+
+fn of_fit(parameters: &[ParameterReport]) -> Vec<String> {
+    springs(parameters.iter().map(SpringLine::of_fit), ",")
+}
+
+/// # Arguments
+/// - `with`: what stands behind the unit.
+fn springs<'r>(parameters: impl Iterator<Item = SpringLine<'r>>, with: &str) -> Vec<String> {
     let mut lines: IndexMap<&str, Vec<String>> = IndexMap::new();
-    for one in parameters {
-        let (Some(stiffness), Some([low, high])) = (one.stiffness, one.stiffness_ci95) else {
-            continue;
-        };
-        let (scale, unit) = match one.stiffness_unit.as_deref() {
-            Some("N*m/rad") => (1e3, "kN·m/rad"),
-            Some("N/m") => (1e6, "N/µm"),
+    for SpringLine {
+        name,
+        unit,
+        compliance,
+        ci95,
+    } in parameters
+    {
+        let (scale, unit) = match stiffness_unit(unit).as_str() {
+            "N*m/rad" => (1e3, "kN·m/rad"),
+            "N/m" => (1e6, "N/µm"),
             _ => continue,
         };
-        let words = |value: f64| significant(value / scale, 3);
-        let low = low.map_or_else(|| "0".to_owned(), words);
-        let high = high.map_or_else(|| "no upper limit".to_owned(), words);
-        let name = &one.name;
-        let spring = format!("{name} {} ({low} to {high})", words(stiffness));
+        let inverse = |compliance: f64| {
+            (compliance > 0.0).then(|| significant(1.0 / (compliance * scale), 3))
+        };
+        let (Some(stiffness), Some([low, high])) = (compliance.and_then(inverse), ci95) else {
+            continue;
+        };
+        let low_end = inverse(high).unwrap_or_else(|| "0".to_owned());
+        let high_end = inverse(low).unwrap_or_else(|| "no upper limit".to_owned());
+        let spring = format!("{name} {stiffness} ({low_end} to {high_end})");
         lines
             .entry(unit)
             .or_default()
@@ -167,7 +228,12 @@ fn springs(parameters: &[ParameterReport]) -> Vec<String> {
     }
     let lines = lines.iter();
     lines
-        .map(|(unit, springs)| format!("K in {unit}, with 95 % intervals: {}.", springs.join("; ")))
+        .map(|(unit, springs)| {
+            format!(
+                "K in {unit}{with} with 95 % intervals: {}.",
+                springs.join("; ")
+            )
+        })
         .collect()
 }
 
@@ -205,20 +271,15 @@ fn limit(diagnosis: &DiagnosisResult) -> Option<String> {
 
 /// What is named against the model without it, in poses that neither was fitted to.
 fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
-    let DiagnosisResult::Session(one) = diagnosis else {
-        return None;
-    };
-    let grade = one.grade;
+    let one = named(diagnosis)?;
     let (before, after) = (
         one.before.held_out_rms_percent?,
         one.after.held_out_rms_percent?,
     );
     let falls = after < before;
     let [before, after] = [before, after].map(|rms| significant(rms, 3));
-    // What is named beside an open question, or weakly, is no improvement to promise. And what is named by its part of the noise may leave
-    // the percentages of small displacements as they are.
-    let is_named = matches!(grade, VerdictGrade::Is | VerdictGrade::Mostly);
-    (is_named && falls && before != after).then(|| {
+    // What is named by its part of the noise may leave the percentages of small displacements as they are.
+    (falls && before != after).then(|| {
         format!(
             "With what is named the error in poses left out of the fit falls from {before} to {after} % of the root mean square of the displacements about their means."
         )

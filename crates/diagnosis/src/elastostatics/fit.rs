@@ -11,6 +11,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use crate::fit::{
     FactorCorrelations, FactorEstimate, FactorStatus, FitParameters, covariance_if_any,
 };
+use crate::mismatch::{Observations, ReadingNoise, estimate_noise};
 use crate::parameters::ParameterChoice;
 use crate::search::constants::ALTERNATIONS;
 
@@ -21,7 +22,7 @@ use super::intervals::add_intervals;
 use super::outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
 use super::positions::{RigidRobot, fitted_frames, why_open};
 use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
-use super::scatter::{LoadScatter, RowScatter, sizes};
+use super::scatter::{LoadScatter, RowScatter, kinds, repeated_rows, sizes};
 
 /// Starts beside the given one where factors are free: sections that carry the same load have two minima.
 const STARTS: usize = 12;
@@ -43,7 +44,22 @@ pub struct LoadCaseFitOptions {
 struct WeighedRows {
     /// Whether each row belongs to the poses of the fit.
     takes_part: Vec<bool>,
-    scatter: LoadScatter,
+    found: KnownScatter,
+    /// The scatter of each kind alone.
+    plain: RowScatter,
+}
+
+/// What is known of the scatter of rows.
+#[derive(Default)]
+struct KnownScatter {
+    /// Standard deviations of displacements, m, and of rotations, rad; none of what was not read.
+    sd: [Option<f64>; 2],
+    /// Standard deviation of what a load moves, as a share of it.
+    load_sd: f64,
+    /// Degrees of freedom.
+    dof: f64,
+    /// Those of the differences between repeats.
+    repeat_dof: f64,
     of_rows: RowScatter,
     source: ScatterSource,
 }
@@ -90,6 +106,9 @@ pub fn fit_load_cases(
     };
     let mut outcome = LoadCaseFit {
         mechanism: model.mechanism.name.clone(),
+        physics: model
+            .physics
+            .map_or_else(Vec::new, |physics| physics.effects.clone()),
         estimates: parameters.plain_estimates(&factors),
         factors,
         correlation: covariance
@@ -108,7 +127,8 @@ pub fn fit_load_cases(
         }),
         components: fitted_components(model, &of_rigid, &predicted, &rows.takes_part),
         poses: Vec::new(),
-        scatter: rows.of_rows.clone(),
+        scatter: rows.found.of_rows.clone(),
+        plain_scatter: rows.plain.clone(),
         termination: fit.termination.to_string(),
         warnings: Vec::new(),
     };
@@ -193,45 +213,177 @@ fn weighed_fit<'a>(
     let only = |scatter: &RowScatter| scatter.without(|row| !takes_part[row]);
     // Displacements and rotations in units of their usual size.
     let sd = sizes(posed).map(Some);
-    let mut scatter = LoadScatter {
+    let usual = LoadScatter {
         sd,
         ..LoadScatter::default()
     };
-    let mut of_rows = scatter.of_rows(posed, &model.measured());
-    let mut problem = LoadCaseProblem::new(*model, parameters, only(&of_rows), frames)?;
+    let mut found = KnownScatter {
+        of_rows: usual.of_rows(posed, &model.measured()),
+        ..KnownScatter::default()
+    };
+    let mut problem = LoadCaseProblem::new(*model, parameters, only(&found.of_rows), frames)?;
     let mut set = set.clone();
-    let mut source = ScatterSource::Residuals;
     let mut fit = lowest(&mut problem, &set)?;
+    let observed = TrainedSeries::of(model, &takes_part);
+    let mut warm_start = None;
+    let free = set.free_indices().len();
     for _ in 0..ALTERNATIONS {
-        let predicted = problem.predictions(&fit.values)?;
-        let rows = predicted.iter().zip(model.measured());
-        let residuals: Vec<f64> = rows
-            .map(|(predicted, measured)| predicted - measured)
-            .collect();
-        let repeats = LoadScatter::of_repeats(posed, &residuals);
-        if options.sigma == Some(SigmaMode::Known) && repeats.is_none() {
-            return Err(LoadCaseFitError::NoRepeats);
+        // Nothing is left to show a scatter.
+        if !observed.has_repeats && observed.rows.len() <= free && !posed.has_positions() {
+            if options.sigma == Some(SigmaMode::Known) {
+                return Err(LoadCaseFitError::NoRepeats);
+            }
+            break;
         }
-        let repeats = repeats.filter(|_| options.sigma != Some(SigmaMode::Estimated));
-        (scatter, source) = if let Some(repeats) = repeats {
-            (repeats, ScatterSource::Repeats)
+        let predicted = problem.predictions(&fit.values)?;
+        found = if posed.has_positions() {
+            plain_scatter(model, &predicted, &takes_part, free, options)?
         } else {
-            let free = set.free_indices().len();
-            let of = LoadScatter::of_residuals(posed, &residuals, &takes_part, free);
-            (of, ScatterSource::Residuals)
+            let columns = problem.linear_columns(&fit.values)?;
+            let free = set
+                .free_indices()
+                .iter()
+                .map(|&place| columns[place].clone());
+            observed.scatter(model, &predicted, free.collect(), options, &mut warm_start)?
         };
-        of_rows = scatter.of_rows(posed, &predicted);
-        *problem.scatter() = only(&of_rows);
+        *problem.scatter() = only(&found.of_rows);
         set = set.with_start(&fit.free_values)?;
         fit = lowest(&mut problem, &set)?;
     }
+    let predicted = problem.predictions(&fit.values)?;
+    let usual = LoadCaseFitOptions::default();
+    let plain = plain_scatter(model, &predicted, &takes_part, free, &usual)?;
     let rows = WeighedRows {
+        plain: only(&plain.of_rows),
         takes_part,
-        scatter,
-        of_rows,
-        source,
+        found,
     };
     Ok((fit, problem, rows))
+}
+
+/// The scatter of each kind by itself: from repeats, else from what the fit leaves. That of absolute positions, which has no part by the size of
+/// loads, and of tables whose mistakes are to be found.
+fn plain_scatter(
+    model: &LoadCaseModel<'_>,
+    predicted: &[f64],
+    takes_part: &[bool],
+    free: usize,
+    options: &LoadCaseFitOptions,
+) -> Result<KnownScatter, LoadCaseFitError> {
+    let posed = model.posed;
+    let rows = predicted.iter().zip(model.measured());
+    let residuals: Vec<f64> = rows
+        .map(|(predicted, measured)| predicted - measured)
+        .collect();
+    let repeats = LoadScatter::of_repeats(posed, &residuals);
+    if options.sigma == Some(SigmaMode::Known) && repeats.is_none() {
+        return Err(LoadCaseFitError::NoRepeats);
+    }
+    let repeats = repeats.filter(|_| options.sigma != Some(SigmaMode::Estimated));
+    let (scatter, source) = if let Some(repeats) = repeats {
+        (repeats, ScatterSource::Repeats)
+    } else {
+        let of = LoadScatter::of_residuals(posed, &residuals, takes_part, free);
+        (of, ScatterSource::Residuals)
+    };
+    Ok(KnownScatter {
+        sd: scatter.sd,
+        load_sd: scatter.slope_sd,
+        dof: scatter.dof,
+        repeat_dof: scatter.dof,
+        of_rows: scatter.of_rows(posed, predicted),
+        source,
+    })
+}
+
+/// The load cases of the fit as a session has them.
+struct TrainedSeries {
+    observations: Observations,
+    /// Place of each reading among the rows.
+    rows: Vec<usize>,
+    /// Whether repeats show the noise.
+    has_repeats: bool,
+    /// Degrees of freedom of the differences between repeats.
+    repeat_dof: f64,
+}
+
+impl TrainedSeries {
+    fn of(model: &LoadCaseModel<'_>, takes_part: &[bool]) -> Self {
+        let left_out: Vec<usize> = (0..takes_part.len())
+            .filter(|row| !takes_part[*row])
+            .collect();
+        let kept: Vec<usize> = (0..takes_part.len())
+            .filter(|row| takes_part[*row])
+            .collect();
+        let trained = model.posed.without_rows(&left_out);
+        let (mut observations, places) = trained.series_and_rows(model.steps);
+        // Components are those of one vector, whichever axes they are stated along: one scatter for all.
+        observations.gauges.truncate(1);
+        let repeated = repeated_rows(&trained).into_iter();
+        Self {
+            has_repeats: observations.has_repeats(),
+            observations,
+            rows: places.into_iter().map(|place| kept[place]).collect(),
+            repeat_dof: repeated.map(|rows| rows.len() as f64 - 1.0).sum(),
+        }
+    }
+
+    /// The scatter by the noise of a session, as a diagnosis has it: from repeats, else what the fit leaves.
+    ///
+    /// # Arguments
+    /// - `predicted`: all rows; `free`: derivatives of all rows to what is free.
+    fn scatter(
+        &self,
+        model: &LoadCaseModel<'_>,
+        predicted: &[f64],
+        free: Vec<Vec<f64>>,
+        options: &LoadCaseFitOptions,
+        warm_start: &mut Option<ReadingNoise>,
+    ) -> Result<KnownScatter, LoadCaseFitError> {
+        if options.sigma == Some(SigmaMode::Known) && !self.has_repeats {
+            return Err(LoadCaseFitError::NoRepeats);
+        }
+        let by_repeats = self.has_repeats && options.sigma != Some(SigmaMode::Estimated);
+        let observations = &self.observations;
+        let slope_m: Vec<f64> = self.rows.iter().map(|&row| predicted[row]).collect();
+        let forces = observations.loads.iter().map(|load| load.force_n);
+        let compliance: Vec<f64> = slope_m.iter().zip(forces).map(|(m, n)| m / n).collect();
+        let shown = observations.displacement_m.iter().zip(&slope_m);
+        let residual_m: Vec<f64> = shown.map(|(shown, line)| shown - line).collect();
+        let of_rows = |column: Vec<f64>| self.rows.iter().map(|&row| column[row]).collect();
+        let columns = (!by_repeats).then(|| free.into_iter().map(of_rows).collect());
+        let linear = (&slope_m[..], &compliance[..]);
+        let found = estimate_noise(
+            observations,
+            &residual_m,
+            linear,
+            warm_start.as_ref(),
+            None,
+            columns,
+        );
+        *warm_start = Some(found.noise);
+        let noise = &found.noise;
+        let of_rows = RowScatter::of_noise(model.posed, model.steps, noise, predicted);
+        let common = of_rows.common_share();
+        let kinds = kinds(model.posed);
+        let ratios = [1.0, noise.gauges.rotation_ratio];
+        let sd = [0, 1].map(|kind| {
+            let is_read = kinds.contains(&kind);
+            is_read.then_some(ratios[kind] * noise.reading_sd_m)
+        });
+        Ok(KnownScatter {
+            sd,
+            load_sd: noise.run_slope_sd,
+            dof: found.degrees_of_freedom([1.0 - common, 0.0, common]),
+            repeat_dof: self.repeat_dof,
+            of_rows,
+            source: if by_repeats {
+                ScatterSource::Repeats
+            } else {
+                ScatterSource::Residuals
+            },
+        })
+    }
 }
 
 /// The lowest minimum.
@@ -253,11 +405,11 @@ fn covariance_of(
     components: usize,
 ) -> Result<Option<ParameterCovariance>, LoadCaseFitError> {
     // Rows that take no part weigh nothing, and are no degrees of freedom: the scatter was estimated without them.
-    if rows.source == ScatterSource::Residuals && components <= set.free_indices().len() {
+    if rows.found.source == ScatterSource::Residuals && components <= set.free_indices().len() {
         return Ok(None);
     }
     let settings = CovarianceSettings {
-        known_dof: rows.scatter.dof,
+        known_dof: rows.found.dof,
         ..CovarianceSettings::default()
     };
     let known = SigmaMode::Known;
@@ -271,23 +423,23 @@ fn agreement(
     components: usize,
 ) -> LoadCaseAgreement {
     let dof = components.saturating_sub(covariance.rank);
-    let [displacement_sd_m, rotation_sd_rad] = rows.scatter.sd;
+    let [displacement_sd_m, rotation_sd_rad] = rows.found.sd;
     let reduced = (dof > 0).then(|| fit.sum_of_squares() / dof as f64);
-    let scatter_dof = rows.scatter.dof;
+    let repeat_dof = rows.found.repeat_dof;
     // Pure error is part of the residuals: what is compared with it is the rest, the lack of fit (Draper & Smith, section 2.1).
-    let more = dof as f64 - scatter_dof;
+    let more = dof as f64 - repeat_dof;
     let p = reduced
-        .filter(|_| rows.source == ScatterSource::Repeats && more >= 1.0)
+        .filter(|_| rows.found.source == ScatterSource::Repeats && more >= 1.0)
         .and_then(|_| {
-            let lack = (fit.sum_of_squares() - scatter_dof).max(0.0) / more;
-            f_upper_tail(lack, more, scatter_dof)
+            let lack = (fit.sum_of_squares() - repeat_dof).max(0.0) / more;
+            f_upper_tail(lack, more, repeat_dof)
         });
     LoadCaseAgreement {
-        source: rows.source,
-        load_sd: rows.scatter.slope_sd,
+        source: rows.found.source,
+        load_sd: rows.found.load_sd,
         displacement_sd_m,
         rotation_sd_rad,
-        scatter_dof,
+        scatter_dof: rows.found.dof,
         dof,
         reduced_chi2: reduced,
         p,
@@ -329,10 +481,15 @@ fn fitted_components(
 /// # Arguments
 /// - `before`: what the model of the start predicts, m.
 fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit) -> Vec<PoseError> {
+    let mut displacements: Vec<Vec<usize>> = vec![Vec::new(); model.posed.labels.len()];
+    for (row, (case, read)) in model.posed.rows().enumerate() {
+        if !read.is_rotation() {
+            displacements[case.label].push(row);
+        }
+    }
     let rms = |label: usize, error: &dyn Fn(usize) -> Option<f64>| {
-        let rows = model.posed.rows().enumerate();
-        let own = rows.filter(|(_, (case, read))| case.label == label && !read.is_rotation());
-        root_mean_square(own.filter_map(|(row, _)| error(row)))
+        let rows = displacements[label].iter();
+        root_mean_square(rows.filter_map(|row| error(*row)))
     };
     let components = &outcome.components;
     let labels = model.posed.labels.iter().enumerate();

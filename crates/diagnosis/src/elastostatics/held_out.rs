@@ -8,6 +8,7 @@ use stiffbench_numeric::least_squares::{
 use super::error::LoadCaseFitError;
 use super::posed::PosedLoadCases;
 use super::scatter::RowScatter;
+use crate::mismatch::folds_of;
 
 /// A problem whose rows can be given another scatter.
 pub(super) trait WeighedProblem: ResidualFunction {
@@ -30,7 +31,7 @@ pub(super) fn fill_white(
     (predicted, measured): (&[f64], &[f64]),
     residuals: &mut [f64],
     jacobian: Option<&mut JacobianView<'_>>,
-    columns: impl FnOnce() -> Vec<Vec<f64>>,
+    columns: &[Vec<f64>],
 ) {
     let rows = predicted.iter().zip(measured);
     for (residual, (predicted, measured)) in residuals.iter_mut().zip(rows) {
@@ -38,7 +39,7 @@ pub(super) fn fill_white(
     }
     scatter.whiten(residuals);
     let Some(jacobian) = jacobian else { return };
-    for (place, derivatives) in columns().iter().enumerate() {
+    for (place, derivatives) in columns.iter().enumerate() {
         if let Some(column) = jacobian.column_mut(place) {
             column.copy_from_slice(derivatives);
             scatter.whiten(column);
@@ -46,7 +47,8 @@ pub(super) fn fill_white(
     }
 }
 
-/// Leaves each pose out in turn with all its repeats, and predicts it by a fit to the others within the bounds of the parameters.
+/// Leaves each pose out in turn with all its repeats, of many poses some together, and predicts it by a fit to the others within the bounds of the
+/// parameters.
 ///
 /// # Arguments
 /// - `set`: where each fit starts. What the other poses do not determine stays there.
@@ -69,9 +71,10 @@ pub(super) fn leave_poses_out(
     }
     let scatter = problem.scatter().clone();
     let settings = problem.settings();
-    for label in 0..posed.labels.len() {
-        let left_out = |row: usize| labels[row] == label;
-        if labels.iter().filter(|of| **of != label).count() < free {
+    let folds = folds_of(posed.labels.len());
+    for fold in 0..folds {
+        let left_out = |row: usize| labels[row] % folds == fold;
+        if (0..labels.len()).filter(|row| !left_out(*row)).count() < free {
             continue;
         }
         *problem.scatter() = scatter.without(left_out);
@@ -149,9 +152,7 @@ impl ResidualFunction for LinearRows<'_> {
         jacobian: Option<&mut JacobianView<'_>>,
     ) -> Result<(), EvaluationFailure> {
         let rows = (&self.at(parameters)[..], self.rows);
-        fill_white(&self.scatter, rows, residuals, jacobian, || {
-            self.columns.clone()
-        });
+        fill_white(&self.scatter, rows, residuals, jacobian, &self.columns);
         Ok(())
     }
 }

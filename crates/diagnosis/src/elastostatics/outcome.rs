@@ -1,8 +1,11 @@
 //! What a fit to load cases found.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
+use stiffbench_beams::physics::Effect;
 use stiffbench_beams::robot::{FittingFactors, TrackerFrames};
 use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
@@ -13,12 +16,13 @@ use crate::fit::{FactorCorrelations, FactorEstimate};
 use super::scatter::RowScatter;
 
 /// Where the scatter of the components comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScatterSource {
     /// Differences between repeats of one load in one pose.
     Repeats,
     /// What the fit leaves over the poses.
+    #[default]
     Residuals,
 }
 
@@ -50,7 +54,7 @@ pub struct LoadCaseAgreement {
     /// Where the scatter comes from.
     #[serde(rename = "scatter_from")]
     pub source: ScatterSource,
-    /// Standard deviation of what a load moves from application to application, as a share of it; zero if the scatter is that of the residuals.
+    /// Standard deviation of what a load moves from application to application, as a share of it; zero of positions without repeats.
     pub load_sd: f64,
     /// Standard deviation of a displacement beside that, m, in JSON um; none if none was read.
     #[serde(rename = "displacement_sd_um", serialize_with = "in_micro_if_any")]
@@ -172,6 +176,8 @@ pub struct FrameParameter {
 pub struct LoadCaseFit {
     /// The mechanism that was fitted.
     pub mechanism: String,
+    /// What acted beside the linear structure, held fixed.
+    pub physics: Vec<Effect>,
     /// Fitted values.
     pub factors: FittingFactors,
     /// One entry a parameter.
@@ -190,6 +196,8 @@ pub struct LoadCaseFit {
     pub poses: Vec<PoseError>,
     /// How the components scatter.
     pub(crate) scatter: RowScatter,
+    /// The same without a part that grows with the load: a mistake of the table must not pass for it.
+    pub(crate) plain_scatter: RowScatter,
     /// Why the search ended.
     pub termination: String,
     /// What a user should know before using the numbers.
@@ -248,8 +256,9 @@ impl LoadCaseFit {
     /// Number of poses that took no part in the fit.
     #[must_use]
     pub fn held_out_poses(&self) -> usize {
-        let poses = self.poses.iter();
-        poses.filter(|pose| self.is_held_out(&pose.pose)).count()
+        let held_out = self.components.iter().filter(|one| one.held_out);
+        let held_out: BTreeSet<&PoseId> = held_out.map(|one| &one.pose).collect();
+        held_out.len()
     }
 
     /// Whether a pose took no part in the fit.
@@ -261,10 +270,12 @@ impl LoadCaseFit {
 
     /// Root mean square over all displacements, from those of the poses.
     fn over_poses(&self, rms: &dyn Fn(&PoseError) -> f64) -> Option<f64> {
+        let mut counts: BTreeMap<&PoseId, f64> = BTreeMap::new();
+        for one in self.components.iter().filter(|one| !one.is_rotation) {
+            *counts.entry(&one.pose).or_default() += 1.0;
+        }
         let (squares, count) = self.poses.iter().fold((0.0, 0.0), |(sum, all), pose| {
-            let own = self.components.iter();
-            let own = own.filter(|one| one.pose == pose.pose && !one.is_rotation);
-            let count = own.count() as f64;
+            let count = counts.get(&pose.pose).copied().unwrap_or_default();
             (sum + rms(pose).powi(2) * count, all + count)
         });
         (count > 0.0).then(|| f64::sqrt(squares / count))

@@ -142,38 +142,38 @@ impl<'a> FitKnowledge<'a> {
     fn of_load_cases(model: &LoadCaseModel<'a>, fit: &'a LoadCaseFit) -> Self {
         let agreement = fit.agreement.as_ref();
         let sd = agreement.map_or([None; 2], LoadCaseAgreement::sd);
-        let [scatter, of_rotations] = sd.map(|sd| sd.filter(|sd| *sd > 0.0));
+        let [scatter, _] = sd.map(|sd| sd.filter(|sd| *sd > 0.0));
         let scatter_m = scatter.unwrap_or(USUAL_SCATTER_M);
-        let sd = [Some(scatter_m), of_rotations];
         let posed = model.posed;
-        let poses = posed.poses.iter().enumerate().map(|(place, pose)| {
-            let cases = posed.cases.iter().filter(|case| case.pose == place);
-            let label = cases
-                .clone()
-                .next_back()
-                .map(|case| &posed.labels[case.label]);
-            let motions = cases.flat_map(|case| {
-                let read = case.components.iter();
-                read.filter_map(|read| {
-                    Some(MeasuredMotion {
-                        unit: read.unit,
-                        load: case.load,
-                        sd: sd[usize::from(read.is_rotation())]?,
-                    })
-                })
-            });
-            MeasuredPose {
-                name: label.cloned().unwrap_or_else(|| PoseId::new("")),
-                pose: pose.clone(),
-                components: motions.collect(),
-            }
+        let of_pose = |pose: &Pose| MeasuredPose {
+            name: PoseId::new(""),
+            pose: pose.clone(),
+            components: Vec::new(),
+        };
+        let mut poses: Vec<MeasuredPose> = posed.poses.iter().map(of_pose).collect();
+        // Components of a case made white are motions along other unit vectors.
+        let mut units: [Vec<f64>; 6] = std::array::from_fn(|part| {
+            let rows = posed.rows();
+            rows.map(|(_, read)| read.unit[part]).collect()
         });
+        for part in &mut units {
+            fit.scatter.whiten(part);
+        }
+        for (row, (case, _)) in posed.rows().enumerate() {
+            let pose = &mut poses[case.pose];
+            pose.name = posed.labels[case.label].clone();
+            pose.components.push(MeasuredMotion {
+                unit: std::array::from_fn(|part| units[part][row]),
+                load: case.load,
+                sd: 1.0,
+            });
+        }
         Self {
             robot: model.robot,
             mechanism: model.mechanism,
             factors: &fit.factors,
             estimates: &fit.estimates,
-            poses: poses.collect(),
+            poses,
             scatter_m,
             force_n: usual_force(posed.usual_force_n()),
         }

@@ -6,6 +6,7 @@ use stiffbench_measurement::load_cases::{
 };
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::LoadCaseFitError;
@@ -64,6 +65,11 @@ impl ReadComponent {
     #[must_use]
     pub fn axis(&self) -> Direction {
         Direction::ALL[self.component % 3]
+    }
+
+    /// What was read, in the axes of the base.
+    pub(super) fn read_axis(&self) -> ReadAxis {
+        ReadAxis::new(self.axis(), self.is_rotation(), self.unit)
     }
 }
 

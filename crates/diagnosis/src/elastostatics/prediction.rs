@@ -1,9 +1,12 @@
 //! What a model says of every load case and component, and how it changes with the parameters.
 
-use stiffbench_beams::robot::{FittingFactors, RobotError};
+use stiffbench_beams::physics::{JointRotations, LawSet, LoadPoint, Mechanics, RunLoads};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, RobotError};
+use stiffbench_units_and_text::load_direction::LoadDirection;
 
 use super::compliances::{ComplianceSolver, PoseCompliance};
 use super::posed::{PosedLoadCases, ReadComponent};
+use super::problem::LoadCaseModel;
 
 /// Displacement, m, and rotation, rad, of the tool centre in the axes of the base.
 pub(super) type ToolMotion = [f64; 6];
@@ -103,4 +106,78 @@ pub(super) fn predict_rows(
 ) -> Result<Vec<f64>, RobotError> {
     let motions = predict_motions(solver, posed, factors, false)?.values;
     Ok(rows_along(posed, &motions))
+}
+
+/// What laws add to the linear structure in load cases, each load from the unloaded state.
+#[derive(Debug)]
+pub(super) struct AddedByLaws<'a> {
+    laws: &'a LawSet,
+    posed: &'a PosedLoadCases,
+    mechanics: Mechanics<'a>,
+    joint_rotations: JointRotations,
+}
+
+impl<'a> AddedByLaws<'a> {
+    /// Those of a model; `None` if no law acts.
+    ///
+    /// # Arguments
+    /// - `parameters`: which may change.
+    ///
+    /// # Errors
+    /// As [`predict_motions`].
+    pub(super) fn of(
+        model: &LoadCaseModel<'a>,
+        parameters: &[ModelParameter],
+    ) -> Result<Option<Self>, RobotError> {
+        let Some(physics) = model.physics else {
+            return Ok(None);
+        };
+        let (robot, mechanism, posed) = (model.robot, model.mechanism, model.posed);
+        let mut mechanics =
+            Mechanics::rigid_with(robot, mechanism, parameters, model.start, &posed.poses)?;
+        mechanics.solve_joints(|_| true)?;
+        Ok(Some(Self {
+            laws: &physics.laws,
+            posed,
+            mechanics,
+            joint_rotations: JointRotations::default(),
+        }))
+    }
+
+    /// One value a component, m or rad, in the order of [`PosedLoadCases::rows`].
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub(super) fn rows(&mut self, factors: &FittingFactors) -> Result<Vec<f64>, RobotError> {
+        self.mechanics.set_factors(factors)?;
+        let mut added = Vec::new();
+        for case in &self.posed.cases {
+            let Some((load, amount)) = LoadDirection::of_wrench(case.load) else {
+                added.extend(case.components.iter().map(|_| 0.0));
+                continue;
+            };
+            let pose = self.mechanics.pose(case.pose);
+            for read in &case.components {
+                let read = read.read_axis();
+                let applied = LoadPoint {
+                    force_n: amount,
+                    step: 1,
+                    ..LoadPoint::default()
+                };
+                let run = RunLoads {
+                    pose: &self.posed.labels[case.label],
+                    load: &load,
+                    read,
+                    repeat: case.repeat,
+                    release_n: None,
+                    loads: &[applied],
+                };
+                let mut moved = [0.0];
+                self.laws
+                    .displacements_m(pose, &run, &mut self.joint_rotations, &mut moved);
+                added.push(moved[0] - amount * pose.compliance(&read, &load));
+            }
+        }
+        Ok(added)
+    }
 }

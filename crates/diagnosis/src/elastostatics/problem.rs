@@ -1,6 +1,6 @@
 //! Load cases as a least-squares problem.
 
-use stiffbench_beams::physics::PlaceScale;
+use stiffbench_beams::physics::{ActingPhysics, PlaceScale};
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresSettings, Parameter,
@@ -8,6 +8,7 @@ use stiffbench_numeric::least_squares::{
 };
 
 use crate::fit::FitParameters;
+use crate::mismatch::GaugeSteps;
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 
 use super::compliances::ComplianceSolver;
@@ -16,7 +17,7 @@ use super::frames::{PositionFrames, lengths_beside};
 use super::held_out::{WeighedProblem, fill_white};
 use super::posed::PosedLoadCases;
 use super::prediction::{
-    PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_along,
+    AddedByLaws, PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_along,
 };
 use super::scatter::RowScatter;
 
@@ -34,6 +35,10 @@ pub struct LoadCaseModel<'a> {
     pub start: &'a FittingFactors,
     /// The load cases.
     pub posed: &'a PosedLoadCases,
+    /// Steps of the gauges.
+    pub steps: GaugeSteps,
+    /// What acts beside the linear structure, held fixed; nothing under absolute positions.
+    pub physics: Option<&'a ActingPhysics>,
 }
 
 /// Residuals of all components: predicted less measured, white by the scatter of the load cases.
@@ -48,7 +53,12 @@ pub(super) struct LoadCaseProblem<'a> {
     linear: Option<PredictedMotions>,
     /// Of absolute positions: the frames, whose coordinates follow those of the parameters.
     frames: Option<PositionFrames>,
+    added: Option<AddedByLaws<'a>>,
 }
+
+/// Half the difference of coordinates over which what laws add is differentiated (1): central differences keep nine digits of the ten that a
+/// solution has, less four.
+const COORDINATE_STEP: f64 = 1e-4;
 
 impl LoadCaseModel<'_> {
     /// What the model predicts of every displacement and rotation with the values of the start, m and rad, in the order of
@@ -59,7 +69,11 @@ impl LoadCaseModel<'_> {
     pub fn predicted(&self) -> Result<Vec<f64>, LoadCaseFitError> {
         let (robot, mechanism) = (self.robot, self.mechanism);
         let mut solver = ComplianceSolver::new(robot, mechanism, &[], self.start)?;
-        Ok(predict_rows(&mut solver, self.posed, self.start)?)
+        let mut rows = predict_rows(&mut solver, self.posed, self.start)?;
+        if let Some(mut added) = AddedByLaws::of(self, &[])? {
+            add(&mut rows, &added.rows(self.start)?);
+        }
+        Ok(rows)
     }
 
     /// What was measured, in the order of the rows.
@@ -180,6 +194,7 @@ impl<'a> LoadCaseProblem<'a> {
         };
         Ok(Self {
             measured: model.measured(),
+            added: AddedByLaws::of(&model, list)?,
             parameters: parameters.clone(),
             model,
             solver,
@@ -197,7 +212,7 @@ impl<'a> LoadCaseProblem<'a> {
     /// Whether every prediction is linear in the coordinates, but for frames: their rotations are small, and their product with the
     /// elastic motions smaller still.
     pub(super) fn is_linear(&self) -> bool {
-        self.linear.is_some()
+        self.linear.is_some() && self.added.is_none()
     }
 
     /// Predictions at a point of the coordinates.
@@ -206,7 +221,58 @@ impl<'a> LoadCaseProblem<'a> {
     /// [`RobotError`].
     pub(super) fn predictions(&mut self, point: &[f64]) -> Result<Vec<f64>, RobotError> {
         let motions = self.motions(point, false)?;
-        Ok(self.rows(point, &motions.values))
+        self.rows(point, &motions.values)
+    }
+
+    /// What laws add to the rows; nothing without laws.
+    fn added(&mut self, point: &[f64]) -> Result<Option<Vec<f64>>, RobotError> {
+        let factors = self.parameters.values(point);
+        let added = self.added.as_mut();
+        added.map(|added| added.rows(&factors)).transpose()
+    }
+
+    /// Adds the derivatives of what laws add to the columns of the parameters.
+    fn differentiate_added(
+        &mut self,
+        point: &[f64],
+        columns: &mut [Vec<f64>],
+    ) -> Result<(), RobotError> {
+        if self.added.is_none() {
+            return Ok(());
+        }
+        for place in 0..self.parameters.parameters().len() {
+            if !self.parameters.moves(place) {
+                continue;
+            }
+            let [lowest, _] = self.parameters.bounds(place);
+            let ends = [-COORDINATE_STEP, COORDINATE_STEP].map(|step| point[place] + step);
+            let ends = ends.map(|end| end.max(lowest));
+            let mut at = point.to_vec();
+            let mut sides = ends.map(|end| {
+                at[place] = end;
+                self.added(&at)
+            });
+            let [Ok(Some(low)), Ok(Some(high))] = &mut sides else {
+                for side in sides {
+                    side?;
+                }
+                continue;
+            };
+            let width = ends[1] - ends[0];
+            for (entry, (low, high)) in columns[place].iter_mut().zip(low.iter().zip(high)) {
+                *entry += (*high - low) / width;
+            }
+        }
+        Ok(())
+    }
+
+    /// Derivatives of all rows to every coordinate at a point, those of what laws add left out.
+    ///
+    /// # Errors
+    /// [`RobotError`].
+    pub(super) fn linear_columns(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, RobotError> {
+        let motions = self.motions(point, true)?;
+        Ok(self.columns(point, &motions))
     }
 
     /// Motions of the tool centre at a point with, where asked for, their derivatives to the coordinates of the parameters.
@@ -233,12 +299,16 @@ impl<'a> LoadCaseProblem<'a> {
         &point[self.parameters.parameters().len()..]
     }
 
-    fn rows(&self, point: &[f64], motions: &[ToolMotion]) -> Vec<f64> {
+    fn rows(&mut self, point: &[f64], motions: &[ToolMotion]) -> Result<Vec<f64>, RobotError> {
         let posed = self.model.posed;
-        match &self.frames {
+        let mut rows = match &self.frames {
             None => rows_along(posed, motions),
             Some(frames) => frames.rows(posed, &frames.at(self.of_frames(point)), motions),
+        };
+        if let Some(added) = self.added(point)? {
+            add(&mut rows, &added);
         }
+        Ok(rows)
     }
 
     /// Derivatives of all rows to every coordinate.
@@ -281,6 +351,13 @@ pub(super) fn frames_alone(parameters: &FitParameters) -> Result<ParameterSet, L
     let rigid = list.zip(parameters.coordinates_of_rigid());
     let rigid = rigid.map(|(one, coordinate)| Parameter::fixed(one.name, coordinate));
     ParameterSet::new(rigid.chain(PositionFrames::parameters()).collect())
+}
+
+/// Adds one vector of rows to another.
+fn add(rows: &mut [f64], further: &[f64]) {
+    for (row, further) in rows.iter_mut().zip(further) {
+        *row += further;
+    }
 }
 
 /// Derivatives to parameters as those to their coordinates.
@@ -331,10 +408,16 @@ impl ResidualFunction for LoadCaseProblem<'_> {
         let motions = self.motions(parameters, jacobian.is_some());
         let motions = motions.map_err(EvaluationFailure::of_model)?;
         let rows = self.rows(parameters, &motions.values);
-        let rows = (&rows[..], &self.measured[..]);
-        fill_white(&self.scatter, rows, residuals, jacobian, || {
-            self.columns(parameters, &motions)
+        let rows = rows.map_err(EvaluationFailure::of_model)?;
+        let columns = jacobian.is_some().then(|| {
+            let mut columns = self.columns(parameters, &motions);
+            let added = self.differentiate_added(parameters, &mut columns);
+            added.map(|()| columns)
         });
+        let columns = columns.transpose().map_err(EvaluationFailure::of_model)?;
+        let rows = (&rows[..], &self.measured[..]);
+        let columns = columns.as_deref().unwrap_or_default();
+        fill_white(&self.scatter, rows, residuals, jacobian, columns);
         Ok(())
     }
 

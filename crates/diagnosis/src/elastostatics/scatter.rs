@@ -2,9 +2,13 @@
 
 use std::ops::Range;
 
+use indexmap::IndexMap;
 use stiffbench_numeric::statistics::root_mean_square;
 
+use stiffbench_units_and_text::load_direction::LoadDirection;
+
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use crate::mismatch::{GaugeSteps, ReadingNoise};
 use crate::search::constants::ROUNDING;
 use crate::search::dot;
 
@@ -16,19 +20,33 @@ pub(super) const LEAST_SCATTER: f64 = 1e-9;
 
 /// Rows that hold one component under one load in one pose, each as often as it was read.
 pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
-    let mut groups: Vec<(&PosedLoad, &ReadComponent, Vec<usize>)> = Vec::new();
+    struct Repeated<'p> {
+        load: [f64; 6],
+        read: &'p ReadComponent,
+        rows: Vec<usize>,
+    }
+    let mut groups: IndexMap<(usize, usize), Vec<Repeated<'_>>> = IndexMap::new();
     for (row, (case, read)) in posed.rows().enumerate() {
-        let known = groups.iter_mut().find(|(first, component, _)| {
-            (first.label, first.pose) == (case.label, case.pose)
-                && component.unit == read.unit
-                && is_same_load(&first.load, &case.load)
-        });
+        let groups = groups.entry((case.label, case.pose)).or_default();
+        let known = groups
+            .iter_mut()
+            .find(|known| known.read.unit == read.unit && is_same_load(&known.load, &case.load));
         match known {
-            Some((.., rows)) => rows.push(row),
-            None => groups.push((case, read, vec![row])),
+            Some(known) => known.rows.push(row),
+            None => groups.push(Repeated {
+                load: case.load,
+                read,
+                rows: vec![row],
+            }),
         }
     }
-    groups.into_iter().map(|(.., rows)| rows).collect()
+    let mut rows: Vec<Vec<usize>> = groups
+        .into_values()
+        .flatten()
+        .map(|known| known.rows)
+        .collect();
+    rows.sort_by_key(|rows| rows[0]);
+    rows
 }
 
 /// Root mean square of displacements, m, and of rotations, rad; one of what was not read.
@@ -228,6 +246,50 @@ pub(crate) struct RowScatter {
 }
 
 impl RowScatter {
+    /// The scatter of load cases under the noise of a session: of each row its own, and what an error of the load moves, common to the rows of a
+    /// case.
+    ///
+    /// # Arguments
+    /// - `predicted`: every row as it is without error.
+    pub(super) fn of_noise(
+        posed: &PosedLoadCases,
+        steps: GaugeSteps,
+        noise: &ReadingNoise,
+        predicted: &[f64],
+    ) -> Self {
+        let force_step_n = steps.force_n.unwrap_or(0.0);
+        let force_variance = force_step_n * force_step_n / 12.0 + noise.gauges.force_sd_n.powi(2);
+        let mut scatter = Self::default();
+        let mut rows = predicted.iter();
+        for case in &posed.cases {
+            let amount = LoadDirection::of_wrench(case.load).map_or(0.0, |(_, amount)| amount);
+            // Of the load, as a share of it.
+            let common = if amount == 0.0 {
+                0.0
+            } else {
+                (noise.run_slope_sd.powi(2) + force_variance / (amount * amount)).sqrt()
+            };
+            for (read, predicted) in case.components.iter().zip(&mut rows) {
+                let own = noise.own_variance(&read.read_axis(), *predicted)
+                    + (noise.gauges.own_slope_sd * predicted).powi(2);
+                scatter.weights.push(own.sqrt().recip());
+                scatter.shared.push(common * predicted);
+            }
+            scatter.cases.push(case.components.len());
+        }
+        scatter
+    }
+
+    /// Mean share of what a case has in common in the variance of its rows.
+    pub(super) fn common_share(&self) -> f64 {
+        let rows = self.weights.iter().zip(&self.shared);
+        let shares = rows.map(|(weight, shared)| {
+            let common = (weight * shared).powi(2);
+            common / (1.0 + common)
+        });
+        shares.sum::<f64>() / self.weights.len().max(1) as f64
+    }
+
     /// The same without some rows.
     pub(super) fn without(&self, is_left_out: impl Fn(usize) -> bool) -> Self {
         let mut without = self.clone();
@@ -237,6 +299,11 @@ impl RowScatter {
             }
         }
         without
+    }
+
+    /// One over the standard deviation of a row by itself.
+    pub(super) fn weight(&self, row: usize) -> f64 {
+        self.weights[row]
     }
 
     /// Makes rows white in place.

@@ -5,7 +5,6 @@ use stiffbench_beams::physics::LoadPoint;
 use stiffbench_beams::robot::Pose;
 use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 use super::posed::{PosedLoad, PosedLoadCases};
@@ -38,16 +37,30 @@ impl PosedLoadCases {
     /// repeats of each other.
     #[must_use]
     pub fn as_series(&self, steps: GaugeSteps) -> Observations {
+        self.series_and_rows(steps).0
+    }
+
+    /// The same with the place of each reading among [`PosedLoadCases::rows`].
+    pub(super) fn series_and_rows(&self, steps: GaugeSteps) -> (Observations, Vec<usize>) {
         let mut observations = Observations::without_readings(steps, Recorded::default());
         let names = self.named_poses().into_iter().map(|(name, _)| name);
         observations.poses = names.collect();
+        let first_rows = self.cases.iter().scan(0, |next, case| {
+            let first = *next;
+            *next += case.components.len();
+            Some(first)
+        });
+        let first_rows: Vec<usize> = first_rows.collect();
+        let mut rows = Vec::new();
         for (place, cases) in self.by_pose().values().enumerate() {
             for series in series_of(cases) {
-                series.add_to(&mut observations, place);
+                series.add_to(&mut observations, place, |number, component| {
+                    rows.push(first_rows[number] + component);
+                });
             }
         }
         observations.gauges = observations.gauges_read_at_once();
-        observations
+        (observations, rows)
     }
 
     /// The distinct poses, each with a name of its own: that of the table, with a number behind it if the table has it with several joint values.
@@ -128,19 +141,28 @@ impl<'p> LoadSeries<'p> {
         });
     }
 
-    fn add_to(&self, observations: &mut Observations, pose: usize) {
+    /// # Arguments
+    /// - `added`: is told the number of the case of each reading and the place among its components.
+    fn add_to(
+        &self,
+        observations: &mut Observations,
+        pose: usize,
+        mut added: impl FnMut(usize, usize),
+    ) {
         for component in 0..6 {
-            let read = |case: &PosedLoad| {
-                let mut read = case.components.iter();
-                read.find(|one| one.component == component).copied()
+            let read = |case: &'p PosedLoad| {
+                let mut read = case.components.iter().enumerate();
+                read.find(|(_, one)| one.component == component)
             };
-            let Some(first) = self.cases.iter().find_map(|one| read(one.case)) else {
+            let Some((_, first)) = self.cases.iter().find_map(|one| read(one.case)) else {
                 continue;
             };
-            let axis = ReadAxis::new(first.axis(), first.is_rotation(), first.unit);
-            observations.begin_cell(pose, self.load.clone(), axis);
+            observations.begin_cell(pose, self.load.clone(), first.read_axis());
             for (repeat, case) in (1..).zip(&self.cases) {
-                let Some(one) = read(case.case) else { continue };
+                let Some((place, one)) = read(case.case) else {
+                    continue;
+                };
+                added(case.number, place);
                 let number = case.number as u32;
                 observations.begin_run(repeat, number);
                 let reading = ObservedReading {

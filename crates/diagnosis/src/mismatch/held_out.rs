@@ -19,7 +19,7 @@ const LEFT_OUT_ALONE: usize = 50;
 const FOLDS: usize = 20;
 
 /// Into how many folds poses are divided.
-pub(super) fn folds_of(poses: usize) -> usize {
+pub(crate) fn folds_of(poses: usize) -> usize {
     if poses > LEFT_OUT_ALONE { FOLDS } else { poses }
 }
 

@@ -73,7 +73,7 @@ impl ReadingNoise {
     /// # Arguments
     /// - `read`: what was read.
     /// - `slope_m`: its displacement by the baseline.
-    pub(super) fn own_variance(&self, read: &ReadAxis, slope_m: f64) -> f64 {
+    pub(crate) fn own_variance(&self, read: &ReadAxis, slope_m: f64) -> f64 {
         let ratio = if read.is_rotation() {
             self.gauges.rotation_ratio
         } else {

@@ -274,7 +274,7 @@ impl Observations {
     }
 
     /// Whether loads were repeated so often that their differences show the noise.
-    pub(super) fn has_repeats(&self) -> bool {
+    pub(crate) fn has_repeats(&self) -> bool {
         let dof = self.cells.iter().map(|cell| {
             let loads = cell.readings.clone().map(|reading| self.load_key(reading));
             cell.readings.len() - loads.collect::<HashSet<_>>().len()

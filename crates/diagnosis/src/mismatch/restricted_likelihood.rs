@@ -30,7 +30,7 @@ const MOST_CORRELATED: f64 = 0.98;
 /// - `earlier`: how earlier sessions scattered; the noise is the likeliest for these readings and those.
 /// - `model`: derivatives of the readings to the parameters, where nothing was repeated: what else is left is the noise.
 #[must_use]
-pub(super) fn estimate_noise(
+pub(crate) fn estimate_noise(
     observations: &Observations,
     residual_m: &[f64],
     (slope_m, compliance): (&[f64], &[f64]),

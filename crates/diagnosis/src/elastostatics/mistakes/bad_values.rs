@@ -5,6 +5,7 @@
 //! Technometrics 25, 1983).
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -457,14 +458,11 @@ fn improbable(
         basis,
         together: values_of_a_load(posed),
     };
-    let others_in_pose = |row: usize| {
-        let pose = &fit.components[row].pose;
-        fit.components
-            .iter()
-            .filter(|one| one.pose == *pose)
-            .count()
-            > 1
-    };
+    let mut in_poses: BTreeMap<&PoseId, usize> = BTreeMap::new();
+    for one in &fit.components {
+        *in_poses.entry(&one.pose).or_default() += 1;
+    }
+    let others_in_pose = |row: usize| in_poses[&fit.components[row].pose] > 1;
     let mut order: Vec<usize> = (0..fitted.rows.len())
         .filter(|row| !witnesses[*row] && fitted.leverage[*row] < LARGEST_LEVERAGE)
         .filter(|row| others_in_pose(*row))
@@ -496,7 +494,7 @@ fn columns(
     let is_inside =
         |status: &FactorStatus| moves(status) && !matches!(status, FactorStatus::AtBound { .. });
     let Some(frames) = PositionFrames::of(model.robot, model.mechanism, model.posed)? else {
-        let (_, basis) = Basis::of(model, fit)?;
+        let basis = Basis::of(model, fit)?;
         let own = basis.free.iter().zip(basis.columns);
         let own = own.filter(|(place, _)| is_inside(&fit.estimates[**place].status));
         return Ok(own.map(|(_, column)| column).collect());

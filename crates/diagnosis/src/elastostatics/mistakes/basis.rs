@@ -26,19 +26,41 @@ impl Basis {
     ///
     /// # Errors
     /// [`LoadCaseFitError`] for a structure that carries nothing.
-    pub(super) fn of<'a>(
-        model: &LoadCaseModel<'a>,
+    pub(super) fn of(
+        model: &LoadCaseModel<'_>,
         fit: &LoadCaseFit,
-    ) -> Result<(SolvedPoses<'a>, Self), LoadCaseFitError> {
+    ) -> Result<Self, LoadCaseFitError> {
+        Self::with_residuals(model, fit, fit.residuals())
+    }
+
+    /// That of the same values in other poses.
+    ///
+    /// # Errors
+    /// As [`Basis::of`].
+    pub(super) fn in_poses_of(
+        model: &LoadCaseModel<'_>,
+        fit: &LoadCaseFit,
+    ) -> Result<Self, LoadCaseFitError> {
+        let start = &fit.factors;
+        let predicted = LoadCaseModel { start, ..*model }.predicted()?;
+        let rows = model.measured().into_iter().zip(predicted);
+        let residuals = rows.map(|(read, predicted)| read - predicted);
+        Self::with_residuals(model, fit, residuals.collect())
+    }
+
+    fn with_residuals(
+        model: &LoadCaseModel<'_>,
+        fit: &LoadCaseFit,
+        residuals: Vec<f64>,
+    ) -> Result<Self, LoadCaseFitError> {
         let solved = solve(model, fit)?;
         let (free, columns) = baseline_columns(&solved, fit);
-        let basis = Self {
-            residuals: fit.residuals(),
+        Ok(Self {
+            residuals,
             baseline: fit.clone(),
             free,
             columns,
-        };
-        Ok((solved, basis))
+        })
     }
 
     /// The columns of the free parameters, each with the smallest and largest change of its value that the bounds allow.

@@ -1,22 +1,23 @@
 //! What agrees with the robot once the table is put right: readings of a pose or a component in another unit, with another decimal point or
 //! sign; components that are exchanged; a joint whose values have the other sign.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use stiffbench_numeric::least_squares::minimise;
 use stiffbench_units_and_text::test_point::PoseId;
 
-use crate::search::constants::MOST_OF_THE_MISFIT;
-use crate::search::dot;
+use crate::search::constants::{LEAST_INDEPENDENT, MOST_OF_THE_MISFIT};
+use crate::search::{dot, push_orthonormal, take_out};
 
 use super::basis::{Basis, moves};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::held_out::{LinearRows, WeighedProblem};
-use crate::elastostatics::outcome::{FittedComponent, LoadCaseFit};
+use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::problem::LoadCaseModel;
 
 /// Values of which a common factor can be seen: two agree with any line by chance.
@@ -63,13 +64,6 @@ struct ReadingSet {
 }
 
 impl ReadingSet {
-    fn contains(&self, one: &FittedComponent) -> bool {
-        self.pose.as_ref().is_none_or(|pose| one.pose == *pose)
-            && self
-                .component
-                .is_none_or(|component| one.component == component)
-    }
-
     fn mistake(self, factor: Option<f64>) -> TableMistake {
         TableMistake {
             pose: self.pose,
@@ -97,15 +91,16 @@ pub fn table_mistake(
     if model.posed.has_positions() || options.train.is_some() || bends {
         return Ok(None);
     }
-    let (_, basis) = Basis::of(model, fit)?;
+    let basis = Basis::of(model, fit)?;
     if basis.free.is_empty() {
         return Ok(None);
     }
     let mut found = multiplied(fit, &basis)?;
     found.extend(exchanged(fit, &basis)?);
-    found.extend(other_signs(model, options, fit, &basis));
-    let before = basis.baseline.scatter.squares(&basis.residuals);
-    found.retain(|(after, _)| *after < (1.0 - MOST_OF_THE_MISFIT) * before);
+    let before = basis.baseline.plain_scatter.squares(&basis.residuals);
+    let explains = |after: f64| after < (1.0 - MOST_OF_THE_MISFIT) * before;
+    found.extend(other_signs(model, options, fit, &basis, &explains));
+    found.retain(|(after, _)| explains(*after));
     let best = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     Ok(best.map(|(_, mistake)| mistake))
 }
@@ -115,34 +110,102 @@ fn multiplied(
     fit: &LoadCaseFit,
     basis: &Basis,
 ) -> Result<Vec<(f64, TableMistake)>, LoadCaseFitError> {
+    let deleted = DeletedRows::new(basis, fit);
     let mut found = Vec::new();
-    for set in sets(fit) {
-        let components = fit.components.iter();
-        let is_in: Vec<bool> = components.map(|one| set.contains(one)).collect();
-        let count = is_in.iter().filter(|is_in| **is_in).count();
-        if count < FEWEST || is_in.len() - count < basis.free.len().max(FEWEST) {
+    for (set, rows) in sets(fit) {
+        let others = fit.components.len() - rows.len();
+        if rows.len() < FEWEST
+            || others < basis.free.len().max(FEWEST)
+            || !deleted.may_be_usual(&rows)
+        {
             continue;
         }
+        let mut is_in = vec![false; fit.components.len()];
+        for row in &rows {
+            is_in[*row] = true;
+        }
         let left = residuals_without(basis, &is_in, &basis.residuals)?;
-        let rows = fit.components.iter().zip(&left).zip(&is_in);
-        let rows = rows.filter(|(_, is_in)| **is_in);
         // Left is measured less predicted, and so is a residual of the baseline.
         let (read, predicted): (Vec<f64>, Vec<f64>) = rows
-            .map(|((one, left), _)| (one.measured, one.measured - left))
+            .iter()
+            .map(|row| {
+                (
+                    fit.components[*row].measured,
+                    fit.components[*row].measured - left[*row],
+                )
+            })
             .unzip();
-        let Some(factor) = usual_factor(&read, &predicted) else {
+        let Some(factor) = usual_factor(&read, &predicted, NEAR, PROPORTIONAL) else {
             continue;
         };
-        let rows = basis.residuals.iter().zip(&fit.components).zip(&is_in);
-        let multiplied: Vec<f64> = rows
-            .map(|((row, one), is_in)| {
-                let share = if *is_in { factor - 1.0 } else { 0.0 };
-                row + share * one.measured
-            })
-            .collect();
+        let mut multiplied = basis.residuals.clone();
+        for row in rows {
+            multiplied[row] += (factor - 1.0) * fit.components[row].measured;
+        }
         found.push((squares_left(basis, &multiplied)?, set.mistake(Some(factor))));
     }
     Ok(found)
+}
+
+/// What a fit without some rows leaves of them, by the rows that all fits have: cheap, and right but for bounds and for what readings of one load
+/// have in common.
+struct DeletedRows {
+    /// White rows as read, and what the fit leaves of them.
+    read: Vec<f64>,
+    residuals: Vec<f64>,
+    /// Orthonormal white columns of the fit.
+    columns: Vec<Vec<f64>>,
+}
+
+impl DeletedRows {
+    /// Sets of more rows are refitted in any case: there are few of them.
+    const MOST: usize = 40;
+
+    fn new(basis: &Basis, fit: &LoadCaseFit) -> Self {
+        let white = |mut rows: Vec<f64>| {
+            basis.baseline.plain_scatter.whiten(&mut rows);
+            rows
+        };
+        let mut columns = Vec::new();
+        for column in &basis.columns {
+            push_orthonormal(&mut columns, white(column.clone()), LEAST_INDEPENDENT, 0.0);
+        }
+        let read = fit.components.iter().map(|one| one.measured).collect();
+        let mut residuals = white(basis.residuals.clone());
+        take_out(&columns, &mut residuals);
+        Self {
+            read: white(read),
+            residuals,
+            columns,
+        }
+    }
+
+    /// Whether a usual factor may be what some rows lack: with a wide margin.
+    fn may_be_usual(&self, rows: &[usize]) -> bool {
+        if rows.len() > Self::MOST {
+            return true;
+        }
+        // (1 - H) of these rows (Cook & Weisberg, Residuals and Influence in Regression, 1982, section 3.2).
+        let free = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+            let hat: f64 = self
+                .columns
+                .iter()
+                .map(|one| one[rows[i]] * one[rows[j]])
+                .sum();
+            f64::from(u8::from(i == j)) - hat
+        });
+        let own = DVector::from_fn(rows.len(), |i, _| self.residuals[rows[i]]);
+        let Some(left) = free.lu().solve(&own) else {
+            return true;
+        };
+        let read: Vec<f64> = rows.iter().map(|row| self.read[*row]).collect();
+        let predicted: Vec<f64> = read
+            .iter()
+            .zip(left.iter())
+            .map(|(read, left)| read - left)
+            .collect();
+        usual_factor(&read, &predicted, 2.0 * NEAR, 0.9 * PROPORTIONAL).is_some()
+    }
 }
 
 /// Two components of a pose, or of all poses, that are exchanged, with the squares that are left then.
@@ -150,44 +213,47 @@ fn exchanged(
     fit: &LoadCaseFit,
     basis: &Basis,
 ) -> Result<Vec<(f64, TableMistake)>, LoadCaseFitError> {
-    let squares = |rows: &[f64]| basis.baseline.scatter.squares(rows);
-    let before = squares(&basis.residuals);
+    let scatter = &basis.baseline.plain_scatter;
+    let others: BTreeSet<(&'static str, bool)> = fit
+        .components
+        .iter()
+        .map(|one| (one.component, one.is_rotation))
+        .collect();
     let mut found = Vec::new();
-    for set in sets(fit) {
+    for (set, own) in sets(fit) {
         let Some(component) = set.component else {
             continue;
         };
-        let others: BTreeSet<(&'static str, bool)> = fit
-            .components
-            .iter()
-            .map(|one| (one.component, one.is_rotation))
-            .collect();
         let is_rotation = others.contains(&(component, true));
         let others = others
             .iter()
             .filter(|(other, rotation)| *other > component && *rotation == is_rotation);
         for (other, _) in others {
-            let mut rows = basis.residuals.clone();
-            let mut exchanges = 0;
-            for (row, one) in fit.components.iter().enumerate() {
-                if !set.contains(one) {
-                    continue;
-                }
+            let pairs = own.iter().filter_map(|&row| {
+                let one = &fit.components[row];
                 // Components of one load stand side by side.
                 let near = fit.components.iter().enumerate();
                 let mut near = near.skip(row.saturating_sub(5)).take(11);
-                let with = near.find(|(_, with)| {
+                let (place, _) = near.find(|(_, with)| {
                     with.component == *other && (with.line, with.repeat) == (one.line, one.repeat)
-                });
-                if let Some((place, with)) = with {
-                    rows[row] += with.measured - one.measured;
-                    rows[place] += one.measured - with.measured;
-                    exchanges += 1;
-                }
-            }
+                })?;
+                let by = fit.components[place].measured - one.measured;
+                Some([(row, by), (place, -by)])
+            });
+            let changes: Vec<(usize, f64)> = pairs.flatten().collect();
             // A fit that was drawn to the exchanged readings is nearer to them put right.
-            if exchanges == 0 || squares(&rows) >= before {
+            let squares = |changed: f64| {
+                let rows = changes.iter();
+                let weighed = rows
+                    .map(|(row, by)| scatter.weight(*row) * (basis.residuals[*row] + changed * by));
+                weighed.map(|row| row * row).sum::<f64>()
+            };
+            if changes.is_empty() || squares(1.0) >= squares(0.0) {
                 continue;
+            }
+            let mut rows = basis.residuals.clone();
+            for (row, by) in &changes {
+                rows[*row] += by;
             }
             found.push((
                 squares_left(basis, &rows)?,
@@ -201,14 +267,16 @@ fn exchanged(
     Ok(found)
 }
 
-/// Joints whose values have the other sign, with the squares that a fit leaves then; only where much is left.
+/// Joints whose values have the other sign, with the squares that a fit leaves then; only where much is left, and where the linear structure at
+/// the values of the fit explains it.
 fn other_signs(
     model: &LoadCaseModel<'_>,
     options: &LoadCaseFitOptions,
     fit: &LoadCaseFit,
     basis: &Basis,
+    explains: &dyn Fn(f64) -> bool,
 ) -> Vec<(f64, TableMistake)> {
-    let scatter = &basis.baseline.scatter;
+    let scatter = &basis.baseline.plain_scatter;
     let read: Vec<f64> = fit.components.iter().map(|one| one.measured).collect();
     if scatter.squares(&basis.residuals) < LEFT_BY_A_SIGN * scatter.squares(&read) {
         return Vec::new();
@@ -226,6 +294,12 @@ fn other_signs(
             ..*model
         };
         // Poses that cannot be reached are none that the robot stood in.
+        let Ok(there) = Basis::in_poses_of(&mirrored, fit) else {
+            continue;
+        };
+        if !squares_left(&there, &there.residuals).is_ok_and(explains) {
+            continue;
+        }
         let Ok(fit) = fit_load_cases(&mirrored, options) else {
             continue;
         };
@@ -243,28 +317,30 @@ fn other_signs(
     found
 }
 
-/// Each pose, each component, and each component of each pose.
-fn sets(fit: &LoadCaseFit) -> Vec<ReadingSet> {
-    let poses: BTreeSet<&PoseId> = fit.components.iter().map(|one| &one.pose).collect();
-    let components: BTreeSet<&'static str> =
-        fit.components.iter().map(|one| one.component).collect();
-    let poses: Vec<Option<&PoseId>> = poses.into_iter().map(Some).chain([None]).collect();
-    let components = components.into_iter().map(Some).chain([None]);
-    components
-        .flat_map(|component| poses.iter().map(move |pose| (*pose, component)))
-        .filter(|(pose, component)| pose.is_some() || component.is_some())
-        .map(|(pose, component)| ReadingSet {
-            pose: pose.cloned(),
-            component,
-        })
-        .collect()
+/// Each pose, each component, and each component of each pose, with its rows.
+fn sets(fit: &LoadCaseFit) -> Vec<(ReadingSet, Vec<usize>)> {
+    let mut sets: BTreeMap<(Option<&'static str>, Option<&PoseId>), Vec<usize>> = BTreeMap::new();
+    for (row, one) in fit.components.iter().enumerate() {
+        let (component, pose) = (Some(one.component), Some(&one.pose));
+        for set in [(component, pose), (component, None), (None, pose)] {
+            sets.entry(set).or_default().push(row);
+        }
+    }
+    let named = sets.into_iter().map(|((component, pose), rows)| {
+        let pose = pose.cloned();
+        (ReadingSet { pose, component }, rows)
+    });
+    let mut named: Vec<(ReadingSet, Vec<usize>)> = named.collect();
+    // Of equal ones the narrower comes first.
+    named.sort_by_key(|(set, _)| (set.component.is_none(), set.pose.is_none()));
+    named
 }
 
 /// Weighted squares that a fit leaves of rows.
 fn squares_left(basis: &Basis, rows: &[f64]) -> Result<f64, LoadCaseFitError> {
     let none = vec![false; rows.len()];
     let left = residuals_without(basis, &none, rows)?;
-    Ok(basis.baseline.scatter.squares(&left))
+    Ok(basis.baseline.plain_scatter.squares(&left))
 }
 
 /// What a fit without some rows leaves of all rows.
@@ -273,7 +349,7 @@ fn residuals_without(
     without: &[bool],
     rows: &[f64],
 ) -> Result<Vec<f64>, LoadCaseFitError> {
-    let scatter = basis.baseline.scatter.without(|row| without[row]);
+    let scatter = basis.baseline.plain_scatter.without(|row| without[row]);
     let (mut problem, set) = LinearRows::new(rows, &basis.changes(), scatter)?;
     let settings = problem.settings();
     let fit = minimise(&mut problem, &set, &settings)?;
@@ -283,10 +359,13 @@ fn residuals_without(
 }
 
 /// The usual factor by which readings agree with a prediction, if they are proportional to it.
-fn usual_factor(read: &[f64], predicted: &[f64]) -> Option<f64> {
+///
+/// # Arguments
+/// - `near`: share by which a factor may be off; `proportional`: least cosine between both.
+fn usual_factor(read: &[f64], predicted: &[f64], near: f64, proportional: f64) -> Option<f64> {
     let common = dot(read, predicted);
     let cosine = common / (dot(read, read) * dot(predicted, predicted)).sqrt();
-    if cosine.is_nan() || cosine.abs() < PROPORTIONAL {
+    if cosine.is_nan() || cosine.abs() < proportional {
         return None;
     }
     let factor = common / dot(read, read);
@@ -295,7 +374,7 @@ fn usual_factor(read: &[f64], predicted: &[f64]) -> Option<f64> {
     let usual = tens.chain(units).chain([-1.0]);
     let off = |usual: f64| (factor / usual - 1.0).abs();
     usual
-        .filter(|usual| off(*usual) < NEAR)
+        .filter(|usual| off(*usual) < near)
         .min_by(|a, b| off(*a).total_cmp(&off(*b)))
 }
 
@@ -306,16 +385,17 @@ mod tests {
     #[test]
     fn usual_factors_are_found_and_others_are_not() {
         let predicted = [3.0, -5.0, 8.0, 1.0];
+        let usual = |read: &[f64]| usual_factor(read, &predicted, NEAR, PROPORTIONAL);
         let times = |factor: f64| predicted.map(|value| value / factor);
         for factor in [1000.0, 0.1, 25.4, 1.0 / 4.448_221_6, -1.0] {
-            let found = usual_factor(&times(1.005 * factor), &predicted).unwrap();
+            let found = usual(&times(1.005 * factor)).unwrap();
             assert!((found / factor - 1.0).abs() < 1e-6, "{factor}: {found}");
         }
         for factor in [1.0, 2.0, 0.8, 50.0] {
-            assert_eq!(usual_factor(&times(factor), &predicted), None, "{factor}");
+            assert_eq!(usual(&times(factor)), None, "{factor}");
         }
         let turned_in_part = [0.003, 0.005, 0.008, 0.001];
-        assert_eq!(usual_factor(&turned_in_part, &predicted), None);
-        assert_eq!(usual_factor(&[0.0; 4], &predicted), None);
+        assert_eq!(usual(&turned_in_part), None);
+        assert_eq!(usual(&[0.0; 4]), None);
     }
 }

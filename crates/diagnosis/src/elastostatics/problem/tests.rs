@@ -38,6 +38,8 @@ fn worst(robot: &Robot, table: &LoadCaseTable, choice: &ParameterChoice) -> (f64
         mechanism,
         start: &start,
         posed: &posed,
+        steps: GaugeSteps::default(),
+        physics: None,
     };
     let frames = PositionFrames::of(robot, mechanism, &posed).unwrap();
     let (parameters, _) = model.parameters(choice, frames.as_ref()).unwrap();
@@ -140,6 +142,8 @@ fn a_component_without_a_value_is_named_by_pose_force_and_repeat() {
         mechanism,
         start: &start,
         posed: &posed,
+        steps: GaugeSteps::default(),
+        physics: None,
     };
     let choice = spring_choice(&robot, mechanism);
     let (parameters, _) = model.parameters(&choice, None).unwrap();
