@@ -378,7 +378,6 @@ impl PatternForm {
     }
 }
 
-/// All readings.
 /// Places that have the same key, in the order in which the keys come.
 pub(super) fn places_alike<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<Vec<usize>> {
     let mut alike: Vec<(K, Vec<usize>)> = Vec::new();
@@ -392,6 +391,7 @@ pub(super) fn places_alike<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<V
     alike.into_iter().map(|(_, places)| places).collect()
 }
 
+/// All readings.
 const EVERYWHERE: PatternGroup = PatternGroup {
     pose: None,
     direction: None,

@@ -158,7 +158,7 @@ struct DeletedRows {
 }
 
 impl DeletedRows {
-    /// Sets of more rows are refitted in any case: there are few of them.
+    /// Sets of more rows are refitted in any case: a table has one for each component.
     const MOST: usize = 40;
 
     fn new(basis: &Basis, fit: &LoadCaseFit) -> Self {
