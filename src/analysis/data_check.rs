@@ -3,7 +3,7 @@
 use crate::mismatch::{KnownNoise, Observations, ScreenedData, screen_data};
 use crate::readings::{ReadingTable, SessionHeader};
 
-use super::design::baseline;
+use super::design::baseline_of;
 use super::error::AnalysisError;
 use super::model::ResolvedModel;
 
@@ -18,8 +18,7 @@ pub fn check_data(
 ) -> Result<ScreenedData, AnalysisError> {
     let observations = Observations::new(table, header);
     let parameters = model.usual_parameters()?;
-    let mut baseline = baseline(model, model.mechanism()?, &observations.poses, &parameters)?;
-    baseline.add_variant(&model.physics.effects)?;
+    let baseline = baseline_of(model, &observations, &observations.poses, &parameters)?;
     let screened = screen_data(&baseline, &observations, &KnownNoise::Nothing)?;
     Ok(screened)
 }

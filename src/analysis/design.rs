@@ -109,6 +109,10 @@ pub(super) fn proposals(
     parameters: &ParameterChoice,
 ) -> Result<Proposals, AnalysisError> {
     let mechanism = model.mechanism()?;
+    // Planned are loads and displacements.
+    if done.tracker.is_some() {
+        return Ok(Proposals::default());
+    }
     let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &done.poses);
     let baseline = baseline(model, mechanism, &poses, parameters)?;
     let fitted = baseline.fitted_values(found);
@@ -154,6 +158,21 @@ fn next_measurement(
         minutes: proposal.minutes,
         file,
     }
+}
+
+/// The same for readings, those of a tracker among them.
+pub(super) fn baseline_of<'a>(
+    model: &'a ResolvedModel,
+    observations: &Observations,
+    poses: &[PoseId],
+    parameters: &ParameterChoice,
+) -> Result<RobotBaseline<'a>, AnalysisError> {
+    let mut baseline = baseline(model, model.mechanism()?, poses, parameters)?;
+    baseline.add_variant(&model.physics.effects)?;
+    if let Some(frames) = &observations.tracker {
+        baseline.track(frames)?;
+    }
+    Ok(baseline)
 }
 
 /// The beam model of a resolved model in these poses.

@@ -11,7 +11,7 @@ use crate::physics::{Effect, FileLine, Law};
 use crate::robot::{FittingFactors, ModelParameter};
 
 use super::data::LoadedSession;
-use super::design::{baseline, proposals};
+use super::design::{baseline_of, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
@@ -202,8 +202,7 @@ pub fn diagnose_together(
         unloaded_shift_m,
         mut sessions,
     } = lay_out(sessions, model, parameters, options.keep_outliers)?;
-    let mut baseline = baseline(model, model.mechanism()?, &poses, parameters)?;
-    baseline.add_variant(&model.physics.effects)?;
+    let mut baseline = baseline_of(model, &observations, &poses, parameters)?;
     baseline.suspect_file();
     step();
     let mut warnings: Vec<String> = unloaded_shift_m.map(shifted).into_iter().collect();

@@ -10,7 +10,7 @@ use crate::physics::Law;
 use crate::readings::{InstrumentRecord, SessionHeader};
 
 use super::data::LoadedSession;
-use super::design::baseline;
+use super::design::baseline_of;
 use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
 use super::session_table::SessionTable;
@@ -51,8 +51,7 @@ pub fn noise_of(
     seed: u64,
 ) -> Result<MeasuredNoise, AnalysisError> {
     let observations = Observations::new(&session.table, session.header.as_ref());
-    let mut baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
-    baseline.add_variant(&model.physics.effects)?;
+    let baseline = baseline_of(model, &observations, &observations.poses, parameters)?;
     let search = SearchOptions {
         noise: KnownNoise::Nothing,
         seed,

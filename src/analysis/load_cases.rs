@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use crate::elastostatics::{
-    BadLoadCaseValue, LoadCaseFit, LoadCaseFitError, LoadCaseFitOptions, LoadCaseModel,
-    PosedLoadCases, TableMistake, bad_load_case_values, fit_load_cases, plan_load_cases,
-    planned_table, table_mistake, usual_choice,
+    BadLoadCaseValue, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel, PosedLoadCases, TableMistake,
+    TrackedPoses, bad_load_case_values, fit_load_cases, plan_load_cases, planned_table,
+    table_mistake, usual_choice,
 };
+use crate::fit::FactorStatus;
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::mismatch::GaugeSteps;
-use crate::parameters::ParameterChoice;
+use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{ActingPhysics, Effect, Needs, Place};
 use crate::readings::{ReadOptions, is_vector_table};
 use crate::robot::{FittingFactors, ModelParameter};
@@ -120,17 +121,13 @@ impl LoadCaseData {
         let model = resolve_beside(choice, Some(beside))?;
         let posed = PosedLoadCases::new(&model.robot, model.mechanism()?, &loaded.table)?;
         let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
-        let (start, physics) = if posed.has_positions() {
-            (start_of(&model)?, None)
-        } else {
-            refuse_laws_of_time(&model)?;
-            let (start, others) = springs_apart(&model)?;
-            let acting = ActingPhysics::new(&model.robot, model.mechanism()?, others)?;
-            (
-                start,
-                Some(acting).filter(|acting| !acting.effects.is_empty()),
-            )
-        };
+        refuse_laws_of_time(&model)?;
+        if posed.has_positions() {
+            refuse_laws_of_gauges(&model)?;
+        }
+        let (start, others) = springs_apart(&model)?;
+        let acting = ActingPhysics::new(&model.robot, model.mechanism()?, others)?;
+        let physics = Some(acting).filter(|acting| !acting.effects.is_empty());
         Ok(Self {
             inputs: Inputs::default().with_table(loaded).with_model(&model),
             start,
@@ -274,10 +271,8 @@ impl LoadCaseData {
         options: DiagnoseSettings,
         step: &dyn Fn(),
     ) -> Result<DiagnosisReport, AnalysisError> {
-        if self.posed.has_positions() {
-            return Err(LoadCaseFitError::Positions { needs: "diagnose" }.into());
-        }
         let fit = self.fit(settings)?;
+        let tracker = self.tracked(&fit)?;
         let table_mistake = self.table_mistake(settings, &fit)?;
         // Beside a mistake of the whole table good values look bad.
         let bad = if table_mistake.is_some() {
@@ -285,7 +280,7 @@ impl LoadCaseData {
         } else {
             self.bad_values(settings, &fit)?
         };
-        let all = self.posed.as_series(self.steps);
+        let all = self.posed.as_series(self.steps, tracker.as_ref());
         let lines: Vec<u32> = bad.iter().map(|one| one.line).collect();
         let is_bad = |line| lines.contains(&line);
         let marked_readings = marked(&all, &is_bad).collect();
@@ -295,8 +290,17 @@ impl LoadCaseData {
         for (name, pose) in posed.named_poses() {
             put_pose(&mut self.model.robot, &name, pose);
         }
-        let series = posed.as_series(self.steps);
+        let series = posed.as_series(self.steps, tracker.as_ref());
         let session = loaded.with_table(series);
+        let mut options = options;
+        if let (Some(choice), Some(_)) = (&mut options.parameters, &tracker) {
+            // Own weight does not load every spring.
+            let open = fit.estimates.iter();
+            let open = open.filter(|one| matches!(one.status, FactorStatus::NotIdentified { .. }));
+            for one in open {
+                choice.set(&one.parameter, FitRole::Fixed);
+            }
+        }
         let report = diagnose_together(&[session], &self.model, options, step)?;
         Ok(DiagnosisReport {
             table_mistake,
@@ -304,6 +308,14 @@ impl LoadCaseData {
             marked_readings,
             ..report
         })
+    }
+
+    /// The tools as the tracker of a fit sees them; none of displacements.
+    fn tracked(&self, fit: &LoadCaseFit) -> Result<Option<TrackedPoses>, AnalysisError> {
+        let frames = fit.frames.as_ref().map(|fitted| fitted.frames);
+        let (robot, mechanism) = (&self.model.robot, self.model.mechanism()?);
+        let tracked = frames.map(|frames| self.posed.tracked(robot, mechanism, frames));
+        Ok(tracked.transpose()?)
     }
 
     /// As [`FitData::plan`](super::FitData::plan).
@@ -338,13 +350,13 @@ impl LoadCaseData {
 ///
 /// # Errors
 /// For an effect that is no spring.
-pub fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> {
+pub(super) fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> {
     let (start, others) = springs_apart(model)?;
     match others.first() {
         None => Ok(start),
         Some(effect) => ArgumentError::refuse(
             format!("--effect {}", effect.compact()),
-            "positions under own weight, and plans of poses, know only springs: joint-compliance, joint-tilt-compliance, tool-compliance and base-compliance",
+            "plans of poses know only springs: joint-compliance, joint-tilt-compliance, tool-compliance and base-compliance",
             "leave it out",
         ),
     }
@@ -373,6 +385,22 @@ fn springs_apart(model: &ResolvedModel) -> Result<(FittingFactors, Vec<Effect>),
         start.set(&parameter, start.get(&parameter) + own);
     }
     Ok((start, others))
+}
+
+/// Refuses effects of gauges and loads along an axis, beside positions of a tracker.
+///
+/// # Errors
+/// For the first of them.
+pub fn refuse_laws_of_gauges(model: &ResolvedModel) -> Result<(), AnalysisError> {
+    let mut effects = model.physics.effects.iter();
+    match effects.find(|effect| effect.law.is_hidden_from_trackers()) {
+        None => Ok(()),
+        Some(effect) => ArgumentError::refuse(
+            format!("--effect {}", effect.compact()),
+            "it is of a displacement gauge or its stand, of loads along an axis, or of one run, and a tracker has none of these",
+            "leave it out",
+        ),
+    }
 }
 
 /// Refuses effects that act over time, beside load cases, which have no clock.

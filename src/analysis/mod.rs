@@ -70,7 +70,7 @@ pub use integrity::{
     Differences, JournalCheck, TableCheck, compare_with_journal, header_sha256, shortened,
 };
 pub use load_cases::{
-    LoadCaseData, LoadCaseSettings, LoadedLoadCases, refuse_laws_of_time, start_of,
+    LoadCaseData, LoadCaseSettings, LoadedLoadCases, refuse_laws_of_gauges, refuse_laws_of_time,
 };
 pub use marked::ReadingMark;
 pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};

@@ -11,7 +11,7 @@ use crate::session::read_inside;
 use crate::test_point::{Direction, PoseId};
 
 use super::data::{LoadedSession, OpenSettings};
-use super::design::baseline;
+use super::design::baseline_of;
 use super::error::{AnalysisError, ArgumentError};
 use super::hash::sha256;
 use super::load_cases::LoadedLoadCases;
@@ -113,7 +113,6 @@ pub(super) fn lay_out(
     parameters: &ParameterChoice,
     keep_outliers: bool,
 ) -> Result<LaidOut, AnalysisError> {
-    let mechanism = model.mechanism()?;
     let names = names(sessions);
     let (mut own, mut shares) = (Vec::new(), Vec::new());
     let (mut bad_runs, mut bad_readings) = (Vec::new(), Vec::new());
@@ -125,8 +124,7 @@ pub(super) fn lay_out(
         let observations = session.table.clone();
         let shifts = [unloaded_shift_m, observations.unloaded_shift_m];
         unloaded_shift_m = shifts.into_iter().flatten().reduce(f64::max);
-        let mut baseline = baseline(model, mechanism, &observations.poses, parameters)?;
-        baseline.add_variant(&model.physics.effects)?;
+        let baseline = baseline_of(model, &observations, &observations.poses, parameters)?;
         let screened = screen_data(&baseline, &observations, &KnownNoise::Nothing)?;
         let named = |pose: PoseId| {
             if several {

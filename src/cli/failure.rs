@@ -190,7 +190,6 @@ const EXIT_CODES: &[(&str, u8)] = &[
     ("stiffbench::readings", 11),
     ("stiffbench::load_cases::no_repeats", 2),
     ("stiffbench::load_cases::too_few", 40),
-    ("stiffbench::load_cases::needs_displacements", 2),
     ("stiffbench::load_cases", 11),
     ("stiffbench::input_needed", 3),
     ("stiffbench::session::in_use", 21),

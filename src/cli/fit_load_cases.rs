@@ -51,7 +51,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
         warnings.push(table_mistake_words(&mistake));
     } else {
         let bad = data.bad_values(&settings, &fit)?;
-        warnings.extend(bad.iter().map(bad_load_case_value_words));
+        warnings.extend(bad_load_case_value_words(&bad));
     }
     // The text has them already.
     if global.json {

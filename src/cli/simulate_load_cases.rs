@@ -19,7 +19,7 @@ use super::simulate::{
     create_new, effects_line, noise, origin, outcome, report, rigid_springs, truth_text,
     usual_header, write_session,
 };
-use crate::analysis::{ResolvedModel, refuse_laws_of_time, start_of};
+use crate::analysis::{ResolvedModel, refuse_laws_of_gauges, refuse_laws_of_time};
 
 /// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
 const LARGEST_FORCE_N: f64 = 70.0;
@@ -61,13 +61,11 @@ pub(super) fn run(
     let axes = [("--displacement-axes", args.axes.is_given())];
     refuse_given(&axes, "it belongs to series of loads", help)?;
     resolved.factors = truth;
-    let truth = match kind {
-        CaseKind::LoadCases(_) => {
-            refuse_laws_of_time(&resolved)?;
-            resolved.robot.with_own_springs(&resolved.factors)
-        }
-        CaseKind::Positions(_) => start_of(&resolved)?,
-    };
+    refuse_laws_of_time(&resolved)?;
+    if let CaseKind::Positions(_) = kind {
+        refuse_laws_of_gauges(&resolved)?;
+    }
+    let truth = resolved.robot.with_own_springs(&resolved.factors);
     let rigid_springs = rigid_springs(&resolved, &truth);
     let noise = noise(args);
     let (mut table, tracker, words) = made(args, kind, &resolved, &truth, &noise)?;
@@ -136,9 +134,9 @@ fn made(
                 repeats,
                 poses,
             };
-            let mechanism = resolved.mechanism()?;
+            let physics = &resolved.physics;
             let SimulatedPositions { table, frames } =
-                simulate_positions(robot, mechanism, truth, &plan, noise, args.seed)?;
+                simulate_positions(robot, physics, truth, &plan, noise, args.seed)?;
             let forces = force_n.map_or_else(String::new, |force_n| {
                 format!(" and forces up to {force_n} N")
             });

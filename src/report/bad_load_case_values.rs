@@ -1,12 +1,57 @@
 //! Bad values of load cases in words.
 
-use crate::elastostatics::{BadLoadCaseValue, TableMistake};
+use crate::elastostatics::{BadLoadCaseValue, OtherJointValue, TableMistake};
 
 use super::text::{micro, share_of_tables, significant};
 
-/// What is bad about a value, what it would have to be, and how sure that is; without a full stop.
+/// What is bad about values, what they would have to be, and how sure that is; without a full stop. Coordinates of one position stand together.
 #[must_use]
-pub fn bad_load_case_value_words(bad: &BadLoadCaseValue) -> String {
+pub fn bad_load_case_value_words(all: &[BadLoadCaseValue]) -> Vec<String> {
+    let together = all.chunk_by(|a, b| a.is_position() && a.line == b.line);
+    let words = together.map(|bad| match bad {
+        [one] if !one.is_position() => value_words(one),
+        coordinates => position_words(coordinates),
+    });
+    words.collect()
+}
+
+/// Coordinates of one position.
+fn position_words(bad: &[BadLoadCaseValue]) -> String {
+    let Some(first) = bad.first() else {
+        return String::new();
+    };
+    let list = |of: &dyn Fn(&BadLoadCaseValue) -> String| -> String {
+        let all: Vec<String> = bad.iter().map(of).collect();
+        all.join(", ")
+    };
+    // Metres as millimetres to a hundredth of what a tracker scatters by.
+    let mm = |metres: f64| format!("{:.3}", 1e3 * metres);
+    let axes = list(&|one| one.axis.to_string());
+    let (read, expected) = (list(&|one| mm(one.value)), list(&|one| mm(one.expected)));
+    let joint = first.joint.as_ref().map_or_else(String::new, |joint| {
+        let OtherJointValue {
+            variable,
+            stated,
+            agrees,
+            unit,
+        } = joint;
+        format!("; it agrees with {variable} = {agrees:.4} {unit} in place of {stated:.4} {unit}")
+    });
+    let what = if bad.len() > 1 {
+        "a bad position, or another pose than the table has"
+    } else {
+        "a bad value"
+    };
+    format!(
+        "line {}, pose {}: position {axes} is {read} mm, and the fit to all others lets expect {expected} mm{joint}: possibly {what}, measure it again \
+         (noise alone takes positions as far in {} of such tables)",
+        first.line,
+        first.pose,
+        share_of_tables(first.p_family)
+    )
+}
+
+fn value_words(bad: &BadLoadCaseValue) -> String {
     let in_unit = |value: f64| {
         let value = significant(micro(value), 4);
         format!("{value} {}", bad.unit)

@@ -4,7 +4,7 @@ mod law;
 mod load_displacement;
 mod map;
 
-use crate::mismatch::{Finding, Impossible, LawCriticalValues, VerdictGrade};
+use crate::mismatch::{Finding, Impossible, LawCriticalValues, ReadingTrace, VerdictGrade};
 use crate::physics::{Effect, title};
 use crate::plot::{
     BeforeAfterPoint, CandidateDecision, DetectionLimitBar, DetectionLimits, EvidenceBars,
@@ -27,7 +27,9 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
     const STEPS_WITHIN_RUNS: &str =
         " Zero and slope of each run are taken off before the means of load steps.";
     let noted = |mut figure: Figure, note: &str| {
-        figure.caption.push_str(note);
+        if report.observations.has_series() {
+            figure.caption.push_str(note);
+        }
         figure
     };
     let diagnosis = &report.diagnosis;
@@ -116,6 +118,15 @@ fn found(effects: &[Effect]) -> String {
     listed(&names, "and")
 }
 
+/// What the final model leaves of a reading, m, without zero and slope of its run, where these can be told from it.
+fn left_m(report: &DiagnosisReport, reading: &ReadingTrace) -> f64 {
+    if report.observations.has_series() {
+        reading.after_within_run_m
+    } else {
+        reading.after_m
+    }
+}
+
 fn before_after(report: &DiagnosisReport, found: &str) -> ResidualsBeforeAfter {
     let readings = &report.trace.readings;
     // Lines of the file stand in the order of the session.
@@ -134,14 +145,23 @@ fn before_after(report: &DiagnosisReport, found: &str) -> ResidualsBeforeAfter {
             force_n: reading.force_n,
             sequence,
             // Zeros and slopes of runs are those that the final model finds, in both: what differs is what was found.
-            before_m: reading.after_within_run_m + reading.model_change_m,
-            after_m: reading.after_within_run_m,
+            before_m: left_m(report, reading) + reading.model_change_m,
+            after_m: left_m(report, reading),
             noise_sd_m: Some(reading.reading_sd_m),
             flagged: reading.flagged,
         });
     ResidualsBeforeAfter {
         found: found.to_owned(),
-        against: ResidualsAgainst::Force,
+        against: if report
+            .observations
+            .loads
+            .iter()
+            .all(|load| load.force_n == 0.0)
+        {
+            ResidualsAgainst::Order
+        } else {
+            ResidualsAgainst::Force
+        },
         points: points.collect(),
     }
 }

@@ -3,16 +3,17 @@
 //! The numbers in `fixtures/virtual-joints` were made by its `generate.py`, with a Jacobian of its own.
 
 use stiffbench_beams::physics::{
-    ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads,
+    ActingPhysics, Effect, JointRotations, LawSet, LoadPoint, Mechanics, RunLoads,
 };
 use stiffbench_beams::robot::{
     Angle, Balancer, BalancerForce, Body, BodyPlace, BodyPoint, FittingFactors, GRAVITY_M_PER_S2,
-    JointModel, JointMotion, JointSprings, Keep, MassPlace, ModelParameter, MultiPosePredictor,
-    NodePlace, PointMass, Pose, PoseSweep, Predictor, RigidLink, Robot, RobotNode, SpringAxis,
-    Theory, Variable,
+    JointModel, JointMotion, JointSprings, Keep, MassPlace, MechanismModel, ModelParameter,
+    MultiPosePredictor, NodePlace, PointMass, Pose, PoseSweep, Predictor, RigidLink, Robot,
+    RobotNode, SpringAxis, Theory, Variable,
 };
 use stiffbench_beams::structure::{Compliance6, SolutionPath};
 use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::Direction;
 
 use crate::support::arms::{self, ArmEnd, ArmJoint, number, rows, spring};
@@ -636,4 +637,59 @@ fn a_rigid_strut_beside_an_arm_leaves_it_nothing_that_yields() {
     let held = predictor(&robot, &pose).compliance();
     let along: f64 = (0..3).map(|i| held.0[i][i]).sum();
     assert!((along / 1e-6 - 1.0).abs() < 1e-12, "{along:e}");
+}
+
+/// A law in a joint, and one of the base, sag as a spring of the structure there does: own weight turns both.
+#[test]
+fn laws_sag_under_own_weight_as_springs_do() {
+    let mut seen = 0;
+    for (robot, pose) in arms::all().iter().take(20) {
+        let mechanism = robot.mechanism(None).unwrap();
+        let values = robot.with_own_springs(&FittingFactors::UNIT);
+        let poses = std::slice::from_ref(pose);
+        let mut mechanics = Mechanics::rigid_with(robot, mechanism, &[], &values, poses).unwrap();
+        mechanics.weigh(&[]).unwrap();
+        mechanics.solve_joints(|_| true).unwrap();
+        let mut single = predictor(robot, pose);
+        let (sag, _) = single.weight_displacement(&[]);
+        let size = sag.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let joints = mechanism.joints(robot).into_iter();
+        let joints = joints.map(|joint| &robot.joints[joint]);
+        let springs = joints.filter(|joint| joint.motion == JointMotion::Turns);
+        let springs = springs.map(|joint| ModelParameter::Joint(joint.name.as_str().into()));
+        let of_base = [SpringAxis::Rx, SpringAxis::Rz].map(ModelParameter::Base);
+        for spring in springs.chain(of_base) {
+            let effect = Effect::of_spring(&spring, 3e-6).unwrap();
+            let laws = LawSet::new(robot, mechanism, &[effect]).unwrap();
+            let mut sprung = values.clone();
+            sprung.set(&spring, values.get(&spring) + 3e-6);
+            let all: Vec<ModelParameter> = sprung.springs().collect();
+            let (rigid, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+            let model =
+                MechanismModel::with_parameters(robot, mechanism, &rigid, theory, &sprung, &all);
+            let mut softer = Predictor::of(model.unwrap()).unwrap();
+            softer.place(pose).unwrap();
+            let (softer, _) = softer.weight_displacement(&[]);
+            for (axis, expected) in softer.into_iter().enumerate() {
+                let mut unit = [0.0; 6];
+                unit[axis] = 1.0;
+                let load = Direction::Z.into();
+                let run = RunLoads {
+                    pose: &"P".into(),
+                    load: &load,
+                    read: ReadAxis::new(Direction::ALL[axis % 3], axis > 2, unit),
+                    repeat: 1,
+                    release_n: None,
+                    loads: &[LoadPoint::default()],
+                };
+                let mut moved = [0.0];
+                let mut turned = JointRotations::default();
+                laws.displacements_m(mechanics.pose(0), &run, &mut turned, &mut moved);
+                let error = (moved[0] - expected).abs() / size;
+                assert!(error < 1e-9, "{spring}, {axis}: {} {expected}", moved[0]);
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen > 60, "{seen}");
 }

@@ -485,7 +485,7 @@ fn no_interval_of_a_hundred_sessions_is_withheld_whose_limit_is_crossed() {
 }
 
 #[test]
-#[ignore = "some forty minutes; `just nightly` runs it"]
+#[ignore = "about two hours on two cores; `just nightly` runs it"]
 fn a_thousand_sessions() {
     let robot = hp_robot();
     for train in TRAINING {

@@ -39,6 +39,8 @@ pub enum DrivingQuantity {
     Hold,
     /// Number of the repeat.
     Repeat,
+    /// What the law itself does to the reading, m: of readings that are each under a load of their own.
+    Change,
 }
 
 /// Points and curves of one cell, or of several pooled.
@@ -210,6 +212,10 @@ impl Across {
         };
         match driving {
             DrivingQuantity::Force => plain(Axis::linear("load", "N"), 1.0),
+            DrivingQuantity::Change => plain(
+                Axis::linear("change by the law", "µm"),
+                METRES_PER_MICROMETRE,
+            ),
             DrivingQuantity::Displacement => {
                 plain(Axis::linear("displacement", "µm"), METRES_PER_MICROMETRE)
             }
@@ -406,9 +412,14 @@ mod tests {
             at(DrivingQuantity::Force, -70.0),
             ("load (N)".to_owned(), -70.0)
         );
-        let (label, x) = at(DrivingQuantity::Displacement, -3e-4);
-        assert_eq!(label, "displacement (µm)");
-        assert!((x + 300.0).abs() < 1e-9);
+        for (driving, name) in [
+            (DrivingQuantity::Displacement, "displacement (µm)"),
+            (DrivingQuantity::Change, "change by the law (µm)"),
+        ] {
+            let (label, x) = at(driving, -3e-4);
+            assert_eq!(label, name);
+            assert!((x + 300.0).abs() < 1e-9);
+        }
         assert_eq!(at(DrivingQuantity::Clock, 7200.5).0, "time (h)");
         assert_eq!(
             at(DrivingQuantity::Clock, 600.0),

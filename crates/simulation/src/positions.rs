@@ -6,11 +6,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use stiffbench_beams::physics::{ActingPhysics, JointRotations, LoadPoint, Mechanics, RunLoads};
 use stiffbench_beams::robot::{
-    FittingFactors, JointModel, Mechanism, Predictor, Robot, Theory, TrackerFrames,
+    FittingFactors, JointModel, Predictor, Robot, Theory, TrackerFrames,
 };
 use stiffbench_measurement::load_cases::{LoadAxes, LoadCase, LoadCaseTable};
-use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::read_axis::ReadAxis;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::load_cases::{joint_values, next_pose, random_force, simulated_table};
 use super::noise::{NoiseModel, rounded};
@@ -46,7 +49,7 @@ pub struct SimulatedPositions {
 
 /// Positions of a tracker, each coordinate with the error of a reading. The base frame and the measured point of the tool are drawn by the seed.
 ///
-/// Motions are small: weight and forces act in the pose of the rigid robot. Zeros and slopes of runs have no meaning here, and no error.
+/// Motions are small: weight and forces act in the pose of the rigid robot, laws of joints and springs on both together. Zeros and slopes of runs have no meaning here, and no error.
 /// The same seed gives the same table.
 ///
 /// # Errors
@@ -54,7 +57,7 @@ pub struct SimulatedPositions {
 /// carries nothing, and a robot whose limits leave no pose.
 pub fn simulate_positions(
     robot: &Robot,
-    mechanism: &Mechanism,
+    physics: &ActingPhysics,
     factors: &FittingFactors,
     plan: &PositionPlan,
     noise: &NoiseModel,
@@ -68,8 +71,11 @@ pub fn simulate_positions(
         random
     });
     let frames = random_frames(&mut of_frames);
+    let (mechanism, factors) = (&physics.mechanism, &physics.with_springs(factors));
     let theory = Theory::EulerBernoulli;
     let mut predictor = Predictor::with(robot, mechanism, &JointModel::Rigid, theory, factors)?;
+    let mut mechanics: Option<Mechanics<'_>> = None;
+    let mut joint_rotations = JointRotations::default();
     let mut cases = Vec::new();
     for number in 0..plan.count {
         let named = plan.poses.as_deref();
@@ -82,13 +88,41 @@ pub fn simulate_positions(
             Some(largest_n) if number % 2 == 1 => random_force(largest_n, &mut choices),
             _ => [0.0; 3],
         };
-        let compliance = predictor.compliance().0;
-        let (weight, _) = predictor.weight_displacement(&[]);
-        let motion = std::array::from_fn(|axis| {
-            let by_force = compliance[axis].iter().zip(&force_n);
-            weight[axis] + by_force.map(|(c, f)| c * f).sum::<f64>()
-        });
-        let exact_m = frames.position_m(&robot.end_pose(mechanism, &pose)?, &motion);
+        let solved = match &mut mechanics {
+            Some(known) => {
+                known.move_to(0, &pose)?;
+                known
+            }
+            none => {
+                let poses = std::slice::from_ref(&pose);
+                let mut first = Mechanics::rigid_with(robot, mechanism, &[], factors, poses)?;
+                first.weigh(&[])?;
+                none.insert(first)
+            }
+        };
+        solved.solve_joints(|_| true)?;
+        let tool = robot.end_pose(mechanism, &pose)?;
+        let mut exact_m = frames.position_m(&tool, &[0.0; 6]);
+        let [x, y, z] = force_n;
+        let load = LoadDirection::of_wrench([x, y, z, 0.0, 0.0, 0.0]);
+        let (load, amount) = load.unwrap_or_else(|| (Direction::Z.into(), 0.0));
+        for axis in Direction::ALL {
+            let run = RunLoads {
+                pose: &name,
+                load: &load,
+                read: ReadAxis::new(axis, false, frames.read_unit(&tool, axis)),
+                repeat: 1,
+                release_n: None,
+                loads: &[LoadPoint {
+                    force_n: amount,
+                    ..LoadPoint::default()
+                }],
+            };
+            let mut moved = [0.0];
+            let laws = &physics.laws;
+            laws.displacements_m(solved.pose(0), &run, &mut joint_rotations, &mut moved);
+            exact_m[axis.index()] += moved[0];
+        }
         for repeat in 1..=plan.repeats {
             let position_m = exact_m.map(|exact_m| {
                 let read_m = exact_m + noise.error(noise.reading_sd_m, &mut errors);

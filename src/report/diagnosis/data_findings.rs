@@ -348,12 +348,26 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
         text.push_str(&paragraph(&bad_run(one), "- ", "  "));
     }
     for one in bad.iter().take(NAMED) {
-        let shown = |metres: f64| significant(um(metres), 4);
+        let is_position = report.observations.tracker.is_some();
+        let unit = if is_position { "mm" } else { "um" };
+        let shown = |metres: f64| {
+            if is_position {
+                format!("{:.3}", 1e3 * metres)
+            } else {
+                significant(um(metres), 4)
+            }
+        };
         let slip = kind_of_slip(one.kind);
-        let others = if one.has_repeats {
-            "the other repeats"
+        let is_of_run = report.observations.has_series();
+        let others = match (one.has_repeats, is_of_run) {
+            (true, _) => "the other repeats",
+            (false, true) => "its neighbours",
+            (false, false) => "the fit to all others",
+        };
+        let step = if is_of_run {
+            format!(", step {}, {}", one.step, one.branch)
         } else {
-            "its neighbours"
+            String::new()
         };
         let last = if one.is_last {
             " It is the last of its run: a jump just before it would look the same."
@@ -361,15 +375,17 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
             ""
         };
         let said = format!(
-            "line {}: {}, repeat {}, step {}, {}: {} um, where {others} predict {} ± {} um (k = 2){slip}.{last}",
+            "line {}: {}, repeat {}{step}: {} {unit}, where {others} predict {} ± {} {unit} (k = 2){slip}.{last}",
             one.line,
             cell_of(one),
             one.repeat,
-            one.step,
-            one.branch,
             shown(one.value_m),
             shown(one.expected_m),
-            significant(um(2.0 * one.u_m), 2),
+            if is_position {
+                shown(2.0 * one.u_m)
+            } else {
+                significant(um(2.0 * one.u_m), 2)
+            },
         );
         text.push_str(&paragraph(&said, "- ", "  "));
     }

@@ -140,6 +140,10 @@ impl DiagnosisReport {
                 "it was left out of the search",
                 Some("do not name it after --without"),
             ),
+            _ if self.observations.tracker.is_some() && law.is_hidden_from_trackers() => (
+                "a tracker has no displacement gauge, stand or zero, and positions belong to no run",
+                Some("read displacements under series of loads"),
+            ),
             Needs::Hold if !recorded.hold => (
                 "the readings do not record how long each load had been on (column hold_s)",
                 Some("record hold_s and hold the largest load for a minute or two"),

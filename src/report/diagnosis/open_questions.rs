@@ -21,8 +21,9 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
         .iter()
         .filter_map(|limit| Some((limit, limit.unseen?)))
         .collect();
-    let readings = &report.observations.readings;
-    let loading_only = readings.iter().all(|r| r.branch == Branch::Loading);
+    let mut readings = report.observations.readings.iter();
+    let loading_only =
+        report.observations.has_series() && readings.all(|r| r.branch == Branch::Loading);
     if all.is_empty() && !loading_only {
         return String::new();
     }

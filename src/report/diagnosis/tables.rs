@@ -106,8 +106,16 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
         add(&name, um(before_m), um(after_m));
     }
     text.push_str(&rows.text());
+    let of = match (
+        &report.observations.tracker,
+        report.observations.has_series(),
+    ) {
+        (Some(_), _) => "positions from where the rigid robot stands",
+        (None, true) => "displacements about the mean of their gauge zero",
+        (None, false) => "displacements",
+    };
     let floor = format!(
-        "Percent are of the root mean square of the displacements about the mean of their gauge zero, {}. Noise alone has about {} over \
+        "Percent are of the root mean square of the {of}, {}. Noise alone has about {} over \
          all readings, or 1.00 in units of the noise; a fit leaves somewhat less of it, because zeros and factors follow the noise. The \
          softest direction rules the um; the units of the noise count all readings alike.",
         um(report.trace.displacement_rms_m),

@@ -5,7 +5,9 @@ use crate::mismatch::{EffectTrace, ReadingTrace};
 use crate::physics::{Curve, Driving, Law, Place};
 use crate::plot::{Bar, CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint};
 use crate::report::diagnosis::short_phrase;
-use crate::test_point::{Branch, Cell};
+use crate::test_point::{Branch, Cell, Direction};
+
+use super::left_m;
 
 /// Loads of at least this share of the largest count as large: there a law that grows with the displacement shows best.
 const LARGE_LOAD: f64 = 0.9;
@@ -29,7 +31,12 @@ struct Seen<'a> {
 pub(super) fn law(report: &DiagnosisReport, effect: &EffectTrace) -> FoundLaw {
     let driving = driving(report, effect.effect.law);
     let seen = seen(report, effect, driving);
-    let panels = if let Some(heading) = effect.effect.law.figure.pooled {
+    let panels = if driving == DrivingQuantity::Change {
+        Direction::ALL
+            .into_iter()
+            .filter_map(|axis| by_change(axis, &seen))
+            .collect()
+    } else if let Some(heading) = effect.effect.law.figure.pooled {
         vec![LawPanel {
             heading: heading.to_owned(),
             ..gathered(effect, seen)
@@ -59,6 +66,7 @@ pub(super) fn law(report: &DiagnosisReport, effect: &EffectTrace) -> FoundLaw {
 fn driving(report: &DiagnosisReport, law: Law) -> DrivingQuantity {
     let recorded = report.observations.recorded;
     match law.figure.driving {
+        _ if !report.observations.has_series() => DrivingQuantity::Change,
         Driving::Displacement => DrivingQuantity::Displacement,
         Driving::Clock if recorded.time => DrivingQuantity::Clock,
         Driving::Hold if recorded.hold => DrivingQuantity::Hold,
@@ -109,9 +117,10 @@ fn seen<'a>(
                 DrivingQuantity::Clock => reading.since_zero_s.unwrap_or(0.0),
                 DrivingQuantity::Hold => reading.hold_s.unwrap_or(0.0),
                 DrivingQuantity::Repeat => f64::from(reading.repeat),
+                DrivingQuantity::Change => change_m,
             },
             change_m,
-            shown_m: reading.after_within_run_m + change_m,
+            shown_m: left_m(report, reading) + change_m,
             variance_m2: reading.reading_sd_m.powi(2),
         })
         .collect()
@@ -169,6 +178,23 @@ fn mean_of(group: &[Seen<'_>]) -> [f64; 2] {
     let at = group.iter().map(|one| one.at).sum::<f64>() / n;
     let change_m = group.iter().map(|one| one.change_m).sum::<f64>() / n;
     [at, change_m]
+}
+
+/// One panel of all readings along an axis: what each shows of the law over what the law does to it.
+fn by_change(axis: Direction, seen: &[Seen<'_>]) -> Option<LawPanel> {
+    let own = seen.iter().filter(|one| one.reading.cell.direction == axis);
+    let points: Vec<LawPoint> = own.map(|one| point(&[one], Branch::Loading)).collect();
+    let at = || points.iter().map(|point| point.at);
+    let ends = [at().reduce(f64::min)?, at().reduce(f64::max)?];
+    Some(LawPanel {
+        heading: axis.to_string(),
+        curves: vec![LawCurve {
+            name: "law as fitted".to_owned(),
+            shape: CurveShape::Line,
+            points: ends.map(|end| [end, end]).to_vec(),
+        }],
+        points,
+    })
 }
 
 /// One panel of a cell: the repeats of each load step together.

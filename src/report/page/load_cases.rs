@@ -64,7 +64,7 @@ pub(super) fn add_load_case_model(
     add_map(page, &fitted, &axes.collect::<Vec<_>>());
     let mut warnings = doubts_about_load_case_fit(&data.posed, &fit);
     let bad = data.bad_values(&fit_settings, &fit)?;
-    warnings.extend(bad.iter().map(bad_load_case_value_words));
+    warnings.extend(bad_load_case_value_words(&bad));
     if let Some(session) = page.sessions.first_mut() {
         session.deviations.extend(warnings);
     }

@@ -102,11 +102,16 @@ impl PageFit {
     pub(super) fn of_load_cases(fit: &LoadCaseFit, numbers: LoadCaseFitReport) -> Self {
         let text = load_case_fit_text(fit) + &next_load_cases_text(&numbers);
         let [_, _, unseen] = fit.rms_m();
+        let what = if fit.frames.is_some() {
+            "positions"
+        } else {
+            "displacements"
+        };
         let validation = fit.rigid_unseen_m().zip(unseen).map(|(rigid, unseen)| {
             let [rigid, unseen] =
                 [rigid, unseen].map(|rms| significant(rms / METRES_PER_MICROMETRE, 3));
             format!(
-                "In poses that the fit did not see the model differs from the measured displacements by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
+                "In poses that the fit did not see the model differs from the measured {what} by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
             )
         });
         Self {

@@ -200,6 +200,20 @@ impl Law {
         }
     }
 
+    /// Whether absolute positions of a tracker cannot show it: a tracker has no displacement gauge, stand or zero, and its positions belong to no run.
+    #[must_use]
+    pub fn is_hidden_from_trackers(self) -> bool {
+        matches!(
+            self.place_kind,
+            PlaceKind::Direction
+                | PlaceKind::Toward
+                | PlaceKind::Structure
+                | PlaceKind::Clock
+                | PlaceKind::Run
+                | PlaceKind::DisplacementGauge
+        )
+    }
+
     /// Whether the law sits in one joint.
     #[must_use]
     pub fn is_of_a_joint(self) -> bool {

@@ -201,6 +201,8 @@ struct LoadsAndReading {
     wrench: [f64; 6],
     /// What gives along the reading without joints that turn, m/N.
     linear_m_per_n: f64,
+    /// What is read without a load, as far as no joint turns, m.
+    unloaded_m: f64,
 }
 
 impl LawSet {
@@ -395,13 +397,18 @@ impl LawSet {
         let (wrench, read) = (self.acting(run), self.read_along(&run.read));
         let moved = pose.influence.compliance.map(|row| dot6(row, wrench));
         let mut linear_m_per_n = dot6(read, moved);
-        for (lever, &compliance) in pose.base_levers.iter().zip(&self.base) {
-            linear_m_per_n += dot6(*lever, read) * compliance * dot6(*lever, wrench);
+        let mut unloaded_m = dot6(read, pose.unloaded.motion);
+        let rocking = pose.base_levers.iter().zip(&self.base);
+        for ((lever, &compliance), weight_nm) in rocking.zip(pose.unloaded.base_nm) {
+            let turned = dot6(*lever, read) * compliance;
+            linear_m_per_n += turned * dot6(*lever, wrench);
+            unloaded_m += turned * weight_nm;
         }
         LoadsAndReading {
             read,
             wrench,
             linear_m_per_n,
+            unloaded_m,
         }
     }
 
@@ -413,7 +420,7 @@ impl LawSet {
         acting_n: f64,
         joint_rotations: &mut JointRotations,
     ) -> f64 {
-        let mut displacement = reach.linear_m_per_n * acting_n;
+        let mut displacement = reach.unloaded_m + reach.linear_m_per_n * acting_n;
         if self.joints.is_empty() {
             return displacement;
         }

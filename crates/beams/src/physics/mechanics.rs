@@ -2,7 +2,7 @@
 
 use crate::robot::{
     FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, MultiPosePredictor,
-    Pose, Robot, RobotError, Theory,
+    Pose, Predictor, Robot, RobotError, SpringAxis, Theory,
 };
 use crate::structure::{RotationInfluence, Solver, Structure, StructureError};
 use stiffbench_numeric::vector::dot6;
@@ -25,6 +25,20 @@ pub struct Mechanics<'a> {
     /// Whether a joint has a spring among the parameters, by its place among the levers.
     sprung: Vec<bool>,
     poses: Vec<Posed<'a>>,
+    weighing: Option<Weighing<'a>>,
+}
+
+/// What solves the poses under own weight.
+#[derive(Debug)]
+struct Weighing<'a> {
+    predictor: Box<Predictor<'a>>,
+    /// The parameters of the baseline, then what else turns or slides: joints and base.
+    parameters: Vec<ModelParameter>,
+    /// Places among them: of each joint, in the order of the levers, and of the base about x, y, z.
+    joints: Vec<usize>,
+    base: [usize; 3],
+    /// For each pose the derivatives of its motion under own weight.
+    derivatives: Vec<Vec<[f64; 6]>>,
 }
 
 /// One pose.
@@ -66,6 +80,30 @@ pub struct PoseMechanics {
     /// Derivative of the compliance to each parameter of the baseline: to ln a of a factor, to the compliance of a spring. What is not along
     /// x, y, z under a force along the same axis is zero unless it was asked for ([`Mechanics::differentiate_whole`]).
     pub gradient: Vec<[[f64; 6]; 6]>,
+    /// Where the end stands before a load acts.
+    pub unloaded: Unloaded,
+}
+
+/// Where the end of a robot stands without a load, against the rigid robot of its file: under own weight, and where its lengths and angles are
+/// others. All zero where only what loads move is read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Unloaded {
+    /// Displacement, m, and rotation, rad.
+    pub motion: [f64; 6],
+    /// Its derivative to each parameter of the baseline: as of [`PoseMechanics::gradient`]; those that are not there are zero.
+    pub gradient: Vec<[f64; 6]>,
+    /// Moment of own weight in each joint, in the order of the levers, N·m or N; none where weight does not count.
+    pub joint_nm: Vec<f64>,
+    /// The same of the base about x, y, z, N·m.
+    pub base_nm: [f64; 3],
+}
+
+impl Unloaded {
+    /// Moment of own weight in a joint, by its place among the levers, N·m.
+    #[must_use]
+    pub fn moment_nm(&self, joint: usize) -> f64 {
+        self.joint_nm.get(joint).copied().unwrap_or(0.0)
+    }
 }
 
 impl PoseMechanics {
@@ -81,16 +119,39 @@ impl PoseMechanics {
         product(&self.influence.compliance, read.unit(), read.unit())
     }
 
-    /// Its derivative to a parameter of the baseline; what lies across the load only if it was asked for.
+    /// Its derivative to a parameter of the baseline; what lies across the load only if it was asked for. Zero of a parameter of no compliance.
     #[must_use]
     pub fn gradient(&self, parameter: usize, read: &ReadAxis, load: &LoadDirection) -> f64 {
-        product(&self.gradient[parameter], read.unit(), load.wrench())
+        let own = self.gradient.get(parameter);
+        own.map_or(0.0, |own| product(own, read.unit(), load.wrench()))
+    }
+
+    /// Derivative to a parameter of the baseline of what `read` shows without a load.
+    #[must_use]
+    pub fn unloaded_gradient(&self, parameter: usize, read: &ReadAxis) -> f64 {
+        let own = self.unloaded.gradient.get(parameter);
+        own.map_or(0.0, |own| dot6(*own, read.unit()))
+    }
+
+    /// Moment of a joint at zero twist under a force and moment at the end, and own weight, N·m.
+    pub(super) fn driving_nm(&self, joint: usize, wrench: [f64; 6]) -> f64 {
+        self.unloaded.moment_nm(joint) + dot6(self.influence.levers[joint], wrench)
     }
 
     /// Share of a lever in a motion along `read` per unit of a load: the product of the lever along both.
     #[must_use]
     pub fn lever_product(lever: [f64; 6], read: &ReadAxis, load: &LoadDirection) -> f64 {
         dot6(lever, read.unit()) * dot6(lever, load.wrench())
+    }
+}
+
+/// The moment on a spring, N·m: what the spring moves per compliance is its lever times that.
+fn moment_nm(derivative: [f64; 6], lever: [f64; 6]) -> f64 {
+    let square = dot6(lever, lever);
+    if square > 0.0 {
+        dot6(derivative, lever) / square
+    } else {
+        0.0
     }
 }
 
@@ -165,6 +226,7 @@ impl<'a> Mechanics<'a> {
                     influence: RotationInfluence::default(),
                     base_levers: rigid.base_levers(),
                     gradient: vec![[[0.0; 6]; 6]; parameters.len()],
+                    unloaded: Unloaded::default(),
                 },
                 rigid,
                 twisting: None,
@@ -187,9 +249,69 @@ impl<'a> Mechanics<'a> {
             rigid: predictor,
             factors: factors.clone(),
             poses,
+            weighing: None,
         };
         mechanics.solve_rigid()?;
         Ok(mechanics)
+    }
+
+    /// Solves own weight too, from now on: where the end stands without a load.
+    ///
+    /// # Arguments
+    /// - `parameters`: of the baseline.
+    ///
+    /// # Errors
+    /// [`RobotError`] as in the poses where it was placed.
+    pub fn weigh(&mut self, parameters: &[ModelParameter]) -> Result<(), RobotError> {
+        let (robot, mechanism) = (self.robot, self.mechanism);
+        let mut all = parameters.to_vec();
+        let mut place = |parameter: ModelParameter| {
+            let known = all.iter().position(|known| *known == parameter);
+            known.unwrap_or_else(|| {
+                all.push(parameter);
+                all.len() - 1
+            })
+        };
+        let joints = self.joints.iter().map(|&joint| {
+            let joint = &robot.joints[joint];
+            place(ModelParameter::of_joint(&joint.name, joint.motion))
+        });
+        let joints = joints.collect();
+        let base = [SpringAxis::Rx, SpringAxis::Ry, SpringAxis::Rz]
+            .map(|axis| place(ModelParameter::Base(axis)));
+        let (rigid, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        let factors = &self.factors;
+        let model =
+            MechanismModel::with_parameters(robot, mechanism, &rigid, theory, factors, &all)?;
+        self.weighing = Some(Weighing {
+            predictor: Box::new(Predictor::of(model)?),
+            derivatives: vec![Vec::new(); self.poses.len()],
+            parameters: all,
+            joints,
+            base,
+        });
+        self.solve_weight()
+    }
+
+    /// Motions under own weight and their derivatives.
+    fn solve_weight(&mut self) -> Result<(), RobotError> {
+        let Some(weighing) = &mut self.weighing else {
+            return Ok(());
+        };
+        weighing.predictor.prepare(&self.factors);
+        for (posed, derivatives) in self.poses.iter_mut().zip(&mut weighing.derivatives) {
+            weighing.predictor.place(&posed.pose)?;
+            let unloaded = &mut posed.mechanics.unloaded;
+            (unloaded.motion, *derivatives) =
+                weighing.predictor.weight_displacement(&weighing.parameters);
+            let of_parameters = derivatives.iter().zip(&self.units);
+            let scaled = of_parameters.map(|(own, unit)| own.map(|derivative| derivative * unit));
+            unloaded.gradient = scaled.collect();
+            for (axis, lever) in posed.mechanics.base_levers.iter().enumerate() {
+                unloaded.base_nm[axis] = moment_nm(derivatives[weighing.base[axis]], *lever);
+            }
+        }
+        Ok(())
     }
 
     /// Multiplies derivatives to each parameter from the next solution on: a compliance differentiated in units of its own size.
@@ -251,7 +373,7 @@ impl<'a> Mechanics<'a> {
                 }
             }
         }
-        Ok(())
+        self.solve_weight()
     }
 
     /// Moves one of the poses and solves it there with rigid joints: what twists do is stale until [`Mechanics::solve_joints`].
@@ -317,6 +439,13 @@ impl<'a> Mechanics<'a> {
                     .collect();
                 posed.mechanics.influence.yield_by(&springs);
             }
+            if let Some(weighing) = &self.weighing {
+                let own = &weighing.derivatives[index];
+                let levers = posed.mechanics.influence.levers.iter();
+                let joints = weighing.joints.iter().zip(levers);
+                let moments = joints.map(|(&joint, lever)| moment_nm(own[joint], *lever));
+                posed.mechanics.unloaded.joint_nm = moments.collect();
+            }
         }
         Ok(())
     }
@@ -325,6 +454,11 @@ impl<'a> Mechanics<'a> {
     #[must_use]
     pub fn pose(&self, pose: usize) -> &PoseMechanics {
         &self.poses[pose].mechanics
+    }
+
+    /// The same, to be changed.
+    pub fn pose_mut(&mut self, pose: usize) -> &mut PoseMechanics {
+        &mut self.poses[pose].mechanics
     }
 
     /// Names of the joints, in the order of the levers.

@@ -36,7 +36,7 @@ pub use law::{
     Check, Curve, Driving, Law, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior,
 };
 pub use law_set::{LawSet, LoadPoint, RunLoads, without_elements};
-pub use mechanics::{Mechanics, PoseMechanics};
+pub use mechanics::{Mechanics, PoseMechanics, Unloaded};
 pub use model_file::{
     FoundEffect, MODEL_SCHEMA, ModelFile, ModelFileError, ModelProblem, ParameterUncertainty,
     Provenance,

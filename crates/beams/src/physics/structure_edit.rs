@@ -113,7 +113,12 @@ impl FileLine {
             Place::JointAngle { joint, pose } => {
                 let name = &robot.variables[variable(joint)?.0].name;
                 match pose {
-                    Some(pose) => begins(&[Key("poses"), Key(pose.as_str()), Key(name)]),
+                    Some(pose) => {
+                        let path = [Key("poses"), Key(pose.as_str()), Key(name)];
+                        // A pose that only a table of loads has is in no line of the file.
+                        let is_there = source.toml_span(&path[..2]) != source.toml_span(&path[..1]);
+                        is_there.then(|| begins(&path))?
+                    }
                     None => begins(&[Key("variables"), Key(name)])
                         .max(begins(&[Key("joints"), Key(joint)])),
                 }

@@ -211,13 +211,14 @@ impl LawSet {
         let mut step = |load: &LoadPoint, growth: f64| {
             let acting_n = self.acting_n(run, load);
             let mut step = PathStep {
-                driving_nm: moment_m * acting_n,
+                driving_nm: pose.unloaded.moment_nm(joint) + moment_m * acting_n,
                 stiffness_nm_per_rad: influence.stiffness(joint, joint),
                 lever_m: dot6(lever, read),
             };
             if let Some(known) = known {
                 let other = known.joint;
-                let driving = dot6(influence.levers[other], turned) * acting_n;
+                let driving = pose.unloaded.moment_nm(other)
+                    + dot6(influence.levers[other], turned) * acting_n;
                 let own = influence.stiffness(other, other);
                 let between = influence.stiffness(joint, other);
                 let slope = known.slope_rad_per_nm(driving, own, other_twist);
@@ -250,7 +251,7 @@ impl LawSet {
     ) {
         let influence = &pose.influence;
         if let [one] = &self.joints[..] {
-            let driving = dot6(influence.levers[one.joint], wrench);
+            let driving = pose.driving_nm(one.joint, wrench);
             let stiffness = influence.stiffness(one.joint, one.joint);
             joint_rotations.now[0] = one.rotation_rad(driving, stiffness, joint_rotations.now[0]);
             return;
@@ -274,7 +275,7 @@ impl LawSet {
                         influence.stiffness(joint, other.joint) * rotation
                     })
                     .sum();
-                let driving = dot6(influence.levers[joint], wrench) - others;
+                let driving = pose.driving_nm(joint, wrench) - others;
                 let history = joint_rotations.before[place];
                 let rotation =
                     one.rotation_rad(driving, influence.stiffness(joint, joint), history);
@@ -303,8 +304,7 @@ impl LawSet {
         };
         let (first, second) = (first_law.joint, second_law.joint);
         let influence = &pose.influence;
-        let [first_nm, second_nm] =
-            [first, second].map(|joint| dot6(influence.levers[joint], wrench));
+        let [first_nm, second_nm] = [first, second].map(|joint| pose.driving_nm(joint, wrench));
         let own = |joint: usize| influence.stiffness(joint, joint);
         let (between, back) = (
             influence.stiffness(first, second),

@@ -68,7 +68,7 @@ pub use springs::{
 };
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 pub use tool_pose::ToolPose;
-pub use tracker_frames::TrackerFrames;
+pub use tracker_frames::{TRACKER_PARAMETERS, TrackerFrames};
 pub use weight::{GRAVITY_M_PER_S2, Masses};
 
 /// A robot, checked and ready to be posed.

@@ -1,5 +1,7 @@
 //! Where the tool is, by kinematics alone.
 
+use stiffbench_numeric::vector::cross;
+
 use super::Robot;
 use super::error::RobotError;
 use super::hinges::FixedDirection;
@@ -14,6 +16,23 @@ pub struct ToolPose {
     pub position_m: [f64; 3],
     /// Unit vectors of its x, y, z, global.
     pub axes: [[f64; 3]; 3],
+}
+
+impl ToolPose {
+    /// By how much it has moved from another place: displacement, m, and small rotation, rad, in the axes of the base.
+    #[must_use]
+    pub fn moved_from(&self, other: &Self) -> [f64; 6] {
+        // Of a small turn θ each axis e moves by θ × e, and Σ e × (θ × e) = 2 θ over three orthogonal axes.
+        let turned = self.axes.iter().zip(&other.axes);
+        let turned = turned.map(|(now, before)| cross(*before, *now));
+        let turned = turned.fold([0.0; 3], |sum, one| {
+            [0, 1, 2].map(|i| sum[i] + 0.5 * one[i])
+        });
+        std::array::from_fn(|i| match i {
+            0..3 => self.position_m[i] - other.position_m[i],
+            _ => turned[i - 3],
+        })
+    }
 }
 
 /// By how much a variable is moved to see whether the tool does, degrees or m.

@@ -1,6 +1,7 @@
 //! Where a tracker sees a point of the tool.
 
 use stiffbench_numeric::vector::{cross, dot, norm, rotation, scale};
+use stiffbench_units_and_text::test_point::Direction;
 
 use super::tool_pose::ToolPose;
 
@@ -14,6 +15,20 @@ pub struct TrackerFrames {
     /// The measured point from the tool centre, in the axes of the tool, m.
     pub tool_point_m: [f64; 3],
 }
+
+/// Names of what is free of a tracker: position of the base (m) and its rotation (rad) along and about the axes of the tracker, the point of the
+/// tool (m).
+pub const TRACKER_PARAMETERS: [&str; 9] = [
+    "base_frame.x",
+    "base_frame.y",
+    "base_frame.z",
+    "base_frame.rx",
+    "base_frame.ry",
+    "base_frame.rz",
+    "tool_point.x",
+    "tool_point.y",
+    "tool_point.z",
+];
 
 impl TrackerFrames {
     /// A tracker in the robot's base that measures the tool centre.
@@ -62,6 +77,27 @@ impl TrackerFrames {
         add(rigid, self.motion_of_point(tool, motion))
     }
 
+    /// What a motion of the tool centre along x, y, z and about x, y, z of the base contributes to the position along an axis of the tracker.
+    #[must_use]
+    pub fn read_unit(&self, tool: &ToolPose, axis: Direction) -> [f64; 6] {
+        let along = self.rotation[axis.index()];
+        joined(along, cross(self.lever_m(tool), along))
+    }
+
+    /// Small motions of the tool centre that show as much as one unit more of each of [`TRACKER_PARAMETERS`].
+    #[must_use]
+    pub fn motions(&self, tool: &ToolPose) -> [[f64; 6]; TRACKER_PARAMETERS.len()] {
+        std::array::from_fn(|place| {
+            let axis = place % 3;
+            let along = self.rotation[axis];
+            match place / 3 {
+                0 => joined(along, [0.0; 3]),
+                1 => joined(cross(along, tool.position_m), along),
+                _ => joined(tool.axes[axis], [0.0; 3]),
+            }
+        })
+    }
+
     /// The same frames with the base turned about the axes of the tracker through the base's origin.
     ///
     /// # Arguments
@@ -103,6 +139,11 @@ impl TrackerFrames {
     }
 }
 
+fn joined(a: [f64; 3], b: [f64; 3]) -> [f64; 6] {
+    let ([x, y, z], [rx, ry, rz]) = (a, b);
+    [x, y, z, rx, ry, rz]
+}
+
 /// A vector of the tool in the axes of the base.
 fn in_base(tool: &ToolPose, local: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| (0..3).map(|k| local[k] * tool.axes[k][i]).sum())
@@ -124,6 +165,7 @@ fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stiffbench_numeric::vector::dot6;
 
     #[test]
     fn a_rotation_vector_comes_back_from_its_matrix() {
@@ -138,6 +180,75 @@ mod tests {
             let found = TrackerFrames::IDENTITY.turned(vector).rotation_vector_rad();
             let error = norm([0, 1, 2].map(|i| found[i] - vector[i]));
             assert!(error < 1e-9, "{vector:?} {found:?}");
+        }
+    }
+
+    /// What a reading takes of a motion, and what each parameter shows, against positions.
+    #[test]
+    fn motions_show_as_positions_do() {
+        let frames = TrackerFrames {
+            base_m: [1.0, -2.0, 0.5],
+            tool_point_m: [0.1, 0.03, -0.05],
+            ..TrackerFrames::IDENTITY
+        }
+        .turned([0.4, -0.7, 1.1]);
+        let tool = ToolPose {
+            position_m: [0.9, -0.4, 1.2],
+            axes: TrackerFrames::IDENTITY.turned([0.2, 0.5, -0.3]).rotation,
+        };
+        let still = frames.position_m(&tool, &[0.0; 6]);
+        let motion = [1e-3, -2e-3, 5e-4, 3e-4, -1e-4, 7e-4];
+        let moved = frames.position_m(&tool, &motion);
+        for axis in Direction::ALL {
+            let shown = dot6(frames.read_unit(&tool, axis), motion);
+            let expected = moved[axis.index()] - still[axis.index()];
+            assert!(
+                (shown - expected).abs() < 1e-15,
+                "{axis}: {shown} {expected}"
+            );
+        }
+        let step = 1e-6;
+        for (place, motion) in frames.motions(&tool).iter().enumerate() {
+            let mut other = frames;
+            let mut unit = [0.0; 3];
+            unit[place % 3] = step;
+            match place / 3 {
+                0 => other.base_m = add(frames.base_m, unit),
+                1 => other = frames.turned(unit),
+                _ => other.tool_point_m = add(frames.tool_point_m, unit),
+            }
+            let there = other.position_m(&tool, &[0.0; 6]);
+            for axis in Direction::ALL {
+                let shown = step * dot6(frames.read_unit(&tool, axis), *motion);
+                let expected = there[axis.index()] - still[axis.index()];
+                let name = TRACKER_PARAMETERS[place];
+                assert!(
+                    (shown - expected).abs() < 1e-11,
+                    "{name} {axis}: {shown} {expected}"
+                );
+            }
+        }
+    }
+
+    /// Small turns and shifts of a tool come back.
+    #[test]
+    fn a_tool_has_moved_from_another() {
+        let tool = ToolPose {
+            position_m: [0.9, -0.4, 1.2],
+            axes: TrackerFrames::IDENTITY.turned([0.2, 0.5, -0.3]).rotation,
+        };
+        let turn = [3e-5, -1e-5, 2e-5];
+        let turned = TrackerFrames::IDENTITY.turned(turn);
+        let moved = ToolPose {
+            position_m: add(tool.position_m, [1e-3, 2e-3, -1e-3]),
+            axes: tool.axes.map(|axis| turned.to_tracker(axis)),
+        };
+        let found = moved.moved_from(&tool);
+        for (found, expected) in found
+            .iter()
+            .zip([1e-3, 2e-3, -1e-3].into_iter().chain(turn))
+        {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
     }
 

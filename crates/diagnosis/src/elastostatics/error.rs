@@ -148,18 +148,6 @@ pub enum LoadCaseFitError {
         /// How many are needed.
         needed: usize,
     },
-    /// Positions where displacements are needed.
-    #[error("{needs} needs displacements under known loads, and the table has absolute positions")]
-    #[diagnostic(
-        code(stiffbench::load_cases::needs_displacements),
-        help(
-            "`stiffbench fit` finds springs and frames from positions; measure displacements, displacement_x_um …, for {needs}"
-        )
-    )]
-    Positions {
-        /// What was asked for.
-        needs: &'static str,
-    },
     /// Scatter from repeats was asked for, and there are none.
     #[error("no load was applied twice in a pose: nothing shows the scatter of repeats")]
     #[diagnostic(

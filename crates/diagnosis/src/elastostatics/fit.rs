@@ -22,7 +22,7 @@ use super::intervals::add_intervals;
 use super::outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
 use super::positions::{RigidRobot, fitted_frames, why_open};
 use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
-use super::scatter::{LoadScatter, RowScatter, kinds, repeated_rows, sizes};
+use super::scatter::{RowScatter, kinds, repeated_rows, sizes};
 
 /// Starts beside the given one where factors are free: sections that carry the same load have two minima.
 const STARTS: usize = 12;
@@ -212,13 +212,8 @@ fn weighed_fit<'a>(
     let posed = model.posed;
     let only = |scatter: &RowScatter| scatter.without(|row| !takes_part[row]);
     // Displacements and rotations in units of their usual size.
-    let sd = sizes(posed).map(Some);
-    let usual = LoadScatter {
-        sd,
-        ..LoadScatter::default()
-    };
     let mut found = KnownScatter {
-        of_rows: usual.of_rows(posed, &model.measured()),
+        of_rows: RowScatter::plain(posed, sizes(posed)),
         ..KnownScatter::default()
     };
     let mut problem = LoadCaseProblem::new(*model, parameters, only(&found.of_rows), frames)?;
@@ -229,71 +224,32 @@ fn weighed_fit<'a>(
     let free = set.free_indices().len();
     for _ in 0..ALTERNATIONS {
         // Nothing is left to show a scatter.
-        if !observed.has_repeats && observed.rows.len() <= free && !posed.has_positions() {
+        if !observed.has_repeats && observed.rows.len() <= free {
             if options.sigma == Some(SigmaMode::Known) {
                 return Err(LoadCaseFitError::NoRepeats);
             }
             break;
         }
         let predicted = problem.predictions(&fit.values)?;
-        found = if posed.has_positions() {
-            plain_scatter(model, &predicted, &takes_part, free, options)?
-        } else {
-            let columns = problem.linear_columns(&fit.values)?;
-            let free = set
-                .free_indices()
-                .iter()
-                .map(|&place| columns[place].clone());
-            observed.scatter(model, &predicted, free.collect(), options, &mut warm_start)?
-        };
+        let columns = problem.linear_columns(&fit.values)?;
+        let free = set
+            .free_indices()
+            .iter()
+            .map(|&place| columns[place].clone());
+        let free: Vec<Vec<f64>> = free.collect();
+        found = observed.scatter(model, &predicted, &free, options, &mut warm_start)?;
         *problem.scatter() = only(&found.of_rows);
         set = set.with_start(&fit.free_values)?;
         fit = lowest(&mut problem, &set)?;
     }
-    let predicted = problem.predictions(&fit.values)?;
-    let usual = LoadCaseFitOptions::default();
-    let plain = plain_scatter(model, &predicted, &takes_part, free, &usual)?;
+    let usual = sizes(posed);
+    let sd = [0, 1].map(|kind| found.sd[kind].unwrap_or(usual[kind]));
     let rows = WeighedRows {
-        plain: only(&plain.of_rows),
+        plain: only(&RowScatter::plain(posed, sd)),
         takes_part,
         found,
     };
     Ok((fit, problem, rows))
-}
-
-/// The scatter of each kind by itself: from repeats, else from what the fit leaves. That of absolute positions, which has no part by the size of
-/// loads, and of tables whose mistakes are to be found.
-fn plain_scatter(
-    model: &LoadCaseModel<'_>,
-    predicted: &[f64],
-    takes_part: &[bool],
-    free: usize,
-    options: &LoadCaseFitOptions,
-) -> Result<KnownScatter, LoadCaseFitError> {
-    let posed = model.posed;
-    let rows = predicted.iter().zip(model.measured());
-    let residuals: Vec<f64> = rows
-        .map(|(predicted, measured)| predicted - measured)
-        .collect();
-    let repeats = LoadScatter::of_repeats(posed, &residuals);
-    if options.sigma == Some(SigmaMode::Known) && repeats.is_none() {
-        return Err(LoadCaseFitError::NoRepeats);
-    }
-    let repeats = repeats.filter(|_| options.sigma != Some(SigmaMode::Estimated));
-    let (scatter, source) = if let Some(repeats) = repeats {
-        (repeats, ScatterSource::Repeats)
-    } else {
-        let of = LoadScatter::of_residuals(posed, &residuals, takes_part, free);
-        (of, ScatterSource::Residuals)
-    };
-    Ok(KnownScatter {
-        sd: scatter.sd,
-        load_sd: scatter.slope_sd,
-        dof: scatter.dof,
-        repeat_dof: scatter.dof,
-        of_rows: scatter.of_rows(posed, predicted),
-        source,
-    })
 }
 
 /// The load cases of the fit as a session has them.
@@ -316,9 +272,7 @@ impl TrainedSeries {
             .filter(|row| takes_part[*row])
             .collect();
         let trained = model.posed.without_rows(&left_out);
-        let (mut observations, places) = trained.series_and_rows(model.steps);
-        // Components are those of one vector, whichever axes they are stated along: one scatter for all.
-        observations.gauges.truncate(1);
+        let (observations, places) = trained.series_and_rows(model.steps, None);
         let repeated = repeated_rows(&trained).into_iter();
         Self {
             has_repeats: observations.has_repeats(),
@@ -336,7 +290,7 @@ impl TrainedSeries {
         &self,
         model: &LoadCaseModel<'_>,
         predicted: &[f64],
-        free: Vec<Vec<f64>>,
+        free: &[Vec<f64>],
         options: &LoadCaseFitOptions,
         warm_start: &mut Option<ReadingNoise>,
     ) -> Result<KnownScatter, LoadCaseFitError> {
@@ -345,13 +299,25 @@ impl TrainedSeries {
         }
         let by_repeats = self.has_repeats && options.sigma != Some(SigmaMode::Estimated);
         let observations = &self.observations;
-        let slope_m: Vec<f64> = self.rows.iter().map(|&row| predicted[row]).collect();
+        let of_rows = |column: &[f64]| -> Vec<f64> {
+            let rows = self.rows.iter();
+            rows.map(|&row| column[row]).collect()
+        };
+        // How large an absolute position is says nothing of its load.
+        let positions = model.posed.has_positions();
+        let moved = if positions {
+            vec![0.0; predicted.len()]
+        } else {
+            predicted.to_vec()
+        };
+        let slope_m = of_rows(&moved);
         let forces = observations.loads.iter().map(|load| load.force_n);
-        let compliance: Vec<f64> = slope_m.iter().zip(forces).map(|(m, n)| m / n).collect();
-        let shown = observations.displacement_m.iter().zip(&slope_m);
+        let per_force = |(m, n): (&f64, f64)| if n == 0.0 { 0.0 } else { m / n };
+        let compliance: Vec<f64> = slope_m.iter().zip(forces).map(per_force).collect();
+        let predicted = of_rows(predicted);
+        let shown = observations.displacement_m.iter().zip(&predicted);
         let residual_m: Vec<f64> = shown.map(|(shown, line)| shown - line).collect();
-        let of_rows = |column: Vec<f64>| self.rows.iter().map(|&row| column[row]).collect();
-        let columns = (!by_repeats).then(|| free.into_iter().map(of_rows).collect());
+        let columns = (!by_repeats).then(|| free.iter().map(|one| of_rows(one)).collect());
         let linear = (&slope_m[..], &compliance[..]);
         let found = estimate_noise(
             observations,
@@ -363,7 +329,7 @@ impl TrainedSeries {
         );
         *warm_start = Some(found.noise);
         let noise = &found.noise;
-        let of_rows = RowScatter::of_noise(model.posed, model.steps, noise, predicted);
+        let of_rows = RowScatter::of_noise(model.posed, model.steps, noise, &moved);
         let common = of_rows.common_share();
         let kinds = kinds(model.posed);
         let ratios = [1.0, noise.gauges.rotation_ratio];
@@ -373,7 +339,7 @@ impl TrainedSeries {
         });
         Ok(KnownScatter {
             sd,
-            load_sd: noise.run_slope_sd,
+            load_sd: if positions { 0.0 } else { noise.run_slope_sd },
             dof: found.degrees_of_freedom([1.0 - common, 0.0, common]),
             repeat_dof: self.repeat_dof,
             of_rows,

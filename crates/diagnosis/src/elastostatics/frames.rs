@@ -9,29 +9,17 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use stiffbench_beams::robot::{Mechanism, Robot, ToolPose, TrackerFrames};
+use stiffbench_beams::robot::{Mechanism, Robot, TRACKER_PARAMETERS, ToolPose, TrackerFrames};
 use stiffbench_numeric::least_squares::Parameter;
 use stiffbench_numeric::vector::{cross, norm};
+use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::Direction;
 
 use crate::search::{self, push_orthonormal};
 
 use super::error::LoadCaseFitError;
-use super::posed::{PosedLoadCases, ReadComponent};
-use super::prediction::{ToolMotion, rows_of};
-
-/// Names of the nine parameters: position of the base (m), its rotation (rad) about the axes of the tracker, the point of the tool (m).
-pub(super) const FRAME_NAMES: [&str; 9] = [
-    "base_frame.x",
-    "base_frame.y",
-    "base_frame.z",
-    "base_frame.rx",
-    "base_frame.ry",
-    "base_frame.rz",
-    "tool_point.x",
-    "tool_point.y",
-    "tool_point.z",
-];
+use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use super::prediction::{ToolMotion, along, rows_of};
 
 /// Whole positions without which a start for the frames cannot be found.
 const FEWEST_POSITIONS: usize = 4;
@@ -78,7 +66,7 @@ impl PositionFrames {
 
     /// The nine parameters, beginning at the start, which is zero.
     pub(super) fn parameters() -> impl Iterator<Item = Parameter> {
-        FRAME_NAMES
+        TRACKER_PARAMETERS
             .into_iter()
             .map(|name| Parameter::unbounded(name, 0.0))
     }
@@ -96,6 +84,17 @@ impl PositionFrames {
             }
         }
         frames
+    }
+
+    /// What a position reads of motions of the tool centre.
+    pub(super) fn read_axis(
+        &self,
+        frames: &TrackerFrames,
+        case: &PosedLoad,
+        read: &ReadComponent,
+    ) -> ReadAxis {
+        let unit = frames.read_unit(&self.tools[case.pose], read.axis());
+        ReadAxis::new(read.axis(), false, unit)
     }
 
     /// Predicted positions, one a row.
@@ -126,8 +125,7 @@ impl PositionFrames {
         changes: &[ToolMotion],
     ) -> Vec<f64> {
         let moved = |pose: usize, read: &ReadComponent, change: &ToolMotion| {
-            let point = frames.motion_of_point(&self.tools[pose], change);
-            frames.to_tracker(point)[read.component % 3]
+            along(&frames.read_unit(&self.tools[pose], read.axis()), change)
         };
         rows_of(posed, changes, moved)
     }
@@ -171,7 +169,7 @@ impl PositionFrames {
             };
             rows_of(posed, motions, derivative)
         };
-        (0..FRAME_NAMES.len()).map(column).collect()
+        (0..TRACKER_PARAMETERS.len()).map(column).collect()
     }
 }
 

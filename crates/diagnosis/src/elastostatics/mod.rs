@@ -34,7 +34,9 @@ pub use best_poses::{BestPoses, PoseReadings, best_poses};
 pub use choice::{spring_choice, usual_choice, usual_parameters};
 pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
-pub use mistakes::{BadLoadCaseValue, TableMistake, bad_load_case_values, table_mistake};
+pub use mistakes::{
+    BadLoadCaseValue, OtherJointValue, TableMistake, bad_load_case_values, table_mistake,
+};
 pub use outcome::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,
     ScatterSource,
@@ -42,3 +44,4 @@ pub use outcome::{
 pub use plan::{FitKnowledge, NextStandardError, PlannedLoadCase, plan_load_cases, planned_table};
 pub use posed::{PosedLoad, PosedLoadCases, ReadComponent};
 pub use problem::LoadCaseModel;
+pub use series::TrackedPoses;

@@ -5,6 +5,7 @@ use stiffbench_measurement::load_cases::{
     JointUnit, LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable,
 };
 use stiffbench_numeric::vector::dot;
+use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
@@ -13,7 +14,7 @@ use super::error::LoadCaseFitError;
 use crate::parameters::place_of;
 
 /// Names of the components, in the order of loads, displacements and positions.
-const COMPONENTS: [&str; 9] = [
+pub(super) const COMPONENTS: [&str; 9] = [
     "displacement x",
     "displacement y",
     "displacement z",
@@ -96,6 +97,12 @@ impl PosedLoad {
     pub fn force_n(&self) -> f64 {
         let [x, y, z, ..] = self.load;
         dot([x, y, z], [x, y, z]).sqrt()
+    }
+
+    /// Direction and amount of its load; without a load an amount of zero along z.
+    pub(super) fn load_along(&self) -> (LoadDirection, f64) {
+        let unloaded = || (LoadDirection::of_axis(Direction::Z).clone(), 0.0);
+        LoadDirection::of_wrench(self.load).unwrap_or_else(unloaded)
     }
 
     /// Its force, for example `F = -40 N along z`; by components where it is along no axis of the base.

@@ -1,13 +1,13 @@
 //! What belongs to absolute positions alone: the rigid robot as it was before, the frames, and springs that own weight does not load.
 
-use stiffbench_beams::robot::ModelParameter;
+use stiffbench_beams::robot::{ModelParameter, TRACKER_PARAMETERS};
 use stiffbench_numeric::least_squares::{ParameterCovariance, minimise};
 use stiffbench_numeric::statistics::{root_mean_square, student_t_quantile};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
-use super::frames::{FRAME_NAMES, PositionFrames};
+use super::frames::PositionFrames;
 use super::held_out::{WeighedProblem, leave_poses_out};
 use super::outcome::{FittedFrames, FrameParameter, micro_unit};
 use super::problem::{LoadCaseModel, LoadCaseProblem, frames_alone};
@@ -78,8 +78,8 @@ pub(super) fn fitted_frames(
         let found = covariance.map(|found| &found.estimates[parameters + place]);
         let error = found.and_then(|found| found.standard_error);
         FrameParameter {
-            name: FRAME_NAMES[place],
-            unit: micro_unit(FRAME_NAMES[place].contains(".r")),
+            name: TRACKER_PARAMETERS[place],
+            unit: micro_unit(TRACKER_PARAMETERS[place].contains(".r")),
             standard_error: error,
             half_width_95: error
                 .zip(quantile)

@@ -2,10 +2,11 @@
 
 use stiffbench_beams::physics::{JointRotations, LawSet, LoadPoint, Mechanics, RunLoads};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, RobotError};
-use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_numeric::vector::dot6;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 
 use super::compliances::{ComplianceSolver, PoseCompliance};
-use super::posed::{PosedLoadCases, ReadComponent};
+use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use super::problem::LoadCaseModel;
 
 /// Displacement, m, and rotation, rad, of the tool centre in the axes of the base.
@@ -135,6 +136,9 @@ impl<'a> AddedByLaws<'a> {
         let (robot, mechanism, posed) = (model.robot, model.mechanism, model.posed);
         let mut mechanics =
             Mechanics::rigid_with(robot, mechanism, parameters, model.start, &posed.poses)?;
+        if posed.has_positions() {
+            mechanics.weigh(parameters)?;
+        }
         mechanics.solve_joints(|_| true)?;
         Ok(Some(Self {
             laws: &physics.laws,
@@ -146,19 +150,23 @@ impl<'a> AddedByLaws<'a> {
 
     /// One value a component, m or rad, in the order of [`PosedLoadCases::rows`].
     ///
+    /// # Arguments
+    /// - `axis_of`: what a position reads of motions.
+    ///
     /// # Errors
     /// [`RobotError::Structure`].
-    pub(super) fn rows(&mut self, factors: &FittingFactors) -> Result<Vec<f64>, RobotError> {
+    pub(super) fn rows(
+        &mut self,
+        factors: &FittingFactors,
+        axis_of: &dyn Fn(&PosedLoad, &ReadComponent) -> ReadAxis,
+    ) -> Result<Vec<f64>, RobotError> {
         self.mechanics.set_factors(factors)?;
         let mut added = Vec::new();
         for case in &self.posed.cases {
-            let Some((load, amount)) = LoadDirection::of_wrench(case.load) else {
-                added.extend(case.components.iter().map(|_| 0.0));
-                continue;
-            };
+            let (load, amount) = case.load_along();
             let pose = self.mechanics.pose(case.pose);
             for read in &case.components {
-                let read = read.read_axis();
+                let read = axis_of(case, read);
                 let applied = LoadPoint {
                     force_n: amount,
                     step: 1,
@@ -175,7 +183,8 @@ impl<'a> AddedByLaws<'a> {
                 let mut moved = [0.0];
                 self.laws
                     .displacements_m(pose, &run, &mut self.joint_rotations, &mut moved);
-                added.push(moved[0] - amount * pose.compliance(&read, &load));
+                let unloaded = dot6(read.unit(), pose.unloaded.motion);
+                added.push(moved[0] - unloaded - amount * pose.compliance(&read, &load));
             }
         }
         Ok(added)

@@ -15,7 +15,7 @@ use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::{PositionFrames, lengths_beside};
 use super::held_out::{WeighedProblem, fill_white};
-use super::posed::PosedLoadCases;
+use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use super::prediction::{
     AddedByLaws, PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_along,
 };
@@ -37,7 +37,7 @@ pub struct LoadCaseModel<'a> {
     pub posed: &'a PosedLoadCases,
     /// Steps of the gauges.
     pub steps: GaugeSteps,
-    /// What acts beside the linear structure, held fixed; nothing under absolute positions.
+    /// What acts beside the linear structure, held fixed.
     pub physics: Option<&'a ActingPhysics>,
 }
 
@@ -71,7 +71,10 @@ impl LoadCaseModel<'_> {
         let mut solver = ComplianceSolver::new(robot, mechanism, &[], self.start)?;
         let mut rows = predict_rows(&mut solver, self.posed, self.start)?;
         if let Some(mut added) = AddedByLaws::of(self, &[])? {
-            add(&mut rows, &added.rows(self.start)?);
+            add(
+                &mut rows,
+                &added.rows(self.start, &|_, read| read.read_axis())?,
+            );
         }
         Ok(rows)
     }
@@ -227,8 +230,18 @@ impl<'a> LoadCaseProblem<'a> {
     /// What laws add to the rows; nothing without laws.
     fn added(&mut self, point: &[f64]) -> Result<Option<Vec<f64>>, RobotError> {
         let factors = self.parameters.values(point);
+        let there = self
+            .frames
+            .as_ref()
+            .map(|frames| (frames, frames.at(self.of_frames(point))));
+        let axis_of = |case: &PosedLoad, read: &ReadComponent| match &there {
+            Some((frames, there)) => frames.read_axis(there, case, read),
+            None => read.read_axis(),
+        };
         let added = self.added.as_mut();
-        added.map(|added| added.rows(&factors)).transpose()
+        added
+            .map(|added| added.rows(&factors, &axis_of))
+            .transpose()
     }
 
     /// Adds the derivatives of what laws add to the columns of the parameters.

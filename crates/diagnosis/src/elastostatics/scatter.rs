@@ -1,4 +1,4 @@
-//! How displacements and rotations scatter: from repeats where there are any, else from what a fit leaves.
+//! How the rows of load cases scatter, each by itself and together with the others of its case.
 
 use std::ops::Range;
 
@@ -7,16 +7,13 @@ use stiffbench_numeric::statistics::root_mean_square;
 
 use stiffbench_units_and_text::load_direction::LoadDirection;
 
-use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use super::posed::{PosedLoadCases, ReadComponent};
 use crate::mismatch::{GaugeSteps, ReadingNoise};
 use crate::search::constants::ROUNDING;
 use crate::search::dot;
 
 /// Loads that differ by less than this share of the larger are one load applied again.
 pub(super) const SAME_LOAD: f64 = 0.05;
-
-/// Scatter, as a share of the usual size of a component, below which weights do not grow: a simulation without noise has none.
-pub(super) const LEAST_SCATTER: f64 = 1e-9;
 
 /// Rows that hold one component under one load in one pose, each as often as it was read.
 pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
@@ -59,174 +56,6 @@ pub(super) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
     })
 }
 
-/// How load cases scatter: each component by itself, and all that was read under a load together, because the size of a load and the
-/// slope of a run vary from application to application. Soft cells scatter more than stiff ones by that.
-///
-/// ```text
-///   residual of a case = mean + (error of each component) + slope v,    v = displacement and rotation under the load
-/// ```
-///
-/// Restricted maximum likelihood over the repeats by expectation and maximisation (McLachlan & Krishnan, The EM Algorithm, 2008, section
-/// 5.9). Residuals of a fit do not tell both apart from what the model lacks: they give the first part alone.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct LoadScatter {
-    /// Standard deviations of the errors of displacements, m, and of rotations, rad; `None` of what was not read.
-    pub(super) sd: [Option<f64>; 2],
-    /// Standard deviation of the slope (1).
-    pub(super) slope_sd: f64,
-    /// Degrees of freedom.
-    pub(super) dof: f64,
-}
-
-/// What was read together, and how far it is off.
-#[derive(Debug, Clone)]
-pub(super) struct ScatterCase {
-    /// Kind of each component: 0 of displacements, 1 of rotations.
-    pub(super) kinds: Vec<usize>,
-    /// Each component without error.
-    pub(super) values: Vec<f64>,
-    /// Independent errors of the case, each as long as `kinds`.
-    pub(super) errors: Vec<Vec<f64>>,
-    /// Degrees of freedom of each of them.
-    pub(super) dof: f64,
-}
-
-impl LoadScatter {
-    /// From the differences between repeats of one load in one pose; `None` if a kind that was read has no degree of freedom.
-    pub(super) fn of_repeats(posed: &PosedLoadCases, residuals: &[f64]) -> Option<Self> {
-        let kinds = kinds(posed);
-        let groups = repeated_rows(posed).into_iter();
-        let parts = groups.map(|rows| {
-            let mean = rows.iter().map(|row| residuals[*row]).sum::<f64>() / rows.len() as f64;
-            let squares = rows.iter().map(|row| (residuals[*row] - mean).powi(2));
-            (
-                kinds[rows[0]],
-                squares.sum::<f64>(),
-                rows.len() as f64 - 1.0,
-            )
-        });
-        let scatter = Self::pooled(parts, 1.0);
-        if kinds.iter().any(|kind| scatter.sd[*kind].is_none()) {
-            return None;
-        }
-        let cases = repeated_cases(posed, residuals);
-        // The size of an absolute position says nothing of its load.
-        if posed.has_positions() || cases.is_empty() {
-            return Some(scatter);
-        }
-        let with_slope = Self::of_cases(&cases, least_scatter(posed));
-        Some(Self {
-            sd: [0, 1].map(|kind| with_slope.sd[kind].or(scatter.sd[kind])),
-            dof: scatter.dof,
-            ..with_slope
-        })
-    }
-
-    /// From what a fit leaves of the rows that took part; its parameters are counted against both kinds in proportion to their rows.
-    pub(super) fn of_residuals(
-        posed: &PosedLoadCases,
-        residuals: &[f64],
-        takes_part: &[bool],
-        parameters: usize,
-    ) -> Self {
-        let all = takes_part.iter().filter(|takes_part| **takes_part).count();
-        let share = (1.0 - parameters as f64 / all.max(1) as f64).max(0.0);
-        let kinds = kinds(posed);
-        let rows = (0..residuals.len()).filter(|row| takes_part[*row]);
-        let parts = rows.map(|row| (kinds[row], residuals[row].powi(2), 1.0));
-        Self::pooled(parts, share)
-    }
-
-    /// Without a slope, from kinds, sums of squares and their degrees of freedom, of which only a share counts.
-    fn pooled(parts: impl Iterator<Item = (usize, f64, f64)>, share: f64) -> Self {
-        let (mut squares, mut dof) = ([0.0; 2], [0.0; 2]);
-        for (kind, own, own_dof) in parts {
-            squares[kind] += own;
-            dof[kind] += own_dof;
-        }
-        dof = dof.map(|dof: f64| dof * share);
-        Self {
-            sd: [0, 1].map(|kind| (dof[kind] > 0.0).then(|| f64::sqrt(squares[kind] / dof[kind]))),
-            slope_sd: 0.0,
-            dof: dof.iter().sum(),
-        }
-    }
-
-    /// Divides the scatter of cases into both parts.
-    ///
-    /// # Arguments
-    /// - `least`: standard deviations below which nothing is asked of displacements and rotations.
-    pub(super) fn of_cases(cases: &[ScatterCase], least: [f64; 2]) -> Self {
-        /// Rounds: the slope is known to some percent at best.
-        const ROUNDS: usize = 100;
-        let (mut sd, mut slope_sd) = ([f64::INFINITY; 2], 0.0);
-        let mut dof = [0.0; 2];
-        for round in 0..=ROUNDS {
-            let (mut slopes, mut count) = (0.0, 0.0);
-            let (mut squares, mut sizes) = ([0.0; 2], 0.0);
-            dof = [0.0; 2];
-            for case in cases {
-                let product = |other: &[f64]| -> f64 {
-                    let terms = case.kinds.iter().zip(&case.values).zip(other);
-                    terms
-                        .map(|((kind, value), other)| value * other / sd[*kind].powi(2))
-                        .sum()
-                };
-                // Without a slope in the first round.
-                let variance = f64::recip(f64::powi(slope_sd, -2) + product(&case.values));
-                for errors in &case.errors {
-                    let slope = variance * product(errors);
-                    slopes += case.dof * (slope * slope + variance);
-                    count += case.dof;
-                    for ((kind, value), error) in case.kinds.iter().zip(&case.values).zip(errors) {
-                        let own = (error - slope * value).powi(2) + variance * value * value;
-                        squares[*kind] += case.dof * own;
-                        sizes += case.dof * value * value;
-                        dof[*kind] += case.dof;
-                    }
-                }
-            }
-            for kind in 0..2 {
-                sd[kind] = f64::sqrt(squares[kind] / f64::max(dof[kind], f64::MIN_POSITIVE));
-                sd[kind] = sd[kind].max(least[kind]);
-            }
-            // The slope starts where all would be its; one of exactly zero would stay there.
-            slope_sd = match round {
-                0 => f64::min(f64::sqrt((squares[0] + squares[1]) / sizes), 1.0),
-                _ => f64::max(slopes / count, f64::MIN_POSITIVE).sqrt(),
-            };
-        }
-        Self {
-            sd: [0, 1].map(|kind| (dof[kind] > 0.0).then_some(sd[kind])),
-            slope_sd,
-            dof: dof.iter().sum(),
-        }
-    }
-
-    /// The variance of a value of this kind, and the square of its size.
-    pub(super) fn variance(&self, kind: usize, size: f64) -> f64 {
-        self.sd[kind].unwrap_or_default().powi(2) + self.slope_sd.powi(2) * size
-    }
-
-    /// The scatter of all rows.
-    ///
-    /// # Arguments
-    /// - `values`: every row as it is without error.
-    pub(super) fn of_rows(&self, posed: &PosedLoadCases, values: &[f64]) -> RowScatter {
-        let least = least_scatter(posed);
-        let sd = [0, 1].map(|kind| self.sd[kind].unwrap_or_default().max(least[kind]));
-        RowScatter {
-            weights: kinds(posed).iter().map(|kind| sd[*kind].recip()).collect(),
-            shared: values.iter().map(|value| self.slope_sd * value).collect(),
-            cases: posed
-                .cases
-                .iter()
-                .map(|case| case.components.len())
-                .collect(),
-        }
-    }
-}
-
 /// Kind of each row: 0 of displacements, 1 of rotations.
 pub(super) fn kinds(posed: &PosedLoadCases) -> Vec<usize> {
     let rows = posed.rows();
@@ -246,6 +75,20 @@ pub(crate) struct RowScatter {
 }
 
 impl RowScatter {
+    /// Each row by itself.
+    ///
+    /// # Arguments
+    /// - `sd`: standard deviations of displacements, m, and of rotations, rad.
+    pub(super) fn plain(posed: &PosedLoadCases, sd: [f64; 2]) -> Self {
+        let kinds = kinds(posed);
+        let cases = posed.cases.iter();
+        Self {
+            weights: kinds.iter().map(|kind| sd[*kind].recip()).collect(),
+            shared: vec![0.0; kinds.len()],
+            cases: cases.map(|case| case.components.len()).collect(),
+        }
+    }
+
     /// The scatter of load cases under the noise of a session: of each row its own, and what an error of the load moves, common to the rows of a
     /// case.
     ///
@@ -351,26 +194,6 @@ impl RowScatter {
     }
 }
 
-/// Standard deviations below which nothing is asked of displacements, m, and of rotations, rad: a share of their size, and the rounding to the
-/// smallest difference between repeats, which no step of a gauge is larger than.
-fn least_scatter(posed: &PosedLoadCases) -> [f64; 2] {
-    let mut least = sizes(posed).map(|size| LEAST_SCATTER * size);
-    let (kinds, values): (Vec<usize>, Vec<f64>) = kinds(posed)
-        .into_iter()
-        .zip(posed.rows().map(|(_, read)| read.value))
-        .unzip();
-    for (kind, least) in least.iter_mut().enumerate() {
-        let groups = repeated_rows(posed).into_iter();
-        let own = groups.filter(|rows| kinds[rows[0]] == kind);
-        let steps = own.map(|rows| smallest_step(rows.iter().map(|row| values[*row])));
-        let step = steps.fold(f64::INFINITY, f64::min);
-        if step.is_finite() {
-            *least = least.max(step / 12_f64.sqrt());
-        }
-    }
-    least
-}
-
 /// The smallest difference between values that differ; infinite if none do.
 pub(super) fn smallest_step(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
@@ -379,61 +202,6 @@ pub(super) fn smallest_step(values: impl Iterator<Item = f64>) -> f64 {
     steps
         .filter(|step| *step > 0.0)
         .fold(f64::INFINITY, f64::min)
-}
-
-/// Loads that were applied several times with the same components read.
-fn repeated_cases(posed: &PosedLoadCases, residuals: &[f64]) -> Vec<ScatterCase> {
-    let mut groups: Vec<Vec<(&PosedLoad, &[f64])>> = Vec::new();
-    let mut rest = residuals;
-    for case in &posed.cases {
-        let Some((own, further)) = rest.split_at_checked(case.components.len()) else {
-            break;
-        };
-        rest = further;
-        let is_repeat = |first: &PosedLoad| {
-            let components = first.components.iter().zip(&case.components);
-            (first.label, first.pose) == (case.label, case.pose)
-                && first.components.len() == case.components.len()
-                && components.into_iter().all(|(a, b)| a.unit == b.unit)
-                && is_same_load(&first.load, &case.load)
-        };
-        match groups.iter_mut().find(|group| is_repeat(group[0].0)) {
-            Some(group) => group.push((case, own)),
-            None => groups.push(vec![(case, own)]),
-        }
-    }
-    let repeated = groups.iter().filter(|group| group.len() > 1);
-    repeated.map(|group| contrasts(group)).collect()
-}
-
-/// Helmert contrasts of the repeats.
-fn contrasts(group: &[(&PosedLoad, &[f64])]) -> ScatterCase {
-    let components = &group[0].0.components;
-    let count = group.len() as f64;
-    let mean_of = |component: usize| {
-        let values = group
-            .iter()
-            .map(|(case, _)| case.components[component].value);
-        values.sum::<f64>() / count
-    };
-    let contrast = |repeat: usize| {
-        let before = repeat as f64;
-        let scale = (before * (before + 1.0)).sqrt().recip();
-        let value = |component: usize| {
-            let earlier = group[..repeat].iter().map(|(_, own)| own[component]);
-            scale * (earlier.sum::<f64>() - before * group[repeat].1[component])
-        };
-        (0..components.len()).map(value).collect()
-    };
-    ScatterCase {
-        kinds: components
-            .iter()
-            .map(|read| usize::from(read.is_rotation()))
-            .collect(),
-        values: (0..components.len()).map(mean_of).collect(),
-        errors: (1..group.len()).map(contrast).collect(),
-        dof: 1.0,
-    }
 }
 
 fn is_same_load(one: &[f64; 6], other: &[f64; 6]) -> bool {
@@ -452,28 +220,6 @@ fn is_same_load(one: &[f64; 6], other: &[f64; 6]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Squares of normal values by their quantiles would hide errors of the search; exact squares show the solution.
-    #[test]
-    fn exact_squares_give_back_their_variances() {
-        let case = |kind: usize, value: f64, variance: f64| ScatterCase {
-            kinds: vec![kind],
-            values: vec![value],
-            errors: vec![vec![variance.sqrt()]],
-            dof: 3.0,
-        };
-        let cases: Vec<ScatterCase> = (0..20)
-            .map(|i| {
-                let (kind, value) = (i % 2, i as f64);
-                case(kind, value, [4.0, 9.0][kind] + 0.5 * value * value)
-            })
-            .collect();
-        let found = LoadScatter::of_cases(&cases, [0.0; 2]);
-        assert!((found.variance(0, 0.0) - 4.0).abs() < 0.01, "{found:?}");
-        assert!((found.variance(1, 0.0) - 9.0).abs() < 0.01, "{found:?}");
-        assert!((found.slope_sd.powi(2) - 0.5).abs() < 0.001, "{found:?}");
-        assert!((found.dof - 60.0).abs() < 1e-12);
-    }
 
     #[test]
     fn rows_that_share_a_slope_are_white() {

@@ -2,17 +2,36 @@
 
 use indexmap::IndexMap;
 use stiffbench_beams::physics::LoadPoint;
-use stiffbench_beams::robot::Pose;
+use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, ToolPose, TrackerFrames};
 use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
-use super::posed::{PosedLoad, PosedLoadCases};
+use super::posed::{COMPONENTS, PosedLoad, PosedLoadCases, ReadComponent};
 use super::scatter::SAME_LOAD;
 use crate::mismatch::{GaugeSteps, Observations, ObservedReading, Recorded};
 
 /// Loads whose directions differ by less are one load applied again, rad: what they do differs by less than a thousandth of the displacement.
 const SAME_DIRECTION: f64 = 1e-3;
+
+/// A tracker, with the tool of the rigid robot in each of the distinct poses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackedPoses {
+    frames: TrackerFrames,
+    tools: Vec<ToolPose>,
+}
+
+impl TrackedPoses {
+    /// What a component reads of motions, and its value from where the rigid robot stands.
+    fn seen(&self, case: &PosedLoad, read: &ReadComponent) -> (ReadAxis, f64) {
+        let (tool, axis) = (&self.tools[case.pose], read.axis());
+        let unit = self.frames.read_unit(tool, axis);
+        let rigid_m = self.frames.position_m(tool, &[0.0; 6]);
+        let read_axis = ReadAxis::new(axis, false, unit);
+        (read_axis, read.value - rigid_m[axis.index()])
+    }
+}
 
 /// The load cases of a pose under loads of one direction.
 struct LoadSeries<'p> {
@@ -35,13 +54,39 @@ struct StepCase<'p> {
 impl PosedLoadCases {
     /// The load cases as series of one step: every load begins at the unloaded state, with a zero of its own; loads of one direction in a pose are
     /// repeats of each other.
+    ///
+    /// # Arguments
+    /// - `tracker`: of absolute positions, which are counted from where it sees the rigid robot.
     #[must_use]
-    pub fn as_series(&self, steps: GaugeSteps) -> Observations {
-        self.series_and_rows(steps).0
+    pub fn as_series(&self, steps: GaugeSteps, tracker: Option<&TrackedPoses>) -> Observations {
+        Observations {
+            tracker: tracker.map(|tracker| tracker.frames),
+            ..self.series_and_rows(steps, tracker).0
+        }
+    }
+
+    /// The tools of a robot as a tracker sees them.
+    ///
+    /// # Errors
+    /// [`RobotError`] for a pose that cannot be reached.
+    pub fn tracked(
+        &self,
+        robot: &Robot,
+        mechanism: &Mechanism,
+        frames: TrackerFrames,
+    ) -> Result<TrackedPoses, RobotError> {
+        let tools = self.poses.iter();
+        let tools = tools.map(|pose| robot.end_pose(mechanism, pose));
+        let tools = tools.collect::<Result<_, _>>()?;
+        Ok(TrackedPoses { frames, tools })
     }
 
     /// The same with the place of each reading among [`PosedLoadCases::rows`].
-    pub(super) fn series_and_rows(&self, steps: GaugeSteps) -> (Observations, Vec<usize>) {
+    pub(super) fn series_and_rows(
+        &self,
+        steps: GaugeSteps,
+        tracker: Option<&TrackedPoses>,
+    ) -> (Observations, Vec<usize>) {
         let mut observations = Observations::without_readings(steps, Recorded::default());
         let names = self.named_poses().into_iter().map(|(name, _)| name);
         observations.poses = names.collect();
@@ -54,7 +99,11 @@ impl PosedLoadCases {
         let mut rows = Vec::new();
         for (place, cases) in self.by_pose().values().enumerate() {
             for series in series_of(cases) {
-                series.add_to(&mut observations, place, |number, component| {
+                let seen = |case: &PosedLoad, read: &ReadComponent| match tracker {
+                    Some(tracker) if read.is_position() => tracker.seen(case, read),
+                    _ => (read.read_axis(), read.value),
+                };
+                series.add_to(&mut observations, place, &seen, |number, component| {
                     rows.push(first_rows[number] + component);
                 });
             }
@@ -97,9 +146,11 @@ impl PosedLoadCases {
 fn series_of<'p>(cases: &[(usize, &'p PosedLoad)]) -> Vec<LoadSeries<'p>> {
     let mut all: Vec<LoadSeries<'p>> = Vec::new();
     for &(number, case) in cases {
-        let Some((load, amount)) = LoadDirection::of_wrench(case.load) else {
+        let (load, amount) = case.load_along();
+        // A position shows the robot without a load too.
+        if amount == 0.0 && !case.components.iter().any(ReadComponent::is_position) {
             continue;
-        };
+        }
         let known = all.iter().position(|series| is_along(&series.load, &load));
         let place = known.unwrap_or_else(|| {
             all.push(LoadSeries {
@@ -142,22 +193,26 @@ impl<'p> LoadSeries<'p> {
     }
 
     /// # Arguments
+    /// - `seen`: what a component reads, and its value.
     /// - `added`: is told the number of the case of each reading and the place among its components.
     fn add_to(
         &self,
         observations: &mut Observations,
         pose: usize,
+        seen: &dyn Fn(&PosedLoad, &ReadComponent) -> (ReadAxis, f64),
         mut added: impl FnMut(usize, usize),
     ) {
-        for component in 0..6 {
+        for component in 0..COMPONENTS.len() {
             let read = |case: &'p PosedLoad| {
                 let mut read = case.components.iter().enumerate();
                 read.find(|(_, one)| one.component == component)
             };
-            let Some((_, first)) = self.cases.iter().find_map(|one| read(one.case)) else {
+            let first = self.cases.iter();
+            let mut first = first.filter_map(|one| Some((one.case, read(one.case)?.1)));
+            let Some((case, first)) = first.next() else {
                 continue;
             };
-            observations.begin_cell(pose, self.load.clone(), first.read_axis());
+            observations.begin_cell(pose, self.load.clone(), seen(case, first).0);
             for (repeat, case) in (1..).zip(&self.cases) {
                 let Some((place, one)) = read(case.case) else {
                     continue;
@@ -181,7 +236,7 @@ impl<'p> LoadSeries<'p> {
                     step: case.step as u32 + 1,
                     ..LoadPoint::default()
                 };
-                observations.push(reading, load, one.value);
+                observations.push(reading, load, seen(case.case, one).1);
             }
         }
     }

@@ -42,6 +42,11 @@ pub trait Baseline: Sync {
     /// Its parameters.
     fn parameters(&self) -> &[BaselineParameter];
 
+    /// Those that describe it; behind them come those of how it is seen.
+    fn described(&self) -> &[BaselineParameter] {
+        self.parameters()
+    }
+
     /// A solver; each thread has its own.
     ///
     /// # Errors
@@ -122,6 +127,8 @@ pub struct StructureColumn {
     /// Of a spring for each pose the stiffness that a closed loop sets against it, N·m/rad or N/m: a compliance c counts as c/(1 + c k).
     /// Empty of other entries.
     pub loop_stiffness: Vec<f64>,
+    /// For each pose the change of where the end stands without a load; empty where that is not read.
+    pub unloaded: Vec<[f64; 6]>,
 }
 
 /// Solves all poses for values of the baseline's parameters.

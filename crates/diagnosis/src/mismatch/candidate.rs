@@ -213,13 +213,18 @@ pub(super) fn candidates(
         session: session_scale(observations),
         places: Vec::new(),
     };
-    let is_loaded = scales.session.force_n > 0.0;
+    let is_tracked = observations.tracker.is_some();
+    let is_loaded = scales.session.force_n > 0.0 || is_tracked;
     let mut out = Vec::new();
     for kind in KINDS
         .into_iter()
         .filter(|kind| is_loaded || !needs_force(*kind))
     {
-        let here = |law: &Law| law.place_kind == kind && !without.contains(law);
+        let here = |law: &Law| {
+            law.place_kind == kind
+                && !without.contains(law)
+                && !(is_tracked && law.is_hidden_from_trackers())
+        };
         let laws: Vec<Law> = Law::searched_on(observations.bench).filter(here).collect();
         for (place, scale) in scales.of_kind(kind, observations, poses) {
             for &law in &laws {
@@ -286,7 +291,8 @@ fn joint_scale(
         let along = |vector: [f64; 6]| dot6(vector, cell.load.wrench());
         let lever = along(influence.levers[joint]);
         let compliance = along(influence.compliance.map(along));
-        moment_nm = moment_nm.max(lever.abs() * session.force_n);
+        let by_weight = poses.poses[cell.pose].unloaded.moment_nm(joint).abs();
+        moment_nm = moment_nm.max(lever.abs() * session.force_n + by_weight);
         let share = lever * lever / compliance;
         if best.is_none_or(|(most, ..)| share > most) {
             best = Some((share, lever, influence.stiffness(joint, joint), compliance));

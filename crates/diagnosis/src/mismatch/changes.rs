@@ -68,6 +68,10 @@ impl LinearisedModel {
             for (compliance, change) in rows.flat_map(|(row, change)| row.iter_mut().zip(change)) {
                 *compliance += size * change;
             }
+            let unloaded = column.unloaded.get(index).copied().unwrap_or_default();
+            for (motion, change) in pose.unloaded.motion.iter_mut().zip(unloaded) {
+                *motion += size * change;
+            }
         }
         Some(changed)
     }

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use stiffbench_beams::physics::{LoadPoint, Place, PoseMechanics, RunLoads, TestObject};
+use stiffbench_beams::robot::TrackerFrames;
 use stiffbench_measurement::readings::{
     InstrumentRecord, Reading, ReadingTable, SessionHeader, SinceZero,
 };
@@ -160,6 +161,8 @@ pub struct Observations {
     pub clock: ReadingClock,
     /// What parts without a robot file went through, each from its virgin state on.
     pub histories: Vec<RecordedHistory>,
+    /// Of absolute positions where a tracker stands, and which point of the tool it sees: what was read is counted from the rigid robot there.
+    pub tracker: Option<TrackerFrames>,
 }
 
 /// What tells when a reading was taken.
@@ -252,6 +255,7 @@ impl Observations {
             bench: TestObject::Robot,
             clock: ReadingClock::Times,
             histories: Vec::new(),
+            tracker: None,
         }
     }
 
@@ -327,8 +331,14 @@ impl Observations {
         Cell {
             pose: self.poses[cell.pose].clone(),
             direction: cell.axis(),
-            load: (!cell.is_along_load()).then(|| cell.load.called()),
+            load: (!cell.is_along_load() && !self.is_unloaded(cell)).then(|| cell.load.called()),
         }
+    }
+
+    /// Whether a tracker saw a cell without a load.
+    fn is_unloaded(&self, cell: &ObservedCell) -> bool {
+        let mut loads = self.loads[cell.readings.clone()].iter();
+        self.tracker.is_some() && loads.all(|load| load.force_n == 0.0)
     }
 
     /// The cell of a reading.
@@ -423,6 +433,7 @@ impl Observations {
             sessions: self.sessions.clone(),
             bench: self.bench,
             clock: self.clock,
+            tracker: self.tracker,
             histories: RecordedHistory::filtered(&self.histories, &all, keep),
             ..Self::without_readings(self.steps, self.recorded)
         };

@@ -162,7 +162,9 @@ impl<'a> ReadingPredictor<'a> {
             return Ok(false);
         };
         for (index, held) in self.held.iter_mut().flatten().enumerate() {
-            held.influence.compliance = solver.pose(index).influence.compliance;
+            let now = solver.pose(index);
+            held.influence.compliance = now.influence.compliance;
+            held.unloaded.motion = now.unloaded.motion;
         }
         for (index, run) in self.observations.runs.iter().enumerate() {
             let pose = self.observations.cells[run.cell].pose;
@@ -212,8 +214,10 @@ impl<'a> ReadingPredictor<'a> {
                 let pose = solver.pose(cell.pose);
                 for (parameter, column) in out.chunks_mut(observations.len()).enumerate() {
                     let gradient = pose.gradient(parameter, &cell.read, &cell.load);
+                    let unloaded = pose.unloaded_gradient(parameter, &cell.read);
                     for reading in cell.readings.clone() {
-                        column[reading] = gradient * observations.loads[reading].force_n;
+                        let force_n = observations.loads[reading].force_n;
+                        column[reading] = gradient * force_n + unloaded;
                     }
                 }
             }

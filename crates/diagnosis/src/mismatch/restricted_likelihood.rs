@@ -113,11 +113,14 @@ impl NoiseValues {
         parts.0[READING] = true;
         parts.0[ZERO] = observations.has_series();
         // Of one load in a run it is common to all gauges, and grows with the displacement.
-        parts.0[SLOPE] = true;
-        // Several sessions keep the proportions that each has alone.
+        parts.0[SLOPE] = observations.loads.iter().any(|load| load.force_n != 0.0);
+        // Several sessions keep the proportions that each has alone. Of loads one by one the components are those of one vector, whichever axes they
+        // are stated along; and a few dozen of each show no scatter of its own well enough to be weighed by.
         if observations.sessions.is_empty() {
-            let ratios = observations.gauges.len().saturating_sub(1);
-            parts.0[FIRST_RATIO..FIRST_RATIO + ratios].fill(true);
+            if observations.has_series() {
+                let ratios = observations.gauges.len().saturating_sub(1);
+                parts.0[FIRST_RATIO..FIRST_RATIO + ratios].fill(true);
+            }
             parts.0[ROTATION] = observations
                 .cells
                 .iter()

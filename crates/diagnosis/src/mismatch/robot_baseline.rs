@@ -8,6 +8,7 @@ use stiffbench_beams::physics::{
 };
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Predictor, Robot,
+    TRACKER_PARAMETERS, ToolPose, TrackerFrames,
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -23,6 +24,9 @@ use super::robot_solver::{RobotSolver, file_columns, spring_columns};
 
 /// Half the width, in standard deviations, of the range that bounds leave to a factor: uniform over ± ln 10.
 const PRIOR_WIDTHS: f64 = 1.732_050_807_568_877_2;
+
+/// How far a tracker may stand, or be turned, from where a fit has it, m and rad: a fit to the rigid robot comes within millimetres.
+const TRACKER_RANGE: f64 = 1.0;
 
 /// The model of a robot with some of its parameters free.
 #[derive(Debug)]
@@ -41,6 +45,16 @@ pub struct RobotBaseline<'a> {
     springs: Vec<Effect>,
     joints: Vec<String>,
     unloaded: Vec<ModelParameter>,
+    tracked: Option<TrackedTools>,
+}
+
+/// The tools that a tracker sees: where it stands, and which point of them it measures, is free, and own weight moves them.
+#[derive(Debug)]
+pub(super) struct TrackedTools {
+    /// The tool of the rigid robot in each pose.
+    pub(super) tools: Vec<ToolPose>,
+    /// For each pose the motions of the tool that show as much as one unit of each of the nine parameters.
+    pub(super) motions: Vec<[[f64; 6]; TRACKER_PARAMETERS.len()]>,
 }
 
 /// What distinguishes a structure from the one of the session.
@@ -179,7 +193,41 @@ impl<'a> RobotBaseline<'a> {
             unloaded: (unloaded.iter().map(|chosen| chosen.parameter.clone())).collect(),
             suspects: OnceLock::new(),
             suspects_file: false,
+            tracked: None,
         })
+    }
+
+    /// Frees where a tracker stands and which point of the tool it sees; own weight counts from now on.
+    ///
+    /// # Arguments
+    /// - `frames`: about which they are free.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] for a pose that cannot be reached.
+    pub fn track(&mut self, frames: &TrackerFrames) -> Result<(), MismatchError> {
+        let mechanism = &self.mechanisms[0].1;
+        let tools = self.poses.iter();
+        let tools = tools.map(|pose| self.robot.end_pose(mechanism, pose));
+        let tools: Vec<ToolPose> = tools.collect::<Result<_, _>>()?;
+        self.parameters
+            .extend(TRACKER_PARAMETERS.map(|name| BaselineParameter {
+                name: name.to_owned(),
+                spring_rad_per_nm: None,
+                start: 0.0,
+                lower: -TRACKER_RANGE,
+                upper: TRACKER_RANGE,
+                prior_sd: TRACKER_RANGE / PRIOR_WIDTHS,
+            }));
+        self.tracked = Some(TrackedTools {
+            motions: tools.iter().map(|tool| frames.motions(tool)).collect(),
+            tools,
+        });
+        Ok(())
+    }
+
+    /// What a tracker sees of it.
+    pub(super) fn tracked(&self) -> Option<&TrackedTools> {
+        self.tracked.as_ref()
     }
 
     /// Springs that are kept though they were to be free: no load along the base axes acts on them in these poses.
@@ -334,12 +382,19 @@ impl Baseline for RobotBaseline<'_> {
         &self.parameters
     }
 
+    fn described(&self) -> &[BaselineParameter] {
+        &self.parameters[..self.values.free.len()]
+    }
+
     fn solver(&self, variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
         let mechanism = &self.mechanisms[variant].1;
         let (values, poses) = (&self.values, &self.poses);
         let mut mechanics =
             Mechanics::rigid_with(self.robot, mechanism, &values.free, &values.at, poses)?;
         mechanics.differentiate_in(values.units());
+        if self.tracked.is_some() {
+            mechanics.weigh(&values.free)?;
+        }
         Ok(Box::new(RobotSolver::new(self, mechanism, mechanics)))
     }
 

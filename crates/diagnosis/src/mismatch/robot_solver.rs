@@ -113,11 +113,35 @@ impl<'a> RobotSolver<'a> {
                 mechanics.solve_joints(|joint| wanted.contains(joint))?;
             }
         }
+        if is_new || self.changed.is_some() {
+            self.see_by_tracker(parameters);
+        }
         self.joints = wanted;
         if is_new {
             self.solved.extend_from_slice(parameters);
         }
         Ok(())
+    }
+
+    /// Moves all tools as the parameters of a tracker have it, where one sees them.
+    fn see_by_tracker(&mut self, parameters: &[f64]) {
+        let Some(tracked) = self.baseline.tracked() else {
+            return;
+        };
+        let values = &parameters[self.values.free.len()..];
+        for (index, motions) in tracked.motions.iter().enumerate() {
+            let pose = match (&mut self.changed, &mut self.sprung) {
+                (Some(changed), _) => &mut changed[index],
+                (None, Some((_, sprung))) => sprung.pose_mut(index),
+                (None, None) => self.mechanics.pose_mut(index),
+            };
+            for (motion, value) in motions.iter().zip(values) {
+                for (moved, share) in pose.unloaded.motion.iter_mut().zip(motion) {
+                    *moved += value * share;
+                }
+            }
+            pose.unloaded.gradient.extend(motions);
+        }
     }
 
     /// Lays out the robot with the springs that effects put into it, where they are others than before.
@@ -139,6 +163,9 @@ impl<'a> RobotSolver<'a> {
                 &baseline.poses,
             )?;
             sprung.differentiate_in(values.units());
+            if baseline.tracked().is_some() {
+                sprung.weigh(&values.free)?;
+            }
             if self.is_whole {
                 sprung.differentiate_whole()?;
             }
@@ -172,12 +199,28 @@ impl<'a> RobotSolver<'a> {
         if self.is_whole {
             mechanics.differentiate_whole()?;
         }
+        if baseline.tracked().is_some() {
+            mechanics.weigh(free)?;
+        }
         if *joints != JointsSolved::None {
             mechanics.solve_joints(|joint| joints.contains(joint))?;
         }
-        Ok((0..poses.len())
+        let mut solved: Vec<PoseMechanics> = (0..poses.len())
             .map(|pose| mechanics.pose(pose).clone())
-            .collect())
+            .collect();
+        for (index, tool) in baseline
+            .tracked()
+            .iter()
+            .flat_map(|one| one.tools.iter().enumerate())
+        {
+            let moved = robot
+                .end_pose(self.mechanism, &poses[index])?
+                .moved_from(tool);
+            for (motion, by) in solved[index].unloaded.motion.iter_mut().zip(moved) {
+                *motion += by;
+            }
+        }
+        Ok(solved)
     }
 }
 
@@ -247,13 +290,14 @@ pub(super) fn file_columns(
     parameters: &[f64],
 ) -> Result<Vec<StructureColumn>, MismatchError> {
     let count = baseline.poses.len();
-    let compliances = |solver: &dyn PoseSolver| -> Vec<[[f64; 6]; 6]> {
-        let poses = (0..count).map(|pose| solver.pose(pose).influence.compliance);
-        poses.collect()
+    let states = |solver: &dyn PoseSolver| -> Vec<([[f64; 6]; 6], [f64; 6])> {
+        let poses = (0..count).map(|pose| solver.pose(pose));
+        let states = poses.map(|pose| (pose.influence.compliance, pose.unloaded.motion));
+        states.collect()
     };
     let mut solver = baseline.solver(0)?;
     solver.solve_for(parameters, &[])?;
-    let before = compliances(&*solver);
+    let before = states(&*solver);
     let column = |solver: &mut dyn PoseSolver, law: Law, place: Place| -> Option<StructureColumn> {
         let shapes = (law.search.shapes)(&PlaceScale::default());
         let values = shapes.first()?.values.clone();
@@ -261,15 +305,20 @@ pub(super) fn file_columns(
         let effect = Effect { law, place, values };
         solver.set_structure(std::slice::from_ref(&effect)).ok()?;
         solver.solve_for(parameters, &[]).ok()?;
-        let after = compliances(solver);
-        let change = after.iter().zip(&before).map(|(after, before)| {
+        let after = states(solver);
+        let pairs = || after.iter().zip(&before);
+        let change = pairs().map(|((after, _), (before, _))| {
             std::array::from_fn(|i| std::array::from_fn(|j| (after[i][j] - before[i][j]) / step))
+        });
+        let moved = pairs().map(|((_, after), (_, before))| {
+            std::array::from_fn(|i| (after[i] - before[i]) / step)
         });
         Some(StructureColumn {
             law: effect.law,
             place: effect.place,
             compliance: change.collect(),
             loop_stiffness: Vec::new(),
+            unloaded: moved.filter(|_| baseline.tracked().is_some()).collect(),
         })
     };
     let all = baseline.suspects().places();
@@ -295,6 +344,7 @@ pub(super) fn spring_columns(
                 place: place.clone(),
                 compliance: Vec::with_capacity(baseline.poses.len()),
                 loop_stiffness: Vec::with_capacity(baseline.poses.len()),
+                unloaded: Vec::new(),
             };
             Some((place.spring()?, column))
         })
@@ -315,6 +365,12 @@ pub(super) fn spring_columns(
         for ((_, column), derivative) in found.iter_mut().zip(derivatives) {
             let rows = std::array::from_fn(|i| std::array::from_fn(|j| derivative.0[i][j]));
             column.compliance.push(rows);
+        }
+        if baseline.tracked().is_some() {
+            let (_, by_weight) = predictor.weight_displacement(&springs);
+            for ((_, column), moved) in found.iter_mut().zip(by_weight) {
+                column.unloaded.push(moved);
+            }
         }
     }
     for (spring, column) in &mut found {

@@ -145,7 +145,9 @@ impl DiagnosisProblem<'_> {
     pub(super) fn lacking(&self, is_from_fit: bool) -> Vec<String> {
         let mut lacking = Vec::new();
         let observations = self.observations;
-        let is_loaded = observations.loads.iter().any(|load| load.force_n != 0.0);
+        // Own weight loads what a tracker sees.
+        let is_loaded = observations.tracker.is_some()
+            || observations.loads.iter().any(|load| load.force_n != 0.0);
         // A line through many readings shows its own scatter.
         let is_line = observations.free_zeros;
         if !is_loaded && !is_line {
@@ -395,7 +397,7 @@ impl DiagnosisProblem<'_> {
         let [before, after] = found.both(|state| self.covariance(state, &state.fitted.model))?;
         Ok(self
             .baseline
-            .parameters()
+            .described()
             .iter()
             .enumerate()
             .map(|(index, parameter)| {

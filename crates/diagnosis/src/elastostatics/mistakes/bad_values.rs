@@ -4,7 +4,6 @@
 //! the last that is too far for noise are bad: so two bad values do not hide each other (generalized extreme studentized deviate: Rosner,
 //! Technometrics 25, 1983).
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
@@ -18,8 +17,9 @@ use crate::mismatch::{BadReading, BadReadingKind};
 use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_READINGS};
 use crate::search::push_orthonormal;
 
+use super::bad_positions::{OtherJointValue, bad_positions};
 use super::basis::{Basis, moves};
-use super::far_value::{FarValue, scatter_of, single_values};
+use super::far_value::{FarValue, LEAST_SCATTER, ScatterCase, scatter_of};
 use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
@@ -28,12 +28,10 @@ use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit, in_micro, mi
 use crate::elastostatics::posed::PosedLoadCases;
 use crate::elastostatics::prediction::predict_motions;
 use crate::elastostatics::problem::LoadCaseModel;
-use crate::elastostatics::scatter::{
-    LEAST_SCATTER, ScatterCase, kinds, repeated_rows, sizes, smallest_step,
-};
+use crate::elastostatics::scatter::{kinds, repeated_rows, sizes, smallest_step};
 
 /// Most bad values of a table: one with more has another fault, which more names would not make plainer.
-const MOST: usize = 10;
+pub(super) const MOST: usize = 10;
 
 /// Values that are looked at closely each time: those that are farthest off by two measures of the scatter.
 const LOOKED_AT: usize = 8;
@@ -43,13 +41,13 @@ const LARGEST_LEVERAGE: f64 = 0.5;
 
 /// Chance of a value without repeats below which it may be bad (1): far beyond [`BAD_READING_LEVEL`], because a model that lacks something
 /// leaves residuals that are farther off than noise too.
-const LONE_VALUE_LEVEL: f64 = 1e-6;
+pub(super) const LONE_VALUE_LEVEL: f64 = 1e-6;
 
 /// Without repeats the others must look like noise once the value is gone: none is so far off that noise does it in fewer tables.
-const REST_IS_NOISE: f64 = 0.05;
+pub(super) const REST_IS_NOISE: f64 = 0.05;
 
 /// Or the value stands alone: so many times as far off as the next, in standard errors. What a model lacks spreads over many values.
-const STANDS_ALONE: f64 = 4.0;
+pub(super) const STANDS_ALONE: f64 = 4.0;
 
 /// A value that contradicts others.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -82,9 +80,18 @@ pub struct BadLoadCaseValue {
     pub repeats: Vec<u32>,
     /// Chance that noise takes any value of such a table as far.
     pub p_family: f64,
+    /// Of absolute positions: the value of one joint with which this coordinate and all others that are off with it agree.
+    #[serde(skip)]
+    pub joint: Option<OtherJointValue>,
 }
 
 impl BadLoadCaseValue {
+    /// Whether it is a coordinate of an absolute position.
+    #[must_use]
+    pub fn is_position(&self) -> bool {
+        self.component.starts_with("position")
+    }
+
     /// The same as a reading of a series of one step.
     #[must_use]
     pub fn as_reading(&self) -> BadReading {
@@ -98,7 +105,7 @@ impl BadLoadCaseValue {
             repeat: 1,
             step: 1,
             branch: Branch::Loading,
-            is_last: true,
+            is_last: false,
             has_repeats: !self.repeats.is_empty(),
             value_m: self.value,
             expected_m: self.expected,
@@ -133,14 +140,16 @@ impl BadLoadCaseValue {
 }
 
 /// What is known of a value that is tested.
-struct TestedValue {
-    row: usize,
+pub(super) struct TestedValue {
+    pub(super) row: usize,
     /// Value less expected, m or rad.
-    off: f64,
-    standard_error: f64,
+    pub(super) off: f64,
+    pub(super) standard_error: f64,
     /// Lines of the repeats that contradict it; none where the fit does.
-    repeats: Vec<u32>,
-    p: f64,
+    pub(super) repeats: Vec<u32>,
+    pub(super) p: f64,
+    /// Of a position with others that are off by the same joint.
+    pub(super) joint: Option<OtherJointValue>,
 }
 
 /// The values that contradict others, in the order of the table; of absolute positions those that contradict the fit to all others, one after the
@@ -182,44 +191,8 @@ pub fn bad_load_case_values(
     Ok(named(posed, bad))
 }
 
-/// Absolute positions that the fit to all others contradicts: a robot that stood elsewhere moves every coordinate of a target by its own amount.
-///
-/// # Errors
-/// [`LoadCaseFitError`]: those of a fit.
-fn bad_positions(
-    model: &LoadCaseModel<'_>,
-    options: &LoadCaseFitOptions,
-    fit: &LoadCaseFit,
-) -> Result<Vec<BadLoadCaseValue>, LoadCaseFitError> {
-    let mut bad: Vec<TestedValue> = Vec::new();
-    let mut fit = Cow::Borrowed(fit);
-    // What each row that is left is among all.
-    let mut kept: Vec<usize> = (0..model.posed.rows().count()).collect();
-    while options.train.is_none() && bad.len() < MOST {
-        let rows: Vec<usize> = bad.iter().map(|one| one.row).collect();
-        let posed = model.posed.without_rows(&rows);
-        let left = LoadCaseModel {
-            posed: &posed,
-            ..*model
-        };
-        if !bad.is_empty() {
-            // Too few are left, or they show no parameter any more: those that were found stand.
-            let Ok(again) = fit_load_cases(&left, options) else {
-                break;
-            };
-            fit = Cow::Owned(again);
-        }
-        let Some(found) = improbable(&left, &fit)? else {
-            break;
-        };
-        let row = kept.remove(found.row);
-        bad.push(TestedValue { row, ..found });
-    }
-    Ok(named(model.posed, bad))
-}
-
 /// Values in the order of the table, with what belongs to them.
-fn named(posed: &PosedLoadCases, mut bad: Vec<TestedValue>) -> Vec<BadLoadCaseValue> {
+pub(super) fn named(posed: &PosedLoadCases, mut bad: Vec<TestedValue>) -> Vec<BadLoadCaseValue> {
     bad.sort_by_key(|one| one.row);
     let rows: Vec<_> = posed.rows().collect();
     let named = bad.into_iter().map(|one| {
@@ -236,6 +209,7 @@ fn named(posed: &PosedLoadCases, mut bad: Vec<TestedValue>) -> Vec<BadLoadCaseVa
             standard_error: one.standard_error,
             repeats: one.repeats,
             p_family: one.p,
+            joint: one.joint,
         }
     });
     named.collect()
@@ -302,8 +276,14 @@ impl RepeatedValue {
         let count = self.rows.len() as f64;
         let own = || self.rows.iter().map(|row| residuals[*row]);
         let mean = own().sum::<f64>() / count;
-        let squares = own().map(|value| (value - mean).powi(2)).sum();
-        single_values(self.kind, self.size, squares, count - 1.0)
+        let squares: f64 = own().map(|value| (value - mean).powi(2)).sum();
+        let dof = count - 1.0;
+        ScatterCase {
+            kind: self.kind,
+            size: self.size,
+            square: squares / dof.max(f64::EPSILON),
+            dof,
+        }
     }
 
     /// The value that is farthest from the mean of the others, with its distance; of two the one that is farther from the model.
@@ -380,7 +360,7 @@ fn farthest(
         let one = &repeats[place];
         let others = cases.iter().enumerate();
         let others = others.filter(|(other, _)| *other != place);
-        let others: Vec<ScatterCase> = others.map(|(_, case)| case.clone()).collect();
+        let others: Vec<ScatterCase> = others.map(|(_, case)| *case).collect();
         let scatter = scatter_of(&others, least(Some(place)))?;
         let (row, off) = one.farthest(residuals);
         let standard_error = (scatter.variance(one.kind, one.size) * one.share()).sqrt();
@@ -397,6 +377,7 @@ fn farthest(
             standard_error,
             repeats: others.map(|other| read[*other].0).collect(),
             p: far.p_family(&scatter, tests, together),
+            joint: None,
         };
         Some(((off / standard_error).abs(), tested))
     });
@@ -415,8 +396,7 @@ fn improbable(
     let posed = model.posed;
     let mut witnesses = vec![false; fit.components.len()];
     let repeats = repeated_rows(posed);
-    let repeats = repeats.iter().filter(|_| !posed.has_positions());
-    for rows in repeats.filter(|rows| rows.len() > 1) {
+    for rows in repeats.iter().filter(|rows| rows.len() > 1) {
         for row in rows {
             witnesses[*row] = true;
         }
@@ -445,9 +425,7 @@ fn improbable(
     let rows = fit.components.iter().zip(&kinds);
     let rows: Vec<(f64, f64)> = rows
         .map(|(one, kind)| {
-            // How large a position is says nothing of its load.
-            let load = if one.is_position { 0.0 } else { one.predicted };
-            let size = (load / units[*kind]).powi(2);
+            let size = (one.predicted / units[*kind]).powi(2);
             ((one.measured - one.predicted) / units[*kind], size)
         })
         .collect();
@@ -487,7 +465,7 @@ fn improbable(
 ///
 /// # Errors
 /// [`LoadCaseFitError`].
-fn columns(
+pub(super) fn columns(
     model: &LoadCaseModel<'_>,
     fit: &LoadCaseFit,
 ) -> Result<Vec<Vec<f64>>, LoadCaseFitError> {
@@ -547,8 +525,15 @@ impl FittedRows {
                 }
             })
             .collect();
-        let case =
-            |one: &FarValue| single_values(one.kind, one.size, one.off.powi(2), one.of_itself);
+        let case = |one: &FarValue| {
+            let dof = one.of_itself.max(f64::EPSILON);
+            ScatterCase {
+                kind: one.kind,
+                size: one.size,
+                square: one.off.powi(2) / dof,
+                dof,
+            }
+        };
         let cases: Vec<ScatterCase> = others.iter().map(case).collect();
         let scatter = scatter_of(&cases, [LEAST_SCATTER; 2])?;
         let standard_error = (scatter.variance(self.kinds[row], size) / free).sqrt();
@@ -571,6 +556,7 @@ impl FittedRows {
             standard_error,
             repeats: Vec::new(),
             p,
+            joint: None,
         })
     }
 }

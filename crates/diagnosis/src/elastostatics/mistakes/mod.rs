@@ -1,9 +1,11 @@
 //! Mistakes in a table of load cases: single values, units, signs, components under the name of each other.
 
+mod bad_positions;
 mod bad_values;
 mod basis;
 mod far_value;
 mod table_mistake;
 
+pub use bad_positions::OtherJointValue;
 pub use bad_values::{BadLoadCaseValue, bad_load_case_values};
 pub use table_mistake::{TableMistake, table_mistake};
