@@ -121,10 +121,7 @@ impl LoadCaseData {
         let model = resolve_beside(choice, Some(beside))?;
         let posed = PosedLoadCases::new(&model.robot, model.mechanism()?, &loaded.table)?;
         let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
-        refuse_laws_of_time(&model)?;
-        if posed.has_positions() {
-            refuse_laws_of_gauges(&model)?;
-        }
+        refuse_unseen_laws(&model, posed.has_positions())?;
         let (start, others) = springs_apart(&model)?;
         let acting = ActingPhysics::new(&model.robot, model.mechanism()?, others)?;
         let physics = Some(acting).filter(|acting| !acting.effects.is_empty());
@@ -387,35 +384,26 @@ fn springs_apart(model: &ResolvedModel) -> Result<(FittingFactors, Vec<Effect>),
     Ok((start, others))
 }
 
-/// Refuses effects of gauges and loads along an axis, beside positions of a tracker.
+/// Refuses effects that single loads cannot show: those of the clock, and beside positions of a tracker those of gauges and runs.
 ///
 /// # Errors
 /// For the first of them.
-pub fn refuse_laws_of_gauges(model: &ResolvedModel) -> Result<(), AnalysisError> {
-    let mut effects = model.physics.effects.iter();
-    match effects.find(|effect| effect.law.is_hidden_from_trackers()) {
-        None => Ok(()),
-        Some(effect) => ArgumentError::refuse(
-            format!("--effect {}", effect.compact()),
-            "it is of a displacement gauge or its stand, of loads along an axis, or of one run, and a tracker has none of these",
-            "leave it out",
-        ),
+pub fn refuse_unseen_laws(model: &ResolvedModel, positions: bool) -> Result<(), AnalysisError> {
+    for effect in &model.physics.effects {
+        let (problem, help) = if effect.law.search.needs != Needs::Nothing {
+            (
+                "it acts over time or by the temperature, and load cases have neither a clock nor a thermometer",
+                "leave it out, or take series of loads in their place: stiffbench session, or simulate without --load-cases",
+            )
+        } else if positions && effect.law.is_hidden_from_trackers() {
+            (
+                "it is of a displacement gauge or its stand, of loads along an axis, or of one run, and a tracker has none of these",
+                "leave it out",
+            )
+        } else {
+            continue;
+        };
+        return ArgumentError::refuse(format!("--effect {}", effect.compact()), problem, help);
     }
-}
-
-/// Refuses effects that act over time, beside load cases, which have no clock.
-///
-/// # Errors
-/// For the first of them.
-pub fn refuse_laws_of_time(model: &ResolvedModel) -> Result<(), AnalysisError> {
-    let mut effects = model.physics.effects.iter();
-    let of_time = effects.find(|effect| effect.law.search.needs != Needs::Nothing);
-    match of_time {
-        None => Ok(()),
-        Some(effect) => ArgumentError::refuse(
-            format!("--effect {}", effect.compact()),
-            "it acts over time or by the temperature, and load cases have neither a clock nor a thermometer",
-            "leave it out, or take series of loads in their place: stiffbench session, or simulate without --load-cases",
-        ),
-    }
+    Ok(())
 }

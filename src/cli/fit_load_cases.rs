@@ -4,12 +4,11 @@ use std::path::Path;
 
 use crate::analysis::{
     ArgumentError, LoadCaseData, LoadCaseSettings, LoadedLoadCases, PlannedFit, derive,
-    doubts_about_load_case_fit,
 };
 use crate::load_cases::write_load_cases;
 use crate::report::{
-    FitResult, LoadCaseFitReport, bad_load_case_value_words, derived_text, load_case_figures,
-    load_case_fit_text, next_load_cases_text, table_mistake_words,
+    FitResult, LoadCaseFitReport, derived_text, doubts_about_load_cases, load_case_figures,
+    load_case_fit_text, next_load_cases_text,
 };
 
 use super::args::{FitArgs, Global, MethodArg};
@@ -45,14 +44,7 @@ fn of_data(args: &FitArgs, data: &LoadCaseData, global: &Global) -> Result<Outco
     };
     let fit = data.fit(&settings)?;
     let mut warnings = data.warnings.clone();
-    warnings.extend(doubts_about_load_case_fit(&data.posed, &fit));
-    // Beside a mistake of the whole table good values look bad.
-    if let Some(mistake) = data.table_mistake(&settings, &fit)? {
-        warnings.push(table_mistake_words(&mistake));
-    } else {
-        let bad = data.bad_values(&settings, &fit)?;
-        warnings.extend(bad_load_case_value_words(&bad));
-    }
+    warnings.extend(doubts_about_load_cases(data, &settings, &fit)?);
     // The text has them already.
     if global.json {
         warnings.extend(fit.warnings.iter().cloned());

@@ -19,7 +19,7 @@ use super::simulate::{
     create_new, effects_line, noise, origin, outcome, report, rigid_springs, truth_text,
     usual_header, write_session,
 };
-use crate::analysis::{ResolvedModel, refuse_laws_of_gauges, refuse_laws_of_time};
+use crate::analysis::{ResolvedModel, refuse_unseen_laws};
 
 /// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
 const LARGEST_FORCE_N: f64 = 70.0;
@@ -61,10 +61,7 @@ pub(super) fn run(
     let axes = [("--displacement-axes", args.axes.is_given())];
     refuse_given(&axes, "it belongs to series of loads", help)?;
     resolved.factors = truth;
-    refuse_laws_of_time(&resolved)?;
-    if let CaseKind::Positions(_) = kind {
-        refuse_laws_of_gauges(&resolved)?;
-    }
+    refuse_unseen_laws(&resolved, matches!(kind, CaseKind::Positions(_)))?;
     let truth = resolved.robot.with_own_springs(&resolved.factors);
     let rigid_springs = rigid_springs(&resolved, &truth);
     let noise = noise(args);

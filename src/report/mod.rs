@@ -3,7 +3,6 @@
 //! A result is a struct: JSON is its fields, and its schema is in [`schemas()`].
 
 mod axis_words;
-mod bad_load_case_values;
 mod compare;
 mod config;
 mod correlation;
@@ -19,6 +18,7 @@ mod fit;
 mod fit_report;
 mod import;
 mod instrument;
+mod load_case_doubts;
 mod load_case_figures;
 mod load_case_fit;
 mod load_case_page;
@@ -42,7 +42,6 @@ mod text;
 mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
-pub use bad_load_case_values::{bad_load_case_value_words, table_mistake_words};
 pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
@@ -66,6 +65,8 @@ pub use fit_report::{
 };
 pub use import::{ImportReport, columns_text};
 pub use instrument::*;
+pub use load_case_doubts::doubts_about_load_cases;
+use load_case_doubts::table_mistake_words;
 pub use load_case_figures::load_case_figures;
 pub use load_case_fit::{ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport};
 pub use load_case_page::{load_case_fit_text, next_load_cases_text};

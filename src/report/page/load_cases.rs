@@ -2,9 +2,8 @@
 
 use crate::analysis::{
     AnalysisError, DiagnoseSettings, LoadCaseData, LoadCaseSettings, ModelChoice,
-    doubts_about_load_case_fit,
 };
-use crate::report::{LoadCaseFitReport, bad_load_case_value_words, load_case_figures};
+use crate::report::{LoadCaseFitReport, doubts_about_load_cases, load_case_figures};
 
 use super::build::{NO_DIAGNOSIS, show_diagnosis};
 use super::figures::page_figure;
@@ -62,9 +61,7 @@ pub(super) fn add_load_case_model(
     };
     let axes = fit.components.iter().map(|component| component.axis);
     add_map(page, &fitted, &axes.collect::<Vec<_>>());
-    let mut warnings = doubts_about_load_case_fit(&data.posed, &fit);
-    let bad = data.bad_values(&fit_settings, &fit)?;
-    warnings.extend(bad_load_case_value_words(&bad));
+    let warnings = doubts_about_load_cases(&data, &fit_settings, &fit)?;
     if let Some(session) = page.sessions.first_mut() {
         session.deviations.extend(warnings);
     }

@@ -1,12 +1,30 @@
-//! Bad values of load cases in words.
+//! What is doubtful about load cases and a fit to them, in words.
 
-use crate::elastostatics::{BadLoadCaseValue, OtherJointValue, TableMistake};
+use crate::analysis::{AnalysisError, LoadCaseData, LoadCaseSettings, doubts_about_load_case_fit};
+use crate::elastostatics::{BadLoadCaseValue, LoadCaseFit, OtherJointValue, TableMistake};
 
 use super::text::{micro, share_of_tables, significant};
 
+/// What a user should doubt of load cases and of a fit to them: units that make an implausible robot, a mistake of the table, else bad values, for
+/// beside a mistake of the whole table good ones look bad.
+///
+/// # Errors
+/// As of the fit.
+pub fn doubts_about_load_cases(
+    data: &LoadCaseData,
+    settings: &LoadCaseSettings,
+    fit: &LoadCaseFit,
+) -> Result<Vec<String>, AnalysisError> {
+    let mut warnings = doubts_about_load_case_fit(&data.posed, fit);
+    match data.table_mistake(settings, fit)? {
+        Some(mistake) => warnings.push(table_mistake_words(&mistake)),
+        None => warnings.extend(bad_value_words(&data.bad_values(settings, fit)?)),
+    }
+    Ok(warnings)
+}
+
 /// What is bad about values, what they would have to be, and how sure that is; without a full stop. Coordinates of one position stand together.
-#[must_use]
-pub fn bad_load_case_value_words(all: &[BadLoadCaseValue]) -> Vec<String> {
+fn bad_value_words(all: &[BadLoadCaseValue]) -> Vec<String> {
     let together = all.chunk_by(|a, b| a.is_position() && a.line == b.line);
     let words = together.map(|bad| match bad {
         [one] if !one.is_position() => value_words(one),
@@ -85,7 +103,7 @@ fn value_words(bad: &BadLoadCaseValue) -> String {
 
 /// What would agree with all others if the table were put right, and what that may be: a question.
 #[must_use]
-pub fn table_mistake_words(mistake: &TableMistake) -> String {
+pub(super) fn table_mistake_words(mistake: &TableMistake) -> String {
     if let Some(joint) = &mistake.joint {
         return format!(
             "all readings agree with the robot only if the values of joint {joint} have the other sign: does the controller count it the other way?"
