@@ -115,7 +115,7 @@ impl NoiseValues {
         // Of one load in a run it is common to all gauges, and grows with the displacement.
         parts.0[SLOPE] = observations.loads.iter().any(|load| load.force_n != 0.0);
         // Several sessions keep the proportions that each has alone. Of loads one by one the components are those of one vector, whichever axes they
-        // are stated along; and a few dozen of each show no scatter of its own well enough to be weighed by.
+        // are stated along; and some dozens of each show no scatter of its own well enough to be weighed by.
         if observations.sessions.is_empty() {
             if observations.has_series() {
                 let ratios = observations.gauges.len().saturating_sub(1);

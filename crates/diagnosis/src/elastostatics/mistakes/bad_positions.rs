@@ -201,7 +201,7 @@ pub(super) fn bad_positions(
             posed: &others,
             ..*model
         };
-        // Too few are left, or they show no parameter any more.
+        // Not enough are left, or they show no parameter any more.
         let Ok(again) = fit_load_cases(&others, options) else {
             taken.pop();
             break;
