@@ -51,22 +51,29 @@ impl LastDigits {
         remember(&mut self.all, REMEMBERED_ALL, at_s, counts_of(value, digit));
     }
 
-    /// Evidence against chance, over the longest informative stretch up to now; `now` and its digit belong to it.
-    pub(super) fn coarse_steps(&self, now: f64, digit: f64) -> Option<FewDigits> {
+    /// Evidence against chance, over the longest informative stretch up to now; `now` and its digit belong to it. Values where somebody wants the
+    /// display to stand, as planned loads are, `is_wanted`: that they are round is no evidence.
+    pub(super) fn coarse_steps(
+        &self,
+        now: f64,
+        digit: f64,
+        is_wanted: impl Fn(f64) -> bool,
+    ) -> Option<FewDigits> {
         let latest = counts_of(now, digit)?;
-        self.coarse_steps_at_rest(latest)
-            .or_else(|| self.coarse(latest))
+        let is_wanted = |count: i64| is_wanted(count as f64 * digit);
+        self.coarse_steps_at_rest(latest, is_wanted)
+            .or_else(|| self.coarse(latest, is_wanted))
     }
 
     /// All values lie whole multiples of a coarse step apart. Of n values by chance in g^(1-n) of cases for a given step g, and g may be any of
     /// those that displays have.
-    fn coarse(&self, latest: i64) -> Option<FewDigits> {
+    fn coarse(&self, latest: i64, is_wanted: impl Fn(i64) -> bool) -> Option<FewDigits> {
         let mut counts = vec![latest];
         let mut telling = 0;
         let mut apart = 0;
         let mut found = None;
         for (n, (_, count)) in self.all.iter().rev().enumerate() {
-            if counts.contains(count) {
+            if counts.contains(count) || is_wanted(*count) {
                 continue;
             }
             counts.push(*count);
@@ -101,7 +108,11 @@ impl LastDigits {
         rates.is_some_and(|(before, after)| (after - before).abs() <= SAME_RATE * before.abs())
     }
 
-    fn coarse_steps_at_rest(&self, latest: i64) -> Option<FewDigits> {
+    fn coarse_steps_at_rest(
+        &self,
+        latest: i64,
+        is_wanted: impl Fn(i64) -> bool,
+    ) -> Option<FewDigits> {
         let mut seen = [false; 10];
         seen[latest.rem_euclid(10) as usize] = true;
         // The same loads again and again, by weights, leave the same digits.
@@ -109,7 +120,7 @@ impl LastDigits {
         let mut step = 0;
         let mut found = None;
         for (n, (_, count)) in self.rests.iter().rev().enumerate() {
-            if counts.contains(count) {
+            if counts.contains(count) || is_wanted(*count) {
                 continue;
             }
             counts.push(*count);
@@ -200,7 +211,7 @@ mod tests {
         for (at_s, value) in values.iter().enumerate() {
             digits.rest(at_s as f64, *value, 1.0);
         }
-        digits.coarse_steps(values[values.len() - 1], 1.0)
+        digits.coarse_steps(values[values.len() - 1], 1.0, |_| false)
     }
 
     #[test]
@@ -226,7 +237,7 @@ mod tests {
                 digits.change(at_s as f64, *value, 1.0);
             }
             digits
-                .coarse_steps(values(step)[9], 1.0)
+                .coarse_steps(values(step)[9], 1.0, |_| false)
                 .map(|coarse_steps| coarse_steps.step)
         };
         assert_eq!(detected(100.0), Some(100));
@@ -241,8 +252,23 @@ mod tests {
             for at_s in 0..20 {
                 digits.change(f64::from(at_s), step * f64::from(at_s), 1.0);
             }
-            assert_eq!(digits.coarse_steps(step * 19.0, 1.0), None, "{step}");
+            let coarse_steps = digits.coarse_steps(step * 19.0, 1.0, |_| false);
+            assert_eq!(coarse_steps, None, "{step}");
         }
+    }
+
+    #[test]
+    fn planned_loads_are_no_evidence_of_a_coarse_step() {
+        // Between loads of 0, 10 and 20 N, five values that happen to be whole newtons.
+        let counts = [200.0, 20.0, 100.0, 70.0, 0.0, 180.0, 200.0, 90.0, 10.0];
+        let mut digits = LastDigits::default();
+        for (at_s, count) in (0_u8..).zip(counts) {
+            digits.change(f64::from(at_s).powi(2), count, 1.0);
+        }
+        let coarse_steps =
+            |is_wanted: fn(f64) -> bool| digits.coarse_steps(counts[8], 1.0, is_wanted);
+        assert!(coarse_steps(|_| false).is_some());
+        assert_eq!(coarse_steps(|count| count % 100.0 == 0.0), None);
     }
 
     #[test]

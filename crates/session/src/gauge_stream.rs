@@ -273,10 +273,11 @@ impl GaugeStream {
         }
     }
 
-    /// Whether it uses few last digits where it rests.
-    pub(super) fn few_digits(&self) -> Option<FewDigits> {
+    /// Whether it uses few last digits, apart from the values where it is wanted to stand.
+    pub(super) fn few_digits(&self, is_wanted: impl Fn(f64) -> bool) -> Option<FewDigits> {
         let last = self.last.as_ref()?;
-        self.digits.coarse_steps(last.value_si, last.resolution_si)
+        self.digits
+            .coarse_steps(last.value_si, last.resolution_si, is_wanted)
     }
 
     /// Learns how a display that stands still flickers, from a rest that began at `from_s`.

@@ -257,7 +257,7 @@ impl Machine {
 
     /// A gauge that counts in coarse steps does so by its setting, or all readings since then are doubtful.
     fn coarse_answered(&mut self, channel: Channel, accepted: bool, out: &mut Vec<Action>) {
-        let few = self.stream(channel).few_digits();
+        let few = self.few_digits(channel);
         let known = self.state.instruments[channel.index()].as_ref();
         if let (true, Some(few), Some(known)) = (accepted, few, known) {
             let mut seen = known.clone();
@@ -272,7 +272,7 @@ impl Machine {
     pub(super) fn flag_few_digits(&mut self, channel: Channel, out: &mut Vec<Action>) {
         let known = self.state.instruments[channel.index()].as_ref();
         let confirmed = known.is_some_and(|known| known.step_si.is_some());
-        let Some(few) = self.stream(channel).few_digits().filter(|_| !confirmed) else {
+        let Some(few) = self.few_digits(channel).filter(|_| !confirmed) else {
             return;
         };
         let flag = format!("the {channel} gauge showed few last digits");

@@ -1,5 +1,6 @@
 //! Plausibility checks of a reading: each gauge is compared with the other, and the reading with earlier readings of the cell.
 
+use crate::digits::FewDigits;
 use crate::event::TakenReading;
 use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
@@ -94,7 +95,7 @@ impl Machine {
         found.push(self.beyond_a_hard_limit(taken));
         found.push(self.against_the_force(taken));
         found.extend(each().map(|of| self.far_from_repeats(taken, of)));
-        found.extend(self.channels.iter().map(|of| self.few_digits(*of)));
+        found.extend(self.channels.iter().map(|of| self.coarse_steps(*of)));
         found.into_iter().flatten().collect()
     }
 
@@ -434,14 +435,26 @@ impl Machine {
         })
     }
 
+    /// Whether a gauge uses few last digits, apart from those of the planned loads, which somebody sets.
+    pub(super) fn few_digits(&self, channel: Channel) -> Option<FewDigits> {
+        let stream = self.stream(channel);
+        let half_digit = 0.5 * stream.last.as_ref()?.resolution_si;
+        let procedure = &self.plan.procedure;
+        stream.few_digits(|value_si| {
+            let mut set_n = procedure.loads_n.iter().chain([&procedure.preload_n]);
+            let force_n = self.along(channel, value_si);
+            channel == Channel::Force && set_n.any(|set_n| (force_n - set_n).abs() < half_digit)
+        })
+    }
+
     /// A gauge that uses few last digits counts in coarser steps than it shows, or digits of it stand still.
-    fn few_digits(&self, channel: Channel) -> Option<CaptureCheck> {
+    fn coarse_steps(&self, channel: Channel) -> Option<CaptureCheck> {
         let stream = self.stream(channel);
         let known = self.state.instruments[channel.index()].as_ref();
         if known.is_some_and(|known| known.step_si.is_some()) {
             return None;
         }
-        let few = stream.few_digits()?;
+        let few = self.few_digits(channel)?;
         let digit = stream.last.as_ref()?.resolution_si;
         let (factor, unit) = match channel {
             Channel::Force => (1.0, "N"),
