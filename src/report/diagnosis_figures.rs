@@ -9,9 +9,10 @@ use crate::physics::{Effect, title};
 use crate::plot::{
     BeforeAfterPoint, CandidateDecision, DetectionLimitBar, DetectionLimits, EvidenceBars,
     EvidenceCandidate, FactorShift, FactorValue, Figure, HeldOutError, HeldOutPose,
-    MisfitWaterfall, ResidualsAgainst, ResidualsBeforeAfter, ShiftedFactor, WaterfallStep,
-    detection_limits, evidence_bars, factor_shift, found_law, held_out_error, misfit_waterfall,
-    mismatch_map, residuals_before_after,
+    MisfitWaterfall, ResidualMeasure, ResidualPoint, Residuals, ResidualsAgainst,
+    ResidualsBeforeAfter, ShiftedFactor, WaterfallStep, detection_limits, evidence_bars,
+    factor_shift, found_law, held_out_error, misfit_waterfall, mismatch_map, residuals,
+    residuals_before_after,
 };
 use crate::search::DISTINGUISHABLE;
 
@@ -33,24 +34,22 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
         figure
     };
     let diagnosis = &report.diagnosis;
-    let mut figures = vec![(
-        "mismatch_map".to_owned(),
-        noted(
-            mismatch_map(&map::map(report, map::DiagnosedModel::Before)),
-            STEPS_WITHIN_RUNS,
-        ),
-    )];
     let known = diagnosis.known_effects.len();
     let effects = diagnosis.effects.get(known..).unwrap_or_default();
+    let mut figures = Vec::new();
+    if report.observations.has_series() {
+        let map = |model| noted(mismatch_map(&map::map(report, model)), STEPS_WITHIN_RUNS);
+        let before = map(map::DiagnosedModel::Before);
+        figures.push(("mismatch_map".to_owned(), before));
+        if !effects.is_empty() {
+            let after = map(map::DiagnosedModel::After);
+            figures.push(("mismatch_map_after".to_owned(), after));
+        }
+    } else if effects.is_empty() {
+        figures.push(("residuals".to_owned(), residuals(&left(report))));
+    }
     if !effects.is_empty() {
         let found = found(effects);
-        figures.push((
-            "mismatch_map_after".to_owned(),
-            noted(
-                mismatch_map(&map::map(report, map::DiagnosedModel::After)),
-                STEPS_WITHIN_RUNS,
-            ),
-        ));
         figures.push((
             "residuals_before_after".to_owned(),
             noted(
@@ -127,29 +126,48 @@ fn left_m(report: &DiagnosisReport, reading: &ReadingTrace) -> f64 {
     }
 }
 
-fn before_after(report: &DiagnosisReport, found: &str) -> ResidualsBeforeAfter {
+/// Readings with their places in the session: lines of the file stand in its order.
+fn in_order(report: &DiagnosisReport) -> impl Iterator<Item = (&ReadingTrace, usize)> {
     let readings = &report.trace.readings;
-    // Lines of the file stand in the order of the session.
     let mut order: Vec<usize> = (0..readings.len()).collect();
     order.sort_by_key(|place| readings[*place].line);
     let mut sequence = vec![0; readings.len()];
     for (number, place) in order.into_iter().enumerate() {
         sequence[place] = number;
     }
-    let points = readings
-        .iter()
-        .zip(sequence)
-        .map(|(reading, sequence)| BeforeAfterPoint {
-            direction: reading.cell.direction,
-            target_n: reading.target_n,
-            force_n: reading.force_n,
-            sequence,
-            // Zeros and slopes of runs are those that the final model finds, in both: what differs is what was found.
-            before_m: left_m(report, reading) + reading.model_change_m,
-            after_m: left_m(report, reading),
-            noise_sd_m: Some(reading.reading_sd_m),
-            flagged: reading.flagged,
-        });
+    readings.iter().zip(sequence)
+}
+
+/// What the final model leaves of loads one by one.
+fn left(report: &DiagnosisReport) -> Residuals {
+    let points = in_order(report).map(|(reading, sequence)| ResidualPoint {
+        cell: reading.cell.clone(),
+        force_n: reading.force_n,
+        residual_m: reading.after_m,
+        standard_uncertainty_m: Some(reading.reading_sd_m),
+        sequence,
+        time_s: None,
+        flagged: reading.flagged,
+    });
+    Residuals {
+        prediction: "fitted structure".to_owned(),
+        measure: ResidualMeasure::StandardUncertainties,
+        points: points.collect(),
+    }
+}
+
+fn before_after(report: &DiagnosisReport, found: &str) -> ResidualsBeforeAfter {
+    let points = in_order(report).map(|(reading, sequence)| BeforeAfterPoint {
+        direction: reading.cell.direction,
+        target_n: reading.target_n,
+        force_n: reading.force_n,
+        sequence,
+        // Zeros and slopes of runs are those that the final model finds, in both: what differs is what was found.
+        before_m: left_m(report, reading) + reading.model_change_m,
+        after_m: left_m(report, reading),
+        noise_sd_m: Some(reading.reading_sd_m),
+        flagged: reading.flagged,
+    });
     ResidualsBeforeAfter {
         found: found.to_owned(),
         against: if report

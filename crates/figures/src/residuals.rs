@@ -46,7 +46,7 @@ pub struct ResidualPoint {
     pub flagged: bool,
 }
 
-/// The figure: five panels with one vertical scale; a direction has its own shape and colour.
+/// The figure: panels with one vertical scale, the last over time where there is any; a direction has its own shape and colour.
 #[must_use]
 pub fn residuals(input: &Residuals) -> Figure {
     let poses = poses(input);
@@ -80,7 +80,7 @@ pub fn residuals(input: &Residuals) -> Figure {
         let aside = 0.6 * ((pose as f64 + 0.5) / poses.len() as f64 - 0.5);
         Some(point.cell.direction.index() as f64 + aside)
     };
-    let panels = vec![
+    let mut panels = vec![
         panel(input, "against load", Axis::linear("load", "N"), &y, &|p| {
             Some(p.force_n)
         }),
@@ -105,14 +105,16 @@ pub fn residuals(input: &Residuals) -> Figure {
             &y,
             &|p| Some(p.sequence as f64),
         ),
-        panel(
+    ];
+    if input.points.iter().any(|point| point.time_s.is_some()) {
+        panels.push(panel(
             input,
             "against time",
             Axis::linear("time since the session began", time_unit),
             &y,
             &|p| p.time_s.map(|time_s| time_s / unit_s),
-        ),
-    ];
+        ));
+    }
     let flagged = input.points.iter().filter(|point| point.flagged).count();
     Figure {
         columns: 2,
@@ -135,17 +137,18 @@ fn caption(input: &Residuals, flagged: usize) -> String {
         }
     };
     let timeless = input.points.iter().filter(|p| p.time_s.is_none()).count();
+    let has_clock = timeless < input.points.len();
     joined([
         Some(format!(
             "n\u{a0}=\u{a0}{} readings, one point each, no bars.",
             input.points.len()
         )),
         Some(format!(
-            "Residual: measured minus predicted displacement along the load{measure}."
+            "Residual: measured minus predicted displacement{measure}."
         )),
         hollow_sentence(flagged),
         if_any(
-            timeless,
+            if has_clock { timeless } else { 0 },
             format!("{timeless} readings have no time and are missing in the last panel."),
         ),
     ])

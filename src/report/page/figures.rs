@@ -19,7 +19,7 @@ const OF_DIAGNOSIS: [&str; 8] = [
     "held_out_error",
     "evidence_bars",
     "detection_limits",
-    "residuals_before_after",
+    "residuals",
 ];
 
 pub(super) fn page_figure(name: impl Into<String>, figure: &Figure) -> PageFigure {
