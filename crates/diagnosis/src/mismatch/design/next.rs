@@ -289,22 +289,31 @@ pub(super) struct Coverage {
     directions: Vec<Direction>,
 }
 
+/// Most poses of one plan: with five repeats along three axes about a day's work. Of more, as many that lie evenly among them.
+const MOST_POSES: usize = 12;
+
 /// All that was measured, each pose by itself, each cell by itself, and all that was not measured.
 pub(super) fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
     let measured = |pose: &usize| done.cells.iter().any(|cell| cell.pose == *pose);
     let (old, new): (Vec<usize>, Vec<usize>) = (0..bench.poses.len()).partition(measured);
     let all = Direction::ALL.to_vec();
-    let mut out = vec![Coverage {
-        words: "all measured poses".to_owned(),
-        poses: old,
-        directions: all.clone(),
-    }];
-    if new.len() > 1 {
-        out.push(Coverage {
-            words: "all poses not measured yet".to_owned(),
-            poses: new,
+    let of = |poses: Vec<usize>, which: &str| {
+        let count = poses.len();
+        let words = if count > MOST_POSES {
+            format!("{MOST_POSES} of the {which}")
+        } else {
+            format!("all {which}")
+        };
+        let kept = count.min(MOST_POSES);
+        Coverage {
+            words,
+            poses: (0..kept).map(|place| poses[place * count / kept]).collect(),
             directions: all.clone(),
-        });
+        }
+    };
+    let mut out = vec![of(old, "measured poses")];
+    if new.len() > 1 {
+        out.push(of(new, "poses not measured yet"));
     }
     for (pose, name) in bench.poses.iter().enumerate() {
         let only = |words: String, directions: Vec<Direction>| Coverage {
