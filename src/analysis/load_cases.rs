@@ -12,9 +12,9 @@ use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::mismatch::GaugeSteps;
 use crate::parameters::{FitRole, ParameterChoice};
-use crate::physics::{ActingPhysics, Effect, Needs, Place};
+use crate::physics::{ActingPhysics, Effect, Needs};
 use crate::readings::{ReadOptions, is_vector_table};
-use crate::robot::{FittingFactors, ModelParameter};
+use crate::robot::FittingFactors;
 use crate::test_point::PoseId;
 
 use super::data::{OpenSettings, check_calibration, readings_file, session_header};
@@ -122,7 +122,7 @@ impl LoadCaseData {
         let posed = PosedLoadCases::new(&model.robot, model.mechanism()?, &loaded.table)?;
         let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
         refuse_unseen_laws(&model, posed.has_positions())?;
-        let (start, others) = springs_apart(&model)?;
+        let (start, others) = springs_apart(&model);
         let acting = ActingPhysics::new(&model.robot, model.mechanism()?, others)?;
         let physics = Some(acting).filter(|acting| !acting.effects.is_empty());
         Ok(Self {
@@ -348,7 +348,7 @@ impl LoadCaseData {
 /// # Errors
 /// For an effect that is no spring.
 pub(super) fn start_of(model: &ResolvedModel) -> Result<FittingFactors, AnalysisError> {
-    let (start, others) = springs_apart(model)?;
+    let (start, others) = springs_apart(model);
     match others.first() {
         None => Ok(start),
         Some(effect) => ArgumentError::refuse(
@@ -360,28 +360,16 @@ pub(super) fn start_of(model: &ResolvedModel) -> Result<FittingFactors, Analysis
 }
 
 /// The same with the other effects apart.
-fn springs_apart(model: &ResolvedModel) -> Result<(FittingFactors, Vec<Effect>), AnalysisError> {
+fn springs_apart(model: &ResolvedModel) -> (FittingFactors, Vec<Effect>) {
     let mut start = model.robot.with_own_springs(&model.factors);
-    let mechanism = model.mechanism()?;
     let mut others = Vec::new();
     for effect in &model.physics.effects {
-        let name = match (effect.law.name, &effect.place) {
-            ("joint-compliance", Place::Joint(joint)) => format!("joint.{joint}"),
-            ("base-compliance", Place::Axis(axis)) => format!("base.r{axis}"),
-            ("joint-tilt-compliance", Place::AcrossJoint { joint, axis }) => {
-                format!("joint.{joint}.{axis}")
-            }
-            ("tool-compliance", Place::Tool(axis)) => format!("tool.{axis}"),
-            _ => {
-                others.push(effect.clone());
-                continue;
-            }
-        };
-        let parameter = ModelParameter::find(&model.robot, mechanism, &name)?;
-        let own = effect.values.first().copied().unwrap_or_default();
-        start.set(&parameter, start.get(&parameter) + own);
+        match effect.as_spring() {
+            Some((spring, own)) => start.set(&spring, start.get(&spring) + own),
+            None => others.push(effect.clone()),
+        }
     }
-    Ok((start, others))
+    (start, others)
 }
 
 /// Refuses effects that single loads cannot show: those of the clock, and beside positions of a tracker those of gauges and runs.

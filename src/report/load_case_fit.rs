@@ -64,14 +64,11 @@ pub struct LoadCaseFitReport {
 /// Where the tracker stands, and which point of the tool it measures.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FramesReport {
-    /// Position of the robot's base in the axes of the tracker, mm.
-    pub base_mm: [f64; 3],
-    /// Rotation vector from the axes of the base to those of the tracker, degrees.
-    pub rotation_vector_deg: [f64; 3],
-    /// The same as a matrix, row by row.
+    /// As `simulate` writes them.
+    #[serde(flatten)]
+    pub frames: TrackerReport,
+    /// The rotation as a matrix, row by row.
     pub rotation: [[f64; 3]; 3],
-    /// The measured point from the tool centre, in the axes of the tool, mm.
-    pub tool_point_mm: [f64; 3],
     /// The nine parameters with their standard errors.
     pub parameters: Vec<FrameParameter>,
     /// Root mean square error of the rigid robot, with frames of its own, in poses left out of its fit, um.
@@ -145,12 +142,9 @@ impl LoadCaseFitReport {
 
 impl From<&FittedFrames> for FramesReport {
     fn from(fitted: &FittedFrames) -> Self {
-        let tracker = TrackerReport::from(&fitted.frames);
         Self {
-            base_mm: tracker.base_mm,
-            rotation_vector_deg: tracker.rotation_vector_deg,
+            frames: TrackerReport::from(&fitted.frames),
             rotation: fitted.frames.rotation,
-            tool_point_mm: tracker.tool_point_mm,
             parameters: fitted.parameters.to_vec(),
             rigid_unseen_um: fitted.rigid_unseen_m.map(micro),
         }

@@ -82,7 +82,7 @@ pub use map::{
 };
 pub use model_comparison::{ComparedFit, ComparedModel, ModelComparison, NestedTest};
 pub use model_export::{ExportFormat, ModelExportReport};
-pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
+pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prediction::{PredictedRow, PredictedRun, PredictionReport};
 pub use program::{COMMIT, CompletedWords, CompletionScript, ErrorReport, ManualPage, VERSION};
 pub use robot::{

@@ -7,7 +7,7 @@ mod models;
 use std::fmt::Write;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::fit::{
     FitError, FitOptions, FitOutcome, FitProblem, MeasuredCell, MeasuredStiffness,
@@ -28,56 +28,76 @@ const TABLES: &str = include_str!("../../data/paper/tables.csv");
 /// compromise between all tables, with a scatter of 12 to 15 % and worst cells near 30 % (`data/robots/README.md`).
 const REPRODUCED_WITHIN: f64 = 1.30;
 
-/// One printed cell and ours.
-#[derive(Debug, Clone, PartialEq)]
+/// A printed cell beside ours.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "PaperCellSummary")]
 pub struct PaperCell {
     /// Roman number of the table.
     pub table: &'static str,
     /// Row: model or chain.
     pub row: String,
-    /// Physical direction and pose, if any.
+    /// Column.
     pub place: String,
-    /// Quantity with unit.
+    /// What it is, with its unit.
     pub quantity: String,
-    /// As printed.
+    /// What the paper prints.
     pub paper: f64,
-    /// Worked out by this program, or why not.
-    pub ours: Result<f64, &'static str>,
-    /// Why ours differs beyond the reconstruction's scatter, if it does.
-    pub remark: Option<&'static str>,
+    /// Ours; `null` if there is none.
+    pub ours: Option<f64>,
+    /// Ours over the paper's.
+    pub ratio: Option<f64>,
+    /// Whether it is reproduced.
+    pub reproduced: bool,
+    /// Why there is none of ours, or a remark.
+    pub reason: Option<&'static str>,
 }
 
 impl PaperCell {
-    /// Ours over the paper's; `None` if there is none of ours, or nothing to divide by.
-    #[must_use]
-    pub fn ratio(&self) -> Option<f64> {
-        let ours = self.ours.ok()?;
-        if self.paper == 0.0 {
-            (ours == 0.0).then_some(1.0)
-        } else {
-            Some(ours / self.paper)
+    /// # Arguments
+    /// - `ours`: worked out by this program, or why not.
+    /// - `remark`: why ours differs beyond the reconstruction's scatter; asked where it does.
+    pub(super) fn new(
+        (table, place): (&'static str, String),
+        row: &Printed,
+        ours: Result<f64, &'static str>,
+        remark: impl FnOnce(bool) -> Option<&'static str>,
+    ) -> Self {
+        let ratio = ours.ok().and_then(|ours| match row.value {
+            0.0 => (ours == 0.0).then_some(1.0),
+            paper => Some(ours / paper),
+        });
+        let within = 1.0 / REPRODUCED_WITHIN..=REPRODUCED_WITHIN;
+        let reproduced = ratio.is_some_and(|ratio| within.contains(&ratio));
+        Self {
+            table,
+            row: row.mechanism_or_model.clone(),
+            place,
+            quantity: format!("{}, {}", row.quantity, row.unit),
+            paper: row.value,
+            ours: ours.ok(),
+            ratio,
+            reproduced,
+            reason: ours.map_or_else(Some, |_| remark(reproduced)),
         }
-    }
-
-    /// Whether ours agrees with the print within the reconstruction's scatter.
-    #[must_use]
-    pub fn is_reproduced(&self) -> bool {
-        self.ratio()
-            .is_some_and(|ratio| (1.0 / REPRODUCED_WITHIN..=REPRODUCED_WITHIN).contains(&ratio))
     }
 }
 
-/// All of it.
-#[derive(Debug, Clone, PartialEq)]
+/// The paper's tables beside ours, and the fits to its measured stiffness.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "PaperSummary")]
 pub struct PaperReport {
     /// Every printed cell of Tables I and III to VI.
     pub cells: Vec<PaperCell>,
+    /// The two largest errors that the paper states for its own model, % (Section IV-D; the second as Table VI has it).
+    pub stated_worst_percent: [f64; 2],
     /// The paper's procedure on the measured stiffness of Table VI, P1 and P3, validated on P2 and P4.
+    #[serde(serialize_with = "as_report")]
+    #[schemars(with = "FitReport")]
     pub procedure: FitOutcome,
     /// The joint fit on the same cells.
+    #[serde(serialize_with = "as_report")]
+    #[schemars(with = "FitReport")]
     pub joint: FitOutcome,
-    /// The two largest errors the paper states for its own model, percent (Section IV-D; the second as Table VI has it).
-    pub stated_worst_percent: [f64; 2],
 }
 
 /// One transcribed row.
@@ -211,8 +231,8 @@ impl PaperReport {
                 .iter()
                 .filter(|cell| cell.table == table)
                 .collect();
-            let have: Vec<&&PaperCell> = cells.iter().filter(|cell| cell.ours.is_ok()).collect();
-            let reproduced = have.iter().filter(|cell| cell.is_reproduced()).count();
+            let have: Vec<&&PaperCell> = cells.iter().filter(|cell| cell.ours.is_some()).collect();
+            let reproduced = have.iter().filter(|cell| cell.reproduced).count();
             let _ = writeln!(
                 text,
                 "Table {table}. {title}\n{} printed cells, {} computed here, {reproduced} of these within {:.0} % of the print.\n",
@@ -227,9 +247,9 @@ impl PaperReport {
                     ("place", &|cell| cell.place.clone()),
                     ("quantity", &|cell| cell.quantity.clone()),
                     ("paper", &|cell| printed(cell.paper)),
-                    ("ours", &|cell| or_dash(cell.ours.ok(), printed)),
+                    ("ours", &|cell| or_dash(cell.ours, printed)),
                     ("ours/paper", &|cell| {
-                        or_dash(cell.ratio(), |ratio| format!("{ratio:.3}"))
+                        or_dash(cell.ratio, |ratio| format!("{ratio:.3}"))
                     }),
                 ],
             ));
@@ -275,67 +295,8 @@ impl PaperReport {
     }
 }
 
-/// The paper's tables beside ours, and the fits to its measured stiffness.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct PaperSummary {
-    /// Every printed cell of Tables I and III to VI.
-    pub cells: Vec<PaperCellSummary>,
-    /// The two largest errors that the paper states for its own model, %.
-    pub stated_worst_percent: [f64; 2],
-    /// The paper's procedure on the measured stiffness of Table VI.
-    pub procedure: FitReport,
-    /// The joint fit on the same cells.
-    pub joint: FitReport,
-}
-
-impl From<&PaperReport> for PaperSummary {
-    fn from(report: &PaperReport) -> Self {
-        Self {
-            cells: report.cells.iter().map(Into::into).collect(),
-            stated_worst_percent: report.stated_worst_percent,
-            procedure: (&report.procedure).into(),
-            joint: (&report.joint).into(),
-        }
-    }
-}
-
-/// A printed cell beside ours, for programs.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct PaperCellSummary {
-    /// Roman number of the table.
-    pub table: &'static str,
-    /// Row: model or chain.
-    pub row: String,
-    /// Column.
-    pub place: String,
-    /// What it is, with its unit.
-    pub quantity: String,
-    /// What the paper prints.
-    pub paper: f64,
-    /// Ours; `null` if there is none.
-    pub ours: Option<f64>,
-    /// Ours over the paper's.
-    pub ratio: Option<f64>,
-    /// Whether it is reproduced.
-    pub reproduced: bool,
-    /// Why there is none of ours, or a remark.
-    pub reason: Option<&'static str>,
-}
-
-impl From<&PaperCell> for PaperCellSummary {
-    fn from(cell: &PaperCell) -> Self {
-        Self {
-            table: cell.table,
-            row: cell.row.clone(),
-            place: cell.place.clone(),
-            quantity: cell.quantity.clone(),
-            paper: cell.paper,
-            ours: cell.ours.ok(),
-            ratio: cell.ratio(),
-            reproduced: cell.is_reproduced(),
-            reason: cell.ours.err().or(cell.remark),
-        }
-    }
+fn as_report<S: Serializer>(outcome: &FitOutcome, serializer: S) -> Result<S::Ok, S::Error> {
+    FitReport::from(outcome).serialize(serializer)
 }
 
 /// A count as a count, anything else with five digits.
@@ -363,7 +324,7 @@ const TITLES: [(&str, &str); 5] = [
 pub(super) fn reasons(cells: &[&PaperCell]) -> String {
     let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
     for cell in cells {
-        let Some(reason) = cell.ours.err().or(cell.remark) else {
+        let Some(reason) = cell.reason else {
             continue;
         };
         let name = [cell.row.as_str(), cell.place.as_str()]

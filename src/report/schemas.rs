@@ -9,10 +9,10 @@ use super::{
     BindingReport, ComparisonReport, CompletedWords, CompletionScript, ComplianceReport,
     DecodeReport, DemoReport, DiagnosisResult, EmulationReport, FigureReport, FitResult,
     InstrumentList, InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult,
-    MobilityReport, ModelExportReport, PaperSummary, PlanReport, PortList, ReadReport,
-    RecordReport, ReplayReport, RobotReport, RunReport, SessionLog, SessionReplayReport,
-    ShardReport, SignificanceReport, SimulationReport, StatusReport, TraceReport, TraceValues,
-    UndoReport, VectorStiffnessReport, VerifyReport, WorkspaceReport,
+    MobilityReport, ModelExportReport, PaperReport, PlanReport, PortList, ReadReport, RecordReport,
+    ReplayReport, RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport,
+    SignificanceReport, SimulationReport, StatusReport, TraceReport, TraceValues, UndoReport,
+    VectorStiffnessReport, VerifyReport, WorkspaceReport,
 };
 
 /// The schema of `data` of each kind of result.
@@ -44,7 +44,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("map", schema_of::<MapResult>()),
         ("map-shard", schema_of::<ShardReport>()),
         ("model-export", schema_of::<ModelExportReport>()),
-        ("paper", schema_of::<PaperSummary>()),
+        ("paper", schema_of::<PaperReport>()),
         ("plot", schema_of::<FigureReport>()),
         ("port-binding", schema_of::<BindingReport>()),
         ("ports", schema_of::<PortList>()),

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::distribution::{
     ColumnStudy, FitUncertainty, MapColumn, MatrixKind, MechanismStudy, RefinedStiffness, Region,
 };
-use crate::report::paper::PaperCellSummary;
+use crate::report::paper::PaperCell;
 use crate::reported::Reported;
 
 use super::{MapReport, SensitivityReport, ShiftSummary, unit_of};
@@ -71,7 +71,7 @@ pub struct MapSummary {
     /// One entry a mechanism.
     pub mechanisms: Vec<MechanismMap>,
     /// The paper's tables beside the maps; empty for other robots.
-    pub paper: Vec<PaperCellSummary>,
+    pub paper: Vec<PaperCell>,
 }
 
 /// The stiffness of a mechanism.
@@ -286,7 +286,7 @@ impl MapReport<'_> {
             mechanisms: mechanisms
                 .map(|(effects, study)| self.mechanism(effects, study))
                 .collect(),
-            paper: self.paper_cells().iter().map(Into::into).collect(),
+            paper: self.paper_cells(),
         }
     }
 

@@ -49,19 +49,11 @@ fn cell(row: &Printed, mechanisms: &[(Vec<String>, MechanismStudy)]) -> Option<P
             .map(|(ours, x)| 100.0 * ours / x),
         None => of(names, axis, quantity).map(|ours| ours / N_PER_UM),
     };
-    let mut cell = PaperCell {
-        table,
-        row: row.mechanism_or_model.clone(),
-        place: row.physical_direction.clone(),
-        quantity: format!("{}, {}", row.quantity, row.unit),
-        paper: row.value,
-        ours: ours.ok_or("this mechanism or direction was not studied"),
-        remark: None,
-    };
-    if cell.ours.is_ok() && !cell.is_reproduced() {
-        cell.remark = Some(remark(names, axis, quantity));
-    }
-    Some(cell)
+    let ours = ours.ok_or("this mechanism or direction was not studied");
+    let place = row.physical_direction.clone();
+    Some(PaperCell::new((table, place), row, ours, |reproduced| {
+        (!reproduced).then(|| remark(names, axis, quantity))
+    }))
 }
 
 /// Why a cell of ours lies further from the print than the reconstruction's scatter (`data/robots/README.md`, what cannot be reproduced).
@@ -106,7 +98,7 @@ pub(super) fn text(cells: &[PaperCell]) -> String {
     for (table, title) in TITLES {
         let cells: Vec<&PaperCell> = cells
             .iter()
-            .filter(|cell| cell.table == table && cell.ours.is_ok())
+            .filter(|cell| cell.table == table && cell.ours.is_some())
             .collect();
         if cells.is_empty() {
             continue;
@@ -163,8 +155,8 @@ fn side_by_side(cells: &[&PaperCell]) -> String {
             match found {
                 Some(cell) => line.extend([
                     cell.paper.to_string(),
-                    digits(cell.ours.ok(), 4),
-                    or_dash(cell.ratio(), |ratio| format!("{ratio:.2}")),
+                    digits(cell.ours, 4),
+                    or_dash(cell.ratio, |ratio| format!("{ratio:.2}")),
                 ]),
                 None => line.extend(["-", "-", "-"].map(str::to_owned)),
             }

@@ -88,19 +88,10 @@ impl PaperModels {
             .filter(|part| !part.is_empty())
             .collect::<Vec<_>>()
             .join(" ");
-        let mut cell = PaperCell {
-            table,
-            row: row.mechanism_or_model.clone(),
-            place,
-            quantity: format!("{}, {}", row.quantity, row.unit),
-            paper: row.value,
-            ours,
-            remark: None,
-        };
-        if cell.ours.is_ok() && (!cell.is_reproduced() || is_impossible(row)) {
-            cell.remark = Some(remark(row));
-        }
-        Some(cell)
+        let differs = |reproduced: bool| !reproduced || is_impossible(row);
+        Some(PaperCell::new((table, place), row, ours, |reproduced| {
+            differs(reproduced).then(|| remark(row))
+        }))
     }
 
     fn mobility(&self, row: &Printed) -> Result<f64, &'static str> {

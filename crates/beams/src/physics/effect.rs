@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::robot::{FittingFactors, ModelParameter};
+use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
 
 use super::law::Law;
 use super::laws;
@@ -175,6 +175,21 @@ impl Effect {
         };
         let values = vec![compliance];
         Some(Self { law, place, values })
+    }
+
+    /// The parameter of a model that it is, with its compliance, as [`Effect::of_spring`] has it.
+    #[must_use]
+    pub fn as_spring(&self) -> Option<(ModelParameter, f64)> {
+        let spring = match &self.place {
+            Place::Joint(name) if self.law == laws::JOINT_COMPLIANCE => {
+                ModelParameter::Joint(name.as_str().into())
+            }
+            Place::Axis(axis) if self.law == laws::BASE_COMPLIANCE => {
+                ModelParameter::Base(SpringAxis::about(*axis))
+            }
+            _ => return self.spring_of_structure(),
+        };
+        Some((spring, *self.values.first()?))
     }
 
     /// The spring of a structure that it is, with its compliance; `None` of what acts beside the structure, or is no spring.

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use stiffbench::report::{PaperSummary, paper_report};
+use stiffbench::report::paper_report;
 use stiffbench::robot::Robot;
 
 use stiffbench::analysis::robot_source;
@@ -22,9 +22,5 @@ pub(crate) struct PaperArgs {
 pub(crate) fn run(args: &PaperArgs) -> Result<Outcome, Failure> {
     let robot = Robot::parse(&robot_source(&args.robot, None)?)?;
     let report = paper_report(&robot)?;
-    Ok(Outcome::new(
-        "paper",
-        report.text(),
-        PaperSummary::from(&report),
-    ))
+    Ok(Outcome::new("paper", report.text(), report))
 }
