@@ -3,7 +3,7 @@
 use super::figure::{AxisScale, Figure, LegendEntry, LegendMark, Marks, Panel, Sharing};
 use super::font;
 use super::range::{Along, Ruler, ranges, unspread, with_equal_aspect};
-use super::ticks::{Tick, ticks};
+use super::ticks::{Tick, step_of, ticks};
 
 pub(super) const TITLE_PX: f64 = 15.0;
 pub(super) const HEADING_PX: f64 = 12.0;
@@ -256,7 +256,10 @@ fn horizontal_ticks(panel: &Panel, range: [f64; 2], width_px: f64) -> (Vec<Tick>
         }
     }
     if matches!(scale, AxisScale::Categories(_)) {
-        return (found, true);
+        // Of names that have no room even so, every second, fifth, tenth … is written.
+        let room = (width_px / TICK_PX).floor().max(1.0) as usize;
+        let every = step_of(found.len() as f64, room).max(1.0) as usize;
+        return (found.into_iter().step_by(every).collect(), true);
     }
     // Two powers of ten side by side: the later text gives way, its tick stays.
     while let Some(place) = touching(&found, &ruler) {
@@ -408,6 +411,19 @@ mod tests {
                 assert!(pair[0].area[0] + pair[0].area[2] < pair[1].area[0]);
             }
             assert!(row[2].area[0] + 100.0 < placed.size_px[0]);
+        }
+    }
+
+    #[test]
+    fn names_that_have_no_room_are_thinned() {
+        for (names, written) in [(18, 18), (600, 12)] {
+            let names = (0..names).map(|place| format!("pose {place}"));
+            let x = Axis::categories("pose", names.collect());
+            let panel = Panel::new("", x, Axis::linear("", ""));
+            let width_px = 200.0;
+            let (ticks, upward) = horizontal_ticks(&panel, [-0.5, 599.5], width_px);
+            assert!(upward);
+            assert_eq!(ticks.len(), written);
         }
     }
 }

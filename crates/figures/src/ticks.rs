@@ -44,7 +44,7 @@ pub(super) fn nearest_nice(value: f64) -> f64 {
 }
 
 /// Smallest 1, 2 or 5 times a power of ten that gives at most `wanted` steps.
-fn step_of(span: f64, wanted: usize) -> f64 {
+pub(super) fn step_of(span: f64, wanted: usize) -> f64 {
     let rough = span / wanted.max(1) as f64;
     let decade = 10f64.powf(rough.log10().floor());
     // The tolerance keeps a span of exactly 1, 2 or 5 steps from jumping to the next.
