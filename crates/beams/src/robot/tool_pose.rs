@@ -19,6 +19,16 @@ pub struct ToolPose {
 }
 
 impl ToolPose {
+    /// Where it is after a small motion: displacement, m, and rotation, rad, in the axes of the base.
+    #[must_use]
+    pub fn moved(&self, [x, y, z, rx, ry, rz]: [f64; 6]) -> Self {
+        let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i] + b[i]);
+        Self {
+            position_m: sum(self.position_m, [x, y, z]),
+            axes: self.axes.map(|axis| sum(axis, cross([rx, ry, rz], axis))),
+        }
+    }
+
     /// By how much it has moved from another place: displacement, m, and small rotation, rad, in the axes of the base.
     #[must_use]
     pub fn moved_from(&self, other: &Self) -> [f64; 6] {

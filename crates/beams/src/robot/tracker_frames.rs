@@ -45,19 +45,8 @@ impl TrackerFrames {
     }
 
     /// The measured point from the tool centre, in the axes of the base, m.
-    #[must_use]
-    pub fn lever_m(&self, tool: &ToolPose) -> [f64; 3] {
+    fn lever_m(&self, tool: &ToolPose) -> [f64; 3] {
         in_base(tool, self.tool_point_m)
-    }
-
-    /// Motion of the measured point in the axes of the base for a small motion of the tool centre.
-    ///
-    /// # Arguments
-    /// - `motion`: displacement, m, and rotation, rad, of the tool centre in the axes of the base.
-    #[must_use]
-    pub fn motion_of_point(&self, tool: &ToolPose, motion: &[f64; 6]) -> [f64; 3] {
-        let [x, y, z, rx, ry, rz] = *motion;
-        add([x, y, z], cross([rx, ry, rz], self.lever_m(tool)))
     }
 
     /// Position of the measured point in the axes of the tracker, m.
@@ -67,14 +56,9 @@ impl TrackerFrames {
     /// - `motion`: small displacement, m, and rotation, rad, of the tool centre in the axes of the base.
     #[must_use]
     pub fn position_m(&self, tool: &ToolPose, motion: &[f64; 6]) -> [f64; 3] {
-        add(self.base_m, self.to_tracker(self.from_base_m(tool, motion)))
-    }
-
-    /// The measured point from the origin of the base, in the axes of the base, m.
-    #[must_use]
-    pub fn from_base_m(&self, tool: &ToolPose, motion: &[f64; 6]) -> [f64; 3] {
-        let rigid = add(tool.position_m, self.lever_m(tool));
-        add(rigid, self.motion_of_point(tool, motion))
+        let moved = tool.moved(*motion);
+        let from_base_m = add(moved.position_m, self.lever_m(&moved));
+        add(self.base_m, self.to_tracker(from_base_m))
     }
 
     /// What a motion of the tool centre along x, y, z and about x, y, z of the base contributes to the position along an axis of the tracker.

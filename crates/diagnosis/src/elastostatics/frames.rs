@@ -142,29 +142,17 @@ impl PositionFrames {
             .get(3..6)
             .map_or([0.0; 3], |turn| std::array::from_fn(|i| turn[i]));
         let turning = left_jacobian(turn);
-        let unit = |axis: usize| Direction::ALL[axis].unit_vector();
-        let of_point = |axis: usize| TrackerFrames {
-            tool_point_m: unit(axis),
-            ..frames
-        };
         let column = |place: usize| {
             let axis = place % 3;
-            let turned: [f64; 3] = turning.map(|row| row[axis]);
-            let point = of_point(axis);
             let derivative = |pose: usize, read: &ReadComponent, motion: &ToolMotion| {
-                let (tool, component) = (&self.tools[pose], read.component % 3);
+                let tool = self.tools[pose].moved(*motion);
+                let (shown, motions) =
+                    (frames.read_unit(&tool, read.axis()), frames.motions(&tool));
                 match place / 3 {
-                    0 => unit(axis)[component],
-                    1 => {
-                        let arm = frames.to_tracker(frames.from_base_m(tool, motion));
-                        cross(turned, arm)[component]
-                    }
-                    _ => {
-                        let rigid = point.lever_m(tool);
-                        let [_, _, _, rx, ry, rz] = *motion;
-                        let turned = cross([rx, ry, rz], rigid);
-                        frames.to_tracker([0, 1, 2].map(|i| rigid[i] + turned[i]))[component]
-                    }
+                    1 => (0..3)
+                        .map(|turn| turning[turn][axis] * along(&shown, &motions[3 + turn]))
+                        .sum(),
+                    _ => along(&shown, &motions[place]),
                 }
             };
             rows_of(posed, motions, derivative)
