@@ -159,7 +159,11 @@ fn a_real_robot_is_diagnosed_with_springs_across_its_axes() {
     assert!(tilt.is_some(), "{findings:?}");
     assert!(findings.iter().all(|one| one["kind"] == "physics"));
     assert!(desk.read("found/verdict.txt").contains("joint J3"));
-    for file in ["model.toml", "evidence_bars.svg", "residuals_before_after.svg"] {
+    for file in [
+        "model.toml",
+        "evidence_bars.svg",
+        "residuals_before_after.svg",
+    ] {
         assert!(desk.path(&format!("found/{file}")).exists(), "{file}");
     }
     // Loads one by one have no load steps of which a map could be drawn.

@@ -126,6 +126,22 @@ impl PoseMechanics {
         own.map_or(0.0, |own| product(own, read.unit(), load.wrench()))
     }
 
+    /// Motion of the end under a force and moment, m and rad, with that of the unloaded end where it counts.
+    #[must_use]
+    pub fn motion(&self, wrench: [f64; 6]) -> [f64; 6] {
+        let by_load = self.influence.compliance.map(|row| dot6(row, wrench));
+        std::array::from_fn(|part| by_load[part] + self.unloaded.motion[part])
+    }
+
+    /// Its derivative to a parameter of the baseline, where the whole compliance is differentiated.
+    #[must_use]
+    pub fn motion_derivative(&self, parameter: usize, wrench: [f64; 6]) -> [f64; 6] {
+        let by_load = self.gradient[parameter].map(|row| dot6(row, wrench));
+        let unloaded = self.unloaded.gradient.get(parameter);
+        let unloaded = unloaded.copied().unwrap_or_default();
+        std::array::from_fn(|part| by_load[part] + unloaded[part])
+    }
+
     /// Derivative to a parameter of the baseline of what `read` shows without a load.
     #[must_use]
     pub fn unloaded_gradient(&self, parameter: usize, read: &ReadAxis) -> f64 {

@@ -7,9 +7,8 @@ use stiffbench_numeric::vector::along6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::compliances::{ComplianceSolver, EndCompliance, motion_along};
 use super::error::LoadCaseFitError;
-use super::plan::{TriedPose, add_outer, further_poses};
+use super::plan::{EndCompliance, TriedPose, add_outer, further_poses, motion_along};
 use super::problem::unloaded_springs;
 
 /// Poses that are tried beside the named ones, spread evenly over the limits.
@@ -73,13 +72,13 @@ pub fn best_poses(
     readings: &PoseReadings,
     count: usize,
 ) -> Result<BestPoses, LoadCaseFitError> {
-    let mut solver = ComplianceSolver::new(robot, mechanism, parameters, start)?;
-    let tried = further_poses(&mut solver, robot, start, TRIED_POSES)?;
+    let poses = further_poses(robot, mechanism, TRIED_POSES);
+    let tried = TriedPose::all((robot, mechanism), parameters, start, poses.collect())?;
     // Beside the parameters a spring that every load moves along itself.
     let along = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-    let slopes = tried.iter().map(|TriedPose { solved, .. }| {
-        let derivatives = [&solved.derivatives[..], &[along]].concat();
-        readings.rows(&solved.compliance, &derivatives)
+    let slopes = tried.iter().map(|TriedPose { mechanics, .. }| {
+        let derivatives = [&mechanics.gradient[..], &[along]].concat();
+        readings.rows(&mechanics.influence.compliance, &derivatives)
     });
     let mut slopes: Vec<Vec<Vec<f64>>> = slopes.collect();
     let lengths: Vec<f64> = (0..=parameters.len())

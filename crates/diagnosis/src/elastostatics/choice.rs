@@ -4,11 +4,10 @@ use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, 
 
 use crate::parameters::{FitRole, ParameterChoice};
 
-use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::PositionFrames;
 use super::posed::PosedLoadCases;
-use super::prediction::predict_rows;
+use super::prediction::{PredictedMotions, mechanics_of, rows_along};
 
 /// Links whose own compliance gives less than this share of what was measured, or of what the rigid robot leaves of positions, are rigid: the
 /// share is far below any gauge.
@@ -49,8 +48,9 @@ pub fn usual_choice(
     for spring in own.chain(start.springs()) {
         structure.set(&spring, 0.0);
     }
-    let mut solver = ComplianceSolver::new(robot, mechanism, &[], &structure)?;
-    let predicted = predict_rows(&mut solver, posed, &structure)?;
+    let mechanics = mechanics_of((robot, mechanism), posed, &[], &structure)?;
+    let predicted = PredictedMotions::of(&mechanics, posed, false).values;
+    let predicted = rows_along(posed, &predicted);
     let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
     let own = squares(&predicted);
     let measured = match PositionFrames::of(robot, mechanism, posed)? {

@@ -14,7 +14,6 @@
 
 mod best_poses;
 mod choice;
-mod compliances;
 mod error;
 mod fit;
 mod frames;

@@ -5,17 +5,19 @@ use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_beams::robot::{FittingFactors, JointMotion, Mechanism, Pose, Robot, RobotError};
+use stiffbench_beams::physics::{Mechanics, PoseMechanics};
+use stiffbench_beams::robot::{
+    FittingFactors, JointMotion, Mechanism, ModelParameter, Pose, Robot, RobotError,
+};
 use stiffbench_measurement::load_cases::{
     JointColumn, JointUnit, LoadAxes, LoadCase, LoadCaseTable,
 };
 use stiffbench_numeric::statistics::{even_share, golden_ratio, median};
-use stiffbench_numeric::vector::along6;
+use stiffbench_numeric::vector::{along6, dot6};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::fit::{FactorEstimate, FactorStatus, FitOutcome, FitProblem};
 
-use super::compliances::{ComplianceSolver, EndCompliance, PoseCompliance, motion_along};
 use super::error::LoadCaseFitError;
 use super::outcome::{LoadCaseAgreement, LoadCaseFit};
 use super::problem::LoadCaseModel;
@@ -116,11 +118,43 @@ struct MeasuredMotion {
     sd: f64,
 }
 
+/// Six by six: displacement and rotation per force and moment of the end, SI.
+pub(super) type EndCompliance = [[f64; 6]; 6];
+
 /// A pose with the compliance of the end and its derivatives to the parameters.
 pub(super) struct TriedPose {
     pub(super) name: PoseId,
     pub(super) pose: Pose,
-    pub(super) solved: PoseCompliance,
+    pub(super) mechanics: PoseMechanics,
+}
+
+impl TriedPose {
+    /// Solves poses that can be reached.
+    ///
+    /// # Errors
+    /// [`RobotError`] for a structure that carries nothing.
+    pub(super) fn all(
+        (robot, mechanism): (&Robot, &Mechanism),
+        parameters: &[ModelParameter],
+        factors: &FittingFactors,
+        named: Vec<(PoseId, Pose)>,
+    ) -> Result<Vec<Self>, RobotError> {
+        let poses: Vec<Pose> = named.iter().map(|(_, pose)| pose.clone()).collect();
+        let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, factors, &poses)?;
+        mechanics.differentiate_whole()?;
+        let named = named.into_iter().enumerate();
+        let all = named.map(|(place, (name, pose))| Self {
+            name,
+            pose,
+            mechanics: mechanics.pose(place).clone(),
+        });
+        Ok(all.collect())
+    }
+}
+
+/// Component of the end's motion along a unit vector of six under a load.
+pub(super) fn motion_along(matrix: &EndCompliance, unit: &[f64; 6], load: &[f64; 6]) -> f64 {
+    dot6(*unit, matrix.map(|row| dot6(row, *load)))
 }
 
 /// The further load cases that determine the open parameters of a fit to load cases best; none beside positions.
@@ -270,13 +304,11 @@ impl<'a> FitKnowledge<'a> {
             .iter()
             .map(|&place| self.estimates[place].parameter.clone())
             .collect();
-        let mut solver =
-            ComplianceSolver::new(self.robot, self.mechanism, &parameters, self.factors)?;
         let mut known = ParameterInformation {
             matrix: DMatrix::identity(free.len(), free.len()),
             prior: prior_widths(self.estimates, &free),
         };
-        let tried = self.tried_poses(&mut solver, &mut known)?;
+        let tried = self.tried_poses(&parameters, &mut known)?;
         let at_bound: Vec<bool> = free
             .iter()
             .map(|&place| matches!(self.estimates[place].status, FactorStatus::AtBound { .. }))
@@ -288,7 +320,7 @@ impl<'a> FitKnowledge<'a> {
                 .iter()
                 .flat_map(|pose| Direction::ALL.map(|axis| (pose, axis)))
                 .map(|(pose, axis)| {
-                    let derivatives = &pose.solved.derivatives;
+                    let derivatives = &pose.mechanics.gradient;
                     let with = known.with_load(derivatives, axis, self.force_n, self.scatter_m);
                     let errors = with.standard_errors(&open);
                     let shares = errors.iter().zip(&open);
@@ -333,27 +365,20 @@ impl<'a> FitKnowledge<'a> {
     /// Measured poses, whose components join what is known, those of the robot file, and poses spread over the limits.
     fn tried_poses(
         &self,
-        solver: &mut ComplianceSolver<'_>,
+        parameters: &[ModelParameter],
         known: &mut ParameterInformation,
     ) -> Result<Vec<TriedPose>, LoadCaseFitError> {
-        let mut tried: Vec<TriedPose> = Vec::new();
-        for measured in &self.poses {
-            let solved = solver.solve(&measured.pose, self.factors, true, false)?;
+        let (robot, mechanism) = (self.robot, self.mechanism);
+        let measured = self.poses.iter();
+        let measured = measured.map(|one| (one.name.clone(), one.pose.clone()));
+        let poses = measured.chain(further_poses(robot, mechanism, SPREAD_POSES));
+        let robot = (robot, mechanism);
+        let tried = TriedPose::all(robot, parameters, self.factors, poses.collect())?;
+        for (measured, tried) in self.poses.iter().zip(&tried) {
             for one in &measured.components {
-                known.add(&solved.derivatives, &one.unit, &one.load, one.sd);
+                known.add(&tried.mechanics.gradient, &one.unit, &one.load, one.sd);
             }
-            tried.push(TriedPose {
-                name: measured.name.clone(),
-                pose: measured.pose.clone(),
-                solved,
-            });
         }
-        tried.extend(further_poses(
-            solver,
-            self.robot,
-            self.factors,
-            SPREAD_POSES,
-        )?);
         Ok(tried)
     }
 }
@@ -400,21 +425,15 @@ fn is_unloaded(estimate: &FactorEstimate) -> bool {
 }
 
 /// Named poses of the robot, and poses spread over its limits; those that cannot be reached are passed over.
-///
-/// # Errors
-/// [`RobotError`] for a structure that carries nothing.
-pub(super) fn further_poses(
-    solver: &mut ComplianceSolver<'_>,
-    robot: &Robot,
-    factors: &FittingFactors,
+pub(super) fn further_poses<'a>(
+    robot: &'a Robot,
+    mechanism: &'a Mechanism,
     spread: usize,
-) -> Result<Vec<TriedPose>, RobotError> {
-    let named = robot
-        .poses
-        .iter()
-        .map(|named| (named.id.clone(), named.pose.clone()));
+) -> impl Iterator<Item = (PoseId, Pose)> + use<'a> {
+    let named = robot.poses.iter();
+    let named = named.map(|named| (named.id.clone(), named.pose.clone()));
     let ratio = golden_ratio(robot.variables.len());
-    let spread = (1..=spread as u32).map(|k| {
+    let spread = (1..=spread as u32).map(move |k| {
         let angle = |(place, variable): (usize, &stiffbench_beams::robot::Variable)| {
             let share = even_share(ratio, k, place);
             let angle = variable.min_deg + share * (variable.max_deg - variable.min_deg);
@@ -429,12 +448,8 @@ pub(super) fn further_poses(
         (PoseId::new(&format!("new{k}")), Pose { angles_deg })
     });
     let spread = spread.filter(|(_, pose)| robot.is_within_limits(pose));
-    let solve = |(name, pose): (PoseId, Pose)| match solver.solve(&pose, factors, true, false) {
-        Ok(solved) => Some(Ok(TriedPose { name, pose, solved })),
-        Err(RobotError::Unreachable { .. }) => None,
-        Err(error) => Some(Err(error)),
-    };
-    named.chain(spread).filter_map(solve).collect()
+    let reached = |(_, pose): &(PoseId, Pose)| robot.end_pose(mechanism, pose).is_ok();
+    named.chain(spread).filter(reached)
 }
 
 /// Adds the product of a row with itself.

@@ -5,7 +5,6 @@ use stiffbench_numeric::least_squares::{ParameterCovariance, minimise};
 use stiffbench_numeric::statistics::{root_mean_square, student_t_quantile};
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::PositionFrames;
 use super::held_out::{WeighedProblem, leave_poses_out};
@@ -106,15 +105,13 @@ pub(super) fn why_open(
     spring: &ModelParameter,
     loaded: bool,
 ) -> Result<String, LoadCaseFitError> {
-    let (robot, mechanism) = (model.robot, model.mechanism);
-    let springs = std::slice::from_ref(spring);
-    let mut solver = ComplianceSolver::new(robot, mechanism, springs, model.start)?;
+    let mechanics = model.mechanics(std::slice::from_ref(spring))?;
     let mut best: Option<(f64, Direction, usize)> = None;
-    for (place, pose) in model.posed.poses.iter().enumerate() {
-        let solved = solver.solve(pose, model.start, true, false)?;
+    for place in 0..model.posed.poses.len() {
+        let derivative = &mechanics.pose(place).gradient[0];
         for axis in Direction::ALL {
             let i = axis.index();
-            let moved: f64 = (0..3).map(|k| solved.derivatives[0][k][i].powi(2)).sum();
+            let moved: f64 = (0..3).map(|k| derivative[k][i].powi(2)).sum();
             if best.is_none_or(|(most, ..)| moved > most * (1.0 + 1e-9)) {
                 best = Some((moved, axis, place));
             }

@@ -1,11 +1,10 @@
 //! What a model says of every load case and component, and how it changes with the parameters.
 
 use stiffbench_beams::physics::{JointRotations, LawSet, LoadPoint, Mechanics, RunLoads};
-use stiffbench_beams::robot::{FittingFactors, ModelParameter, RobotError};
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
 use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 
-use super::compliances::{ComplianceSolver, PoseCompliance};
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use super::problem::LoadCaseModel;
 
@@ -22,6 +21,22 @@ pub(super) struct PredictedMotions {
 }
 
 impl PredictedMotions {
+    /// Those of all load cases under the values set last, with their derivatives where they are asked for.
+    pub(super) fn of(mechanics: &Mechanics<'_>, posed: &PosedLoadCases, derivatives: bool) -> Self {
+        let cases = || posed.cases.iter();
+        let pose = |case: &PosedLoad| mechanics.pose(case.pose);
+        let first = mechanics.pose(0).gradient.len();
+        let parameters = if derivatives { first } else { 0 };
+        let column = |parameter: usize| {
+            let changes = cases().map(|case| pose(case).motion_derivative(parameter, case.load));
+            changes.collect()
+        };
+        Self {
+            values: cases().map(|case| pose(case).motion(case.load)).collect(),
+            columns: (0..parameters).map(column).collect(),
+        }
+    }
+
     /// The motions at a point, of motions whose derivatives are the same everywhere.
     pub(super) fn at(&self, point: &[f64]) -> Vec<ToolMotion> {
         let mut values = self.values.clone();
@@ -37,36 +52,28 @@ impl PredictedMotions {
     }
 }
 
-/// Predicts the motions of all load cases.
+/// A mechanism in the poses of load cases, under own weight where positions were read.
+///
+/// # Arguments
+/// - `parameters`: to which its motions are differentiated; springs among them may be rigid.
 ///
 /// # Errors
 /// [`RobotError`] for a pose that cannot be reached, or in which the structure carries nothing.
-pub(super) fn predict_motions(
-    solver: &mut ComplianceSolver<'_>,
+pub(super) fn mechanics_of<'a>(
+    (robot, mechanism): (&'a Robot, &'a Mechanism),
     posed: &PosedLoadCases,
+    parameters: &[ModelParameter],
     factors: &FittingFactors,
-    derivatives: bool,
-) -> Result<PredictedMotions, RobotError> {
-    let weighs = posed.has_positions();
-    let solved = posed
-        .poses
-        .iter()
-        .map(|pose| solver.solve(pose, factors, derivatives, weighs))
-        .collect::<Result<Vec<PoseCompliance>, _>>()?;
-    let parameters = solved.first().map_or(0, |pose| pose.derivatives.len());
-    let cases = || posed.cases.iter();
-    Ok(PredictedMotions {
-        values: cases()
-            .map(|case| solved[case.pose].motion(&case.load))
-            .collect(),
-        columns: (0..parameters)
-            .map(|parameter| {
-                cases()
-                    .map(|case| solved[case.pose].derivative(parameter, &case.load))
-                    .collect()
-            })
-            .collect(),
-    })
+) -> Result<Mechanics<'a>, RobotError> {
+    let poses = &posed.poses;
+    let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, factors, poses)?;
+    if !parameters.is_empty() {
+        mechanics.differentiate_whole()?;
+    }
+    if posed.has_positions() {
+        mechanics.weigh(parameters)?;
+    }
+    Ok(mechanics)
 }
 
 /// One value a component, each from the motion of its load case.
@@ -96,56 +103,22 @@ pub(super) fn rows_along(posed: &PosedLoadCases, motions: &[ToolMotion]) -> Vec<
     rows_of(posed, motions, |_, read, motion| along(&read.unit, motion))
 }
 
-/// Predicts all displacements and rotations, in the order of [`PosedLoadCases::rows`]; for a position the motion along its axis in the base.
-///
-/// # Errors
-/// As [`predict_motions`].
-pub(super) fn predict_rows(
-    solver: &mut ComplianceSolver<'_>,
-    posed: &PosedLoadCases,
-    factors: &FittingFactors,
-) -> Result<Vec<f64>, RobotError> {
-    let motions = predict_motions(solver, posed, factors, false)?.values;
-    Ok(rows_along(posed, &motions))
-}
-
 /// What laws add to the linear structure in load cases, each load from the unloaded state.
 #[derive(Debug)]
 pub(super) struct AddedByLaws<'a> {
     laws: &'a LawSet,
     posed: &'a PosedLoadCases,
-    mechanics: Mechanics<'a>,
     joint_rotations: JointRotations,
 }
 
 impl<'a> AddedByLaws<'a> {
     /// Those of a model; `None` if no law acts.
-    ///
-    /// # Arguments
-    /// - `parameters`: which may change.
-    ///
-    /// # Errors
-    /// As [`predict_motions`].
-    pub(super) fn of(
-        model: &LoadCaseModel<'a>,
-        parameters: &[ModelParameter],
-    ) -> Result<Option<Self>, RobotError> {
-        let Some(physics) = model.physics else {
-            return Ok(None);
-        };
-        let (robot, mechanism, posed) = (model.robot, model.mechanism, model.posed);
-        let mut mechanics =
-            Mechanics::rigid_with(robot, mechanism, parameters, model.start, &posed.poses)?;
-        if posed.has_positions() {
-            mechanics.weigh(parameters)?;
-        }
-        mechanics.solve_joints(|_| true)?;
-        Ok(Some(Self {
-            laws: &physics.laws,
-            posed,
-            mechanics,
+    pub(super) fn of(model: &LoadCaseModel<'a>) -> Option<Self> {
+        Some(Self {
+            laws: &model.physics?.laws,
+            posed: model.posed,
             joint_rotations: JointRotations::default(),
-        }))
+        })
     }
 
     /// One value a component, m or rad, in the order of [`PosedLoadCases::rows`].
@@ -157,14 +130,15 @@ impl<'a> AddedByLaws<'a> {
     /// [`RobotError::Structure`].
     pub(super) fn rows(
         &mut self,
+        mechanics: &mut Mechanics<'_>,
         factors: &FittingFactors,
         axis_of: &dyn Fn(&PosedLoad, &ReadComponent) -> ReadAxis,
     ) -> Result<Vec<f64>, RobotError> {
-        self.mechanics.set_factors(factors)?;
+        mechanics.set_factors(factors)?;
         let mut added = Vec::new();
         for case in &self.posed.cases {
             let (load, amount) = case.load_along();
-            let pose = self.mechanics.pose(case.pose);
+            let pose = mechanics.pose(case.pose);
             for read in &case.components {
                 let read = axis_of(case, read);
                 let applied = LoadPoint {

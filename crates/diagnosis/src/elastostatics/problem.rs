@@ -1,6 +1,6 @@
 //! Load cases as a least-squares problem.
 
-use stiffbench_beams::physics::{ActingPhysics, PlaceScale};
+use stiffbench_beams::physics::{ActingPhysics, Mechanics, PlaceScale};
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresSettings, Parameter,
@@ -11,13 +11,12 @@ use crate::fit::FitParameters;
 use crate::mismatch::GaugeSteps;
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 
-use super::compliances::ComplianceSolver;
 use super::error::LoadCaseFitError;
 use super::frames::{PositionFrames, lengths_beside};
 use super::held_out::{WeighedProblem, fill_white};
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use super::prediction::{
-    AddedByLaws, PredictedMotions, ToolMotion, along, predict_motions, predict_rows, rows_along,
+    AddedByLaws, PredictedMotions, ToolMotion, along, mechanics_of, rows_along,
 };
 use super::scatter::RowScatter;
 
@@ -45,7 +44,7 @@ pub struct LoadCaseModel<'a> {
 #[derive(Debug)]
 pub(super) struct LoadCaseProblem<'a> {
     model: LoadCaseModel<'a>,
-    solver: ComplianceSolver<'a>,
+    mechanics: Mechanics<'a>,
     parameters: FitParameters,
     measured: Vec<f64>,
     scatter: RowScatter,
@@ -60,23 +59,34 @@ pub(super) struct LoadCaseProblem<'a> {
 /// solution has, less four.
 const COORDINATE_STEP: f64 = 1e-4;
 
-impl LoadCaseModel<'_> {
+impl<'a> LoadCaseModel<'a> {
     /// What the model predicts of every displacement and rotation with the values of the start, m and rad, in the order of
     /// [`PosedLoadCases::rows`].
     ///
     /// # Errors
     /// [`LoadCaseFitError`] for a pose that cannot be reached, or a structure that carries nothing.
     pub fn predicted(&self) -> Result<Vec<f64>, LoadCaseFitError> {
-        let (robot, mechanism) = (self.robot, self.mechanism);
-        let mut solver = ComplianceSolver::new(robot, mechanism, &[], self.start)?;
-        let mut rows = predict_rows(&mut solver, self.posed, self.start)?;
-        if let Some(mut added) = AddedByLaws::of(self, &[])? {
-            add(
-                &mut rows,
-                &added.rows(self.start, &|_, read| read.read_axis())?,
-            );
+        let (start, posed) = (self.start, self.posed);
+        let mut mechanics = self.mechanics(&[])?;
+        let motions = PredictedMotions::of(&mechanics, posed, false);
+        let mut rows = rows_along(posed, &motions.values);
+        if let Some(mut added) = AddedByLaws::of(self) {
+            let axis_of = |_: &PosedLoad, read: &ReadComponent| read.read_axis();
+            add(&mut rows, &added.rows(&mut mechanics, start, &axis_of)?);
         }
         Ok(rows)
+    }
+
+    /// The mechanics of the poses with the values of the start.
+    ///
+    /// # Errors
+    /// As [`mechanics_of`].
+    pub(super) fn mechanics(
+        &self,
+        parameters: &[ModelParameter],
+    ) -> Result<Mechanics<'a>, RobotError> {
+        let robot = (self.robot, self.mechanism);
+        mechanics_of(robot, self.posed, parameters, self.start)
     }
 
     /// What was measured, in the order of the rows.
@@ -97,9 +107,8 @@ impl LoadCaseModel<'_> {
         let list = choice.parameters();
         let springs: Vec<ModelParameter> =
             list.into_iter().filter(|one| !one.is_factor()).collect();
-        let (robot, mechanism, posed) = (self.robot, self.mechanism, self.posed);
-        let mut solver = ComplianceSolver::new(robot, mechanism, &springs, self.start)?;
-        let motions = predict_motions(&mut solver, posed, self.start, true)?;
+        let posed = self.posed;
+        let motions = PredictedMotions::of(&self.mechanics(&springs)?, posed, true);
         let rows = |motions: &[ToolMotion]| match frames {
             None => rows_along(posed, motions),
             Some(frames) => frames.column(posed, &frames.at(&[]), motions),
@@ -184,8 +193,7 @@ impl<'a> LoadCaseProblem<'a> {
         frames: Option<&PositionFrames>,
     ) -> Result<Self, LoadCaseFitError> {
         let list = parameters.parameters();
-        let (robot, mechanism) = (model.robot, model.mechanism);
-        let mut solver = ComplianceSolver::new(robot, mechanism, list, model.start)?;
+        let mut mechanics = model.mechanics(list)?;
         let factors_move = list
             .iter()
             .enumerate()
@@ -193,14 +201,14 @@ impl<'a> LoadCaseProblem<'a> {
         let linear = if factors_move {
             None
         } else {
-            linear_motions(&mut solver, model.posed, parameters)?
+            linear_motions(&mut mechanics, model.posed, parameters)?
         };
         Ok(Self {
             measured: model.measured(),
-            added: AddedByLaws::of(&model, list)?,
+            added: AddedByLaws::of(&model),
             parameters: parameters.clone(),
             model,
-            solver,
+            mechanics,
             scatter,
             linear,
             frames: frames.cloned(),
@@ -238,9 +246,9 @@ impl<'a> LoadCaseProblem<'a> {
             Some((frames, there)) => frames.read_axis(there, case, read),
             None => read.read_axis(),
         };
-        let added = self.added.as_mut();
+        let (added, mechanics) = (self.added.as_mut(), &mut self.mechanics);
         added
-            .map(|added| added.rows(&factors, &axis_of))
+            .map(|added| added.rows(mechanics, &factors, &axis_of))
             .transpose()
     }
 
@@ -302,7 +310,8 @@ impl<'a> LoadCaseProblem<'a> {
         }
         let factors = self.parameters.values(point);
         let posed = self.model.posed;
-        let mut motions = predict_motions(&mut self.solver, posed, &factors, derivatives)?;
+        self.mechanics.set_factors_rigid(&factors)?;
+        let mut motions = PredictedMotions::of(&self.mechanics, posed, derivatives);
         by_coordinate(&mut motions, &self.parameters);
         Ok(motions)
     }
@@ -385,18 +394,20 @@ fn by_coordinate(motions: &mut PredictedMotions, parameters: &FitParameters) {
 
 /// Motions at all coordinates zero, and columns; `None` if the model is not linear in the springs, as with those in a closed loop.
 fn linear_motions(
-    solver: &mut ComplianceSolver<'_>,
+    mechanics: &mut Mechanics<'_>,
     posed: &PosedLoadCases,
     parameters: &FitParameters,
 ) -> Result<Option<PredictedMotions>, RobotError> {
     let mut point = vec![0.0; parameters.parameters().len()];
-    let mut motions = predict_motions(solver, posed, &parameters.values(&point), true)?;
+    mechanics.set_factors_rigid(&parameters.values(&point))?;
+    let mut motions = PredictedMotions::of(mechanics, posed, true);
     by_coordinate(&mut motions, parameters);
     // Far from there, all springs at once: whatever is not linear shows.
     for (place, coordinate) in point.iter_mut().enumerate() {
         *coordinate = if parameters.moves(place) { 1.0 } else { 0.0 };
     }
-    let exact = predict_motions(solver, posed, &parameters.values(&point), false)?.values;
+    mechanics.set_factors_rigid(&parameters.values(&point))?;
+    let exact = PredictedMotions::of(mechanics, posed, false).values;
     let linear = motions.at(&point);
     let size = exact
         .iter()

@@ -8,20 +8,19 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use stiffbench_beams::robot::{JointMotion, ModelParameter, Pose, TrackerFrames};
+use stiffbench_beams::robot::{JointMotion, Pose, TrackerFrames};
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::bad_values::{
     BadLoadCaseValue, LONE_VALUE_LEVEL, MOST, REST_IS_NOISE, STANDS_ALONE, TestedValue, columns,
     named,
 };
-use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::frames::PositionFrames;
 use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::posed::PosedLoadCases;
-use crate::elastostatics::prediction::predict_motions;
+use crate::elastostatics::prediction::PredictedMotions;
 use crate::elastostatics::problem::LoadCaseModel;
 use crate::search::constants::LEAST_INDEPENDENT;
 use crate::search::{dot, push_orthonormal};
@@ -269,9 +268,9 @@ impl SeenPositions {
     /// `None` without positions.
     fn of(model: &LoadCaseModel<'_>, fit: &LoadCaseFit) -> Result<Option<Self>, LoadCaseFitError> {
         let (robot, mechanism, posed) = (model.robot, model.mechanism, model.posed);
-        let none: &[ModelParameter] = &[];
-        let mut solver = ComplianceSolver::new(robot, mechanism, none, &fit.factors)?;
-        let motions = predict_motions(&mut solver, posed, &fit.factors, false)?.values;
+        let start = &fit.factors;
+        let mechanics = LoadCaseModel { start, ..*model }.mechanics(&[])?;
+        let motions = PredictedMotions::of(&mechanics, posed, false).values;
         let positions = PositionFrames::of(robot, mechanism, posed)?;
         let frames = fit.frames.as_ref().map(|fitted| fitted.frames);
         let both = positions.zip(frames);

@@ -20,13 +20,12 @@ use crate::search::push_orthonormal;
 use super::bad_positions::{OtherJointValue, bad_positions};
 use super::basis::{Basis, moves};
 use super::far_value::{FarValue, LEAST_SCATTER, ScatterCase, scatter_of};
-use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::frames::PositionFrames;
 use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit, in_micro, micro_unit};
 use crate::elastostatics::posed::PosedLoadCases;
-use crate::elastostatics::prediction::predict_motions;
+use crate::elastostatics::prediction::PredictedMotions;
 use crate::elastostatics::problem::LoadCaseModel;
 use crate::elastostatics::scatter::{kinds, repeated_rows, sizes, smallest_step};
 
@@ -479,8 +478,9 @@ pub(super) fn columns(
     };
     let free = fit.estimates.iter().filter(|one| is_inside(&one.status));
     let free: Vec<ModelParameter> = free.map(|one| one.parameter.clone()).collect();
-    let mut solver = ComplianceSolver::new(model.robot, model.mechanism, &free, &fit.factors)?;
-    let motions = predict_motions(&mut solver, model.posed, &fit.factors, true)?;
+    let start = &fit.factors;
+    let mechanics = LoadCaseModel { start, ..*model }.mechanics(&free)?;
+    let motions = PredictedMotions::of(&mechanics, model.posed, true);
     // Frames that fit the rigid robot nearly best are near enough to those of the fit: rotations between them are small.
     let there = frames.at(&[]);
     let springs = motions.columns.iter();

@@ -2,10 +2,9 @@
 
 use stiffbench_beams::robot::ModelParameter;
 
-use crate::elastostatics::compliances::ComplianceSolver;
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::outcome::LoadCaseFit;
-use crate::elastostatics::prediction::{predict_motions, rows_along};
+use crate::elastostatics::prediction::{PredictedMotions, rows_along};
 use crate::elastostatics::problem::{LoadCaseModel, unit_length, unloaded_springs};
 use crate::fit::FactorStatus;
 use crate::search::constants::LEAST_INDEPENDENT;
@@ -58,9 +57,9 @@ impl Basis {
         let (places, parameters): (Vec<usize>, Vec<ModelParameter>) = moving
             .map(|(place, one)| (place, one.parameter.clone()))
             .unzip();
-        let (robot, posed) = (model.robot, model.posed);
-        let mut solver = ComplianceSolver::new(robot, model.mechanism, &parameters, &fit.factors)?;
-        let motions = predict_motions(&mut solver, posed, &fit.factors, true)?;
+        let (posed, start) = (model.posed, &fit.factors);
+        let mechanics = LoadCaseModel { start, ..*model }.mechanics(&parameters)?;
+        let motions = PredictedMotions::of(&mechanics, posed, true);
         let all = motions.columns.iter();
         let all: Vec<Vec<f64>> = all.map(|column| rows_along(posed, column)).collect();
         let lengths: Vec<f64> = all.iter().map(|one| dot(one, one).sqrt()).collect();
