@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use stiffbench_beams::physics::{DrivenPath, Law, laws, values_of};
 use stiffbench_diagnosis::mismatch::{
-    ConfigurationSizes, Diagnosis, SearchOptions, Verdict, diagnose, specimen_bench,
+    ConfigurationSizes, Diagnosis, NoiseBasis, SearchOptions, Verdict, diagnose, specimen_bench,
 };
 use stiffbench_measurement::specimen::{ResponseVariable, SpecimenOptions, read_specimen};
 
@@ -76,6 +76,30 @@ fn a_dozen_readings_without_repeats_are_too_few() {
     assert_eq!(diagnosis.verdict, Verdict::InsufficientData);
     assert!(diagnosis.lacking[0].contains("18 readings along the line"));
     assert!(diagnosis.findings.is_empty());
+}
+
+/// A long line shows its noise about a smooth curve, whatever is fitted: none that grows or has a memory is asked for.
+#[test]
+fn a_long_line_shows_its_own_noise() {
+    // Of lines with errors alone 95 % are to be answered so: of 40, less than 35 has a chance of 1.4 % (binomial).
+    let nothing = (0..40)
+        .filter(|&seed| {
+            // Errors that swell in the middle, where they say least of the slope.
+            let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+            let swelling: Vec<f64> = (0..40)
+                .map(|place: i32| {
+                    let swells = 1.0 - (f64::from(place) / 19.5 - 1.0).powi(2);
+                    let error: f64 = StandardNormal.sample(&mut rng);
+                    swells * error
+                })
+                .collect();
+            let diagnosis = said(&line(40, seed, |place| swelling[place]));
+            assert_eq!(diagnosis.noise_basis, NoiseBasis::Neighbours);
+            assert_eq!(diagnosis.noise.growth_sd, 0.0);
+            diagnosis.verdict == Verdict::NothingMissing
+        })
+        .count();
+    assert!(nothing >= 35, "{nothing} of 40");
 }
 
 #[test]

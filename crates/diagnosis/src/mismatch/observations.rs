@@ -15,7 +15,7 @@ use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 use super::free_means::about_means;
 use super::joined_sessions::ObservedSession;
 use super::recorded_history::RecordedHistory;
-use crate::search::constants::FEWEST_LEFT;
+use crate::search::constants::{ENOUGH_OF_A_LINE, FEWEST_LEFT};
 
 /// A pose, a direction of loads and what one gauge read, with its readings.
 ///
@@ -284,6 +284,12 @@ impl Observations {
             cell.readings.len() - loads.collect::<HashSet<_>>().len()
         });
         dof.sum::<usize>() >= FEWEST_LEFT
+    }
+
+    /// Whether every run is long enough to show the noise about a smooth curve.
+    pub(super) fn has_long_runs(&self) -> bool {
+        let is_long = |run: &ObservedRun| run.readings.len() >= ENOUGH_OF_A_LINE;
+        self.runs.iter().all(is_long)
     }
 
     /// The loads of run number `run`, for the laws.

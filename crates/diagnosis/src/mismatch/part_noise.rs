@@ -6,7 +6,7 @@
 
 use super::estimated_noise::EstimatedNoise;
 use super::noise::ReadingNoise;
-use super::observations::{Observations, ObservedRun};
+use super::observations::Observations;
 use crate::search::constants::{ENOUGH_OF_A_LINE, ENOUGH_OF_A_RECORDING};
 use crate::search::largest;
 use stiffbench_beams::physics::TestObject;
@@ -32,10 +32,9 @@ const PLACES: usize = 32;
 impl Observations {
     /// Whether these readings are the recording of a part, long enough to show its own scatter.
     pub(super) fn is_recording(&self) -> bool {
-        let long = |run: &ObservedRun| run.readings.len() >= ENOUGH_OF_A_LINE;
         self.bench != TestObject::Robot
             && self.len() >= ENOUGH_OF_A_RECORDING
-            && self.runs.iter().all(long)
+            && self.has_long_runs()
     }
 
     /// The noise of a recording: white, from neighbouring readings, or what a model leaves if that is less.
@@ -177,7 +176,9 @@ impl Observations {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mismatch::observations::{GaugeSteps, ObservedCell, ObservedReading, Recorded};
+    use crate::mismatch::observations::{
+        GaugeSteps, ObservedCell, ObservedReading, ObservedRun, Recorded,
+    };
     use crate::mismatch::recorded_history::RecordedHistory;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;

@@ -171,7 +171,8 @@ impl<'a> DiagnosisProblem<'a> {
         }
         let (slope_m, compliance) = self.slope(predictor, model)?;
         let linear = (&slope_m[..], &compliance[..]);
-        let is_known = self.observations.has_repeats() || known.earlier().is_some();
+        let shows_noise = self.observations.has_repeats() || self.observations.has_long_runs();
+        let is_known = shows_noise || known.earlier().is_some();
         let columns = if is_known {
             None
         } else {

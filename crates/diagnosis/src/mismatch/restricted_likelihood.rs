@@ -315,8 +315,10 @@ impl VarianceProblem<'_> {
         };
         let least = NoiseValues::least(self.observations);
         let mut best = self.maximise(start(least), centre, least);
-        // Each of several sessions has its own; of one load in each run the slope is all that grows.
-        if !self.observations.has_series() || !self.observations.sessions.is_empty() {
+        // Each of several sessions has its own; of one load in each run the slope is all that grows; a smooth curve along a run takes whatever
+        // grows or has a memory.
+        let is_of_series = self.observations.has_series() && self.observations.sessions.is_empty();
+        if !is_of_series || basis == NoiseBasis::Neighbours {
             return best;
         }
         loop {
