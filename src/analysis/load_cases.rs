@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::elastostatics::{
-    BadLoadCaseValue, LoadCaseFit, LoadCaseFitOptions, LoadCaseModel, PosedLoadCases, TableMistake,
-    TrackedPoses, bad_load_case_values, fit_load_cases, plan_load_cases, planned_table,
-    table_mistake, usual_choice,
+    LoadCaseFit, LoadCaseFitOptions, LoadCaseModel, PosedLoadCases, TableMistake, TrackedPoses,
+    bad_load_case_values, fit_load_cases, plan_load_cases, planned_table, table_mistake,
+    usual_choice,
 };
 use crate::fit::FactorStatus;
 use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
-use crate::mismatch::GaugeSteps;
+use crate::mismatch::{BadReading, GaugeSteps};
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{ActingPhysics, Effect, Needs};
 use crate::readings::{ReadOptions, is_vector_table};
@@ -234,7 +234,7 @@ impl LoadCaseData {
         &self,
         settings: &LoadCaseSettings,
         fit: &LoadCaseFit,
-    ) -> Result<Vec<BadLoadCaseValue>, AnalysisError> {
+    ) -> Result<Vec<BadReading>, AnalysisError> {
         let options = self.options(settings)?;
         Ok(bad_load_case_values(&self.problem()?, &options, fit)?)
     }
@@ -282,7 +282,11 @@ impl LoadCaseData {
         let is_bad = |line| lines.contains(&line);
         let marked_readings = marked(&all, &is_bad).collect();
         let keep = options.keep_outliers;
-        let rows: Vec<usize> = bad.iter().map(|one| one.row).filter(|_| !keep).collect();
+        let rows: Vec<usize> = bad
+            .iter()
+            .map(|one| one.reading)
+            .filter(|_| !keep)
+            .collect();
         let posed = self.posed.without_rows(&rows);
         for (name, pose) in posed.named_poses() {
             put_pose(&mut self.model.robot, &name, pose);
@@ -301,7 +305,7 @@ impl LoadCaseData {
         let report = diagnose_together(&[session], &self.model, options, step)?;
         Ok(DiagnosisReport {
             table_mistake,
-            bad_readings: bad.iter().map(BadLoadCaseValue::as_reading).collect(),
+            bad_readings: bad,
             marked_readings,
             ..report
         })

@@ -1,9 +1,10 @@
 //! What is doubtful about load cases and a fit to them, in words.
 
 use crate::analysis::{AnalysisError, LoadCaseData, LoadCaseSettings, doubts_about_load_case_fit};
-use crate::elastostatics::{BadLoadCaseValue, LoadCaseFit, OtherJointValue, TableMistake};
+use crate::elastostatics::{LoadCaseFit, TableMistake};
+use crate::mismatch::{BadReading, BadReadingKind, OtherJointValue, ReadQuantity};
 
-use super::text::{micro, share_of_tables, significant};
+use super::text::{reading_shown, share_of_tables, significant};
 
 /// What a user should doubt of load cases and of a fit to them: units that make an implausible robot, a mistake of the table, else bad values, for
 /// beside a mistake of the whole table good ones look bad.
@@ -24,28 +25,29 @@ pub fn doubts_about_load_cases(
 }
 
 /// What is bad about values, what they would have to be, and how sure that is; without a full stop. Coordinates of one position stand together.
-fn bad_value_words(all: &[BadLoadCaseValue]) -> Vec<String> {
-    let together = all.chunk_by(|a, b| a.is_position() && a.line == b.line);
+fn bad_value_words(all: &[BadReading]) -> Vec<String> {
+    let is_position = |bad: &BadReading| bad.quantity == ReadQuantity::Position;
+    let together = all.chunk_by(|a, b| is_position(a) && a.line == b.line);
     let words = together.map(|bad| match bad {
-        [one] if !one.is_position() => value_words(one),
+        [one] if !is_position(one) => value_words(one),
         coordinates => position_words(coordinates),
     });
     words.collect()
 }
 
 /// Coordinates of one position.
-fn position_words(bad: &[BadLoadCaseValue]) -> String {
+fn position_words(bad: &[BadReading]) -> String {
     let Some(first) = bad.first() else {
         return String::new();
     };
-    let list = |of: &dyn Fn(&BadLoadCaseValue) -> String| -> String {
+    let list = |of: &dyn Fn(&BadReading) -> String| -> String {
         let all: Vec<String> = bad.iter().map(of).collect();
         all.join(", ")
     };
-    // Metres as millimetres to a hundredth of what a tracker scatters by.
-    let mm = |metres: f64| format!("{:.3}", 1e3 * metres);
-    let axes = list(&|one| one.axis.to_string());
-    let (read, expected) = (list(&|one| mm(one.value)), list(&|one| mm(one.expected)));
+    let mm = |metres: f64| reading_shown(metres, ReadQuantity::Position, 4).0;
+    let axes = list(&|one| one.direction.to_string());
+    let read = list(&|one| mm(one.value_m));
+    let expected = list(&|one| mm(one.expected_m));
     let joint = first.joint.as_ref().map_or_else(String::new, |joint| {
         let OtherJointValue {
             variable,
@@ -69,15 +71,15 @@ fn position_words(bad: &[BadLoadCaseValue]) -> String {
     )
 }
 
-fn value_words(bad: &BadLoadCaseValue) -> String {
+fn value_words(bad: &BadReading) -> String {
     let in_unit = |value: f64| {
-        let value = significant(micro(value), 4);
-        format!("{value} {}", bad.unit)
+        let (value, unit) = reading_shown(value, bad.quantity, 4);
+        format!("{value} {unit}")
     };
-    let hint = match bad.decimal_places() {
-        _ if bad.is_turned() => "; with the other sign it would agree",
-        Some(_) => "; with its decimal point moved it would agree",
-        None => "",
+    let hint = match bad.kind {
+        BadReadingKind::Sign => "; with the other sign it would agree",
+        BadReadingKind::DecimalPoint(_) => "; with its decimal point moved it would agree",
+        BadReadingKind::Any => "",
     };
     let lines: Vec<String> = bad.repeats.iter().map(ToString::to_string).collect();
     let who = match &lines[..] {
@@ -91,12 +93,13 @@ fn value_words(bad: &BadLoadCaseValue) -> String {
         "a bad value"
     };
     format!(
-        "line {}, pose {}: {} is {}, and {who} {}{hint}: {what} (noise alone takes a value as far in {} of such tables)",
+        "line {}, pose {}: {} {} is {}, and {who} {}{hint}: {what} (noise alone takes a value as far in {} of such tables)",
         bad.line,
         bad.pose,
-        bad.component,
-        in_unit(bad.value),
-        in_unit(bad.expected),
+        bad.quantity,
+        bad.direction,
+        in_unit(bad.value_m),
+        in_unit(bad.expected_m),
         share_of_tables(bad.p_family)
     )
 }

@@ -100,6 +100,7 @@ pub use specimen::{
 };
 pub use stiffness::stiffness_text;
 pub use text::{AlignedTable, TextColumn, significant, table_of};
+pub(crate) use text::{micro, reading_shown};
 pub use vector_stiffness::{
     AxisValues, StaticComplianceRow, VectorStiffnessCell, VectorStiffnessReport,
 };

@@ -3,6 +3,7 @@
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 
+use crate::mismatch::ReadQuantity;
 use crate::quantity::METRES_PER_MICROMETRE;
 
 /// A table of text cells; the first column is left-aligned, the others right-aligned.
@@ -88,8 +89,21 @@ pub(super) fn p_text(p: f64) -> String {
     }
 }
 
+/// What was read, with so many digits, and its unit: positions in mm to a hundredth of what a tracker scatters by, displacements in µm,
+/// rotations in µrad.
+pub(crate) fn reading_shown(
+    value: f64,
+    quantity: ReadQuantity,
+    digits: usize,
+) -> (String, &'static str) {
+    match quantity {
+        ReadQuantity::Position => (format!("{:.3}", 1e3 * value), "mm"),
+        _ => (significant(micro(value), digits), quantity.micro_unit()),
+    }
+}
+
 /// A length in µm, or an angle in µrad.
-pub(super) fn micro(value: f64) -> f64 {
+pub(crate) fn micro(value: f64) -> f64 {
     value / METRES_PER_MICROMETRE
 }
 

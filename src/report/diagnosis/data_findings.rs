@@ -5,11 +5,10 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{BadReading, BadReadingKind, BadRun};
-use crate::report::{significant, table_mistake_words};
+use crate::report::{micro, reading_shown, significant, table_mistake_words};
 use crate::test_point::{Branch, Cell, Direction, DirectionName, PoseId};
 
 use super::phrases::paragraph;
-use super::summary::um;
 
 /// Bad readings that the page names; the JSON has all.
 const NAMED: usize = 12;
@@ -129,9 +128,9 @@ impl DataFindingReport {
                 .exchanged_with
                 .clone()
                 .map(|(pose, direction)| DataPlace::Cell { pose, direction }),
-            value: um(bad.compliance),
-            expected: um(bad.expected),
-            standard_error: um(bad.u),
+            value: micro(bad.compliance),
+            expected: micro(bad.expected),
+            standard_error: micro(bad.u),
             unit: "um/N",
             p_family: bad.p_family,
             left_out: !report.outliers_kept,
@@ -156,10 +155,10 @@ impl DataFindingReport {
                 branch: bad.branch,
             },
             exchanged_with: None,
-            value: um(bad.value_m),
-            expected: um(bad.expected_m),
-            standard_error: um(bad.u_m),
-            unit: if bad.rotates { "urad" } else { "um" },
+            value: micro(bad.value_m),
+            expected: micro(bad.expected_m),
+            standard_error: micro(bad.u_m),
+            unit: bad.quantity.micro_unit(),
             p_family: bad.p_family,
             left_out: !report.outliers_kept,
         }
@@ -221,18 +220,18 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
         [] => String::new(),
         [one] => {
             let place = format!("line {}, {}", one.line, cell_of(one));
-            let what = if one.has_repeats {
-                "contradicts its repeats"
-            } else {
+            let what = if one.repeats.is_empty() {
                 "is far from what all others let expect"
+            } else {
+                "contradicts its repeats"
             };
             first_line(report, &format!("One reading {what}: {place}"), 1)
         }
         _ => {
-            let what = if bad.iter().all(|one| one.has_repeats) {
-                "contradict their repeats"
-            } else {
+            let what = if bad.iter().any(|one| one.repeats.is_empty()) {
                 "are far from what all others let expect"
+            } else {
+                "contradict their repeats"
             };
             let what = format!("{} readings {what}", bad.len());
             first_line(report, &what, bad.len())
@@ -307,12 +306,12 @@ fn kind_of_slip(kind: BadReadingKind) -> &'static str {
 }
 
 fn bad_run(bad: &BadRun) -> String {
-    let um_per_n = |compliance: f64| significant(um(compliance), 4);
+    let um_per_n = |compliance: f64| significant(micro(compliance), 4);
     let of_cells = || {
         format!(
             "where all other cells predict {} ± {} um/N (k = 2)",
             um_per_n(bad.expected),
-            significant(um(2.0 * bad.u), 2),
+            significant(micro(2.0 * bad.u), 2),
         )
     };
     let expected = match (bad.repeat, &bad.exchanged_with) {
@@ -325,7 +324,7 @@ fn bad_run(bad: &BadRun) -> String {
         (Some(_), _) => format!(
             "where the other repeats predict {} ± {} um/N (k = 2){}",
             um_per_n(bad.expected),
-            significant(um(2.0 * bad.u), 2),
+            significant(micro(2.0 * bad.u), 2),
             kind_of_slip(bad.kind)
         ),
         (None, None) => "against its load; no structure does that: look at the sign of force and displacement there".to_owned(),
@@ -348,21 +347,15 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
         text.push_str(&paragraph(&bad_run(one), "- ", "  "));
     }
     for one in bad.iter().take(NAMED) {
-        let is_position = report.observations.tracker.is_some();
-        let unit = if is_position { "mm" } else { "um" };
-        let shown = |metres: f64| {
-            if is_position {
-                format!("{:.3}", 1e3 * metres)
-            } else {
-                significant(um(metres), 4)
-            }
-        };
+        let (value, unit) = reading_shown(one.value_m, one.quantity, 4);
+        let (expected, _) = reading_shown(one.expected_m, one.quantity, 4);
+        let (twice_u, _) = reading_shown(2.0 * one.u_m, one.quantity, 2);
         let slip = kind_of_slip(one.kind);
         let is_of_run = report.observations.has_series();
-        let others = match (one.has_repeats, is_of_run) {
-            (true, _) => "the other repeats",
-            (false, true) => "its neighbours",
-            (false, false) => "the fit to all others",
+        let others = match (&one.repeats[..], is_of_run) {
+            ([], true) => "its neighbours",
+            ([], false) => "the fit to all others",
+            _ => "the other repeats",
         };
         let step = if is_of_run {
             format!(", step {}, {}", one.step, one.branch)
@@ -375,17 +368,10 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
             ""
         };
         let said = format!(
-            "line {}: {}, repeat {}{step}: {} {unit}, where {others} predict {} ± {} {unit} (k = 2){slip}.{last}",
+            "line {}: {}, repeat {}{step}: {value} {unit}, where {others} predict {expected} ± {twice_u} {unit} (k = 2){slip}.{last}",
             one.line,
             cell_of(one),
             one.repeat,
-            shown(one.value_m),
-            shown(one.expected_m),
-            if is_position {
-                shown(2.0 * one.u_m)
-            } else {
-                significant(um(2.0 * one.u_m), 2)
-            },
         );
         text.push_str(&paragraph(&said, "- ", "  "));
     }

@@ -6,9 +6,8 @@ use serde::Serialize;
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{DetectionLimit, LawCriticalValues};
 use crate::physics::{Law, Needs, ParameterSpec, Place, laws};
+use crate::report::micro;
 use crate::search::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
-
-use super::summary::um;
 
 /// Size of a law that readings would have shown at a place, or the reason why there is none.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -99,7 +98,7 @@ impl DetectionLimitReport {
             size_80: limit.size_80,
             unit: unit(limit.law),
             seen: Some(SeenLimit {
-                end_effect_um: limit.end_effect_m.map(um),
+                end_effect_um: limit.end_effect_m.map(micro),
                 upper_95: limit.upper_95,
             }),
             unseen: limit.size_80.is_none().then_some(unseen),

@@ -5,11 +5,11 @@ use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::{NoiseBasis, ReadingNoise};
-use crate::report::{significant, table_of};
+use crate::report::{micro, significant, table_of};
 use crate::statistics::chi_squared_quantile;
 
+use super::is_known;
 use super::phrases::{paragraph, um_shown};
-use super::{is_known, summary::um};
 use crate::count::{counted, degrees_of_freedom};
 
 /// The noise, and where it comes from.
@@ -104,7 +104,7 @@ impl From<&DiagnosisReport> for NoiseReport {
             source,
             earlier,
             components: components(report),
-            floor_rms_um: um(report.noise_floor_m()),
+            floor_rms_um: micro(report.noise_floor_m()),
         }
     }
 }
@@ -112,11 +112,11 @@ impl From<&DiagnosisReport> for NoiseReport {
 /// The parts of the noise of a diagnosis.
 fn components(report: &DiagnosisReport) -> Vec<NoiseComponent> {
     let (diagnosis, noise) = (&report.diagnosis, &report.diagnosis.noise);
-    let step_um = report.observations.steps.displacement_m.map_or(0.0, um) / 12.0_f64.sqrt();
+    let step_um = report.observations.steps.displacement_m.map_or(0.0, micro) / 12.0_f64.sqrt();
     let without_step = |reading_um: f64| (reading_um.powi(2) - step_um.powi(2)).max(0.0).sqrt();
     let [reading, zero, slope] = diagnosis.noise_dof;
-    let reading_um = um(noise.reading_sd_m);
-    let zero_um = um(noise.zero_sd_m);
+    let reading_um = micro(noise.reading_sd_m);
+    let zero_um = micro(noise.zero_sd_m);
     let part = |name, value, unit, ci95| NoiseComponent {
         name,
         value,
@@ -188,8 +188,8 @@ impl NoiseDeviations {
             reason: is_known(dof).then_some("given, not estimated"),
         };
         Self {
-            reading_sd: one(um(noise.reading_sd_m), "um", reading),
-            zero_sd: one(um(noise.zero_sd_m), "um", zero),
+            reading_sd: one(micro(noise.reading_sd_m), "um", reading),
+            zero_sd: one(micro(noise.zero_sd_m), "um", zero),
             run_slope_sd: one(noise.run_slope_sd, "1", slope),
         }
     }

@@ -5,11 +5,10 @@ use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, SessionShare};
 use crate::mismatch::LawAtPlace;
-use crate::report::{significant, table_of};
+use crate::report::{micro, significant, table_of};
 
 use super::page::head;
 use super::phrases::{listed, paragraph};
-use super::summary::um;
 
 /// One of several sessions that were diagnosed together.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -46,8 +45,8 @@ impl From<&SessionShare> for SessionReport {
             readings: share.readings,
             runs: share.runs,
             bad_readings: share.bad_readings,
-            reading_sd_um: um(share.noise.reading_sd_m),
-            zero_sd_um: um(share.noise.zero_sd_m),
+            reading_sd_um: micro(share.noise.reading_sd_m),
+            zero_sd_um: micro(share.noise.zero_sd_m),
             run_slope_sd: share.noise.run_slope_sd,
             growth_sd: share.noise.growth_sd,
             correlation: share.noise.correlation,
@@ -119,8 +118,8 @@ pub(super) fn sessions(report: &DiagnosisReport) -> String {
             ("readings", &|one| one.readings.to_string()),
             ("runs", &|one| one.runs.to_string()),
             ("bad", &|one| one.bad_readings.to_string()),
-            ("reading, um", &|one| digits(um(one.noise.reading_sd_m))),
-            ("gauge zero, um", &|one| digits(um(one.noise.zero_sd_m))),
+            ("reading, um", &|one| digits(micro(one.noise.reading_sd_m))),
+            ("gauge zero, um", &|one| digits(micro(one.noise.zero_sd_m))),
             ("run slope, %", &|one| {
                 digits(100.0 * one.noise.run_slope_sd)
             }),

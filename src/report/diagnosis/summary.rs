@@ -15,8 +15,7 @@ use crate::mismatch::{
     Stratum, StratumTest, Verdict, VerdictGrade,
 };
 use crate::physics::{FileLine, Law, ParameterSpec};
-use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::SpecimenSummary;
+use crate::report::{SpecimenSummary, micro};
 use crate::test_point::{Direction, PoseId};
 
 use super::answer::FindingKind;
@@ -324,7 +323,7 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
                 pose: left.pose.clone(),
                 direction: left.direction,
                 p: left.p_family,
-                size_um: um(left.size_m),
+                size_um: micro(left.size_m),
                 standard_errors: diagnosis.unexplained_standard_errors,
                 share: diagnosis.shares.share_of_misfit.map(|share| 1.0 - share),
             },
@@ -379,7 +378,7 @@ impl From<&Finding> for FindingReport {
             file_line: None,
             parameters: parameters.collect(),
             at_bound: finding.at_bound,
-            end_effect_um: um(finding.end_effect_m),
+            end_effect_um: micro(finding.end_effect_m),
             absorbed_share: finding.absorbed_share,
             log_bayes_factor: finding.log_bayes,
             standard_errors: finding.standard_errors,
@@ -449,16 +448,16 @@ impl QualityReport {
     ) -> Self {
         let by_direction = report.directions().map(|direction| {
             let [rms_m, _] = report.rms_m(&residuals, Some(direction));
-            (direction, um(rms_m))
+            (direction, micro(rms_m))
         });
         let [_, within_runs_m] = report.rms_m(&residuals, None);
         let percent = |rms_m: f64| 100.0 * rms_m / report.trace.displacement_rms_m;
         Self {
-            rms_um: um(quality.rms_m),
+            rms_um: micro(quality.rms_m),
             rms_percent: percent(quality.rms_m),
             rms_um_by_direction: by_direction.collect(),
-            within_runs_rms_um: um(within_runs_m),
-            held_out_rms_um: quality.held_out_rms_m.map(um),
+            within_runs_rms_um: micro(within_runs_m),
+            held_out_rms_um: quality.held_out_rms_m.map(micro),
             held_out_rms_percent: quality.held_out_rms_m.map(percent),
             noise_units: quality.reduced_chi2.sqrt(),
             held_out_noise_units: quality.held_out_noise_units,
@@ -493,9 +492,4 @@ impl FactorChangeReport {
             status,
         }
     }
-}
-
-/// A length in µm.
-pub(super) fn um(value_m: f64) -> f64 {
-    value_m / METRES_PER_MICROMETRE
 }

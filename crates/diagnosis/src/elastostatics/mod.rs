@@ -33,9 +33,7 @@ pub use best_poses::{BestPoses, PoseReadings, best_poses};
 pub use choice::{spring_choice, usual_choice, usual_parameters};
 pub use error::LoadCaseFitError;
 pub use fit::{LoadCaseFitOptions, fit_load_cases};
-pub use mistakes::{
-    BadLoadCaseValue, OtherJointValue, TableMistake, bad_load_case_values, table_mistake,
-};
+pub use mistakes::{TableMistake, bad_load_case_values, table_mistake};
 pub use outcome::{
     FittedComponent, FittedFrames, FrameParameter, LoadCaseAgreement, LoadCaseFit, PoseError,
     ScatterSource,

@@ -11,6 +11,7 @@ use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::LoadCaseFitError;
+use crate::mismatch::ReadQuantity;
 use crate::parameters::place_of;
 
 /// Names of the components, in the order of loads, displacements and positions.
@@ -47,13 +48,23 @@ impl ReadComponent {
     /// Whether it is a rotation.
     #[must_use]
     pub fn is_rotation(&self) -> bool {
-        (3..6).contains(&self.component)
+        self.quantity() == ReadQuantity::Rotation
     }
 
     /// Whether it is an absolute position.
     #[must_use]
     pub fn is_position(&self) -> bool {
-        self.component >= 6
+        self.quantity() == ReadQuantity::Position
+    }
+
+    /// What it is of.
+    #[must_use]
+    pub fn quantity(&self) -> ReadQuantity {
+        match self.component {
+            0..3 => ReadQuantity::Displacement,
+            3..6 => ReadQuantity::Rotation,
+            _ => ReadQuantity::Position,
+        }
     }
 
     /// Its name, for example `displacement x`.

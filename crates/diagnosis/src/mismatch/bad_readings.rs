@@ -14,12 +14,14 @@
 //! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
 //! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
 
+use std::fmt;
+
 use stiffbench_units_and_text::test_point::{Branch, Direction, DirectionName, PoseId};
 
 use super::bad_runs::ScreenedRuns;
 use super::baseline::Baseline;
 use super::data_screen::ScreenedData;
-use super::deleted_residuals::{has_repeats, testable};
+use super::deleted_residuals::{repeats_of, testable};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::observations::Observations;
@@ -37,7 +39,52 @@ pub enum BadReadingKind {
     DecimalPoint(i32),
 }
 
-/// A reading that its repeats contradict.
+/// What a reading is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReadQuantity {
+    /// A displacement, m.
+    Displacement,
+    /// A rotation, rad.
+    Rotation,
+    /// A coordinate of an absolute position, m.
+    Position,
+}
+
+impl ReadQuantity {
+    /// `um`, or `urad` of a rotation: its unit in JSON.
+    #[must_use]
+    pub fn micro_unit(self) -> &'static str {
+        match self {
+            Self::Rotation => "urad",
+            Self::Displacement | Self::Position => "um",
+        }
+    }
+}
+
+impl fmt::Display for ReadQuantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Displacement => "displacement",
+            Self::Rotation => "rotation",
+            Self::Position => "position",
+        })
+    }
+}
+
+/// A value of a joint with which the positions of a bad target or pose would agree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OtherJointValue {
+    /// The variable of the robot.
+    pub variable: String,
+    /// Value of the table, degrees or m.
+    pub stated: f64,
+    /// Value with which they agree.
+    pub agrees: f64,
+    /// `deg` or `m`.
+    pub unit: &'static str,
+}
+
+/// A reading that its repeats, its neighbours or the fit to all others contradict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BadReading {
     /// Its place among the readings that were tested.
@@ -48,8 +95,8 @@ pub struct BadReading {
     pub pose: PoseId,
     /// Its direction.
     pub direction: Direction,
-    /// Whether it is a rotation, and the values below are in rad.
-    pub rotates: bool,
+    /// What it is of; of a rotation the values below are in rad.
+    pub quantity: ReadQuantity,
     /// The direction of its load, if it is another.
     pub load: Option<DirectionName>,
     /// Its repeat.
@@ -60,8 +107,8 @@ pub struct BadReading {
     pub branch: Branch,
     /// Whether it is the last of its run: a jump that stays, just before it, would look the same.
     pub is_last: bool,
-    /// Whether its load was set three times or more; else it is compared with its neighbours.
-    pub has_repeats: bool,
+    /// Lines of the repeats that contradict it; none where its neighbours do, or the fit to all others.
+    pub repeats: Vec<u32>,
     /// What was read, m.
     pub value_m: f64,
     /// What the other readings let expect, m.
@@ -72,6 +119,8 @@ pub struct BadReading {
     pub p_family: f64,
     /// What may have happened.
     pub kind: BadReadingKind,
+    /// Of absolute positions: the value of one joint with which this coordinate and all others that are off with it agree.
+    pub joint: Option<OtherJointValue>,
 }
 
 /// Looks for bad readings in good runs, and lays out the others.
@@ -188,29 +237,37 @@ impl BadReading {
         let cell = &observations.cells[run.cell];
         let value_m = observations.displacement_m[reading];
         let expected_m = value_m - shift_m;
+        let repeats = repeats_of(observations, reading).into_iter();
         Self {
             reading,
             line: detail.line,
             pose: observations.poses[cell.pose].clone(),
             direction: cell.axis(),
-            rotates: cell.read.is_rotation(),
+            quantity: if cell.read.is_rotation() {
+                ReadQuantity::Rotation
+            } else {
+                ReadQuantity::Displacement
+            },
             load: observations.named(cell).load,
             repeat: run.repeat,
             step: observations.loads[reading].step,
             branch: detail.branch,
             is_last: reading + 1 == run.readings.end,
-            has_repeats: has_repeats(observations, reading),
+            repeats: repeats
+                .map(|other| observations.readings[other].line)
+                .collect(),
             value_m,
             expected_m,
             u_m,
             p_family,
             kind: slip(value_m, expected_m, u_m),
+            joint: None,
         }
     }
 }
 
 /// What was done to a value that should be another, if it is one of the usual slips of the pen.
-pub(super) fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
+pub(crate) fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
     let agrees = |value: f64| (value - expected).abs() < 4.0 * u;
     // A value that lies near zero agrees with itself of any sign.
     if expected.abs() < 10.0 * u {

@@ -58,11 +58,15 @@ fn repeated(observations: &Observations, cell: usize) -> Vec<usize> {
     readings
 }
 
-/// Whether the load of a reading was set three times or more.
-pub(super) fn has_repeats(observations: &Observations, reading: usize) -> bool {
-    repeated(observations, observations.cell_of(reading))
-        .binary_search(&reading)
-        .is_ok()
+/// The other readings of a cell under the load of one; none where it was set less than three times.
+pub(super) fn repeats_of(observations: &Observations, reading: usize) -> Vec<usize> {
+    let mut all = repeats(observations, observations.cell_of(reading)).into_values();
+    let own = all.find(|repeats| repeats.contains(&reading));
+    let mut others = own
+        .filter(|own| own.len() >= ENOUGH_REPEATS)
+        .unwrap_or_default();
+    others.retain(|other| *other != reading);
+    others
 }
 
 /// Readings of a cell whose force is larger, or smaller, than that of all their repeats.

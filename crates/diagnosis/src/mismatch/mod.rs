@@ -75,7 +75,8 @@ mod white_laws;
 mod wrong_cells;
 
 pub use crate::search::MOST_READINGS_OF_A_PART;
-pub use bad_readings::{BadReading, BadReadingKind};
+pub(crate) use bad_readings::slip;
+pub use bad_readings::{BadReading, BadReadingKind, OtherJointValue, ReadQuantity};
 pub use bad_runs::BadRun;
 pub use baseline::{Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn};
 pub use cell_slopes::{CellSlopes, SeriesSlopes};

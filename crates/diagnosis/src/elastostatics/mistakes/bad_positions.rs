@@ -12,8 +12,7 @@ use stiffbench_beams::robot::{JointMotion, Pose, TrackerFrames};
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::bad_values::{
-    BadLoadCaseValue, LONE_VALUE_LEVEL, MOST, REST_IS_NOISE, STANDS_ALONE, TestedValue, columns,
-    named,
+    LONE_VALUE_LEVEL, MOST, REST_IS_NOISE, STANDS_ALONE, TestedValue, columns, named,
 };
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
@@ -22,6 +21,7 @@ use crate::elastostatics::outcome::LoadCaseFit;
 use crate::elastostatics::posed::PosedLoadCases;
 use crate::elastostatics::prediction::PredictedMotions;
 use crate::elastostatics::problem::LoadCaseModel;
+use crate::mismatch::{BadReading, OtherJointValue};
 use crate::search::constants::LEAST_INDEPENDENT;
 use crate::search::{dot, push_orthonormal};
 
@@ -33,19 +33,6 @@ const AGREES: f64 = 4.0;
 
 /// Steps to the value of a joint with which a position agrees: each squares the error.
 const STEPS: usize = 20;
-
-/// A value of a joint with which the positions of a bad target or pose would agree.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OtherJointValue {
-    /// The variable of the robot.
-    pub variable: String,
-    /// Value of the table, degrees or m.
-    pub stated: f64,
-    /// Value with which they agree.
-    pub agrees: f64,
-    /// `deg` or `m`.
-    pub unit: &'static str,
-}
 
 /// Rows that are off together.
 struct OffGroup {
@@ -176,7 +163,7 @@ pub(super) fn bad_positions(
     model: &LoadCaseModel<'_>,
     options: &LoadCaseFitOptions,
     fit: &LoadCaseFit,
-) -> Result<Vec<BadLoadCaseValue>, LoadCaseFitError> {
+) -> Result<Vec<BadReading>, LoadCaseFitError> {
     let posed = model.posed;
     if options.train.is_some() {
         return Ok(Vec::new());

@@ -6,24 +6,21 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
-use serde::Serialize;
-
 use stiffbench_beams::robot::ModelParameter;
-use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 use crate::fit::FactorStatus;
-use crate::mismatch::{BadReading, BadReadingKind};
+use crate::mismatch::{BadReading, OtherJointValue, slip};
 use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_READINGS};
 use crate::search::push_orthonormal;
 
-use super::bad_positions::{OtherJointValue, bad_positions};
+use super::bad_positions::bad_positions;
 use super::basis::{Basis, moves};
 use super::far_value::{FarValue, LEAST_SCATTER, ScatterCase, scatter_of};
 use crate::elastostatics::error::LoadCaseFitError;
 use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
 use crate::elastostatics::frames::PositionFrames;
-use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit, in_micro, micro_unit};
+use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit};
 use crate::elastostatics::posed::PosedLoadCases;
 use crate::elastostatics::prediction::PredictedMotions;
 use crate::elastostatics::problem::LoadCaseModel;
@@ -47,96 +44,6 @@ pub(super) const REST_IS_NOISE: f64 = 0.05;
 
 /// Or the value stands alone: so many times as far off as the next, in standard errors. What a model lacks spreads over many values.
 pub(super) const STANDS_ALONE: f64 = 4.0;
-
-/// A value that contradicts others.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "BadLoadCaseValueReport")]
-pub struct BadLoadCaseValue {
-    /// Its place among the rows.
-    #[serde(skip)]
-    pub row: usize,
-    /// Line of the table.
-    pub line: u32,
-    /// The pose.
-    pub pose: PoseId,
-    /// Its name, for example `displacement x`.
-    pub component: &'static str,
-    /// Its axis among the stated ones.
-    #[serde(skip)]
-    pub axis: Direction,
-    /// `um` or `urad`: the unit of what follows in JSON; here m or rad.
-    pub unit: &'static str,
-    /// What was read.
-    #[serde(serialize_with = "in_micro")]
-    pub value: f64,
-    /// What the others let expect.
-    #[serde(serialize_with = "in_micro")]
-    pub expected: f64,
-    /// Standard error of the difference between both.
-    #[serde(serialize_with = "in_micro")]
-    pub standard_error: f64,
-    /// Lines of its repeats, which contradict it; none where only the fit to all others does: the value may be right and the model wrong.
-    pub repeats: Vec<u32>,
-    /// Chance that noise takes any value of such a table as far.
-    pub p_family: f64,
-    /// Of absolute positions: the value of one joint with which this coordinate and all others that are off with it agree.
-    #[serde(skip)]
-    pub joint: Option<OtherJointValue>,
-}
-
-impl BadLoadCaseValue {
-    /// Whether it is a coordinate of an absolute position.
-    #[must_use]
-    pub fn is_position(&self) -> bool {
-        self.component.starts_with("position")
-    }
-
-    /// The same as a reading of a series of one step.
-    #[must_use]
-    pub fn as_reading(&self) -> BadReading {
-        BadReading {
-            reading: self.row,
-            line: self.line,
-            pose: self.pose.clone(),
-            direction: self.axis,
-            rotates: self.unit == "urad",
-            load: None,
-            repeat: 1,
-            step: 1,
-            branch: Branch::Loading,
-            is_last: false,
-            has_repeats: !self.repeats.is_empty(),
-            value_m: self.value,
-            expected_m: self.expected,
-            u_m: self.standard_error,
-            p_family: self.p_family,
-            kind: match self.decimal_places() {
-                _ if self.is_turned() => BadReadingKind::Sign,
-                Some(places) => BadReadingKind::DecimalPoint(places),
-                None => BadReadingKind::Any,
-            },
-        }
-    }
-
-    /// By how many places to the right the decimal point must move for the value to agree with what is expected, within four standard errors.
-    #[must_use]
-    pub fn decimal_places(&self) -> Option<i32> {
-        let mut places = (-4..=4).filter(|places| *places != 0);
-        places.find(|places| self.agrees(self.value * 10_f64.powi(*places)))
-    }
-
-    /// Whether the value agrees with the other sign.
-    #[must_use]
-    pub fn is_turned(&self) -> bool {
-        self.agrees(-self.value)
-    }
-
-    fn agrees(&self, value: f64) -> bool {
-        let near = (value - self.expected).abs() <= 4.0 * self.standard_error;
-        // A value that is nothing but noise agrees with everything.
-        near && self.expected.abs() > 8.0 * self.standard_error
-    }
-}
 
 /// What is known of a value that is tested.
 pub(super) struct TestedValue {
@@ -163,7 +70,7 @@ pub fn bad_load_case_values(
     model: &LoadCaseModel<'_>,
     options: &LoadCaseFitOptions,
     fit: &LoadCaseFit,
-) -> Result<Vec<BadLoadCaseValue>, LoadCaseFitError> {
+) -> Result<Vec<BadReading>, LoadCaseFitError> {
     let posed = model.posed;
     if posed.has_positions() {
         return bad_positions(model, options, fit);
@@ -191,23 +98,29 @@ pub fn bad_load_case_values(
 }
 
 /// Values in the order of the table, with what belongs to them.
-pub(super) fn named(posed: &PosedLoadCases, mut bad: Vec<TestedValue>) -> Vec<BadLoadCaseValue> {
+pub(super) fn named(posed: &PosedLoadCases, mut bad: Vec<TestedValue>) -> Vec<BadReading> {
     bad.sort_by_key(|one| one.row);
     let rows: Vec<_> = posed.rows().collect();
     let named = bad.into_iter().map(|one| {
         let (case, read) = rows[one.row];
-        BadLoadCaseValue {
-            row: one.row,
+        let expected = read.value - one.off;
+        BadReading {
+            reading: one.row,
             line: case.line,
             pose: posed.labels[case.label].clone(),
-            component: read.name(),
-            axis: read.axis(),
-            unit: micro_unit(read.is_rotation()),
-            value: read.value,
-            expected: read.value - one.off,
-            standard_error: one.standard_error,
+            direction: read.axis(),
+            quantity: read.quantity(),
+            load: None,
+            repeat: case.repeat,
+            step: 1,
+            branch: Branch::Loading,
+            is_last: false,
             repeats: one.repeats,
+            value_m: read.value,
+            expected_m: expected,
+            u_m: one.standard_error,
             p_family: one.p,
+            kind: slip(read.value, expected, one.standard_error),
             joint: one.joint,
         }
     });

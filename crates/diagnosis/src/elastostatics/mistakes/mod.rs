@@ -6,6 +6,5 @@ mod basis;
 mod far_value;
 mod table_mistake;
 
-pub use bad_positions::OtherJointValue;
-pub use bad_values::{BadLoadCaseValue, bad_load_case_values};
+pub use bad_values::bad_load_case_values;
 pub use table_mistake::{TableMistake, table_mistake};
