@@ -125,11 +125,13 @@ impl LoadCaseData {
         let (start, others) = springs_apart(&model);
         let acting = ActingPhysics::new(&model.robot, model.mechanism()?, others)?;
         let physics = Some(acting).filter(|acting| !acting.effects.is_empty());
+        let mut steps = GaugeSteps::of(loaded.header.as_ref());
+        steps.force_n = steps.force_n.or_else(|| posed.force_step_n());
         Ok(Self {
             inputs: Inputs::default().with_table(loaded).with_model(&model),
             start,
             physics,
-            steps: GaugeSteps::of(loaded.header.as_ref()),
+            steps,
             model,
             posed,
             warnings,

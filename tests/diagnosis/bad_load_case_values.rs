@@ -50,6 +50,21 @@ fn good_values_are_not_called_bad() {
     }
 }
 
+/// Along y this robot yields by more than a millimetre per newton: a tenth of a newton, the step of the forces, moves what the table has along y by
+/// 35 um however the load lies, where readings scatter by 4 um.
+#[test]
+fn the_step_of_the_forces_is_no_physics() {
+    let robot = "--robot hp-robot --mechanism A";
+    let found = (1..=8).filter(|seed| {
+        let options = format!("{robot} --load-cases 60 --seed {seed}");
+        let diagnosis = Table::simulated(&options, &[]).data("diagnose", robot);
+        !list(&diagnosis["findings"]).is_empty()
+    });
+    // At 5 % more than 2 of 8 come once in 170.
+    let found = found.count();
+    assert!(found <= 2, "{found} of 8");
+}
+
 #[test]
 #[ignore = "a minute; `just nightly` runs it"]
 fn good_values_are_called_bad_in_few_tables() {

@@ -11,7 +11,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use crate::fit::{
     FactorCorrelations, FactorEstimate, FactorStatus, FitParameters, covariance_if_any,
 };
-use crate::mismatch::{Observations, ReadingNoise, estimate_noise};
+use crate::mismatch::{ForceReading, Observations, ReadingNoise, estimate_noise};
 use crate::parameters::ParameterChoice;
 use crate::search::constants::ALTERNATIONS;
 
@@ -237,7 +237,9 @@ fn weighed_fit<'a>(
             .iter()
             .map(|&place| columns[place].clone());
         let free: Vec<Vec<f64>> = free.collect();
-        found = observed.scatter(model, &predicted, &free, options, &mut warm_start)?;
+        let moved = problem.force_components(&fit.values)?;
+        let shown = (&predicted[..], &moved[..]);
+        found = observed.scatter(model, shown, &free, options, &mut warm_start)?;
         *problem.scatter() = only(&found.of_rows);
         set = set.with_start(&fit.free_values)?;
         fit = lowest(&mut problem, &set)?;
@@ -285,11 +287,11 @@ impl TrainedSeries {
     /// The scatter by the noise of a session, as a diagnosis has it: from repeats, else what the fit leaves.
     ///
     /// # Arguments
-    /// - `predicted`: all rows; `free`: derivatives of all rows to what is free.
+    /// - `predicted`, `components`: all rows, and what each component of the force moves them by; `free`: derivatives of all rows to what is free.
     fn scatter(
         &self,
         model: &LoadCaseModel<'_>,
-        predicted: &[f64],
+        (predicted, components): (&[f64], &[[f64; 3]]),
         free: &[Vec<f64>],
         options: &LoadCaseFitOptions,
         warm_start: &mut Option<ReadingNoise>,
@@ -311,14 +313,12 @@ impl TrainedSeries {
             predicted.to_vec()
         };
         let slope_m = of_rows(&moved);
-        let forces = observations.loads.iter().map(|load| load.force_n);
-        let per_force = |(m, n): (&f64, f64)| if n == 0.0 { 0.0 } else { m / n };
-        let compliance: Vec<f64> = slope_m.iter().zip(forces).map(per_force).collect();
+        let by_force: Vec<[f64; 3]> = self.rows.iter().map(|&row| components[row]).collect();
         let predicted = of_rows(predicted);
         let shown = observations.displacement_m.iter().zip(&predicted);
         let residual_m: Vec<f64> = shown.map(|(shown, line)| shown - line).collect();
         let columns = (!by_repeats).then(|| free.iter().map(|one| of_rows(one)).collect());
-        let linear = (&slope_m[..], &compliance[..]);
+        let linear = (&slope_m[..], ForceReading::ByComponents(&by_force));
         let found = estimate_noise(
             observations,
             &residual_m,
@@ -329,7 +329,7 @@ impl TrainedSeries {
         );
         *warm_start = Some(found.noise);
         let noise = &found.noise;
-        let of_rows = RowScatter::of_noise(model.posed, model.steps, noise, &moved);
+        let of_rows = RowScatter::of_noise(model.posed, model.steps, noise, &moved, components);
         let common = of_rows.common_share();
         let kinds = kinds(model.posed);
         let ratios = [1.0, noise.gauges.rotation_ratio];

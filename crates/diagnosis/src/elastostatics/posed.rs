@@ -27,6 +27,12 @@ pub(super) const COMPONENTS: [&str; 9] = [
     "position z",
 ];
 
+/// Different forces whose last digits show the step in which they were read (1): fewer may be round because they were planned. By judgement.
+const SHOW_A_STEP: usize = 30;
+
+/// How far a multiple of a step may be from a whole number by the arithmetic (1).
+const OF_ONE_STEP: f64 = 1e-6;
+
 /// Joint values that differ by no more are readings of one pose, degrees or mm.
 const SAME_POSE: f64 = 1.0;
 
@@ -247,6 +253,25 @@ impl PosedLoadCases {
     pub fn usual_force_n(&self) -> f64 {
         let mut forces: Vec<f64> = self.cases.iter().map(PosedLoad::force_n).collect();
         stiffbench_numeric::statistics::median(&mut forces).unwrap_or_default()
+    }
+
+    /// The step in which components of the force were read, N, by their last digits; `None` of values that show no step, or of which
+    /// too many may have been set.
+    #[must_use]
+    pub fn force_step_n(&self) -> Option<f64> {
+        let forces = self.cases.iter().flat_map(|case| &case.load[..3]);
+        let mut sizes: Vec<f64> = forces.map(|force| force.abs()).collect();
+        sizes.retain(|size| *size > 0.0);
+        sizes.sort_by(f64::total_cmp);
+        sizes.dedup();
+        let is_multiple = |step: &f64| {
+            let mut counts = sizes.iter().map(|size| size / step);
+            counts.all(|count| (count - count.round()).abs() < OF_ONE_STEP)
+        };
+        let mut steps = (-4..=2).rev().map(|power| 10_f64.powi(power));
+        steps
+            .find(is_multiple)
+            .filter(|_| sizes.len() >= SHOW_A_STEP)
     }
 
     /// Variables without a column; under forces at the tool only those count that move it, beside own weight all do.

@@ -7,6 +7,9 @@ use stiffbench_numeric::least_squares::{
     ParameterSet, ResidualFunction,
 };
 
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::Direction;
+
 use crate::fit::FitParameters;
 use crate::mismatch::GaugeSteps;
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
@@ -233,6 +236,32 @@ impl<'a> LoadCaseProblem<'a> {
     pub(super) fn predictions(&mut self, point: &[f64]) -> Result<Vec<f64>, RobotError> {
         let motions = self.motions(point, false)?;
         self.rows(point, &motions.values)
+    }
+
+    /// What each component of the force along x, y, z of the base moves each row by at a point of the coordinates, m/N; nothing of positions, and of
+    /// components that do not act.
+    ///
+    /// # Errors
+    /// [`RobotError`].
+    pub(super) fn force_components(&mut self, point: &[f64]) -> Result<Vec<[f64; 3]>, RobotError> {
+        let factors = self.parameters.values(point);
+        self.mechanics.set_factors_rigid(&factors)?;
+        let rows = self.model.posed.rows().map(|(case, read)| {
+            if read.is_position() {
+                return [0.0; 3];
+            }
+            let pose = self.mechanics.pose(case.pose);
+            Direction::ALL.map(|axis| {
+                let acts = case.load[axis.index()] != 0.0;
+                let along = LoadDirection::of_axis(axis);
+                if acts {
+                    pose.compliance(&read.read_axis(), along)
+                } else {
+                    0.0
+                }
+            })
+        });
+        Ok(rows.collect())
     }
 
     /// What laws add to the rows; nothing without laws.

@@ -5,8 +5,6 @@ use std::ops::Range;
 use indexmap::IndexMap;
 use stiffbench_numeric::statistics::root_mean_square;
 
-use stiffbench_units_and_text::load_direction::LoadDirection;
-
 use super::posed::{PosedLoadCases, ReadComponent};
 use crate::mismatch::{GaugeSteps, ReadingNoise};
 use crate::search::constants::ROUNDING;
@@ -63,13 +61,16 @@ pub(super) fn kinds(posed: &PosedLoadCases) -> Vec<usize> {
         .collect()
 }
 
+/// Errors that the rows of a load case have in common.
+const SHARED: usize = 4;
+
 /// How rows scatter, each by itself and together with the others of its load case.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct RowScatter {
     /// One over the standard deviation of each row by itself; zero of a row that takes no part.
     pub(super) weights: Vec<f64>,
-    /// The standard deviation of each row that it shares with its load case, signed.
-    shared: Vec<f64>,
+    /// The standard deviations of each row that it shares with its load case, signed: by the size of the load, and by its force along x, y, z.
+    shared: Vec<[f64; SHARED]>,
     /// Number of rows of each load case.
     cases: Vec<usize>,
 }
@@ -84,7 +85,7 @@ impl RowScatter {
         let cases = posed.cases.iter();
         Self {
             weights: kinds.iter().map(|kind| sd[*kind].recip()).collect(),
-            shared: vec![0.0; kinds.len()],
+            shared: vec![[0.0; SHARED]; kinds.len()],
             cases: cases.map(|case| case.components.len()).collect(),
         }
     }
@@ -94,29 +95,26 @@ impl RowScatter {
     ///
     /// # Arguments
     /// - `predicted`: every row as it is without error.
+    /// - `components`: what each component of the force moves it by, as of [`ForceReading::ByComponents`](crate::mismatch::ForceReading).
     pub(super) fn of_noise(
         posed: &PosedLoadCases,
         steps: GaugeSteps,
         noise: &ReadingNoise,
         predicted: &[f64],
+        components: &[[f64; 3]],
     ) -> Self {
         let force_step_n = steps.force_n.unwrap_or(0.0);
-        let force_variance = force_step_n * force_step_n / 12.0 + noise.gauges.force_sd_n.powi(2);
+        let force_sd_n = f64::hypot(force_step_n / 12.0_f64.sqrt(), noise.gauges.force_sd_n);
         let mut scatter = Self::default();
-        let mut rows = predicted.iter();
+        let mut rows = predicted.iter().zip(components);
         for case in &posed.cases {
-            let amount = LoadDirection::of_wrench(case.load).map_or(0.0, |(_, amount)| amount);
-            // Of the load, as a share of it.
-            let common = if amount == 0.0 {
-                0.0
-            } else {
-                (noise.run_slope_sd.powi(2) + force_variance / (amount * amount)).sqrt()
-            };
-            for (read, predicted) in case.components.iter().zip(&mut rows) {
+            for (read, (predicted, by_force)) in case.components.iter().zip(&mut rows) {
                 let own = noise.own_variance(&read.read_axis(), *predicted)
                     + (noise.gauges.own_slope_sd * predicted).powi(2);
                 scatter.weights.push(own.sqrt().recip());
-                scatter.shared.push(common * predicted);
+                let [x, y, z] = by_force.map(|moved| force_sd_n * moved);
+                let by_size = noise.run_slope_sd * predicted;
+                scatter.shared.push([by_size, x, y, z]);
             }
             scatter.cases.push(case.components.len());
         }
@@ -127,7 +125,7 @@ impl RowScatter {
     pub(super) fn common_share(&self) -> f64 {
         let rows = self.weights.iter().zip(&self.shared);
         let shares = rows.map(|(weight, shared)| {
-            let common = (weight * shared).powi(2);
+            let common = weight * weight * dot(shared, shared);
             common / (1.0 + common)
         });
         shares.sum::<f64>() / self.weights.len().max(1) as f64
@@ -154,18 +152,32 @@ impl RowScatter {
         for (row, weight) in rows.iter_mut().zip(&self.weights) {
             *row *= weight;
         }
+        let mut units: Vec<[f64; SHARED]> = Vec::new();
         for case in self.rows_of_cases() {
-            let unit = self.shared[case.clone()]
-                .iter()
-                .zip(&self.weights[case.clone()]);
-            let unit: Vec<f64> = unit.map(|(shared, weight)| shared * weight).collect();
-            let squares = dot(&unit, &unit);
-            if squares > 0.0 {
+            let shared = self.shared[case.clone()].iter();
+            let shared = shared.zip(&self.weights[case.clone()]);
+            units.clear();
+            units.extend(shared.map(|(shared, weight)| shared.map(|sd| sd * weight)));
+            let own = &mut rows[case];
+            // What is in common, one after the other, each made white by those before: of A + u uᵀ with A = R Rᵀ a root is R times that of I + v vᵀ,
+            // v = R⁻¹ u.
+            for part in 0..SHARED {
+                let squares: f64 = units.iter().map(|unit| unit[part] * unit[part]).sum();
+                if squares == 0.0 {
+                    continue;
+                }
                 // I - root u uᵀ is the symmetric root of (I + u uᵀ)⁻¹.
                 let root = (1.0 - (1.0 + squares).sqrt().recip()) / squares;
-                let taken = root * dot(&unit, &rows[case.clone()]);
-                for (row, unit) in rows[case].iter_mut().zip(&unit) {
-                    *row -= taken * unit;
+                for later in part + 1..SHARED {
+                    let product: f64 = units.iter().map(|unit| unit[part] * unit[later]).sum();
+                    for unit in &mut units {
+                        unit[later] -= root * product * unit[part];
+                    }
+                }
+                let product = units.iter().zip(&*own).map(|(unit, row)| unit[part] * row);
+                let taken = root * product.sum::<f64>();
+                for (row, unit) in own.iter_mut().zip(&units) {
+                    *row -= taken * unit[part];
                 }
             }
         }
@@ -225,7 +237,11 @@ mod tests {
     fn rows_that_share_a_slope_are_white() {
         let scatter = RowScatter {
             weights: vec![0.5, 0.25, 1.0],
-            shared: vec![3.0, -1.0, 2.0],
+            shared: vec![
+                [3.0, 0.5, 0.0, 1.0],
+                [-1.0, 2.0, 0.0, 0.7],
+                [2.0, 0.0, 1.0, 0.0],
+            ],
             cases: vec![2, 1],
         };
         // L V Lᵀ = 1 with V = diag(1/w²) + s sᵀ in each case.
@@ -237,7 +253,7 @@ mod tests {
         let own = [4.0, 16.0, 1.0];
         let common = |a: usize, b: usize| {
             let of_one_case = (a < 2) == (b < 2);
-            let shared = scatter.shared[a] * scatter.shared[b];
+            let shared = dot(&scatter.shared[a], &scatter.shared[b]);
             if of_one_case { shared } else { 0.0 }
         };
         for i in 0..3 {
@@ -252,10 +268,11 @@ mod tests {
                 assert!((found - expected).abs() < 1e-12, "{i} {j}: {found}");
             }
         }
-        // A row that takes no part takes its share of the slope with it.
+        // A row that takes no part takes its share of what is in common with it.
         let mut without = [7.0, 4.0, 0.0];
         scatter.without(|row| row == 0).whiten(&mut without);
         assert_eq!(without[0], 0.0);
-        assert!((without[1] - 4.0 / 17_f64.sqrt()).abs() < 1e-12);
+        let variance = own[1] + common(1, 1);
+        assert!((without[1] - 4.0 / variance.sqrt()).abs() < 1e-12);
     }
 }

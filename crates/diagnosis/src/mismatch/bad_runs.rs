@@ -216,7 +216,8 @@ fn run_slopes(
     noise: &ReadingNoise,
     suspect: Option<usize>,
 ) -> Vec<RunSlope> {
-    let whitening = NoiseCovariance::new(observations, noise, &screen.slope_m, &screen.compliance);
+    let whitening =
+        NoiseCovariance::new(observations, noise, &screen.slope_m, &screen.compliance[..]);
     let weights = whitening.covariance.weights();
     let mut out = Vec::new();
     for run in 0..observations.runs.len() {

@@ -97,12 +97,13 @@ impl CellSlopes {
             let residual_m: Vec<f64> = shown.map(|(shown, line)| shown - line).collect();
             let noise = if from_repeats {
                 let warm_start = found.as_ref().map(|(noise, ..)| &noise.noise);
-                let linear = (&slope_m[..], &slopes[..]);
+                let linear = (&slope_m[..], slopes.as_slice().into());
                 estimate_noise(&observations, &residual_m, linear, warm_start, None, None)
             } else {
                 noise_about_lines(&observations, &residual_m)
             };
-            let covariance = NoiseCovariance::new(&observations, &noise.noise, &slope_m, &slopes);
+            let covariance =
+                NoiseCovariance::new(&observations, &noise.noise, &slope_m, &slopes[..]);
             let series = all_series(&observations, &covariance)?;
             compliance = series
                 .iter()
@@ -333,7 +334,7 @@ mod tests {
         let compliance: Vec<f64> = (0..n).map(truth).collect();
         let line = |row: usize| truth(row) * both.loads[row].force_n;
         let slope_m: Vec<f64> = (0..n).map(line).collect();
-        let covariance = NoiseCovariance::new(&both, &noise, &slope_m, &compliance);
+        let covariance = NoiseCovariance::new(&both, &noise, &slope_m, &compliance[..]);
         // Exact readings have the true slopes, and so do those off by what the weights do not see.
         both.displacement_m.clone_from(&slope_m);
         let exact = all_series(&both, &covariance).unwrap();

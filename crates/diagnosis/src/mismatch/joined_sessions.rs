@@ -42,6 +42,14 @@ pub(super) struct NoisePart {
     pub(super) steps: GaugeSteps,
 }
 
+impl NoisePart {
+    /// Variance of what was read of a force, by its step and by what scatters, N².
+    pub(super) fn force_variance(&self) -> f64 {
+        let step_n = self.steps.force_n.unwrap_or(0.0);
+        step_n * step_n / 12.0 + self.noise.gauges.force_sd_n.powi(2)
+    }
+}
+
 /// The noise of a session by its own readings, for [`Observations::joined`].
 ///
 /// # Errors
@@ -254,7 +262,7 @@ mod tests {
         let n = one.len();
         let space = |observations: &Observations, noise: &ReadingNoise| {
             let n = observations.len();
-            let noise = NoiseCovariance::new(observations, noise, &slope(n), &zeros(n));
+            let noise = NoiseCovariance::new(observations, noise, &slope(n), &zeros(n)[..]);
             WhiteSpace::new(noise.covariance, &[], &[])
         };
         // Least squares of one size, which is 1 in the first session and 2 in the second, on readings without errors.

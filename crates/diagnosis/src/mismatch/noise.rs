@@ -17,6 +17,7 @@ use stiffbench_units_and_text::read_axis::ReadAxis;
 
 use super::joined_sessions::NoisePart;
 use super::observations::Observations;
+use crate::search::largest;
 use crate::search::{
     Covariance, LowRankBlock, MOST_STATES, Precision, RowErrors, RowMemory, RowStates,
 };
@@ -98,6 +99,31 @@ impl ReadingNoise {
     }
 }
 
+/// How the force was read whose error moves readings, with what a force moves by the baseline, m/N, one a reading.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum ForceReading<'c> {
+    /// By one gauge along the load: displacement per force.
+    AlongLoad(&'c [f64]),
+    /// By its components along x, y, z of the base, each with an error of its own: displacement per component, zero of one that did not act.
+    ByComponents(&'c [[f64; 3]]),
+}
+
+impl ForceReading<'_> {
+    /// The largest displacement per force, m/N.
+    pub(super) fn largest(&self) -> f64 {
+        match self {
+            Self::AlongLoad(compliance) => largest(*compliance),
+            Self::ByComponents(components) => largest(components.as_flattened()),
+        }
+    }
+}
+
+impl<'c> From<&'c [f64]> for ForceReading<'c> {
+    fn from(compliance: &'c [f64]) -> Self {
+        Self::AlongLoad(compliance)
+    }
+}
+
 /// The covariance of readings under a noise, with what it is made of.
 #[derive(Debug, Clone)]
 pub(super) struct NoiseCovariance {
@@ -115,17 +141,17 @@ impl NoiseCovariance {
     ///
     /// # Arguments
     /// - `slope_m`: prediction of the baseline, m, one a reading.
-    /// - `compliance`: displacement per force of the baseline at each reading, m/N.
-    pub(super) fn new(
+    /// - `force`: what its error moves.
+    pub(super) fn new<'c>(
         observations: &Observations,
         noise: &ReadingNoise,
         slope_m: &[f64],
-        compliance: &[f64],
+        force: impl Into<ForceReading<'c>>,
     ) -> Self {
-        let parts = observations.noise_parts(noise);
-        let rows = RowVariances::new(&parts, observations, slope_m, compliance);
+        let (parts, force) = (observations.noise_parts(noise), force.into());
+        let rows = RowVariances::new(&parts, observations, slope_m, force);
         let errors = rows.errors(&parts, observations);
-        let blocks = common_parts(&parts, observations, slope_m);
+        let blocks = common_parts(&parts, observations, slope_m, force);
         Self {
             covariance: Covariance::with_errors(&rows.whole, &errors, blocks),
             noise: *noise,
@@ -140,12 +166,12 @@ impl NoiseCovariance {
         observations: &Observations,
         noise: &ReadingNoise,
         slope_m: &[f64],
-        compliance: &[f64],
+        force: ForceReading<'_>,
     ) -> Precision {
         let parts = observations.noise_parts(noise);
-        let rows = RowVariances::new(&parts, observations, slope_m, compliance);
+        let rows = RowVariances::new(&parts, observations, slope_m, force);
         let errors = rows.errors(&parts, observations);
-        let blocks = common_parts(&parts, observations, slope_m);
+        let blocks = common_parts(&parts, observations, slope_m, force);
         Precision::new(&rows.whole, &errors, blocks)
     }
 
@@ -264,7 +290,7 @@ fn part_of(parts: &[NoisePart], reading: usize) -> &NoisePart {
 struct RowVariances {
     /// By its own errors, m².
     own: Vec<f64>,
-    /// What an error of the force by one standard deviation moves, m.
+    /// What an error of the force by one standard deviation moves, m; nothing where its components were read each by itself.
     force_m: Vec<f64>,
     /// By both, m².
     whole: Vec<f64>,
@@ -275,7 +301,7 @@ impl RowVariances {
         parts: &[NoisePart],
         observations: &Observations,
         slope_m: &[f64],
-        compliance: &[f64],
+        force: ForceReading<'_>,
     ) -> Self {
         let mut rows = Self {
             own: Vec::with_capacity(observations.len()),
@@ -283,10 +309,12 @@ impl RowVariances {
             whole: Vec::with_capacity(observations.len()),
         };
         for part in parts {
-            let (step_n, noise) = (part.steps.force_n.unwrap_or(0.0), part.noise);
-            let force_variance = step_n * step_n / 12.0 + noise.gauges.force_sd_n.powi(2);
+            let (noise, force_variance) = (part.noise, part.force_variance());
             for reading in part.readings.clone() {
-                let c = compliance[reading];
+                let c = match force {
+                    ForceReading::AlongLoad(compliance) => compliance[reading],
+                    ForceReading::ByComponents(_) => 0.0,
+                };
                 let of_force = if observations.loads[reading].force_n == 0.0 {
                     0.0
                 } else {
@@ -403,20 +431,24 @@ fn common_parts(
     parts: &[NoisePart],
     observations: &Observations,
     slope_m: &[f64],
+    force: ForceReading<'_>,
 ) -> impl Iterator<Item = LowRankBlock> {
     groups(observations).map(move |readings| {
-        let noise = &part_of(parts, readings.start).noise;
-        common_part(observations, noise, slope_m, readings)
+        let part = part_of(parts, readings.start);
+        common_part(observations, part, slope_m, force, readings)
     })
 }
 
-/// What readings of a range have in common: a column σ₀ 1 for each zero and σₛ b for each run.
+/// What readings of a range have in common: a column σ₀ 1 for each zero and σₛ b for each run, and of a force that was read by its components one for
+/// each of them in each run.
 fn common_part(
     observations: &Observations,
-    noise: &ReadingNoise,
+    part: &NoisePart,
     slope_m: &[f64],
+    force: ForceReading<'_>,
     readings: Range<usize>,
 ) -> LowRankBlock {
+    let noise = &part.noise;
     let mut columns = Vec::with_capacity(2 * readings.len());
     let only = |member: bool, value: f64| if member { value } else { 0.0 };
     for_each_zero(observations, &readings, |member| {
@@ -427,6 +459,20 @@ fn common_part(
         let each = readings.clone();
         columns.extend(each.map(|r| only(member(r), slope_sd * slope_m[r])));
     });
+    if let ForceReading::ByComponents(components) = force {
+        let force_sd_n = part.force_variance().sqrt();
+        let acts = |axis: usize| readings.clone().any(|r| components[r][axis] != 0.0);
+        let alike = ReadingNoise {
+            gauges: GaugeNoise::ALIKE,
+            ..*noise
+        };
+        for axis in (0..3).filter(|axis| force_sd_n > 0.0 && acts(*axis)) {
+            for_each_slope(observations, &alike, &readings, |_, member| {
+                let each = readings.clone();
+                columns.extend(each.map(|r| only(member(r), force_sd_n * components[r][axis])));
+            });
+        }
+    }
     LowRankBlock {
         rows: readings,
         columns,
@@ -555,7 +601,7 @@ mod tests {
             .collect();
         let loads = both.loads.iter().zip(&compliance);
         let slope_m: Vec<f64> = loads.map(|(load, c)| c * load.force_n).collect();
-        let found = NoiseCovariance::new(&both, &noise, &slope_m, &compliance);
+        let found = NoiseCovariance::new(&both, &noise, &slope_m, &compliance[..]);
         // By the formulas at the head of this file, row by row.
         let force_variance = 0.1_f64.powi(2) / 12.0 + 0.05_f64.powi(2);
         let ratio = |row: usize| if row < n / 2 { 1.5 } else { 0.8 };

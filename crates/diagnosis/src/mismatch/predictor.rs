@@ -4,6 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use stiffbench_beams::physics::{Effect, JointRotations, LawSet, Place, PoseMechanics};
 
+use stiffbench_units_and_text::load_direction::LoadDirection;
+use stiffbench_units_and_text::test_point::Direction;
+
 use super::baseline::{Baseline, PoseSolver};
 use super::changes::LinearisedModel;
 use super::error::MismatchError;
@@ -197,6 +200,36 @@ impl<'a> ReadingPredictor<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Displacement per component of the force along x, y, z of the base at each reading, m/N; zero of a component that does not act.
+    pub(super) fn force_components(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+    ) -> Result<Vec<[f64; 3]>, MismatchError> {
+        let observations = self.observations;
+        let mut out = vec![[0.0; 3]; observations.len()];
+        if let Some(solver) = self.solved(parameters, effects)? {
+            for cell in &observations.cells {
+                let (pose, wrench) = (solver.pose(cell.pose), cell.load.wrench());
+                let moved = Direction::ALL.map(|axis| {
+                    let acts = wrench[axis.index()] != 0.0;
+                    let along = LoadDirection::of_axis(axis);
+                    if acts {
+                        pose.compliance(&cell.read, along)
+                    } else {
+                        0.0
+                    }
+                });
+                for reading in cell.readings.clone() {
+                    if observations.loads[reading].force_n != 0.0 {
+                        out[reading] = moved;
+                    }
+                }
+            }
+        }
+        Ok(out)
     }
 
     /// Derivatives of the baseline's prediction to its parameters, one column of readings after the other, m.

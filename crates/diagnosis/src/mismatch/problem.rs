@@ -10,7 +10,7 @@ use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
 use super::memo::SearchMemo;
-use super::noise::NoiseCovariance;
+use super::noise::{ForceReading, NoiseCovariance};
 use super::observations::Observations;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{Model, WeightedFit, step_of};
@@ -18,6 +18,27 @@ use super::restricted_likelihood::estimate_noise;
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
+
+/// What the linear structure makes of the loads, one value a reading.
+pub(super) struct LinearSlopes {
+    /// Displacement, m.
+    pub(super) slope_m: Vec<f64>,
+    /// Displacement per force along the load, m/N.
+    pub(super) compliance: Vec<f64>,
+    /// The same per component of the force along x, y, z of the base, where each was read by itself.
+    components: Option<Vec<[f64; 3]>>,
+}
+
+impl LinearSlopes {
+    /// What an error of the force moves.
+    pub(super) fn force(&self) -> ForceReading<'_> {
+        let by_components = self.components.as_deref();
+        by_components.map_or(
+            ForceReading::AlongLoad(&self.compliance),
+            ForceReading::ByComponents,
+        )
+    }
+}
 
 /// The problem: what was observed, and the baseline it is fitted with.
 #[derive(Clone)]
@@ -169,8 +190,7 @@ impl<'a> DiagnosisProblem<'a> {
         if self.observations.is_recording() {
             return Ok(Some(self.observations.noise_of_neighbours(&residual)));
         }
-        let (slope_m, compliance) = self.slope(predictor, model)?;
-        let linear = (&slope_m[..], &compliance[..]);
+        let slopes = self.slope(predictor, model)?;
         let shows_noise = self.observations.has_repeats() || self.observations.has_long_runs();
         let is_known = shows_noise || known.earlier().is_some();
         let columns = if is_known {
@@ -181,7 +201,7 @@ impl<'a> DiagnosisProblem<'a> {
         let found = estimate_noise(
             self.observations,
             &residual,
-            linear,
+            (&slopes.slope_m, slopes.force()),
             self.memory.noise(),
             known.earlier(),
             columns,
@@ -197,29 +217,39 @@ impl<'a> DiagnosisProblem<'a> {
         model: &Model,
         noise: &EstimatedNoise,
     ) -> Result<NoiseCovariance, MismatchError> {
-        let (slope_m, compliance) = self.slope(predictor, model)?;
+        let slopes = self.slope(predictor, model)?;
         Ok(NoiseCovariance::new(
             self.observations,
             &noise.noise,
-            &slope_m,
-            &compliance,
+            &slopes.slope_m,
+            slopes.force(),
         ))
     }
 
-    /// Prediction and compliance of the linear structure.
+    /// Prediction and compliances of the linear structure.
     pub(super) fn slope(
         &self,
         predictor: &mut ReadingPredictor<'a>,
         model: &Model,
-    ) -> Result<(Vec<f64>, Vec<f64>), MismatchError> {
+    ) -> Result<LinearSlopes, MismatchError> {
         let mut compliance = vec![0.0; self.observations.len()];
         predictor.compliance(&model.parameters, &model.effects, &mut compliance)?;
+        // A series has one direction, along which its gauge reads; of loads one by one each component was read by itself.
+        let components = if self.observations.has_series() {
+            None
+        } else {
+            Some(predictor.force_components(&model.parameters, &model.effects)?)
+        };
         let slope_m = compliance
             .iter()
             .zip(&self.observations.loads)
             .map(|(c, load)| c * load.force_n)
             .collect();
-        Ok((slope_m, compliance))
+        Ok(LinearSlopes {
+            slope_m,
+            compliance,
+            components,
+        })
     }
 
     /// Derivatives of the readings to every parameter of a model, m: baseline first, then effects by differences.

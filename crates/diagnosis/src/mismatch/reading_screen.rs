@@ -56,7 +56,8 @@ impl<'a> ReadingScreen<'a> {
         noise: &'a KnownNoise,
     ) -> Result<Self, MismatchError> {
         let bench = DiagnosisProblem::new(baseline, observations);
-        let (mut slope_m, mut compliance) = bench.slope(&mut bench.predictor(), &bench.start())?;
+        let slopes = bench.slope(&mut bench.predictor(), &bench.start())?;
+        let (mut slope_m, mut compliance) = (slopes.slope_m, slopes.compliance);
         for cell in 0..observations.cells.len() {
             let Some(measured) = measured_compliance(observations, cell) else {
                 continue;
@@ -83,7 +84,7 @@ impl<'a> ReadingScreen<'a> {
         let (slope_m, compliance) = (kept(&self.slope_m, keep), kept(&self.compliance, keep));
         // The means of all load steps are free, so that the readings themselves serve as what a model leaves of them.
         let residual_m = &rest.displacement_m;
-        let linear = (&slope_m[..], &compliance[..]);
+        let linear = (&slope_m[..], compliance.as_slice().into());
         estimate_noise(
             &rest,
             residual_m,
@@ -98,7 +99,7 @@ impl<'a> ReadingScreen<'a> {
     /// Relative standard uncertainty of the compliance of each cell, by its readings and by the scatter of its runs.
     pub(super) fn relative_uncertainties(&self, noise: &ReadingNoise) -> Vec<f64> {
         let (slope_m, compliance) = (&self.slope_m, &self.compliance);
-        let whitening = NoiseCovariance::new(self.observations, noise, slope_m, compliance);
+        let whitening = NoiseCovariance::new(self.observations, noise, slope_m, &compliance[..]);
         let weights = whitening.covariance.weights();
         let of_cell = |cell: &ObservedCell| {
             let readings = cell.readings.clone();
@@ -120,7 +121,7 @@ impl<'a> ReadingScreen<'a> {
         }
         let kept = |values: &[f64]| kept(&values[readings.clone()], &keep[readings.clone()]);
         let (slope_m, compliance) = (kept(&self.slope_m), kept(&self.compliance));
-        let whitening = NoiseCovariance::new(&rest, noise, &slope_m, &compliance);
+        let whitening = NoiseCovariance::new(&rest, noise, &slope_m, &compliance[..]);
         let places: Vec<usize> = readings.clone().filter(|&reading| keep[reading]).collect();
         let tested = deleted_residuals(&rest, 0, &whitening).into_iter();
         let in_its_place = |one: Tested| Tested {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::earlier_noise::EarlierNoise;
 use super::estimated_noise::{EstimatedNoise, NoiseBasis};
 use super::free_means::FixedPart;
-use super::noise::{GaugeNoise, NoiseCovariance, ReadingNoise};
+use super::noise::{ForceReading, GaugeNoise, NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 use crate::search::constants::{ASKED_FOR, COARSE, PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD};
 use crate::search::{Precision, SparseRows, largest};
@@ -25,7 +25,7 @@ const MOST_CORRELATED: f64 = 0.98;
 ///
 /// # Arguments
 /// - `residual_m`: readings minus the baseline (and minus effects already found), m.
-/// - `slope_m`, `compliance`: the baseline's prediction and compliance at each reading.
+/// - `slope_m`, `force`: the baseline's prediction at each reading, and what an error of the force moves.
 /// - `warm_start`: the noise of a similar baseline, to start from.
 /// - `earlier`: how earlier sessions scattered; the noise is the likeliest for these readings and those.
 /// - `model`: derivatives of the readings to the parameters, where nothing was repeated: what else is left is the noise.
@@ -33,7 +33,7 @@ const MOST_CORRELATED: f64 = 0.98;
 pub(crate) fn estimate_noise(
     observations: &Observations,
     residual_m: &[f64],
-    (slope_m, compliance): (&[f64], &[f64]),
+    (slope_m, force): (&[f64], ForceReading<'_>),
     warm_start: Option<&ReadingNoise>,
     earlier: Option<&EarlierNoise>,
     model: Option<Vec<Vec<f64>>>,
@@ -61,7 +61,7 @@ pub(crate) fn estimate_noise(
         fixed,
         residual_m,
         slope_m,
-        compliance,
+        force,
         earlier,
         floor_m,
         free_zero_sd_m: 10.0 * largest(&observations.displacement_m),
@@ -71,7 +71,7 @@ pub(crate) fn estimate_noise(
     centre[..2].fill((rough * rough).ln());
     centre[2..4].fill(PRIOR_RUN_SLOPE_SD.powi(2).ln());
     centre[OWN_SLOPE] = PRIOR_RUN_SLOPE_SD.powi(2).ln();
-    centre[FORCE] = 2.0 * (rough / problem.largest_compliance()).ln();
+    centre[FORCE] = 2.0 * (rough / force.largest().max(f64::MIN_POSITIVE)).ln();
     centre[ROTATION] = 2.0 * problem.rotation_ratio().ln();
     let found = match warm_start {
         Some(noise) => {
@@ -199,7 +199,7 @@ struct VarianceProblem<'a> {
     /// Without the mean of each step.
     residual_m: Vec<f64>,
     slope_m: &'a [f64],
-    compliance: &'a [f64],
+    force: ForceReading<'a>,
     earlier: Option<&'a EarlierNoise>,
     floor_m: f64,
     /// What a zero that may be anything scatters by, m.
@@ -269,11 +269,6 @@ impl VarianceProblem<'_> {
         let both = of_kind(true).zip(of_kind(false));
         let ratio = both.map_or(1.0, |(rotation, displacement)| rotation / displacement);
         if ratio.is_normal() { ratio } else { 1.0 }
-    }
-
-    /// Largest displacement per force of any reading, m/N; never zero.
-    fn largest_compliance(&self) -> f64 {
-        largest(self.compliance).max(f64::MIN_POSITIVE)
     }
 
     /// The values that give a noise, within range of `centre`; a zero that may be anything has none.
@@ -376,7 +371,7 @@ impl VarianceProblem<'_> {
     }
 
     fn precision(&self, noise: &ReadingNoise) -> Precision {
-        NoiseCovariance::precision(self.observations, noise, self.slope_m, self.compliance)
+        NoiseCovariance::precision(self.observations, noise, self.slope_m, self.force)
     }
 
     /// Weighted squares left after the fixed part, ln det of its normal matrix, and degrees of freedom.

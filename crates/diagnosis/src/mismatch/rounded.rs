@@ -251,7 +251,7 @@ mod tests {
             ..ReadingNoise::default()
         };
         let zeros = vec![0.0; observations.len()];
-        NoiseCovariance::new(observations, &noise, &zeros, &zeros)
+        NoiseCovariance::new(observations, &noise, &zeros, &zeros[..])
     }
 
     #[test]
@@ -321,7 +321,7 @@ mod tests {
             ..ReadingNoise::default()
         };
         let zeros = vec![0.0; observations.len()];
-        let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros);
+        let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros[..]);
         let stood_m = |run: usize| if run == 0 { 3e-6 } else { -3e-6 };
         let stood: Vec<f64> = observations
             .readings
@@ -381,7 +381,7 @@ mod tests {
             .map(|(load, reading)| -4e-6 * load.force_n * (1.0 + 0.03 * reading.run as f64))
             .collect();
         let zeros = vec![0.0; observations.len()];
-        let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros);
+        let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros[..]);
         for sd_m in [2.5e-6, 5e-6, 1e-5] {
             let mut rng = ChaCha8Rng::seed_from_u64(2);
             let read = predicted.iter().map(|predicted| {

@@ -148,8 +148,8 @@ impl DiagnosisProblem<'_> {
         state: &State,
         seed: u64,
     ) -> Result<LawCriticalValues, MismatchError> {
-        let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
-        let patterns = Patterns::new(self.observations, &compliance);
+        let slopes = self.slope(&mut self.predictor(), &state.fitted.model)?;
+        let patterns = Patterns::new(self.observations, &slopes.compliance);
         let rounded = self.rounded(state)?;
         let null_vectors = rounded
             .as_ref()
@@ -174,8 +174,8 @@ impl DiagnosisProblem<'_> {
         space: &WhiteSpace,
         residuals: &[f64],
     ) -> Result<Vec<(f64, ResidualPattern)>, MismatchError> {
-        let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
-        Ok(Patterns::new(self.observations, &compliance).largest(space, residuals))
+        let slopes = self.slope(&mut self.predictor(), &state.fitted.model)?;
+        Ok(Patterns::new(self.observations, &slopes.compliance).largest(space, residuals))
     }
 
     /// Searches for what is missing.

@@ -104,7 +104,7 @@ pub fn trace(
         parameters: parameters.clone(),
         effects: effects.clone(),
     };
-    let (slope, compliance) = bench.slope(&mut predictor, &model)?;
+    let slopes = bench.slope(&mut predictor, &model)?;
     let mut traced = Vec::new();
     for place in 0..effects.len() {
         let rest = model.without(place).effects;
@@ -117,7 +117,12 @@ pub fn trace(
             });
         }
     }
-    let whitening = NoiseCovariance::new(observations, &diagnosis.noise, &slope, &compliance);
+    let whitening = NoiseCovariance::new(
+        observations,
+        &diagnosis.noise,
+        &slopes.slope_m,
+        slopes.force(),
+    );
     let residuals = [&before, &after].map(|prediction| -> Vec<f64> {
         let measured = observations.displacement_m.iter();
         measured.zip(prediction).map(|(y, p)| y - p).collect()
@@ -133,7 +138,7 @@ pub fn trace(
         within: (about_zeros_m.clone()).map(|r| within_runs(observations, r, &forces)),
         about_zeros: about_zeros_m,
         change: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
-        slope_m: observations.about_zeros(slope),
+        slope_m: observations.about_zeros(slopes.slope_m),
         weights: whitening.covariance.weights(),
     };
     Ok(DiagnosisTrace {

@@ -73,7 +73,7 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let (space, residuals) = bench.space(&state).unwrap();
     let mut predictor = bench.predictor();
     let columns = bench.columns(&mut predictor, model).unwrap();
-    let (_, compliance) = bench.slope(&mut predictor, model).unwrap();
+    let compliance = bench.slope(&mut predictor, model).unwrap().compliance;
     let mut y = bench.raw_residuals(model).unwrap();
     for (known, value) in baseline.parameters().iter().zip(&model.parameters) {
         y.push((known.start - value) / known.prior_sd);

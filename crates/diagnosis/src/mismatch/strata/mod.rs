@@ -91,7 +91,7 @@ impl DiagnosisProblem<'_> {
         let mut predictor = self.predictor();
         let model = &state.fitted.model;
         let columns = self.free_columns(&mut predictor, model)?;
-        let (slope_m, _) = self.slope(&mut predictor, model)?;
+        let slope_m = self.slope(&mut predictor, model)?.slope_m;
         Ok(Decomposition::new(&Setting {
             observations: self.observations,
             whitening: &state.whitening,

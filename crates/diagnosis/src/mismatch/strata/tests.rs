@@ -151,7 +151,7 @@ fn ready(bench: &DiagnosisProblem<'_>, noise: &ReadingNoise) -> Ready {
             .whitening(&mut predictor, &model, &known(*noise))
             .unwrap(),
         columns: bench.columns(&mut predictor, &model).unwrap(),
-        slope_m: bench.slope(&mut predictor, &model).unwrap().0,
+        slope_m: bench.slope(&mut predictor, &model).unwrap().slope_m,
         predicted_m: bench.predicted(&mut bench.predictor(), &model).unwrap(),
         prior_sd: prior_sd(bench.baseline),
     }
