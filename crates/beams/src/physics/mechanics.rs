@@ -8,6 +8,7 @@ use crate::structure::{RotationInfluence, Solver, Structure, StructureError};
 use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::read_axis::ReadAxis;
+use stiffbench_units_and_text::test_point::Direction;
 
 /// A mechanism in fixed poses, solved again with any factors: with rigid joints in all poses side by side, what twists do pose by pose
 /// and only where it is asked for.
@@ -111,6 +112,18 @@ impl PoseMechanics {
     #[must_use]
     pub fn compliance(&self, read: &ReadAxis, load: &LoadDirection) -> f64 {
         product(&self.influence.compliance, read.unit(), load.wrench())
+    }
+
+    /// The same per component of the force of a load along x, y, z of the base; zero of one that does not act.
+    #[must_use]
+    pub fn compliance_by_components(&self, read: &ReadAxis, load: [f64; 6]) -> [f64; 3] {
+        Direction::ALL.map(|axis| {
+            if load[axis.index()] == 0.0 {
+                0.0
+            } else {
+                self.compliance(read, LoadDirection::of_axis(axis))
+            }
+        })
     }
 
     /// Motion per unit of a load that acts along it, m/N or rad/(N·m).

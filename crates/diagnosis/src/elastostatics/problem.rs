@@ -7,9 +7,6 @@ use stiffbench_numeric::least_squares::{
     ParameterSet, ResidualFunction,
 };
 
-use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::Direction;
-
 use crate::fit::FitParameters;
 use crate::mismatch::GaugeSteps;
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
@@ -251,15 +248,7 @@ impl<'a> LoadCaseProblem<'a> {
                 return [0.0; 3];
             }
             let pose = self.mechanics.pose(case.pose);
-            Direction::ALL.map(|axis| {
-                let acts = case.load[axis.index()] != 0.0;
-                let along = LoadDirection::of_axis(axis);
-                if acts {
-                    pose.compliance(&read.read_axis(), along)
-                } else {
-                    0.0
-                }
-            })
+            pose.compliance_by_components(&read.read_axis(), case.load)
         });
         Ok(rows.collect())
     }

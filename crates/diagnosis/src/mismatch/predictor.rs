@@ -4,9 +4,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use stiffbench_beams::physics::{Effect, JointRotations, LawSet, Place, PoseMechanics};
 
-use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::Direction;
-
 use super::baseline::{Baseline, PoseSolver};
 use super::changes::LinearisedModel;
 use super::error::MismatchError;
@@ -212,16 +209,8 @@ impl<'a> ReadingPredictor<'a> {
         let mut out = vec![[0.0; 3]; observations.len()];
         if let Some(solver) = self.solved(parameters, effects)? {
             for cell in &observations.cells {
-                let (pose, wrench) = (solver.pose(cell.pose), cell.load.wrench());
-                let moved = Direction::ALL.map(|axis| {
-                    let acts = wrench[axis.index()] != 0.0;
-                    let along = LoadDirection::of_axis(axis);
-                    if acts {
-                        pose.compliance(&cell.read, along)
-                    } else {
-                        0.0
-                    }
-                });
+                let pose = solver.pose(cell.pose);
+                let moved = pose.compliance_by_components(&cell.read, cell.load.wrench());
                 for reading in cell.readings.clone() {
                     if observations.loads[reading].force_n != 0.0 {
                         out[reading] = moved;
