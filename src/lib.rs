@@ -14,7 +14,7 @@
 //! - `session`: [`session`]. What the operator does next, and the journal that loses nothing. Ends by writing a session folder.
 //! - `beams`: [`structure`], [`robot`], [`physics`]. Three-dimensional beams, a robot as beams in a pose, and the laws that beams leave out.
 //! - `simulation`: [`mod@bench`]. The virtual bench. The noise that makes data lives here, never the noise an analysis assumes.
-//! - `diagnosis`: [`parameters`], [`fit`], [`elastostatics`], [`search`], [`mismatch`], [`distribution`]. Model and measurement together, and the stiffness over the workspace.
+//! - `diagnosis`: [`parameters`], [`fit`], [`search`], [`mismatch`], [`distribution`]. Model and measurement together, and the stiffness over the workspace.
 //! - `figures`: [`plot`]. Plain numbers to SVG and PNG. Opens no files.
 //!
 //! What checks the tool is another program, `stiffbench-validate` in `crates/validation`, built on this one.
@@ -34,7 +34,7 @@ pub mod report;
 pub mod shipped;
 
 pub use stiffbench_beams::{physics, robot, structure};
-pub use stiffbench_diagnosis::{distribution, elastostatics, fit, mismatch, parameters, search};
+pub use stiffbench_diagnosis::{distribution, fit, mismatch, parameters, search};
 pub use stiffbench_figures as plot;
 pub use stiffbench_gauges as instrument;
 pub use stiffbench_measurement::{

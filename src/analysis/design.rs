@@ -1,6 +1,6 @@
 //! What to measure: before a session what a procedure can show, after one what separates the laws that it left open.
 
-use crate::elastostatics::usual_parameters;
+use crate::fit::usual_parameters;
 use crate::mismatch::{
     DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations,
     ProposedMeasurement, RobotBaseline, USUAL_NOISE, design_of_plan, next_measurements,

@@ -1,6 +1,6 @@
 //! Diagnoses: what the model leaves out.
 
-use crate::elastostatics::TableMistake;
+use crate::fit::TableMistake;
 use crate::mismatch::{
     BadReading, BadRun, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise,
     KnownNoise, LawCriticalValues, Located, Location, MismatchError, NextMeasurement, Observations,

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use crate::calibration::CalibrationTableError;
-use crate::elastostatics::LoadCaseFitError;
 use crate::fit::{FitError, StiffnessListError};
 use crate::import::TableImportError;
 use crate::load_cases::LoadCaseError;
@@ -237,10 +236,6 @@ pub enum AnalysisError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     LoadCases(#[from] LoadCaseError),
-    /// Load cases with a robot behind them.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    LoadCaseFit(#[from] LoadCaseFitError),
     /// A `session.toml`.
     #[error(transparent)]
     #[diagnostic(transparent)]

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::elastostatics::{FitKnowledge, PlannedLoadCase, planned_table};
 use crate::fit::{
     BootstrapDraws, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
     MonteCarloSettings, PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis,
     bootstrap_cells, find_lower_minimum, fit_cells, follow_paper,
 };
+use crate::fit::{FitKnowledge, PlannedLoadCase, planned_table};
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::load_cases::LoadCaseTable;
 use crate::mismatch::{CellSlopes, Observations};

@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::elastostatics::{
-    LoadCaseFit, LoadCaseFitOptions, LoadCaseModel, PosedLoadCases, TableMistake, TrackedPoses,
-    bad_load_case_values, fit_load_cases, plan_load_cases, planned_table, table_mistake,
-    usual_choice,
+use crate::fit::{FactorStatus, FitOptions, FitOutcome};
+use crate::fit::{
+    LoadCaseModel, PosedLoadCases, TableMistake, TrackedPoses, bad_load_case_values,
+    fit_load_cases, plan_load_cases, planned_table, table_mistake, usual_choice,
 };
-use crate::fit::FactorStatus;
-use crate::least_squares::SigmaMode;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::mismatch::{BadReading, GaugeSteps};
 use crate::parameters::{FitRole, ParameterChoice};
@@ -21,7 +19,7 @@ use super::data::{OpenSettings, check_calibration, readings_file, session_header
 use super::diagnose::{DiagnoseSettings, DiagnosisReport, diagnose_together};
 use super::error::{AnalysisError, ArgumentError};
 use super::files::{folder_of, is_there, read_bytes, shown};
-use super::fit::{PLANNED, PlannedFit, training_poses};
+use super::fit::{FitSettings, PLANNED, PlannedFit, training_poses};
 use super::hash::sha256;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
@@ -77,19 +75,6 @@ impl LoadedLoadCases {
             needs,
         }
     }
-}
-
-/// How parameters are fitted to load cases.
-#[derive(Debug, Clone, Default)]
-pub struct LoadCaseSettings {
-    /// Names of the poses to fit; the others are held out. `None`: all, assessed by leaving each out in turn.
-    pub train: Option<Vec<String>>,
-    /// Which parameters may move.
-    pub choice: ParameterChoice,
-    /// Known: scatter from repeats. Estimated: from the residuals. `None`: from repeats if there are any.
-    pub sigma: Option<SigmaMode>,
-    /// Whether a diagnosis keeps bad values in the search.
-    pub keep_bad_values: bool,
 }
 
 /// Load cases in the poses and axes of a robot.
@@ -224,7 +209,7 @@ impl LoadCaseData {
     ///
     /// # Errors
     /// For training poses that the data do not have, and a fit that is impossible.
-    pub fn fit(&self, settings: &LoadCaseSettings) -> Result<LoadCaseFit, AnalysisError> {
+    pub fn fit(&self, settings: &FitSettings) -> Result<FitOutcome, AnalysisError> {
         Ok(fit_load_cases(&self.problem()?, &self.options(settings)?)?)
     }
 
@@ -234,8 +219,8 @@ impl LoadCaseData {
     /// As [`LoadCaseData::fit`].
     pub fn bad_values(
         &self,
-        settings: &LoadCaseSettings,
-        fit: &LoadCaseFit,
+        settings: &FitSettings,
+        fit: &FitOutcome,
     ) -> Result<Vec<BadReading>, AnalysisError> {
         let options = self.options(settings)?;
         Ok(bad_load_case_values(&self.problem()?, &options, fit)?)
@@ -247,8 +232,8 @@ impl LoadCaseData {
     /// As [`LoadCaseData::fit`].
     pub fn table_mistake(
         &self,
-        settings: &LoadCaseSettings,
-        fit: &LoadCaseFit,
+        settings: &FitSettings,
+        fit: &FitOutcome,
     ) -> Result<Option<TableMistake>, AnalysisError> {
         let options = self.options(settings)?;
         Ok(table_mistake(&self.problem()?, &options, fit)?)
@@ -258,7 +243,6 @@ impl LoadCaseData {
     ///
     /// # Arguments
     /// - `loaded`: the first of the data.
-    /// - `options`: with the parameters of `settings`.
     /// - `step`: as of [`diagnose_together`].
     ///
     /// # Errors
@@ -266,10 +250,13 @@ impl LoadCaseData {
     pub fn diagnose(
         &mut self,
         loaded: &LoadedLoadCases,
-        settings: &LoadCaseSettings,
         options: DiagnoseSettings,
         step: &dyn Fn(),
     ) -> Result<DiagnosisReport, AnalysisError> {
+        let settings = &FitSettings {
+            choice: options.parameters.clone(),
+            ..FitSettings::default()
+        };
         let fit = self.fit(settings)?;
         let tracker = self.tracked(&fit)?;
         let table_mistake = self.table_mistake(settings, &fit)?;
@@ -314,7 +301,7 @@ impl LoadCaseData {
     }
 
     /// The tools as the tracker of a fit sees them; none of displacements.
-    fn tracked(&self, fit: &LoadCaseFit) -> Result<Option<TrackedPoses>, AnalysisError> {
+    fn tracked(&self, fit: &FitOutcome) -> Result<Option<TrackedPoses>, AnalysisError> {
         let frames = fit.frames.as_ref().map(|fitted| fitted.frames);
         let (robot, mechanism) = (&self.model.robot, self.model.mechanism()?);
         let tracked = frames.map(|frames| self.posed.tracked(robot, mechanism, frames));
@@ -325,7 +312,7 @@ impl LoadCaseData {
     ///
     /// # Errors
     /// For a structure that carries nothing.
-    pub fn plan(&self, fit: &LoadCaseFit) -> Result<PlannedFit, AnalysisError> {
+    pub fn plan(&self, fit: &FitOutcome) -> Result<PlannedFit, AnalysisError> {
         let model = self.problem()?;
         let planned = plan_load_cases(&model, fit, PLANNED)?;
         Ok(PlannedFit {
@@ -335,16 +322,18 @@ impl LoadCaseData {
         })
     }
 
-    fn options(&self, settings: &LoadCaseSettings) -> Result<LoadCaseFitOptions, AnalysisError> {
+    fn options(&self, settings: &FitSettings) -> Result<FitOptions, AnalysisError> {
         let known: Vec<&str> = self.posed.labels.iter().map(PoseId::as_str).collect();
         let train = settings.train.as_deref();
-        Ok(LoadCaseFitOptions {
+        Ok(FitOptions {
             train: train
                 .map(|names| training_poses(names, &known))
                 .transpose()?,
-            choice: settings.choice.clone(),
+            choice: match &settings.choice {
+                Some(choice) => choice.clone(),
+                None => self.usual_choice()?,
+            },
             sigma: settings.sigma,
-            keep_bad_values: settings.keep_bad_values,
         })
     }
 }

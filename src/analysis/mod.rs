@@ -69,7 +69,7 @@ pub use inputs::Inputs;
 pub use integrity::{
     Differences, JournalCheck, TableCheck, compare_with_journal, header_sha256, shortened,
 };
-pub use load_cases::{LoadCaseData, LoadCaseSettings, LoadedLoadCases, refuse_unseen_laws};
+pub use load_cases::{LoadCaseData, LoadedLoadCases, refuse_unseen_laws};
 pub use marked::ReadingMark;
 pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};
 pub use new_robot::{

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::elastostatics::usual_parameters;
+use crate::fit::usual_parameters;
 use crate::mismatch::MismatchError;
 use crate::nearest::nearest;
 use crate::parameters::{FitRole, ParameterChoice};

@@ -1,7 +1,7 @@
 //! Results that are no error and hardly meant: each with its number and the likely cause.
 
-use crate::elastostatics::{LoadCaseFit, PosedLoad, PosedLoadCases, ReadComponent};
 use crate::fit::FitOutcome;
+use crate::fit::{PosedLoad, PosedLoadCases, ReadComponent};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::stiffness::{Method, StiffnessTable};
 
@@ -255,7 +255,7 @@ fn work_nm(case: &PosedLoad) -> f64 {
 
 /// Doubts about load cases and about a model that was fitted to them.
 #[must_use]
-pub fn doubts_about_load_case_fit(posed: &PosedLoadCases, fit: &LoadCaseFit) -> Vec<String> {
+pub fn doubts_about_load_case_fit(posed: &PosedLoadCases, fit: &FitOutcome) -> Vec<String> {
     let mut odd = doubts_about_load_cases(posed);
     let [low, high] = JOINT_NM_PER_RAD;
     let turns = |unit: &str| unit == "rad/(N*m)";

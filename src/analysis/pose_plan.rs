@@ -1,7 +1,7 @@
 //! Procedures with poses of the program's own choice: before a session those that determine the parameters best, after one those that
 //! determine what is open.
 
-use crate::elastostatics::{BestPoses, PlannedLoadCase, PoseReadings, best_poses};
+use crate::fit::{BestPoses, PlannedLoadCase, PoseReadings, best_poses};
 use crate::mismatch::USUAL_NOISE;
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::procedure::{Pace, Procedure};

@@ -1,7 +1,7 @@
 //! `stiffbench diagnose` of load cases.
 
 use crate::analysis::{
-    ArgumentError, DiagnoseSettings, LoadCaseData, LoadCaseSettings, LoadedLoadCases, OpenSettings,
+    ArgumentError, DiagnoseSettings, LoadCaseData, LoadedLoadCases, OpenSettings,
 };
 use crate::physics::Law;
 
@@ -37,10 +37,6 @@ fn of_data(
     let bar = progress(global, "diagnosis (read, search, judge, draw)", 4);
     let choice = data.usual_choice()?;
     let choice = args.parameters.choice_beside(&data.model, choice)?;
-    let settings = LoadCaseSettings {
-        choice: choice.clone(),
-        ..LoadCaseSettings::default()
-    };
     let options = DiagnoseSettings {
         parameters: Some(choice),
         noise: noise(args, &without, global)?,
@@ -48,7 +44,7 @@ fn of_data(
         without,
         keep_outliers: args.keep_outliers,
     };
-    let report = data.diagnose(loaded, &settings, options, &|| bar.inc(1))?;
+    let report = data.diagnose(loaded, options, &|| bar.inc(1))?;
     let mut warnings = data.warnings.clone();
     warnings.extend(report.warnings.iter().cloned());
     let outcome = report_of(args, &report, &data.model, (data.inputs.clone(), warnings))?;

@@ -5,17 +5,21 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::analysis::{
-    ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, derive,
-    doubts_about_fit, open_together, read_text,
+    ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, LoadCaseData,
+    PaperFitSettings, PlannedFit, derive, doubts_about_fit, open_together, read_text,
 };
 use crate::fit::{FitOutcome, PaperFit};
-use crate::report::{ComparedFit, FitReport, ModelComparison, fit_figures};
+use crate::load_cases::write_load_cases;
+use crate::plot::Figure;
+use crate::report::{
+    ComparedFit, FitReport, ModelComparison, component_figures, doubts_about_load_cases,
+    fit_figures,
+};
 use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{BootstrapUnit, FitArgs, Global, MethodArg};
 use super::failure::{Failure, refuse_given};
 use super::figure_files::{write, write_figures, wrote};
-use super::fit_load_cases;
 use super::outcome::Outcome;
 use super::progress::progress;
 
@@ -27,41 +31,107 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     };
     refuse_what_the_method_ignores(args)?;
     let settings = args.calibration.open_settings(global)?;
-    let data = Data::open(&args.data, &settings)?;
-    if let Data::LoadCases(loaded) = &data {
-        return fit_load_cases::run(args, loaded, global);
+    match Data::open(&args.data, &settings)? {
+        Data::LoadCases(loaded) => {
+            refuse_what_needs_cells(args)?;
+            let mut data = LoadCaseData::new(&loaded, &args.model.choice()?)
+                .map_err(|error| Failure::from(error).with_warnings(&loaded.warnings))?;
+            data.join_at(&args.further, &global.open_settings())?;
+            let fitted = of_load_cases(args, &data);
+            finished(args, global, fitted, (data.inputs, data.warnings))
+        }
+        data => {
+            let prepared = prepared(args, data, method, global)?;
+            let fitted = of_cells(args, &prepared, global);
+            finished(args, global, fitted, (prepared.inputs, prepared.warnings))
+        }
     }
-    let prepared = prepared(args, data, method, global)?;
-    let fitted = match args.method {
-        MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
-            let data = FitReport::from(&outcome).of_data(&prepared);
-            (outcome, data)
-        }),
-        MethodArg::Paper => paper(args, &prepared, global).map(|fit| {
-            let data = FitReport::from(&fit).of_data(&prepared);
-            (fit.outcome, data)
-        }),
+}
+
+/// A fit with everything that is printed or written of it.
+struct Fitted {
+    outcome: FitOutcome,
+    report: FitReport,
+    plan: PlannedFit,
+    /// What is doubtful about data and fit.
+    warnings: Vec<String>,
+    figures: Vec<(&'static str, Figure)>,
+}
+
+fn of_cells(args: &FitArgs, prepared: &FitData, global: &Global) -> Result<Fitted, Failure> {
+    let (outcome, report) = match args.method {
+        MethodArg::LeastSquares => {
+            let outcome = least_squares(args, prepared, global)?;
+            let report = FitReport::from(&outcome);
+            (outcome, report)
+        }
+        MethodArg::Paper => {
+            let fit = paper(args, prepared, global)?;
+            let report = FitReport::from(&fit);
+            (fit.outcome, report)
+        }
     };
-    let (outcome, mut data) =
-        fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
-    data.runs_tests = prepared.runs_tests(&outcome)?;
-    data.derived = derive(
+    let mut report = report.of_data(prepared);
+    report.runs_tests = prepared.runs_tests(&outcome)?;
+    if !args.against.is_empty() {
+        report.comparison = Some(compared(&report, &prepared.inputs, &args.against)?);
+    }
+    let table = prepared.session.as_ref().map(|(_, table)| table);
+    let range = args.parameters.choice(&prepared.model)?.range;
+    Ok(Fitted {
+        plan: prepared.plan(&outcome)?,
+        warnings: doubts_about_fit(&outcome),
+        figures: fit_figures(&outcome, table, range),
+        report,
+        outcome,
+    })
+}
+
+fn of_load_cases(args: &FitArgs, data: &LoadCaseData) -> Result<Fitted, Failure> {
+    let usual = data.usual_choice()?;
+    let settings = FitSettings {
+        train: args.train.clone(),
+        choice: Some(args.parameters.choice_beside(&data.model, usual)?),
+        sigma: args.sigma.map(Into::into),
+        ..FitSettings::default()
+    };
+    let outcome = data.fit(&settings)?;
+    if args.next.is_some() && outcome.frames.is_some() {
+        return ArgumentError::refuse(
+            "--next",
+            "the data are absolute positions, and load cases are planned from displacements",
+            "leave it out; what is open is printed with the force that would determine it",
+        );
+    }
+    Ok(Fitted {
+        plan: data.plan(&outcome)?,
+        warnings: doubts_about_load_cases(data, &settings, &outcome)?,
+        figures: component_figures(&outcome, &data.posed, &data.model.robot),
+        report: FitReport::from(&outcome),
+        outcome,
+    })
+}
+
+/// Derives what was asked for, writes files, and prints.
+fn finished(
+    args: &FitArgs,
+    global: &Global,
+    fitted: Result<Fitted, Failure>,
+    (inputs, mut warnings): (Inputs, Vec<String>),
+) -> Result<Outcome, Failure> {
+    let fitted = fitted.map_err(|failure| failure.with_warnings(&warnings))?;
+    let (outcome, plan) = (&fitted.outcome, fitted.plan);
+    let mut report = fitted.report;
+    report.derived = derive(
         &args.derive,
         &outcome.estimates,
         outcome.correlation.as_ref(),
     )?;
-    if !args.against.is_empty() {
-        data.comparison = Some(compared(&data, &prepared.inputs, &args.against)?);
-    }
-    let mut notes = Vec::new();
-    let plan = prepared.plan(&outcome)?;
-    if let Some(file) = &args.next {
-        notes.push(fit_load_cases::write_next(file, &plan)?);
-    }
-    data.next = plan.planned;
-    let text = data.text(&outcome.warnings);
-    let mut warnings = prepared.warnings;
-    warnings.extend(doubts_about_fit(&outcome));
+    let note = args.next.as_ref().map(|file| write_next(file, &plan));
+    let note = note.transpose()?;
+    let report = report.with_next(plan.planned);
+    let text = report.text(outcome);
+    warnings.extend(fitted.warnings);
     // The text has them already.
     if global.json {
         warnings.extend(outcome.warnings.iter().cloned());
@@ -72,19 +142,45 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         written.push(file.clone());
     }
     if let Some(folder) = &args.figures {
-        let table = prepared.session.as_ref().map(|(_, table)| table);
-        let range = args.parameters.choice(&prepared.model)?.range;
-        let figures = fit_figures(&outcome, table, range);
-        written.extend(write_figures(folder, figures, &prepared.inputs)?);
+        written.extend(write_figures(folder, fitted.figures, &inputs)?);
     }
     warnings.extend(wrote(&written));
-    warnings.extend(notes);
+    warnings.extend(note);
     let mut estimates = outcome.estimates.iter();
     let open = estimates.any(|one| one.status.why_open().is_some());
-    Ok(Outcome::new("fit", text, data)
-        .with_inputs(prepared.inputs)
+    Ok(Outcome::new("fit", text, report)
+        .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(if open { 41 } else { 0 }))
+}
+
+/// Writes what is to be measured next: a procedure if the file is TOML, else a table to be filled in. Gives what to say of it.
+fn write_next(file: &Path, plan: &PlannedFit) -> Result<String, Failure> {
+    let ending = file.extension().and_then(|ending| ending.to_str());
+    let name = file.display();
+    if plan.planned.is_empty() {
+        return Ok(format!(
+            "{name} was not written: no parameter is open, or no further force at the tool would narrow it"
+        ));
+    }
+    match ending {
+        Some("toml") => {
+            write(file, plan.procedure.to_toml().as_bytes())?;
+            let text = plan.procedure.text.as_deref().unwrap_or_default();
+            Ok(format!(
+                "wrote {name}: {text}; measure it by stiffbench session run NEW --procedure {name}"
+            ))
+        }
+        Some("csv") => {
+            write(file, write_load_cases(&plan.table).as_bytes())?;
+            Ok(format!("wrote {name}: fill in the displacements"))
+        }
+        _ => ArgumentError::refuse(
+            format!("--next {name}"),
+            "the ending decides what is written, and this one is neither .toml nor .csv",
+            "--next next.toml for a procedure, --next next.csv for a table to be filled in",
+        ),
+    }
 }
 
 /// This fit beside those of other models, which must be of the same cells.
@@ -187,6 +283,21 @@ fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), ArgumentError> {
         ignored,
         &format!("it belongs to --method {method}"),
         |option| format!("add --method {method}, or leave {option} out"),
+    )
+}
+
+/// Options without effect are a misunderstanding, and worth an error.
+fn refuse_what_needs_cells(args: &FitArgs) -> Result<(), ArgumentError> {
+    let of_cells = [
+        ("--method paper", args.method == MethodArg::Paper),
+        ("--bootstrap", args.bootstrap > 0),
+        ("--global-search", args.global_search),
+        ("--against", !args.against.is_empty()),
+    ];
+    refuse_given(
+        &of_cells,
+        "the data are load cases: loads and displacements as vectors, without runs",
+        |_| "leave it out; load cases are fitted by least squares".to_owned(),
     )
 }
 

@@ -24,7 +24,6 @@ mod export;
 pub mod failure;
 pub mod figure_files;
 mod fit;
-mod fit_load_cases;
 mod gauge;
 mod gauge_lines;
 mod global;

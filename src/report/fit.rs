@@ -3,16 +3,14 @@
 use std::fmt::Write;
 
 use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
-use crate::fit::{FitMethod, WeightBasis};
+use crate::fit::PlannedLoadCase;
+use crate::fit::{FactorStatus, FitMethod, FitOutcome, WeightBasis};
 use crate::least_squares::SigmaMode;
 use crate::test_point::PoseId;
 
 use super::correlation::correlation_text;
-use super::fit_report::{FitReport, FittedCellReport, ParameterReport};
-use super::load_case_page::planned_text;
-use super::text::{
-    TextColumn, digits, interval, or_dash, p_text, significant, table_of, with_unit,
-};
+use super::fit_report::{FitReport, FittedCellReport, FramesReport, ParameterReport};
+use super::text::{TextColumn, digits, interval, micro, or_dash, p_text, significant, table_of};
 use crate::count::{counted, degrees_of_freedom};
 use crate::physics::Effect;
 
@@ -22,27 +20,30 @@ const UNLIKELY: f64 = 0.01;
 /// Numbers of marked readings that are printed; JSON has all.
 const NUMBERS_PRINTED: usize = 8;
 
+/// A standard error that a planned load case leaves above this share of itself is not printed.
+const WORTH_PRINTING: f64 = 0.99;
+
 impl FitReport {
-    /// The steps of the paper's method, if it was used; parameters, cells, and what to think of them.
+    /// The steps of the paper's method, if it was used; parameters, cells or errors by pose, and what to think of them.
     ///
     /// # Arguments
-    /// - `warnings`: printed at the end.
+    /// - `outcome`: the fit that this reports.
     #[must_use]
-    pub fn text(&self, warnings: &[String]) -> String {
+    pub fn text(&self, outcome: &FitOutcome) -> String {
         let mut text = self
             .steps
             .as_ref()
             .map_or_else(String::new, |steps| steps.text(&self.mechanism));
-        text.push_str(&result(self, warnings));
+        text.push_str(&result(self, outcome));
         text
     }
 }
 
-fn result(fit: &FitReport, warnings: &[String]) -> String {
+fn result(fit: &FitReport, outcome: &FitOutcome) -> String {
     let mut text = format!(
         "Mechanism {}, {}, {}.\n\n",
         fit.mechanism,
-        method_words(fit.method),
+        method_words(fit),
         fit.termination
     );
     for session in &fit.sessions {
@@ -69,25 +70,7 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
         text.push('\n');
     }
     text.push_str(&held_fixed(&fit.physics));
-    let bootstrap = fit
-        .parameters
-        .iter()
-        .any(|parameter| parameter.ci95_bootstrap.is_some());
-    let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
-        ("parameter", &|one| with_unit(&one.name, one.unit)),
-        ("start", &|one| significant(one.start, 4)),
-        ("value", &|one| digits(one.value, 4)),
-        ("standard error", &|one| digits(one.se, 2)),
-        ("95 % interval", &|one| islands(one)),
-        ("status", &|one| status_words(one.status, one.moved)),
-    ];
-    if bootstrap {
-        columns.insert(
-            5,
-            ("95 %, bootstrap", &|one| interval(one.ci95_bootstrap, 4)),
-        );
-    }
-    text.push_str(&table_of(&fit.parameters, &columns));
+    text.push_str(&parameter_tables(&fit.parameters));
     if let Some(drawn) = &fit.bootstrap {
         let _ = writeln!(
             text,
@@ -100,22 +83,28 @@ fn result(fit: &FitReport, warnings: &[String]) -> String {
     }
     text.push_str(&derived_text(&fit.derived));
     text.push_str(&words(fit));
+    if let Some(frames) = &fit.frames {
+        text.push_str(&frames_table(frames));
+    }
     text.push_str(&agreement_text(fit));
     text.push_str(&runs_text(&fit.runs_tests));
     text.push_str(&correlation_text(fit.correlation.as_ref()));
     text.push('\n');
     text.push_str(&cells_text(fit));
+    if !fit.components.is_empty() {
+        text.push_str(&pose_errors_text(fit, outcome));
+    }
     if let Some(comparison) = &fit.comparison {
         text.push_str(&comparison.text());
     }
-    for warning in warnings {
+    for warning in &outcome.warnings {
         let _ = writeln!(text, "\nnote: {warning}");
     }
     text
 }
 
 /// What acts beside the linear structure; empty without effects.
-pub(super) fn held_fixed(physics: &[Effect]) -> String {
+fn held_fixed(physics: &[Effect]) -> String {
     if physics.is_empty() {
         return String::new();
     }
@@ -150,7 +139,7 @@ fn mark_text(mark: &ReadingMark) -> String {
 }
 
 /// The status of a parameter, and whether the fit left it where it began.
-pub(super) fn status_words(status: &str, moved: Option<bool>) -> String {
+fn status_words(status: &str, moved: Option<bool>) -> String {
     let still = if moved == Some(false) {
         ", did not move"
     } else {
@@ -159,13 +148,106 @@ pub(super) fn status_words(status: &str, moved: Option<bool>) -> String {
     format!("{}{still}", status.replace('_', " "))
 }
 
-/// How much of the parameters the data determine.
-pub(super) fn rank_text(data: &str, [rank, free]: [usize; 2], condition: Option<f64>) -> String {
-    let condition = condition.map_or_else(|| "infinite".to_owned(), |value| significant(value, 3));
+/// How many of the parameters have a value: of those that the Jacobian determines some may fit with any value within their bounds.
+fn rank_text(fit: &FitReport) -> String {
+    let [rank, free] = [fit.rank, fit.free].map(Option::unwrap_or_default);
+    let condition = or_infinite(fit.condition.map(|value| significant(value, 3)));
+    let open = fit.parameters.iter();
+    let open = open.filter(|one| one.status == "not_identified" && one.bounds.is_some());
+    let open: Vec<&str> = open.map(|one| one.name.as_str()).collect();
+    let data = data_words(fit);
+    if open.is_empty() || rank < free {
+        return format!(
+            "The {data} determine {rank} of {} (rank of the Jacobian); condition number {condition}.\n",
+            counted(free, "parameter")
+        );
+    }
     format!(
-        "The {data} determine {rank} of {} (rank of the Jacobian); condition number {condition}.\n",
-        counted(free, "parameter")
+        "The {data} determine {} of {free} parameters: all but {} (the Jacobian has rank {rank}, but the interval does not end within the bounds); condition number {condition}.\n",
+        free.saturating_sub(open.len()),
+        open.join(", ")
     )
+}
+
+/// What a fit has its numbers from.
+fn data_words(fit: &FitReport) -> &'static str {
+    if fit.components.is_empty() {
+        "cells"
+    } else {
+        "poses"
+    }
+}
+
+fn or_infinite(value: Option<String>) -> String {
+    value.unwrap_or_else(|| "infinite".to_owned())
+}
+
+fn interval_in_micro(ends: Option<[f64; 2]>) -> String {
+    interval(ends.map(|ends| ends.map(micro)), 4)
+}
+
+/// Factors and springs, each with start or stiffness, value, standard error and interval; of load cases on rigid links springs alone.
+fn parameter_tables(parameters: &[ParameterReport]) -> String {
+    let bootstrap = parameters.iter().any(|one| one.ci95_bootstrap.is_some());
+    let (springs, factors): (Vec<_>, Vec<_>) = parameters
+        .iter()
+        .partition(|one| one.stiffness_unit.is_some());
+    let mut text = String::new();
+    if factors.iter().any(|one| one.status != "fixed") || springs.is_empty() {
+        let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
+            ("parameter", &|one| one.name.clone()),
+            ("start", &|one| significant(one.start, 4)),
+            ("value", &|one| digits(one.value, 4)),
+            ("standard error", &|one| digits(one.se, 2)),
+            ("95 % interval", &|one| islands(one)),
+            ("status", &|one| status_words(one.status, one.moved)),
+        ];
+        if bootstrap {
+            columns.insert(
+                5,
+                ("95 %, bootstrap", &|one| interval(one.ci95_bootstrap, 4)),
+            );
+        }
+        text.push_str(&table_of(factors, &columns));
+    }
+    if springs.is_empty() {
+        return text;
+    }
+    if !text.is_empty() {
+        text.push('\n');
+    }
+    let stiffness = |one: &&ParameterReport| {
+        or_dash(one.value, |_| {
+            or_infinite(one.stiffness.map(|value| significant(value, 4)))
+        })
+    };
+    let of_stiffness = |one: &&ParameterReport| {
+        or_dash(one.stiffness_ci95, |ends| {
+            let [low, high] = ends.map(|end| or_infinite(end.map(|end| significant(end, 4))));
+            format!("{low} to {high}")
+        })
+    };
+    let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
+        ("spring", &|one| one.name.clone()),
+        ("compliance, 1e-6", &|one| digits(one.value.map(micro), 4)),
+        ("standard error", &|one| digits(one.se.map(micro), 2)),
+        ("95 % interval", &|one| interval_in_micro(one.ci95)),
+        ("stiffness", &stiffness),
+        ("95 % interval", &of_stiffness),
+        ("unit", &|one| {
+            one.stiffness_unit.clone().unwrap_or_default()
+        }),
+        ("status", &|one| status_words(one.status, one.moved)),
+    ];
+    if bootstrap {
+        columns.insert(
+            4,
+            ("95 %, bootstrap", &|one| {
+                interval_in_micro(one.ci95_bootstrap)
+            }),
+        );
+    }
+    text + &table_of(springs, &columns)
 }
 
 /// The 95 % interval, or the islands that it consists of.
@@ -189,21 +271,82 @@ fn words(fit: &FitReport) -> String {
         }
     }
     for combination in &fit.not_determined {
-        let _ = writeln!(text, "Not determined by these cells: {combination}.");
+        let _ = writeln!(
+            text,
+            "Not determined by these {}: {combination}.",
+            data_words(fit)
+        );
     }
     if !text.is_empty() {
         text.insert(0, '\n');
     }
-    if !fit.next.is_empty() {
-        text.push_str(&planned_text(&fit.next, &fit.parameters));
-    }
+    text.push_str(&next_text(fit));
     text
+}
+
+/// How the components of load cases scatter.
+fn component_scatter(fit: &FitReport, basis: WeightBasis) -> String {
+    let displacement = fit.displacement_sd_um;
+    let displacement =
+        displacement.map(|sd| format!("{} um of a displacement", significant(sd, 3)));
+    let rotation = fit.rotation_sd_urad;
+    let rotation = rotation.map(|sd| format!("{} urad of a rotation", significant(sd, 3)));
+    let (source, load_sd, dof) = match basis {
+        WeightBasis::Pooled { run_slope_sd, dof } => ("from the repeats", run_slope_sd, dof),
+        WeightBasis::FromResiduals { run_slope_sd, dof } => {
+            ("from what the fit leaves over the poses", run_slope_sd, dof)
+        }
+        WeightBasis::EachCell | WeightBasis::Stated | WeightBasis::Equal => return String::new(),
+    };
+    let load = (load_sd > 0.0)
+        .then(|| format!("{} % of what a load moves", significant(100.0 * load_sd, 2)));
+    let parts: Vec<String> = [displacement, rotation, load]
+        .into_iter()
+        .flatten()
+        .collect();
+    let lack = fit.p.map_or_else(String::new, |p| {
+        format!(
+            "; lack of fit: reduced chi-squared {}, p = {}",
+            digits(fit.reduced_chi2, 3),
+            p_text(p)
+        )
+    });
+    format!(
+        "\nScatter {source}: {}, {}{lack}.\n",
+        parts.join(", "),
+        degrees_of_freedom(dof)
+    )
+}
+
+/// Further load cases that would determine what is open; of springs that no force loads, that there are none.
+fn next_text(fit: &FitReport) -> String {
+    // Of positions the reason of each spring names what would determine it.
+    if fit.frames.is_some() {
+        return String::new();
+    }
+    if !fit.next.is_empty() {
+        return planned_text(&fit.next, &fit.parameters);
+    }
+    let springs = fit.parameters.iter();
+    let springs =
+        springs.filter(|one| one.stiffness_unit.is_some() && one.status == "not_identified");
+    let open: Vec<&str> = springs.map(|one| one.name.as_str()).collect();
+    if open.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\nNo force at the tool centre would determine {}: apply a moment, or load a point off the axis and state it as `at_mm` of [tool].\n",
+        open.join(", ")
+    )
 }
 
 fn agreement_text(fit: &FitReport) -> String {
     let (Some(sigma), Some(basis)) = (fit.sigma, fit.weights) else {
         return String::new();
     };
+    if !fit.components.is_empty() {
+        return component_scatter(fit, basis) + &rank_text(fit);
+    }
     let sigma = match sigma {
         SigmaMode::Known if matches!(basis, WeightBasis::FromResiduals { .. }) => {
             "scatter from run to run taken from the residuals"
@@ -249,11 +392,54 @@ fn agreement_text(fit: &FitReport) -> String {
                 significant(chi.sqrt(), 3)
             ),
         });
-    let rank = [fit.rank, fit.free].map(Option::unwrap_or_default);
     format!(
         "\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n{}",
-        rank_text("cells", rank, fit.condition)
+        rank_text(fit)
     )
+}
+
+/// Planned load cases with what they do for the parameters.
+fn planned_text(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> String {
+    let mut text =
+        "\nLoad cases that would determine best what is open, one after the other (standard errors now and then):\n"
+            .to_owned();
+    for (place, next) in planned.iter().enumerate() {
+        let errors = next
+            .errors
+            .iter()
+            .filter(|one| one.then < WORTH_PRINTING * one.now);
+        let errors = errors.map(|one| {
+            let own = parameters.iter().find(|own| own.name == one.name);
+            // Of a factor the error of its logarithm is planned; the table has that of its value.
+            let (scale, unit) = match own {
+                Some(own) if own.unit == "1" => (own.value.unwrap_or(1.0), String::new()),
+                Some(own) => (1.0, format!(" {}", own.unit)),
+                None => (1.0, String::new()),
+            };
+            let [now, then] = [one.now, one.then].map(|error| significant(scale * error, 2));
+            format!("{} {now} to {then}{unit}", one.name)
+        });
+        let _ = writeln!(
+            text,
+            "\n{}. {} N along {} in pose {}: {}\n   {}",
+            place + 1,
+            significant(next.force_n, 3),
+            next.direction,
+            next.name,
+            joint_words(next),
+            errors.collect::<Vec<_>>().join(", ")
+        );
+    }
+    text
+}
+
+/// The pose of a planned load case by its joints.
+pub(super) fn joint_words(next: &PlannedLoadCase) -> String {
+    let joints = next.joints_deg.iter();
+    let joints: Vec<String> = joints
+        .map(|(name, value)| format!("{name} {value}"))
+        .collect();
+    joints.join(", ")
 }
 
 /// Quantities that were derived from the parameters; empty without any.
@@ -378,9 +564,108 @@ fn across_text(fit: &FitReport) -> String {
     format!("\n{table}")
 }
 
-fn method_words(method: FitMethod) -> &'static str {
-    match method {
-        FitMethod::LeastSquares => "least squares on ln K of all training cells",
-        FitMethod::Paper => "the paper's procedure",
+/// Base frame and tool point.
+fn frames_table(fitted: &FramesReport) -> String {
+    let frames = &fitted.frames;
+    let values = [
+        frames.base_mm,
+        frames.rotation_vector_deg,
+        frames.tool_point_mm,
+    ];
+    let unit = |unit: &str| if unit == "urad" { "deg" } else { "mm" }.to_owned();
+    let table = table_of(
+        fitted.parameters.iter().zip(values.as_flattened()),
+        &[
+            ("frame", &|(one, _)| one.name.to_owned()),
+            ("value", &|(_, value)| format!("{value:.4}")),
+            ("unit", &|(one, _)| unit(one.unit)),
+            ("standard error", &|(one, _)| {
+                digits(one.standard_error.map(micro), 2)
+            }),
+            ("unit", &|(one, _)| one.unit.to_owned()),
+        ],
+    );
+    format!(
+        "\nBase frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:\n\n{table}"
+    )
+}
+
+/// Root mean square errors of displacements or positions, pose by pose.
+fn pose_errors_text(report: &FitReport, fit: &FitOutcome) -> String {
+    let um = |value: Option<f64>| digits(value.map(micro), 4);
+    let each = report.poses.iter().map(|pose| {
+        let fitted_m = (!fit.is_held_out(&pose.pose)).then_some(pose.fitted_m);
+        let errors = [Some(pose.rigid_m), fitted_m, pose.without_its_pose_m];
+        (pose.pose.to_string(), errors)
+    });
+    let mut rows: Vec<(String, [Option<f64>; 3])> = each.collect();
+    let [_, fitted, unseen] = fit.rms_m();
+    let held_out = fit.held_out_poses();
+    let trained = report.poses.len() - held_out;
+    if held_out > 0 {
+        let of_fit = [fit.rigid_of(false), fitted, None];
+        rows.push((format!("the {trained} of the fit"), of_fit));
+        let left_out = [fit.rigid_of(true), None, unseen];
+        rows.push((format!("the {held_out} left out"), left_out));
+    } else {
+        rows.push(("all".to_owned(), [fit.rigid_rms_m(), fitted, unseen]));
+    }
+    let table = table_of(
+        rows,
+        &[
+            ("pose", &|(name, _)| name.clone()),
+            ("rigid, um", &|(_, errors)| um(errors[0])),
+            ("fitted, um", &|(_, errors)| um(errors[1])),
+            ("without its pose, um", &|(_, errors)| um(errors[2])),
+        ],
+    );
+    let (what, own) = if fit.frames.is_some() {
+        ("positions", ", with base frame and tool point of its own")
+    } else {
+        ("displacements", "")
+    };
+    let moved = fit.estimates.iter();
+    let moved = moved.filter(|one| one.status != FactorStatus::Fixed);
+    let (factors, springs): (Vec<_>, Vec<_>) = moved.partition(|one| one.parameter.is_factor());
+    let without = match (springs.is_empty(), factors.is_empty()) {
+        (false, true) => "fitted springs without compliance",
+        (true, _) => "fitted factors 1",
+        (false, false) => "fitted springs without compliance, fitted factors 1",
+    };
+    let gain = match (fit.rigid_unseen_m(), unseen) {
+        (Some(rigid), Some(unseen)) => format!(
+            "In {}: {} um of the rigid robot -> {} um of the fit.\n",
+            if held_out > 0 {
+                format!("the {} left out", counted(held_out, "pose"))
+            } else {
+                "poses left out".to_owned()
+            },
+            um(Some(rigid)),
+            um(Some(unseen))
+        ),
+        _ => String::new(),
+    };
+    format!(
+        "Root mean square error of the {what}:\n\n{table}Rigid: the robot without what is fitted{own} ({without}).\n{gain}"
+    )
+}
+
+fn method_words(fit: &FitReport) -> String {
+    match fit.method {
+        FitMethod::Paper => "the paper's procedure".to_owned(),
+        FitMethod::LeastSquares if fit.components.is_empty() => {
+            "least squares on ln K of all training cells".to_owned()
+        }
+        FitMethod::LeastSquares => {
+            let cases = fit.components.iter().map(|one| (one.line, one.repeat));
+            let mut cases: Vec<(u32, u32)> = cases.collect();
+            cases.dedup();
+            format!(
+                "least squares on {} of {} in {}",
+                counted(fit.components.len(), "component"),
+                counted(cases.len(), "load case"),
+                counted(fit.poses.len(), "pose")
+            )
+        }
     }
 }

@@ -6,10 +6,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DerivedQuantity, FitData, FittedSession, ReadingMark, RunsTest};
-use crate::elastostatics::PlannedLoadCase;
+use crate::fit::PlannedLoadCase;
 use crate::fit::{
     BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome,
-    FittedCell, FittedCompliance, MonteCarloFit, PaperFit, PoseFit, SequenceStep, WeightBasis,
+    FittedCell, FittedCompliance, FittedComponent, FittedFrames, FrameParameter, MonteCarloFit,
+    PaperFit, PoseError, PoseFit, SequenceStep, WeightBasis,
 };
 use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
@@ -17,11 +18,13 @@ use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
 };
 use crate::reported::Reported;
-use crate::robot::{ElementClass, FittingFactors, ModelParameter};
+use crate::robot::{ElementClass, FittingFactors, ModelParameter, StoredSprings};
 use crate::test_point::{Direction, PoseId};
 
 use super::model_comparison::ModelComparison;
 use super::significance::SignificanceReport;
+use super::simulation::TrackerReport;
+use super::text::micro;
 
 /// A fit.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -32,7 +35,7 @@ pub struct FitReport {
     pub mechanism: String,
     /// What acted beside the beams, held fixed: law, place and parameters.
     pub physics: Vec<Effect>,
-    /// The factors of beams and links by section constant, A, Iy, Iz, J.
+    /// The factors of beams and links by section constant, A, Iy, Iz, J, and the compliances of springs.
     pub factors: ClassFactors,
     /// Every parameter of the model: factors of classes, then single sections and springs.
     pub parameters: Vec<ParameterReport>,
@@ -42,6 +45,12 @@ pub struct FitReport {
     pub sigma: Option<SigmaMode>,
     /// Where the weights come from.
     pub weights: Option<WeightBasis>,
+    /// Standard deviation of a displacement beside what a load scatters by, um; of load cases only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_sd_um: Option<f64>,
+    /// The same of a rotation, urad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_sd_urad: Option<f64>,
     /// Residuals less determined parameters.
     pub dof: Option<usize>,
     /// Sum of squared residuals over `dof`.
@@ -72,12 +81,23 @@ pub struct FitReport {
     /// Every compliance that was measured along another axis than that of the load.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub across: Vec<FittedComplianceReport>,
+    /// Every component of load cases.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<ComponentReport>,
+    /// Root mean square errors of the displacements or positions of load cases.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms: Option<ComponentErrors>,
+    /// The same by pose.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub poses: Vec<PoseError>,
+    /// Base frame and tool point, of absolute positions only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<FramesReport>,
     /// Largest |ratio - 100| over held-out cells, else over all.
     pub max_error_percent: Option<f64>,
     /// Why the search ended.
     pub termination: String,
     /// Further load cases that would determine best what is open, one after the other.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub next: Vec<PlannedLoadCase>,
     /// Quantities that were derived from the parameters.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -90,13 +110,16 @@ pub struct FitReport {
     pub steps: Option<PaperSteps>,
 }
 
-/// Factors by class of element and section constant.
+/// Factors by class of element and section constant, and springs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ClassFactors {
     /// Of beams.
     pub beam: BTreeMap<&'static str, FactorReport>,
     /// Of links.
     pub link: BTreeMap<&'static str, FactorReport>,
+    /// The springs of the fitted model, those that the fit did not move among them.
+    #[serde(flatten)]
+    pub springs: StoredSprings,
 }
 
 /// A factor of a class.
@@ -207,7 +230,63 @@ pub struct FittedComplianceReport {
     pub predicted: Reported,
 }
 
+/// Where the tracker stands, and which point of the tool it measures.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FramesReport {
+    /// As `simulate` writes them.
+    #[serde(flatten)]
+    pub frames: TrackerReport,
+    /// The rotation as a matrix, row by row.
+    pub rotation: [[f64; 3]; 3],
+    /// The nine parameters with their standard errors.
+    pub parameters: Vec<FrameParameter>,
+    /// Root mean square error of the rigid robot, with frames of its own, in poses left out of its fit, um.
+    pub rigid_unseen_um: Option<f64>,
+}
+
+/// Root mean square errors of all displacements, µm.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+pub struct ComponentErrors {
+    /// Of the rigid robot: fitted springs without compliance, fitted factors 1; `null` if no displacement was read, as of the others.
+    pub rigid_um: Option<f64>,
+    /// Of the model with the values that the fit began at, such as springs of the robot file; of positions that of the rigid robot.
+    pub before_um: Option<f64>,
+    /// Of the fitted model, in the poses of the fit.
+    pub fitted_um: Option<f64>,
+    /// In poses that the fit did not know: held-out ones if there are any, else each left out in turn.
+    pub unseen_um: Option<f64>,
+}
+
+/// A component beside what the model says of it.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ComponentReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// Line of the table.
+    pub line: u32,
+    /// n-th application of the load.
+    pub repeat: u32,
+    /// Its name, for example `displacement x`.
+    pub component: &'static str,
+    /// `um` or `urad`; `mm` of a position.
+    pub unit: &'static str,
+    /// What was read.
+    pub measured: f64,
+    /// What the fitted model predicts.
+    pub predicted: f64,
+    /// What a fit without this pose predicts.
+    pub unseen: Option<f64>,
+    /// Whether its pose took no part in the fit.
+    pub held_out: bool,
+}
+
 impl FitReport {
+    /// The same with the load cases that would determine what it leaves open.
+    #[must_use]
+    pub fn with_next(self, next: Vec<PlannedLoadCase>) -> Self {
+        Self { next, ..self }
+    }
+
     /// The same with the marks of the readings behind it, and with the cells named by their sessions, which follow each other.
     #[must_use]
     pub fn of_data(mut self, data: &FitData) -> Self {
@@ -272,6 +351,8 @@ pub struct PoseFitReport {
 impl From<&FitOutcome> for FitReport {
     fn from(outcome: &FitOutcome) -> Self {
         let agreement = outcome.agreement.as_ref();
+        let [displacement_sd, rotation_sd] = agreement.map_or([None; 2], |one| one.component_sd);
+        let [before_um, fitted_um, unseen_um] = outcome.rms_m().map(|rms| rms.map(micro));
         let of_class = |class: ElementClass| {
             let estimates = outcome.estimates.iter();
             estimates
@@ -290,11 +371,14 @@ impl From<&FitOutcome> for FitReport {
             factors: ClassFactors {
                 beam: of_class(ElementClass::Beam),
                 link: of_class(ElementClass::Link),
+                springs: (&outcome.factors).into(),
             },
             parameters: outcome.estimates.iter().map(Into::into).collect(),
             correlation: outcome.correlation.clone(),
             sigma: agreement.map(|agreement| agreement.sigma),
             weights: agreement.map(|agreement| agreement.basis),
+            displacement_sd_um: displacement_sd.map(micro),
+            rotation_sd_urad: rotation_sd.map(micro),
             dof: agreement.map(|agreement| agreement.dof),
             reduced_chi2: agreement.and_then(|agreement| agreement.reduced_chi_squared),
             p: agreement.and_then(|agreement| agreement.p_value),
@@ -311,6 +395,15 @@ impl From<&FitOutcome> for FitReport {
             runs_tests: Vec::new(),
             cells: outcome.cells.iter().map(Into::into).collect(),
             across: outcome.across.iter().map(Into::into).collect(),
+            rms: (!outcome.components.is_empty()).then(|| ComponentErrors {
+                rigid_um: outcome.rigid_rms_m().map(micro),
+                before_um,
+                fitted_um,
+                unseen_um,
+            }),
+            components: outcome.components.iter().map(Into::into).collect(),
+            poses: outcome.pose_errors(),
+            frames: outcome.frames.as_ref().map(Into::into),
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
             next: Vec::new(),
@@ -452,6 +545,44 @@ impl From<&PoseFit> for PoseFitReport {
             sequence: fit.sequence.clone(),
             trials: fit.fit.clone(),
             factors: fit.fit.factors.clone(),
+        }
+    }
+}
+
+impl From<&FittedFrames> for FramesReport {
+    fn from(fitted: &FittedFrames) -> Self {
+        Self {
+            frames: TrackerReport::from(&fitted.frames),
+            rotation: fitted.frames.rotation,
+            parameters: fitted.parameters.to_vec(),
+            rigid_unseen_um: fitted.rigid_unseen_m.map(micro),
+        }
+    }
+}
+
+impl From<&FittedComponent> for ComponentReport {
+    fn from(one: &FittedComponent) -> Self {
+        let scaled = |value: f64| {
+            if one.is_position {
+                1e3 * value
+            } else {
+                micro(value)
+            }
+        };
+        Self {
+            pose: one.pose.clone(),
+            line: one.line,
+            repeat: one.repeat,
+            component: one.component,
+            unit: match (one.is_position, one.is_rotation) {
+                (true, _) => "mm",
+                (_, true) => "urad",
+                _ => "um",
+            },
+            measured: scaled(one.measured),
+            predicted: scaled(one.predicted),
+            unseen: one.without_its_pose.map(scaled),
+            held_out: one.held_out,
         }
     }
 }

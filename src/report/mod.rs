@@ -4,8 +4,10 @@
 
 mod axis_words;
 mod compare;
+mod component_figures;
 mod config;
 mod correlation;
+mod data_checks;
 mod data_export;
 mod demo;
 mod design;
@@ -18,10 +20,6 @@ mod fit;
 mod fit_report;
 mod import;
 mod instrument;
-mod load_case_doubts;
-mod load_case_figures;
-mod load_case_fit;
-mod load_case_page;
 mod map;
 mod model_comparison;
 mod model_export;
@@ -43,7 +41,10 @@ mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
 pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
+pub use component_figures::component_figures;
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
+pub use data_checks::doubts_about_load_cases;
+use data_checks::table_mistake_words;
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
 pub use design::design_text;
@@ -60,16 +61,11 @@ pub use explain::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
 pub use figures::{fit_figures, load_displacement_figure, residuals_figure, workspace_figure};
 pub use fit::derived_text;
 pub use fit_report::{
-    ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,
-    PoseFitReport,
+    ClassFactors, ComponentErrors, ComponentReport, FactorReport, FitReport, FittedCellReport,
+    PaperSteps, ParameterReport, PoseFitReport,
 };
 pub use import::{ImportReport, columns_text};
 pub use instrument::*;
-pub use load_case_doubts::doubts_about_load_cases;
-use load_case_doubts::table_mistake_words;
-pub use load_case_figures::load_case_figures;
-pub use load_case_fit::{ComponentReport, FitResult, LoadCaseErrors, LoadCaseFitReport};
-pub use load_case_page::{load_case_fit_text, next_load_cases_text};
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{

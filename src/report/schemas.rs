@@ -7,7 +7,7 @@ use crate::stiffness::StiffnessTable;
 
 use super::{
     BindingReport, ComparisonReport, CompletedWords, CompletionScript, ComplianceReport,
-    DecodeReport, DemoReport, DiagnosisResult, EmulationReport, FigureReport, FitResult,
+    DecodeReport, DemoReport, DiagnosisResult, EmulationReport, FigureReport, FitReport,
     InstrumentList, InstrumentReport, InstrumentSummary, JournalReport, ManualPage, MapResult,
     MobilityReport, ModelExportReport, PaperReport, PlanReport, PortList, ReadReport, RecordReport,
     ReplayReport, RobotReport, RunReport, SessionLog, SessionReplayReport, ShardReport,
@@ -32,7 +32,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("error", schema_of::<super::ErrorReport>()),
         ("explain", schema_of::<super::ExplainResult>()),
         ("export", schema_of::<super::DataExportReport>()),
-        ("fit", schema_of::<FitResult>()),
+        ("fit", schema_of::<FitReport>()),
         ("import", schema_of::<super::ImportReport>()),
         ("instrument", schema_of::<InstrumentReport>()),
         ("instrument-check", schema_of::<InstrumentSummary>()),

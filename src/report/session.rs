@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::elastostatics::BestPoses;
+use crate::fit::BestPoses;
 use crate::load_direction::LoadDirection;
 use crate::session::{
     OmittedReadings, QUESTIONS, Question, RawCheck, Record, SessionCell, SessionEnd, SessionPlan,

@@ -66,7 +66,7 @@ fn six_joint_springs_of_a_real_robot_are_fitted_without_an_option() {
     let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
     assert_eq!(numbers.len(), 2);
     assert!((numbers[0] - size).abs() < 0.2 && (numbers[1] - unseen).abs() < 0.2);
-    assert_eq!(data["agreement"]["scatter_from"], "residuals");
+    assert_eq!(data["weights"]["basis"], "from-residuals");
 }
 
 #[test]

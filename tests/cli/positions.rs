@@ -262,8 +262,8 @@ fn forces_beside_positions_load_what_weight_does_not() {
     let first = parameter(&fit["parameters"], "joint.J1");
     let off = (first["value"].as_f64().unwrap() - 1.2e-6) / first["se"].as_f64().unwrap();
     assert!(off.abs() < 4.5, "{off}");
-    assert_eq!(fit["agreement"]["scatter_from"], "repeats");
-    let sd = fit["agreement"]["displacement_sd_um"].as_f64().unwrap();
+    assert_eq!(fit["weights"]["basis"], "pooled");
+    let sd = fit["displacement_sd_um"].as_f64().unwrap();
     assert!((15.0..25.0).contains(&sd), "{sd}");
 }
 

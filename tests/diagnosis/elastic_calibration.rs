@@ -47,9 +47,7 @@ fn springs_and_frames_are_those_of_scipy() {
                     let se = known["se"].as_f64().map(|um| 1e-6 * um);
                     (1e-3 * number(&frames[own][axis()]), se)
                 }
-                None if name == "scatter" => {
-                    (1e-6 * number(&fit["agreement"]["displacement_sd_um"]), None)
-                }
+                None if name == "scatter" => (1e-6 * number(&fit["displacement_sd_um"]), None),
                 None => (1e-6 * number(&fit["rms"]["before_um"]), None),
             };
             let off = (value - expected.number(row, "value")).abs();

@@ -57,12 +57,11 @@ fn a_real_robot_gives_the_springs_that_numpy_gives() {
     assert!((before - 996.0).abs() < 1.0, "{before}");
     assert!((unseen - 234.0).abs() < 1.0, "{unseen}");
     assert!(fitted < unseen);
-    let agreement = &fit["agreement"];
-    assert_eq!(agreement["scatter_from"], "residuals");
+    assert_eq!(fit["weights"]["basis"], "from-residuals");
     for (key, expected) in [("dof", 123), ("rank", 6), ("free", 6)] {
-        assert_eq!(agreement[key], expected, "{key}");
+        assert_eq!(fit[key], expected, "{key}");
     }
-    assert!((number(&agreement["condition"]) - 3.49).abs() < 0.01);
+    assert!((number(&fit["condition"]) - 3.49).abs() < 0.01);
 }
 
 /// Joints of the arm in one pose, from the modified DH table alone: a point and the direction of each axis; the axes of the flange, row by
@@ -211,14 +210,13 @@ fn known_springs_are_found_from_repeats_with_their_scatter() {
         let off = (number(&estimate["value"]) - expected) / number(&estimate["se"]);
         assert!(off.abs() < 4.0, "{name}: {off} standard errors off");
     }
-    let agreement = &noisy["agreement"];
-    assert_eq!(agreement["scatter_from"], "repeats");
+    assert_eq!(noisy["weights"]["basis"], "pooled");
     // Four repeats of 36 components have 108 degrees of freedom, less what tells the scatter of the load from that of readings.
-    let dof = number(&agreement["scatter_dof"]);
+    let dof = number(&noisy["weights"]["dof"]);
     assert!((70.0..109.0).contains(&dof), "{dof}");
-    let sd = number(&agreement["displacement_sd_um"]);
+    let sd = number(&noisy["displacement_sd_um"]);
     assert!((sd / 8.0 - 1.0).abs() < 0.3, "{sd}");
-    assert!(number(&agreement["p"]) > 1e-3);
+    assert!(number(&noisy["p"]) > 1e-3);
 }
 
 #[test]

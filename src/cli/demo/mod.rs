@@ -106,7 +106,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
          The paper's own measured stiffness (Table VI)\n\n{}",
         folder.display(),
         stiffness_text(&table, false),
-        fit.text(&outcome.warnings),
+        fit.text(&outcome),
         paper.fits_text()
     );
     let with_inputs = format!("{}{text}", inputs.text());

@@ -11,7 +11,7 @@ use crate::cli::parameter_args::ParameterArgs;
 use crate::cli::procedure::resolve_procedure;
 use crate::clock::Clock;
 use crate::count::counted;
-use crate::elastostatics::{BestPoses, spring_choice};
+use crate::fit::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
 use crate::readings::Instruments;
 use crate::report::{PlanReport, best_poses_text};

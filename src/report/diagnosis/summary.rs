@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
-use crate::elastostatics::TableMistake;
+use crate::fit::TableMistake;
 use crate::mismatch::{
     Contrast, EstimatedValue, ExplainedShare, FactorChange, Finding, HeldOut, Impossible,
     LawAtPlace, Location, MisfitShares, NextMeasurement, Omnibus, Quality, ReadingTrace, Rival,

@@ -1,17 +1,23 @@
 //! From sessions and settings to the data of a report.
 
 use crate::analysis::{
-    AnalysisError, Data, DiagnoseSettings, DiagnosisReport, FitData, FitSettings, LoadedSession,
-    ModelChoice, ResolvedModel, SessionObservations, diagnose_together, resolve_together,
+    AnalysisError, Data, DiagnoseSettings, DiagnosisReport, FitData, FitSettings, LoadCaseData,
+    LoadedLoadCases, LoadedSession, ModelChoice, ResolvedModel, SessionObservations,
+    diagnose_together, resolve_together,
 };
-use crate::report::{COMMIT, ComparisonReport, FitReport};
+use crate::fit::FitOutcome;
+use crate::parameters::ParameterChoice;
+use crate::plot::Figure;
+use crate::report::{
+    COMMIT, ComparisonReport, FitReport, component_figures, doubts_about_load_cases, fit_figures,
+};
 use crate::stiffness::{Comparison, Method, StiffnessTable};
+use crate::test_point::Direction;
 
 use super::conformity::conformity;
 use super::details::{KnownItems, page_items};
 use super::figures::{figures_of_diagnosis, figures_of_fit, readings_figure};
 use super::headline::PageHeadline;
-use super::load_cases::add_load_case_model;
 use super::map::{MappedModel, add_map};
 use super::model::{PageComparison, PageDiagnosis, PageFit, PageModel};
 use super::session::PageSession;
@@ -19,7 +25,7 @@ use super::source::PageSource;
 use super::{PageFigures, PageProgram, PageSettings, ReportPage};
 
 /// Why a report that was asked for without a diagnosis has none.
-pub(super) const NO_DIAGNOSIS: &str = "Diagnosis: not asked for (--no-diagnosis).";
+const NO_DIAGNOSIS: &str = "Diagnosis: not asked for (--no-diagnosis).";
 
 /// Why a report of a session without a robot has neither fit nor diagnosis.
 const NO_ROBOT: &str = "Fit, map and diagnosis: no robot is named (--robot).";
@@ -39,10 +45,11 @@ pub fn session_page(
     template_sha256: &str,
 ) -> Result<ReportPage, AnalysisError> {
     let mut page = bare_page(source, settings, template_sha256);
-    let answered = if source.load_cases.is_empty() {
-        add_model(&mut page, source, choice, settings)
-    } else {
-        add_load_case_model(&mut page, source, choice, settings)
+    let answered = match source.load_cases.split_first() {
+        None => add_model(&mut page, source, choice, settings),
+        Some((first, further)) => {
+            add_load_case_model(&mut page, first, further, (choice, settings))
+        }
     };
     match answered {
         Ok(()) => {}
@@ -121,7 +128,7 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
     }
 }
 
-/// Fit and diagnosis, or why there are none.
+/// Fit and diagnosis of sessions, or why there are none.
 fn add_model(
     page: &mut ReportPage,
     source: &PageSource,
@@ -129,58 +136,115 @@ fn add_model(
     settings: &PageSettings,
 ) -> Result<(), AnalysisError> {
     let model = resolve_together(&source.sessions, choice)?;
-    page.model = Some(PageModel::from(&model));
     let fitted = fitted(source, choice, settings);
-    match fitted {
-        Ok((outcome, numbers)) => {
-            let table = source.tables.first().filter(|_| source.tables.len() == 1);
-            let range = crate::parameters::ParameterChoice::default().range;
-            page.figures.fit = figures_of_fit(&outcome, table, range);
-            page.fit = Some(PageFit::new(&outcome, numbers));
-            let fitted = MappedModel {
-                robot: &model.robot,
-                mechanism: &outcome.mechanism,
-                factors: &outcome.factors,
-                effects: &outcome.physics,
-                estimates: &outcome.estimates,
-                at_load_n: largest_load_n(&source.tables),
-            };
-            let along = outcome.cells.iter().map(|cell| cell.cell.direction);
-            let across = outcome.across.iter().map(|one| one.cell.direction);
-            add_map(page, &fitted, &along.chain(across).collect::<Vec<_>>());
-        }
-        Err(AnalysisError::Argument(error)) => return Err(error.into()),
-        Err(error) => page.leave_out("Fit", &error),
-    }
-    add_diagnosis(page, &source.sessions, &model, settings);
+    add_fit(page, fitted, &model, largest_load_n(&source.tables))?;
+    add_diagnosis(page, settings, |options| {
+        let sessions = source.sessions.iter().map(LoadedSession::observed);
+        let sessions: Vec<SessionObservations> = sessions.collect();
+        diagnose_together(&sessions, &model, options, &|| ())
+    });
     Ok(())
 }
 
-/// Diagnosis of sessions, or why there is none.
+/// The same of load cases.
+fn add_load_case_model(
+    page: &mut ReportPage,
+    first: &LoadedLoadCases,
+    further: &[LoadedLoadCases],
+    (choice, settings): (&ModelChoice, &PageSettings),
+) -> Result<(), AnalysisError> {
+    let mut data = LoadCaseData::new(first, choice)?;
+    for one in further {
+        data.join(one)?;
+    }
+    let choice = data.usual_choice()?;
+    let options = FitSettings {
+        train: settings.train.clone(),
+        choice: Some(choice.clone()),
+        ..FitSettings::default()
+    };
+    let fitted = data.fit(&options).and_then(|outcome| {
+        let warnings = doubts_about_load_cases(&data, &options, &outcome)?;
+        Ok(ShownFit {
+            numbers: FitReport::from(&outcome).with_next(data.plan(&outcome)?.planned),
+            figures: component_figures(&outcome, &data.posed, &data.model.robot),
+            warnings,
+            outcome,
+        })
+    });
+    add_fit(page, fitted, &data.model, data.posed.usual_force_n())?;
+    add_diagnosis(page, settings, |diagnose| {
+        let diagnose = DiagnoseSettings {
+            parameters: Some(choice),
+            ..diagnose
+        };
+        data.diagnose(first, diagnose, &|| ())
+    });
+    Ok(())
+}
+
+/// A fit with what a page has of it.
+struct ShownFit {
+    outcome: FitOutcome,
+    numbers: FitReport,
+    figures: Vec<(&'static str, Figure)>,
+    /// What is doubtful about the data.
+    warnings: Vec<String>,
+}
+
+/// A fit with its figures and the stiffness over the workspace, or why there is none.
+fn add_fit(
+    page: &mut ReportPage,
+    fitted: Result<ShownFit, AnalysisError>,
+    model: &ResolvedModel,
+    at_load_n: f64,
+) -> Result<(), AnalysisError> {
+    page.model = Some(PageModel::from(model));
+    let fitted = match fitted {
+        Ok(fitted) => fitted,
+        Err(AnalysisError::Argument(error)) => return Err(error.into()),
+        Err(error) => {
+            page.leave_out("Fit", &error);
+            return Ok(());
+        }
+    };
+    let outcome = fitted.outcome;
+    page.figures.fit = figures_of_fit(&fitted.figures);
+    page.fit = Some(PageFit::new(&outcome, fitted.numbers));
+    let mapped = MappedModel {
+        robot: &model.robot,
+        mechanism: &outcome.mechanism,
+        factors: &outcome.factors,
+        effects: &outcome.physics,
+        estimates: &outcome.estimates,
+        at_load_n,
+    };
+    let along = outcome.cells.iter().map(|cell| cell.cell.direction);
+    let across = outcome.across.iter().map(|one| one.cell.direction);
+    let components = outcome.components.iter().map(|one| one.axis);
+    let axes: Vec<Direction> = along.chain(across).chain(components).collect();
+    add_map(page, &mapped, &axes);
+    if let Some(session) = page.sessions.first_mut() {
+        session.deviations.extend(fitted.warnings);
+    }
+    Ok(())
+}
+
+/// A diagnosis with its figures, or why there is none.
 fn add_diagnosis(
     page: &mut ReportPage,
-    sessions: &[LoadedSession],
-    model: &ResolvedModel,
     settings: &PageSettings,
+    diagnose: impl FnOnce(DiagnoseSettings) -> Result<DiagnosisReport, AnalysisError>,
 ) {
     if settings.no_diagnosis {
         page.left_out.push(NO_DIAGNOSIS.to_owned());
         return;
     }
-    let diagnose = DiagnoseSettings {
+    let options = DiagnoseSettings {
         seed: settings.seed,
         ..DiagnoseSettings::default()
     };
-    let observed: Vec<SessionObservations> = sessions.iter().map(LoadedSession::observed).collect();
-    show_diagnosis(page, diagnose_together(&observed, model, diagnose, &|| ()));
-}
-
-/// A diagnosis with its figures, or why there is none.
-pub(super) fn show_diagnosis(
-    page: &mut ReportPage,
-    diagnosed: Result<DiagnosisReport, AnalysisError>,
-) {
-    match diagnosed {
+    match diagnose(options) {
         Ok(report) => {
             page.figures.diagnosis = figures_of_diagnosis(&report);
             page.diagnosis = Some(PageDiagnosis::from(&report));
@@ -200,7 +264,7 @@ fn fitted(
     source: &PageSource,
     choice: &ModelChoice,
     settings: &PageSettings,
-) -> Result<(crate::fit::FitOutcome, FitReport), AnalysisError> {
+) -> Result<ShownFit, AnalysisError> {
     let data = match source.sessions.as_slice() {
         [one] => FitData::new(
             Data::Readings(Box::new(one.clone())),
@@ -218,9 +282,16 @@ fn fitted(
     let mut numbers = FitReport::from(&outcome).of_data(&data);
     let mut estimates = outcome.estimates.iter();
     if estimates.any(|one| !one.parameter.is_factor() && one.status.why_open().is_some()) {
-        numbers.next = data.plan(&outcome)?.planned;
+        numbers = numbers.with_next(data.plan(&outcome)?.planned);
     }
-    Ok((outcome, numbers))
+    let table = source.tables.first().filter(|_| source.tables.len() == 1);
+    let range = ParameterChoice::default().range;
+    Ok(ShownFit {
+        figures: fit_figures(&outcome, table, range),
+        numbers,
+        warnings: Vec::new(),
+        outcome,
+    })
 }
 
 impl ReportPage {

@@ -1,9 +1,8 @@
 //! The figures of a report.
 
 use crate::analysis::DiagnosisReport;
-use crate::fit::FitOutcome;
 use crate::plot::Figure;
-use crate::report::{diagnosis_figures, fit_figures, load_displacement_figure};
+use crate::report::{diagnosis_figures, load_displacement_figure};
 use crate::stiffness::StiffnessTable;
 
 use super::PageFigure;
@@ -56,13 +55,8 @@ pub(super) fn readings_figure(sessions: &[(&str, &StiffnessTable)]) -> PageFigur
     page_figure("load-displacement", &figure)
 }
 
-/// Measured against fitted stiffness, and the factors.
-pub(super) fn figures_of_fit(
-    outcome: &FitOutcome,
-    table: Option<&StiffnessTable>,
-    range: [f64; 2],
-) -> Vec<PageFigure> {
-    let figures = fit_figures(outcome, table, range);
+/// Those of a fit but for the correlations, which stand in a table.
+pub(super) fn figures_of_fit(figures: &[(&str, Figure)]) -> Vec<PageFigure> {
     let shown = figures.iter().filter(|(name, _)| *name != "correlation");
     shown
         .map(|(name, figure)| page_figure(*name, figure))

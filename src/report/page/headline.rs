@@ -4,14 +4,14 @@ use indexmap::{IndexMap, IndexSet};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::elastostatics::PlannedLoadCase;
+use crate::fit::PlannedLoadCase;
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
+use crate::report::fit::joint_words;
 use crate::report::fit_report::stiffness_unit;
-use crate::report::load_case_page::joint_words;
 use crate::report::{
-    Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport, FitResult,
-    ParameterReport, significant,
+    Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport, ParameterReport,
+    significant,
 };
 
 use super::ReportPage;
@@ -68,8 +68,7 @@ impl ReportPage {
                 let after = found.factors.iter().map(SpringLine::with_found);
                 springs(after, " with what was found,")
             }
-            (None, Some(FitResult::LoadCases(fit))) => of_fit(&fit.parameters),
-            (None, Some(FitResult::Cells(fit))) => of_fit(&fit.parameters),
+            (None, Some(fit)) => of_fit(&fit.parameters),
             (None, None) => Vec::new(),
         };
         let verdict = diagnosis.map(|diagnosis| diagnosis.headline.clone());
@@ -103,12 +102,8 @@ impl ReportPage {
         let checks = findings.iter();
         let checks = checks.filter_map(|finding| finding.check.as_ref());
         let mut next: Vec<String> = Vec::new();
-        let planned = match self.fit.as_ref().map(|fit| &fit.numbers) {
-            Some(FitResult::LoadCases(fit)) => &fit.next[..],
-            Some(FitResult::Cells(fit)) => &fit.next[..],
-            None => &[],
-        };
-        let planned: IndexSet<String> = planned.iter().map(next_load_case).collect();
+        let planned = self.fit.iter().flat_map(|fit| &fit.numbers.next);
+        let planned: IndexSet<String> = planned.map(next_load_case).collect();
         next.extend(planned);
         for check in checks.map(|check| format!("To check by hand: {check}.")) {
             if !next.contains(&check) && next.len() < CHECKS {

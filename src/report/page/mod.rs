@@ -10,7 +10,6 @@ mod details;
 mod error;
 mod figures;
 mod headline;
-mod load_cases;
 mod map;
 mod model;
 mod packed;

@@ -4,12 +4,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
-use crate::elastostatics::LoadCaseFit;
 use crate::fit::{FitOutcome, FittedCell};
-use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{
-    ComparisonReport, DiagnosisResult, DiagnosisSummary, FitReport, FitResult, LoadCaseFitReport,
-    diagnosis_page, load_case_fit_text, next_load_cases_text, significant,
+    ComparisonReport, DiagnosisResult, DiagnosisSummary, FitReport, diagnosis_page, micro,
+    significant,
 };
 
 use super::blocks::{TextBlock, text_blocks, with_micro_signs};
@@ -37,7 +35,7 @@ pub struct PageFit {
     /// Parameters, cells and what to think of them.
     pub text: Vec<TextBlock>,
     /// All numbers.
-    pub numbers: FitResult,
+    pub numbers: Box<FitReport>,
 }
 
 /// A diagnosis.
@@ -76,50 +74,47 @@ impl From<&ResolvedModel> for PageModel {
 
 impl PageFit {
     pub(super) fn new(outcome: &FitOutcome, numbers: FitReport) -> Self {
-        let held_out = outcome.cells.iter().filter(|cell| cell.held_out).count();
-        let left_out = |cell: &FittedCell| cell.predicted_without_its_pose_n_per_m.is_some();
-        let each = outcome.cells.iter().all(left_out);
-        let what = if held_out > 0 {
-            format!("over {held_out} poses and directions that the fit did not see")
-        } else if !each {
-            "over the poses and directions that it was fitted to".to_owned()
-        } else {
-            "over all poses and directions, each predicted without its own pose".to_owned()
-        };
-        let largest = outcome.max_error_percent();
         Self {
-            validation: largest.map(|percent| {
-                format!(
-                    "The fitted model differs from the measured stiffness by at most {} % {what}.",
-                    significant(percent, 2)
-                )
-            }),
-            text: text_blocks(&numbers.text(&outcome.warnings)),
-            numbers: FitResult::Cells(Box::new(numbers)),
+            validation: if outcome.components.is_empty() {
+                validation_by_cells(outcome)
+            } else {
+                validation_by_components(outcome)
+            },
+            text: text_blocks(&numbers.text(outcome)),
+            numbers: Box::new(numbers),
         }
     }
+}
 
-    pub(super) fn of_load_cases(fit: &LoadCaseFit, numbers: LoadCaseFitReport) -> Self {
-        let text = load_case_fit_text(fit) + &next_load_cases_text(&numbers);
-        let [_, _, unseen] = fit.rms_m();
-        let what = if fit.frames.is_some() {
-            "positions"
-        } else {
-            "displacements"
-        };
-        let validation = fit.rigid_unseen_m().zip(unseen).map(|(rigid, unseen)| {
-            let [rigid, unseen] =
-                [rigid, unseen].map(|rms| significant(rms / METRES_PER_MICROMETRE, 3));
-            format!(
-                "In poses that the fit did not see the model differs from the measured {what} by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
-            )
-        });
-        Self {
-            validation,
-            text: text_blocks(&text),
-            numbers: FitResult::LoadCases(Box::new(numbers)),
-        }
-    }
+fn validation_by_cells(outcome: &FitOutcome) -> Option<String> {
+    let held_out = outcome.cells.iter().filter(|cell| cell.held_out).count();
+    let left_out = |cell: &FittedCell| cell.predicted_without_its_pose_n_per_m.is_some();
+    let each = outcome.cells.iter().all(left_out);
+    let what = if held_out > 0 {
+        format!("over {held_out} poses and directions that the fit did not see")
+    } else if !each {
+        "over the poses and directions that it was fitted to".to_owned()
+    } else {
+        "over all poses and directions, each predicted without its own pose".to_owned()
+    };
+    let percent = significant(outcome.max_error_percent()?, 2);
+    Some(format!(
+        "The fitted model differs from the measured stiffness by at most {percent} % {what}."
+    ))
+}
+
+fn validation_by_components(outcome: &FitOutcome) -> Option<String> {
+    let what = if outcome.frames.is_some() {
+        "positions"
+    } else {
+        "displacements"
+    };
+    let [_, _, unseen] = outcome.rms_m();
+    let [rigid, unseen] =
+        [outcome.rigid_unseen_m()?, unseen?].map(|rms| significant(micro(rms), 3));
+    Some(format!(
+        "In poses that the fit did not see the model differs from the measured {what} by {unseen} µm (root mean square); the rigid robot by {rigid} µm."
+    ))
 }
 
 impl From<&DiagnosisReport> for PageDiagnosis {

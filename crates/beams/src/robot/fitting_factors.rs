@@ -31,7 +31,7 @@ pub struct FittingFactors {
     pub springs: BTreeMap<ModelParameter, f64>,
 }
 
-/// The form in files: springs of joints about their axis and of the base about x, y, z apart from the others.
+/// The form in files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "FittingFactors")]
 struct StoredFactors {
@@ -45,15 +45,22 @@ struct StoredFactors {
     /// Of groups of members, by name, beside those of class and section.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     groups: BTreeMap<String, [f64; 4]>,
+    #[serde(flatten)]
+    springs: StoredSprings,
+}
+
+/// The springs of a model as files have them: those of joints about their axis and of the base about x, y, z apart from the others.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct StoredSprings {
     /// Compliance of joints about their axis, by name, rad/(N·m).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    joints_rad_per_nm: BTreeMap<String, f64>,
+    pub joints_rad_per_nm: BTreeMap<String, f64>,
     /// Compliance of the base about x, y, z through the first support, rad/(N·m).
     #[serde(default, skip_serializing_if = "is_rigid")]
-    base_rad_per_nm: [f64; 3],
+    pub base_rad_per_nm: [f64; 3],
     /// Compliance of all other springs, by the name of the parameter, rad/(N·m) or m/N.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    springs: BTreeMap<String, f64>,
+    pub springs: BTreeMap<String, f64>,
 }
 
 fn is_rigid(base_rad_per_nm: &[f64; 3]) -> bool {
@@ -65,16 +72,20 @@ const BASE_TURNS: [SpringAxis; 3] = [SpringAxis::Rx, SpringAxis::Ry, SpringAxis:
 
 impl From<FittingFactors> for StoredFactors {
     fn from(factors: FittingFactors) -> Self {
-        let mut stored = Self {
+        Self {
+            springs: StoredSprings::from(&factors),
             beam: factors.beam,
             link: factors.link,
             sections: factors.sections,
             groups: factors.groups,
-            joints_rad_per_nm: BTreeMap::new(),
-            base_rad_per_nm: [0.0; 3],
-            springs: BTreeMap::new(),
-        };
-        for (spring, compliance) in factors.springs {
+        }
+    }
+}
+
+impl From<&FittingFactors> for StoredSprings {
+    fn from(factors: &FittingFactors) -> Self {
+        let mut stored = Self::default();
+        for (spring, &compliance) in &factors.springs {
             match spring {
                 ModelParameter::Joint(joint) => {
                     stored
@@ -98,15 +109,15 @@ impl TryFrom<StoredFactors> for FittingFactors {
 
     fn try_from(stored: StoredFactors) -> Result<Self, NotAParameter> {
         let mut springs = BTreeMap::new();
-        for (joint, compliance) in stored.joints_rad_per_nm {
+        for (joint, compliance) in stored.springs.joints_rad_per_nm {
             springs.insert(ModelParameter::Joint(joint.into()), compliance);
         }
-        for (axis, compliance) in BASE_TURNS.into_iter().zip(stored.base_rad_per_nm) {
+        for (axis, compliance) in BASE_TURNS.into_iter().zip(stored.springs.base_rad_per_nm) {
             if compliance != 0.0 {
                 springs.insert(ModelParameter::Base(axis), compliance);
             }
         }
-        for (name, compliance) in stored.springs {
+        for (name, compliance) in stored.springs.springs {
             springs.insert(ModelParameter::spring_named(&name)?, compliance);
         }
         Ok(Self {
@@ -286,7 +297,7 @@ impl FittingFactors {
         };
         table("sections", self.sections.iter().map(factors).collect());
         table("groups", self.groups.iter().map(factors).collect());
-        let stored = StoredFactors::from(self.clone());
+        let stored = StoredSprings::from(self);
         table("joints_rad_per_Nm", compliances(stored.joints_rad_per_nm));
         let base = ["x", "y", "z"].into_iter().zip(stored.base_rad_per_nm);
         let base = base.filter(|(_, compliance)| *compliance != 0.0);

@@ -47,7 +47,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 pub use error::{RobotError, RobotProblem};
 pub use expression::{Expression, ExpressionError};
 pub use file::ElementClass;
-pub use fitting_factors::FittingFactors;
+pub use fitting_factors::{FittingFactors, StoredSprings};
 pub use lengths::FileLength;
 pub use loads::{Balancer, BalancerForce, BodyPoint, MassPlace, PointMass};
 pub use mechanism::Mechanism;

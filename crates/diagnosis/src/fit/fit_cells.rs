@@ -3,21 +3,20 @@
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresFit,
-    Parameter, ParameterCovariance, ParameterRole, ParameterSet, ResidualFunction, SearchOutcome,
-    SearchSettings, SigmaMode, search_for_lower_minimum,
+    LikelihoodSetSettings, Parameter, ParameterCovariance, ParameterRole, ParameterSet,
+    ResidualFunction, SearchOutcome, SearchSettings, SigmaMode, search_for_lower_minimum,
 };
 use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::error::FitError;
-use super::intervals::Profiled;
+use super::intervals::{Profiled, all_minima, covariance_if_any};
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
-use super::outcome::{
-    FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome, FittedCell,
-};
+use super::outcome::{FactorCorrelations, FactorEstimate, FitAgreement, FitMethod, FitOutcome};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use super::weighed_problem::{WeighedProblem, leave_poses_out};
 use crate::parameters::{ParameterChoice, place_of};
 use stiffbench_units_and_text::count::counted;
 
@@ -79,26 +78,37 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         known_dof: training.basis.dof(),
         ..CovarianceSettings::default()
     };
-    let profiled = Profiled::fit(&trained, &mut joint, set, sigma, &settings)?;
-    let Profiled { set, fit, .. } = &profiled;
+    let minima = all_minima(&trained, &mut joint, &set)?;
+    let covariance = |fit: &LeastSquaresFit| covariance_if_any(&set, fit, sigma, &settings);
+    let again = || JointProblem::new(&trained, &parameters).ok();
+    // Physics beside the beams costs a hundred times as much.
+    let fold_starts = if problem.physics.is_some() { 0 } else { 4 };
+    let likelihood = LikelihoodSetSettings {
+        fold_starts,
+        ..LikelihoodSetSettings::default()
+    };
+    let profiled = Profiled::fit(&again, &mut joint, (&set, minima), &covariance, likelihood)?;
+    let fit = &profiled.fit;
     let factors = joint.factors(&fit.values);
-    let mut predicted = vec![0.0; measured.values()];
-    let mut model = problem.measured_model(parameters.parameters())?;
-    model.evaluate(&factors, &mut predicted, None)?;
+    let predicted = JointProblem::new(problem, &parameters)?.predict(&fit.values)?;
     let is_held_out = |pose: &PoseId| !in_training(pose);
     let method = FitMethod::LeastSquares;
     let mut outcome = FitOutcome::plain(
         method,
         problem,
         &parameters,
-        factors,
+        &factors,
         &predicted,
         is_held_out,
     );
     outcome.termination = fit.termination.to_string();
     if let Some(covariance) = &profiled.covariance {
-        profiled.describe(&parameters, &mut outcome);
-        outcome.correlation = Some(FactorCorrelations::of(&parameters, set, covariance));
+        outcome.warnings = profiled.describe(
+            &parameters,
+            &mut outcome.estimates,
+            ["data", "other factors"],
+        );
+        outcome.correlation = Some(FactorCorrelations::of(&parameters, &set, covariance));
         outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
     } else {
         outcome.warnings.push(format!(
@@ -108,7 +118,14 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         ));
     }
     if options.train.is_none() {
-        leave_poses_out(problem, &parameters, set, &mut outcome.cells)?;
+        let mut poses: Vec<&PoseId> = Vec::new();
+        let cells = training.cells.iter().map(|one| &one.cell);
+        let all = cells.chain(training.across.iter().map(|one| &one.cell));
+        let poses: Vec<usize> = all.map(|cell| place_of(&mut poses, &&cell.pose)).collect();
+        let unseen = leave_poses_out(&mut joint, &set, &poses)?;
+        for (cell, unseen) in outcome.cells.iter_mut().zip(unseen) {
+            cell.predicted_without_its_pose_n_per_m = unseen;
+        }
     }
     add_warnings(&mut outcome, fit);
     Ok(outcome)
@@ -217,6 +234,7 @@ fn agreement(
     FitAgreement {
         sigma: covariance.mode,
         basis: training.basis,
+        component_sd: [None; 2],
         dof: covariance.dof,
         reduced_chi_squared: covariance.reduced_chi_squared,
         p_value,
@@ -233,39 +251,6 @@ fn agreement(
             .map(ToString::to_string)
             .collect(),
     }
-}
-
-/// Predicts each pose by a fit that did not know it.
-fn leave_poses_out(
-    problem: &FitProblem<'_>,
-    parameters: &FitParameters,
-    set: &ParameterSet,
-    cells: &mut [FittedCell],
-) -> Result<(), FitError> {
-    let mut poses: Vec<PoseId> = Vec::new();
-    for cell in &problem.measured.cells {
-        place_of(&mut poses, &cell.cell.pose);
-    }
-    for pose in &poses {
-        let others = problem.measured.select(|cell| cell.pose != *pose);
-        if others.values() < set.free_indices().len() {
-            // Too little is left to fit: such a pose has no prediction from the others.
-            continue;
-        }
-        let mut joint = JointProblem::new(&problem.measuring(&others), parameters)?;
-        let fit = joint.minimise(set)?;
-        let factors = joint.factors(&fit.values);
-        let left_out: Vec<usize> = (0..cells.len())
-            .filter(|&i| cells[i].cell.pose == *pose)
-            .collect();
-        let names: Vec<_> = left_out.iter().map(|&i| cells[i].cell.clone()).collect();
-        let mut model = problem.cell_model(parameters.parameters(), &names)?;
-        let predicted = model.stiffness(&factors)?;
-        for (i, k) in left_out.into_iter().zip(predicted) {
-            cells[i].predicted_without_its_pose_n_per_m = Some(k);
-        }
-    }
-    Ok(())
 }
 
 /// What a user should know before using the numbers.

@@ -2,15 +2,16 @@
 
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSet,
-    LikelihoodSetSettings, ParameterCovariance, ParameterSet, ProfileEnd, ProfileSettings,
-    SigmaMode, covariance, minima, spread,
+    LikelihoodSetSettings, LowerMinimum, ParameterCovariance, ParameterSet, ParameterStatus,
+    ProfileEnd, ProfileSettings, SigmaMode, covariance, minima, minimise, spread,
 };
 
 use super::error::FitError;
 use super::joint::JointProblem;
-use super::outcome::{FactorStatus, FitOutcome};
+use super::outcome::{FactorEstimate, FactorStatus};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use super::weighed_problem::WeighedProblem;
 
 /// Starts beside the given one. Sections that carry the same load (Iz and J of the paper's beams) have two minima; of the starts about
 /// half lead to each.
@@ -19,86 +20,171 @@ const STARTS: usize = 48;
 /// Times a fit is begun again because following a factor led to a better one.
 const MOST_RESTARTS: usize = 5;
 
-/// A fit with the likelihood-ratio set of every factor.
+/// A fit with the likelihood-ratio set of every parameter.
 #[derive(Debug)]
-pub(super) struct Profiled {
-    /// Coordinates of the parameters.
-    pub(super) set: ParameterSet,
+pub(crate) struct Profiled {
     /// The lowest minimum.
-    pub(super) fit: LeastSquaresFit,
+    pub(crate) fit: LeastSquaresFit,
     /// Its covariance; `None` if no degrees of freedom are left to estimate the scatter from.
-    pub(super) covariance: Option<ParameterCovariance>,
-    /// The set of each free factor.
-    sets: Vec<LikelihoodSet>,
+    pub(crate) covariance: Option<ParameterCovariance>,
+    /// What is known of each free parameter.
+    sets: Vec<FoundSet>,
+    free: Vec<usize>,
+}
+
+/// The values of a parameter that the data allow.
+#[derive(Debug)]
+enum FoundSet {
+    /// The interval of the covariance: the model is linear, and no bound comes near.
+    Linear(usize),
+    Followed(LikelihoodSet),
 }
 
 impl Profiled {
-    /// Fits from many starts, and follows every factor from every minimum to both sides.
+    /// Follows every parameter from every minimum to both sides; begins again where that leads to a lower one.
+    ///
+    /// Where the model is linear and no bound comes near, the likelihood-ratio interval is that of Student's t.
+    ///
+    /// # Arguments
+    /// - `again`: makes the problem once more.
+    /// - `minima`: lowest first.
+    /// - `covariance_at`: the covariance at a minimum.
+    /// - `settings`: those of its refits are the problem's.
     ///
     /// # Errors
     /// [`FitError`].
-    pub(super) fn fit(
-        problem: &FitProblem<'_>,
-        joint: &mut JointProblem<'_>,
-        set: ParameterSet,
-        sigma: SigmaMode,
-        settings: &CovarianceSettings,
+    pub(crate) fn fit<P: WeighedProblem>(
+        again: &(dyn Fn() -> Option<P> + Sync),
+        problem: &mut P,
+        (set, mut minima): (&ParameterSet, Vec<LeastSquaresFit>),
+        covariance_at: &dyn Fn(
+            &LeastSquaresFit,
+        ) -> Result<Option<ParameterCovariance>, LeastSquaresError>,
+        settings: LikelihoodSetSettings,
     ) -> Result<Self, FitError> {
-        let mut minima = all_minima(problem, joint, &set)?;
-        let at_lowest =
-            |minima: &[LeastSquaresFit]| covariance_if_any(&set, &minima[0], sigma, settings);
-        let mut covariance = at_lowest(&minima)?;
+        let refits = problem.settings();
+        let settings = LikelihoodSetSettings {
+            profile: ProfileSettings {
+                refits,
+                ..settings.profile
+            },
+            ..settings
+        };
+        // Frames come behind the parameters, and have standard errors alone.
+        let own = problem.parameters().parameters().len();
+        let free = set.free_indices().iter().copied();
+        let free: Vec<usize> = free.filter(|place| *place < own).collect();
+        let mut covariance = covariance_at(&minima[0])?;
         let mut sets = Vec::new();
         for _ in 0..MOST_RESTARTS {
-            let Some(covariance_here) = &covariance else {
+            let Some(here) = &covariance else {
                 break;
             };
-            sets = likelihood_sets(problem, &set, &minima, covariance_here, joint)?;
-            let met = sets.iter().filter_map(|found| found.lower_minimum.as_ref());
+            let likelihood = Likelihood {
+                again: || again(),
+                set,
+                minima: &minima,
+                covariance: here,
+                settings: &settings,
+            };
+            sets = Vec::with_capacity(free.len());
+            for &place in &free {
+                let is_lost = matches!(
+                    here.estimates[place].status,
+                    ParameterStatus::NotIdentified { .. }
+                );
+                match problem.is_linear() {
+                    // What the covariance does not hold is lost however far it is followed.
+                    true if is_lost => continue,
+                    true if is_clear_of_bounds(set, &minima[0], here, place) => {
+                        sets.push(FoundSet::Linear(place));
+                        continue;
+                    }
+                    _ => {}
+                }
+                match likelihood.of(problem, place) {
+                    Ok(found) => sets.push(FoundSet::Followed(found)),
+                    // Too few rows: the value has no interval.
+                    Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => {}
+                    Err(error) => return Err(error.into()),
+                }
+            }
+            let met = sets.iter().filter_map(FoundSet::lower_minimum);
             let Some(lowest) = met.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
             else {
                 break;
             };
-            let free = set.free_indices().iter();
-            let start: Vec<f64> = free.map(|&index| lowest.values[index]).collect();
-            let again = joint.minimise(&set.with_start(&start)?)?;
+            let places = set.free_indices().iter();
+            let start: Vec<f64> = places.map(|&index| lowest.values[index]).collect();
+            let again = minimise(problem, &set.with_start(&start)?, &refits)?;
             // A restart that ends no lower has met the floor of rounding.
             if again.objective >= minima[0].objective {
                 break;
             }
             minima.insert(0, again);
-            covariance = at_lowest(&minima)?;
+            covariance = covariance_at(&minima[0])?;
         }
-        let fit = minima.swap_remove(0);
         Ok(Self {
-            set,
-            fit,
+            fit: minima.swap_remove(0),
             covariance,
             sets,
+            free,
         })
     }
 
-    /// Writes intervals into the outcome, and words for factors that have none.
-    pub(super) fn describe(&self, parameters: &FitParameters, outcome: &mut FitOutcome) {
+    /// Writes bounds, standard errors and intervals into the estimates, and words for parameters that have none. Gives what a user should know.
+    ///
+    /// # Arguments
+    /// - `names`: what the rows, and the further parameters, are called.
+    pub(crate) fn describe(
+        &self,
+        parameters: &FitParameters,
+        estimates: &mut [FactorEstimate],
+        names: [&str; 2],
+    ) -> Vec<String> {
+        let mut warnings = Vec::new();
         let Some(covariance) = &self.covariance else {
-            return;
+            return warnings;
         };
-        for &index in self.set.free_indices() {
-            let found = &covariance.estimates[index];
-            outcome.estimates[index].describe(parameters, index, found, ["data", "other factors"]);
+        for &place in &self.free {
+            let found = &covariance.estimates[place];
+            estimates[place].describe(parameters, place, found, names);
         }
         for found in &self.sets {
-            let estimate = &mut outcome.estimates[found.parameter];
-            let scaled = |coordinate: f64| parameters.value(found.parameter, coordinate);
+            let found = match found {
+                FoundSet::Linear(place) => {
+                    let estimate = &mut estimates[*place];
+                    estimate.interval_95 = estimate.quadratic_interval_95;
+                    continue;
+                }
+                FoundSet::Followed(found) => found,
+            };
+            let place = found.parameter;
+            let estimate = &mut estimates[place];
+            let scaled = |coordinate: f64| parameters.value(place, coordinate);
+            // Zero is the end of what is possible of a spring, not of what was looked at: an interval may end there.
+            let rigid = parameters.bounds(place)[0].max(0.0);
+            let is_spring = !estimate.parameter.is_factor();
+            let closed = |end: &ProfileEnd| {
+                let is_rigid = is_spring && end.value() <= rigid;
+                end.closed().or(is_rigid.then_some(rigid)).map(scaled)
+            };
+            let parts = found
+                .parts
+                .iter()
+                .map(|[lower, upper]| Some([closed(lower)?, closed(upper)?]));
+            let parts: Option<Vec<[f64; 2]>> = parts.collect();
+            let is_open = matches!(estimate.status, FactorStatus::NotIdentified { .. });
             let at_bound = matches!(estimate.status, FactorStatus::AtBound { .. });
-            match (found.closed(), found.parts.as_slice()) {
-                (Some(parts), [[lower, _], .., [_, upper]] | [[lower, upper]]) => {
-                    estimate.interval_95 = Some([lower, upper].map(|end| scaled(end.value())));
-                    if parts.len() > 1 {
-                        estimate.islands_95 =
-                            parts.into_iter().map(|part| part.map(scaled)).collect();
+            match (parts.as_deref(), found.parts.as_slice()) {
+                (Some([[lower, _], .., [_, upper]] | [[lower, upper]]), _) => {
+                    estimate.interval_95 = Some([*lower, *upper]);
+                    if let Some(islands) = parts.filter(|parts| parts.len() > 1) {
+                        estimate.islands_95 = islands;
                     }
-                    estimate.status = FactorStatus::Free;
+                    if is_open {
+                        estimate.status = FactorStatus::Free;
+                    }
                 }
                 (_, [[lower, _], .., [_, upper]] | [[lower, upper]]) if !at_bound => {
                     let ends = [lower, upper];
@@ -108,17 +194,27 @@ impl Profiled {
                     } else {
                         ""
                     };
-                    let words = open_words(ends.map(|end| end.closed().map(scaled)), note);
+                    let words = open_words(ends.map(closed), note);
                     estimate.status = FactorStatus::NotIdentified { words };
                 }
                 _ => {}
             }
             if found.lower_minimum.is_some() {
                 let name = &estimate.name;
-                outcome.warnings.push(format!(
+                warnings.push(format!(
                     "{name}: a better fit exists elsewhere; its interval is not to be trusted"
                 ));
             }
+        }
+        warnings
+    }
+}
+
+impl FoundSet {
+    fn lower_minimum(&self) -> Option<&LowerMinimum> {
+        match self {
+            Self::Linear(_) => None,
+            Self::Followed(found) => found.lower_minimum.as_ref(),
         }
     }
 }
@@ -145,35 +241,32 @@ pub(super) fn all_minima(
     Ok(minima(joint, set, starts, &refits)?)
 }
 
-/// The sets of all free factors.
-fn likelihood_sets(
-    problem: &FitProblem<'_>,
+/// Whether, at both ends of the interval of a parameter of a linear model, all parameters stay within their bounds.
+fn is_clear_of_bounds(
     set: &ParameterSet,
-    minima: &[LeastSquaresFit],
+    fit: &LeastSquaresFit,
     covariance: &ParameterCovariance,
-    joint: &mut JointProblem<'_>,
-) -> Result<Vec<LikelihoodSet>, FitError> {
-    let settings = LikelihoodSetSettings {
-        profile: ProfileSettings {
-            refits: joint.settings(),
-            ..ProfileSettings::default()
-        },
-        fold_starts: if problem.physics.is_some() { 0 } else { 4 },
-        ..LikelihoodSetSettings::default()
+    place: usize,
+) -> bool {
+    let Some(ends) = covariance.estimates[place].interval_95 else {
+        return false;
     };
-    let parameters = joint.parameters().clone();
-    let likelihood = Likelihood {
-        again: || JointProblem::new(problem, &parameters).ok(),
-        set,
-        minima,
-        covariance,
-        settings: &settings,
+    let (Some(own), true) = (
+        covariance.of(place, place),
+        fit.at_bound.iter().all(Option::is_none),
+    ) else {
+        return false;
     };
-    let found = set
-        .free_indices()
-        .iter()
-        .map(|&index| likelihood.of(joint, index));
-    Ok(found.collect::<Result<_, _>>()?)
+    let free = set.free_indices().iter().zip(set.free_bounds());
+    ends.iter().all(|end| {
+        free.clone().all(|(&other, (lower, upper))| {
+            let Some(common) = covariance.of(place, other) else {
+                return false;
+            };
+            let there = fit.values[other] + common / own * (end - fit.values[place]);
+            (lower..=upper).contains(&there)
+        })
+    })
 }
 
 /// The covariance at the end of a fit; `None` without degrees of freedom to estimate the scatter from.
@@ -198,7 +291,7 @@ pub(crate) fn covariance_if_any(
 /// # Arguments
 /// - `ends`: its lower and upper end; `None` of an open one.
 /// - `note`: words behind.
-pub(crate) fn open_words(ends: [Option<f64>; 2], note: &str) -> String {
+fn open_words(ends: [Option<f64>; 2], note: &str) -> String {
     match ends {
         [Some(lower), None] => format!("the data only bound it from below: {lower:.3e}{note}"),
         [None, Some(upper)] => format!("the data only bound it from above: {upper:.3e}{note}"),

@@ -14,10 +14,12 @@ use stiffbench_numeric::statistics::root_mean_square;
 use stiffbench_units_and_text::test_point::Cell;
 
 use super::cell_model::CellModel;
+use super::error::FitError;
 use super::measured::MeasuredStiffness;
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::shares::Shares;
+use super::weighed_problem::WeighedProblem;
 
 /// Least uncertainty of ln K that weights are made of. No bench comes near it; readings without scatter, from a simulation, would
 /// otherwise be weighed beyond the nine digits of a solved structure, and no step of the fit could be told from another.
@@ -34,6 +36,8 @@ pub(super) struct JointProblem<'a> {
     along: usize,
     /// Unit of the compliances, m/N.
     unit_m_per_n: f64,
+    /// Covariance of what was measured; `None` if nothing is known of its uncertainty.
+    covariance: Option<DMatrix<f64>>,
     whitening: CellWhitening,
     /// Root of how many times each whitened residual counts.
     root_counts: Vec<f64>,
@@ -42,13 +46,13 @@ pub(super) struct JointProblem<'a> {
     shares: Vec<Shares>,
 }
 
-/// Turns differences of ln K into residuals of unit variance.
+/// Turns differences of ln K into residuals of unit variance, and those of rows that are left out into nothing.
 #[derive(Debug, Clone)]
-enum CellWhitening {
-    /// Nothing is known of the uncertainties: differences as they are.
-    None,
-    /// L⁻¹ of the covariance L Lᵀ, lower triangle row by row.
-    Rows(Vec<f64>),
+struct CellWhitening {
+    /// The rows that take part.
+    kept: Vec<usize>,
+    /// L⁻¹ of their covariance L Lᵀ, lower triangle row by row; `None` where nothing is known of the uncertainties: differences as they are.
+    inverse: Option<Vec<f64>>,
 }
 
 impl<'a> JointProblem<'a> {
@@ -65,13 +69,15 @@ impl<'a> JointProblem<'a> {
         let along = measured.cells.iter().map(|one| one.stiffness_n_per_m.ln());
         let across = compliances.map(|compliance| compliance / unit_m_per_n);
         let count = measured.values();
+        let covariance = covariance_of(measured, unit_m_per_n);
         Ok(Self {
             model: problem.measured_model(parameters.parameters())?,
             parameters: parameters.clone(),
             measured: along.chain(across).collect(),
             along: measured.cells.len(),
             unit_m_per_n,
-            whitening: CellWhitening::of(measured, unit_m_per_n),
+            whitening: CellWhitening::of(covariance.as_ref(), (0..count).collect()),
+            covariance,
             root_counts: vec![1.0; count],
             values: vec![0.0; count],
             shares: vec![Vec::new(); count],
@@ -81,29 +87,6 @@ impl<'a> JointProblem<'a> {
     /// Values of the parameters at a point of the coordinates.
     pub(super) fn factors(&self, point: &[f64]) -> FittingFactors {
         self.parameters.values(point)
-    }
-
-    /// The parameters.
-    pub(super) fn parameters(&self) -> &FitParameters {
-        &self.parameters
-    }
-
-    /// When a fit of this problem has converged.
-    ///
-    /// A compliance keeps about nine digits in the worst mechanism (3e-10 against OpenSees); with weights of 1/0.002, or scatter of a few
-    /// percent and none, that hides reductions of ‖r‖² below some 1e-8 of it, and a fit asked for less would wander. A share of 1e-6, or 1e-6
-    /// in units of the variance, is a step of a thousandth of a standard error; 1e-16 without weights stands for ln K itself to eight digits.
-    pub(super) fn settings(&self) -> LeastSquaresSettings {
-        LeastSquaresSettings {
-            max_evaluations: 200,
-            reduction_tolerance: 1e-6,
-            negligible_reduction: match self.whitening {
-                CellWhitening::Rows(_) => 1e-6,
-                CellWhitening::None => 1e-16,
-            },
-            step_tolerance: 1e-9,
-            ..LeastSquaresSettings::default()
-        }
     }
 
     /// The minimum from the start of `set`.
@@ -191,51 +174,89 @@ impl ResidualFunction for JointProblem<'_> {
     }
 }
 
-impl CellWhitening {
-    fn of(measured: &MeasuredStiffness, unit_m_per_n: f64) -> Self {
-        let Some(own) = measured.own_covariance() else {
-            return Self::None;
-        };
-        let along = measured.cells.iter().map(|cell| {
-            let parts = cell.ln_uncertainty.unwrap_or_default();
-            (
-                1.0,
-                [parts.force_calibration, parts.displacement_calibration],
-            )
-        });
-        let across = measured.across.iter().map(|one| {
-            let calibration = one.calibration_m_per_n.map(|effect| effect / unit_m_per_n);
-            (unit_m_per_n, calibration)
-        });
-        let rows: Vec<(f64, [f64; 2])> = along.chain(across).collect();
-        let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
-            let ((unit, [a, b]), (other, [c, d])) = (rows[i], rows[j]);
-            let least = if i == j { LEAST_LN_UNCERTAINTY } else { 0.0 };
-            own[(i, j)] / (unit * other) + least * least + a * c + b * d
-        });
-        let factor: Option<Cholesky<f64, Dyn>> = covariance.cholesky();
-        let inverse = factor.and_then(|factor| {
-            let identity = DMatrix::identity(rows.len(), rows.len());
-            factor.l_dirty().solve_lower_triangular(&identity)
-        });
-        match inverse {
-            Some(inverse) => Self::Rows(
-                (0..rows.len())
-                    .flat_map(|i| (0..=i).map(move |j| (i, j)))
-                    .map(|at| inverse[at])
-                    .collect(),
-            ),
-            // Uncertainties that are no numbers weigh nothing against one another.
-            None => Self::None,
+impl WeighedProblem for JointProblem<'_> {
+    fn parameters(&self) -> &FitParameters {
+        &self.parameters
+    }
+
+    /// A compliance keeps about nine digits in the worst mechanism (3e-10 against OpenSees); with weights of 1/0.002, or scatter of a few
+    /// percent and none, that hides reductions of ‖r‖² below some 1e-8 of it, and a fit asked for less would wander. A share of 1e-6, or 1e-6
+    /// in units of the variance, is a step of a thousandth of a standard error; 1e-16 without weights stands for ln K itself to eight digits.
+    fn settings(&self) -> LeastSquaresSettings {
+        LeastSquaresSettings {
+            max_evaluations: 200,
+            reduction_tolerance: 1e-6,
+            negligible_reduction: if self.covariance.is_some() {
+                1e-6
+            } else {
+                1e-16
+            },
+            step_tolerance: 1e-9,
+            ..LeastSquaresSettings::default()
         }
     }
 
-    /// Multiplies a vector by L⁻¹ in place.
+    fn leave_out(&mut self, is_left_out: &dyn Fn(usize) -> bool) {
+        let kept = (0..self.measured.len()).filter(|row| !is_left_out(*row));
+        self.whitening = CellWhitening::of(self.covariance.as_ref(), kept.collect());
+    }
+
+    /// Stiffness of the cells, N/m, then compliances, m/N.
+    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, FitError> {
+        let mut values = vec![0.0; self.measured.len()];
+        self.model
+            .evaluate(&self.factors(point), &mut values, None)?;
+        Ok(values)
+    }
+}
+
+/// Covariance of ln K, and of compliances in their unit; `None` if nothing is known of the uncertainties.
+fn covariance_of(measured: &MeasuredStiffness, unit_m_per_n: f64) -> Option<DMatrix<f64>> {
+    let own = measured.own_covariance()?;
+    let along = measured.cells.iter().map(|cell| {
+        let parts = cell.ln_uncertainty.unwrap_or_default();
+        (
+            1.0,
+            [parts.force_calibration, parts.displacement_calibration],
+        )
+    });
+    let across = measured.across.iter().map(|one| {
+        let calibration = one.calibration_m_per_n.map(|effect| effect / unit_m_per_n);
+        (unit_m_per_n, calibration)
+    });
+    let rows: Vec<(f64, [f64; 2])> = along.chain(across).collect();
+    Some(DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+        let ((unit, [a, b]), (other, [c, d])) = (rows[i], rows[j]);
+        let least = if i == j { LEAST_LN_UNCERTAINTY } else { 0.0 };
+        own[(i, j)] / (unit * other) + least * least + a * c + b * d
+    }))
+}
+
+impl CellWhitening {
+    /// # Arguments
+    /// - `covariance`: of all rows; `None` if nothing is known of the uncertainties.
+    fn of(covariance: Option<&DMatrix<f64>>, kept: Vec<usize>) -> Self {
+        let inverse = covariance.and_then(|covariance| {
+            let own = covariance.select_rows(&kept).select_columns(&kept);
+            // Uncertainties that are no numbers weigh nothing against one another.
+            let factor: Cholesky<f64, Dyn> = own.cholesky()?;
+            let identity = DMatrix::identity(kept.len(), kept.len());
+            let inverse = factor.l_dirty().solve_lower_triangular(&identity)?;
+            let lower = (0..kept.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+            Some(lower.map(|at| inverse[at]).collect())
+        });
+        Self { kept, inverse }
+    }
+
+    /// Makes differences white in place.
     fn apply(&self, vector: &mut [f64]) {
-        let Self::Rows(rows) = self else { return };
-        for i in (0..vector.len()).rev() {
-            let row = &rows[i * (i + 1) / 2..][..=i];
-            vector[i] = row.iter().zip(vector.iter()).map(|(a, b)| a * b).sum();
+        let own: Vec<f64> = self.kept.iter().map(|row| vector[*row]).collect();
+        vector.fill(0.0);
+        for (i, &row) in self.kept.iter().enumerate() {
+            vector[row] = self.inverse.as_ref().map_or(own[i], |inverse| {
+                let weights = &inverse[i * (i + 1) / 2..][..=i];
+                weights.iter().zip(&own).map(|(a, b)| a * b).sum()
+            });
         }
     }
 }

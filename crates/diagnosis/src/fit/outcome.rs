@@ -1,12 +1,21 @@
 //! What a fit found, and what its numbers are worth.
 
+use std::collections::BTreeSet;
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
 use stiffbench_beams::physics::Effect;
-use stiffbench_beams::robot::{FittingFactors, ModelParameter};
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, TrackerFrames};
 use stiffbench_numeric::least_squares::{
     Bound, ParameterCovariance, ParameterEstimate, ParameterSet, ParameterStatus, SigmaMode,
 };
-use stiffbench_units_and_text::test_point::{Cell, PoseId};
+use stiffbench_numeric::statistics::root_mean_square;
+use stiffbench_units_and_text::quantity::{METRES_PER_MICROMETRE, in_micrometres};
+use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
+use super::load_cases::scatter::RowScatter;
 use super::measured::{MeasuredCell, MeasuredCompliance, MeasuredStiffness, WeightBasis};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
@@ -18,13 +27,21 @@ const UNMOVED: f64 = 1e-9;
 const DISAGREEMENT: f64 = 0.2;
 
 /// How the factors were found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FitMethod {
     /// All cells at once, weights from their uncertainties.
     LeastSquares,
     /// The paper's nine steps: pose by pose, factor by factor, by random trials.
     Paper,
+}
+
+/// A length in µm, or an angle in µrad, where there may be none.
+#[expect(clippy::ref_option, reason = "serde passes the field")]
+fn in_micro_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value
+        .map(|value| value / METRES_PER_MICROMETRE)
+        .serialize(serializer)
 }
 
 /// What is known of a parameter besides its value.
@@ -289,8 +306,95 @@ impl FittedCell {
     }
 }
 
+/// A component with what the model says of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedComponent {
+    /// Line of the table.
+    pub line: u32,
+    /// The pose.
+    pub pose: PoseId,
+    /// n-th application of the load.
+    pub repeat: u32,
+    /// Its name, for example `displacement x`.
+    pub component: &'static str,
+    /// Whether it is a rotation, rad; else a displacement, m.
+    pub is_rotation: bool,
+    /// Whether it is an absolute position, m.
+    pub is_position: bool,
+    /// Its axis among the stated ones, of a position among those of the tracker.
+    pub axis: Direction,
+    /// What was read, m or rad.
+    pub measured: f64,
+    /// What the rigid robot predicts, m or rad; of positions with frames of its own.
+    pub rigid: f64,
+    /// What the model of the start predicts, m or rad; of positions the same as the rigid robot.
+    pub before: f64,
+    /// What the fitted model predicts, m or rad.
+    pub predicted: f64,
+    /// What a fit without this pose predicts, m or rad.
+    pub without_its_pose: Option<f64>,
+    /// Whether its pose took no part in the fit.
+    pub held_out: bool,
+}
+
+impl FittedComponent {
+    /// Predicted less measured, m or rad, by a fit that did not know the pose; `None` without one.
+    fn unseen_error(&self) -> Option<f64> {
+        let predicted = self.held_out.then_some(self.predicted);
+        Some(self.without_its_pose.or(predicted)? - self.measured)
+    }
+}
+
+/// Root mean square errors of the displacements of a pose, m, in JSON um.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct PoseError {
+    /// The pose.
+    pub pose: PoseId,
+    /// Of the rigid robot: fitted springs without compliance, fitted factors 1; of positions with frames of its own.
+    #[serde(rename = "rigid_um", serialize_with = "in_micrometres")]
+    pub rigid_m: f64,
+    /// Of the model with the values that the fit began at; of positions that of the rigid robot.
+    #[serde(rename = "before_um", serialize_with = "in_micrometres")]
+    pub before_m: f64,
+    /// Of the fitted model.
+    #[serde(rename = "fitted_um", serialize_with = "in_micrometres")]
+    pub fitted_m: f64,
+    /// Of a fit without this pose.
+    #[serde(rename = "unseen_um", serialize_with = "in_micro_if_any")]
+    pub without_its_pose_m: Option<f64>,
+}
+
+/// Base frame and tool point, fitted to absolute positions beside the springs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedFrames {
+    /// Where the tracker stands, and which point of the tool it measures.
+    pub frames: TrackerFrames,
+    /// Those that fit the rigid robot best, the same springs rigid.
+    pub rigid: TrackerFrames,
+    /// Position of the base (m), its rotation about the axes of the tracker (rad), and the point of the tool (m), each along three axes.
+    pub parameters: [FrameParameter; 9],
+    /// Root mean square error of the rigid robot with its own frames in poses that its fit did not know, m.
+    pub rigid_unseen_m: Option<f64>,
+}
+
+/// How well one of the nine parameters of the frames is known.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "FrameParameterReport")]
+pub struct FrameParameter {
+    /// Its name: `base_frame.x`, `base_frame.rx` (about the axes of the tracker), `tool_point.x`.
+    pub name: &'static str,
+    /// `um` or `urad`.
+    pub unit: &'static str,
+    /// Standard error, m or rad, in JSON in `unit`; `null` where the poses do not determine it.
+    #[serde(rename = "se", serialize_with = "in_micro_if_any")]
+    pub standard_error: Option<f64>,
+    /// Half of its 95 % interval, m or rad, in JSON in `unit`.
+    #[serde(serialize_with = "in_micro_if_any")]
+    pub half_width_95: Option<f64>,
+}
+
 /// Correlations of the factors the data determine.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FactorCorrelations {
     /// Names, in the order of rows and columns.
     pub names: Vec<String>,
@@ -341,13 +445,15 @@ impl FactorCorrelations {
     }
 }
 
-/// How well the fitted model agrees with the cells it was fitted to.
+/// How well the fitted model agrees with what it was fitted to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitAgreement {
     /// Where the standard deviation of the residuals comes from.
     pub sigma: SigmaMode,
     /// Where the weights come from.
     pub basis: WeightBasis,
+    /// Standard deviations of displacements, m, and of rotations, rad, beside what a load scatters by; none of what was not read, and of cells.
+    pub component_sd: [Option<f64>; 2],
     /// Residuals less determined factors.
     pub dof: usize,
     /// Sum of squared residuals over `dof`; with known uncertainties 1 is expected.
@@ -365,7 +471,7 @@ pub struct FitAgreement {
 }
 
 /// How a bootstrap drew.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct BootstrapDraws {
     /// What was drawn anew: `runs` within their cell, or whole `cells`.
     pub over: &'static str,
@@ -398,6 +504,12 @@ pub struct FitOutcome {
     pub cells: Vec<FittedCell>,
     /// The same of every compliance along another axis than that of the load; empty of one gauge.
     pub across: Vec<FittedCompliance>,
+    /// Every component of load cases, held-out ones included, in the order of the table; empty of cells.
+    pub components: Vec<FittedComponent>,
+    /// Base frame and tool point; only of absolute positions.
+    pub frames: Option<FittedFrames>,
+    /// How the components scatter.
+    pub(crate) scatter: RowScatter,
     /// Why the search ended.
     pub termination: String,
     /// How the intervals of the bootstrap came about, if it was asked for.
@@ -416,7 +528,7 @@ impl FitOutcome {
         method: FitMethod,
         problem: &FitProblem<'_>,
         parameters: &FitParameters,
-        factors: FittingFactors,
+        factors: &FittingFactors,
         predicted: &[f64],
         is_held_out: impl Fn(&PoseId) -> bool,
     ) -> Self {
@@ -440,19 +552,123 @@ impl FitOutcome {
             }
         };
         Self {
-            method,
-            mechanism: problem.mechanism.name.clone(),
             physics: problem.effects(),
-            estimates: parameters.plain_estimates(&factors),
-            factors,
-            correlation: None,
-            agreement: None,
             cells: cells.iter().zip(of_cells).map(fitted_cell).collect(),
             across: across.iter().zip(of_across).map(compliance).collect(),
+            ..Self::without_rows(method, problem.mechanism, parameters, factors)
+        }
+    }
+
+    /// Parameters without intervals, and nothing that they were fitted to.
+    pub(crate) fn without_rows(
+        method: FitMethod,
+        mechanism: &Mechanism,
+        parameters: &FitParameters,
+        factors: &FittingFactors,
+    ) -> Self {
+        Self {
+            method,
+            mechanism: mechanism.name.clone(),
+            physics: Vec::new(),
+            estimates: parameters.plain_estimates(factors),
+            factors: factors.clone(),
+            correlation: None,
+            agreement: None,
+            cells: Vec::new(),
+            across: Vec::new(),
+            components: Vec::new(),
+            frames: None,
+            scatter: RowScatter::default(),
             termination: String::new(),
             bootstrap: None,
             warnings: Vec::new(),
         }
+    }
+
+    /// Measured less predicted of every component, m and rad.
+    #[must_use]
+    pub fn residuals(&self) -> Vec<f64> {
+        let components = self.components.iter();
+        components.map(|one| one.measured - one.predicted).collect()
+    }
+
+    /// Root mean square of the displacements that the start of the fit leaves, of those that the fit leaves, and of those that fits
+    /// without their pose leave, m.
+    ///
+    /// The last is of held-out poses if there are any, else of all poses left out in turn; `None` if neither was done.
+    #[must_use]
+    pub fn rms_m(&self) -> [Option<f64>; 3] {
+        let rms = |of: &dyn Fn(&FittedComponent) -> Option<f64>| {
+            let displacements = self.components.iter().filter(|one| !one.is_rotation);
+            root_mean_square(displacements.filter_map(of))
+        };
+        [
+            rms(&|one| Some(one.before - one.measured)),
+            rms(&|one| (!one.held_out).then_some(one.predicted - one.measured)),
+            rms(&FittedComponent::unseen_error),
+        ]
+    }
+
+    /// Root mean square of the displacements that the rigid robot leaves, m; `None` without displacements.
+    #[must_use]
+    pub fn rigid_rms_m(&self) -> Option<f64> {
+        let own = self.components.iter().filter(|one| !one.is_rotation);
+        root_mean_square(own.map(|one| one.rigid - one.measured))
+    }
+
+    /// The same of the rigid robot in the poses that [`LoadCaseFit::rms_m`] states last: nothing was fitted to them.
+    #[must_use]
+    pub fn rigid_unseen_m(&self) -> Option<f64> {
+        match &self.frames {
+            Some(frames) => frames.rigid_unseen_m,
+            None if self.held_out_poses() > 0 => self.rigid_of(true),
+            None => self.rigid_rms_m(),
+        }
+    }
+
+    /// The same in the poses of the fit, or in those that were held out.
+    #[must_use]
+    pub fn rigid_of(&self, held_out: bool) -> Option<f64> {
+        let own = self.components.iter();
+        let own = own.filter(|one| one.held_out == held_out && !one.is_rotation);
+        root_mean_square(own.map(|one| one.rigid - one.measured))
+    }
+
+    /// Number of poses that took no part in the fit.
+    #[must_use]
+    pub fn held_out_poses(&self) -> usize {
+        let held_out = self.components.iter().filter(|one| one.held_out);
+        let held_out: BTreeSet<&PoseId> = held_out.map(|one| &one.pose).collect();
+        held_out.len()
+    }
+
+    /// Whether a pose took no part in the fit.
+    #[must_use]
+    pub fn is_held_out(&self, pose: &PoseId) -> bool {
+        let mut own = self.components.iter();
+        own.any(|one| one.held_out && one.pose == *pose)
+    }
+
+    /// Root mean square errors of displacements or positions, pose by pose, in the order of the table.
+    #[must_use]
+    pub fn pose_errors(&self) -> Vec<PoseError> {
+        let mut poses: IndexMap<&PoseId, Vec<&FittedComponent>> = IndexMap::new();
+        for one in self.components.iter().filter(|one| !one.is_rotation) {
+            poses.entry(&one.pose).or_default().push(one);
+        }
+        let of_pose = |(pose, own): (&PoseId, Vec<&FittedComponent>)| {
+            let rms = |error: &dyn Fn(&FittedComponent) -> Option<f64>| {
+                root_mean_square(own.iter().filter_map(|one| error(one)))
+            };
+            Some(PoseError {
+                pose: pose.clone(),
+                rigid_m: rms(&|one| Some(one.rigid - one.measured))?,
+                before_m: rms(&|one| Some(one.before - one.measured))?,
+                fitted_m: rms(&|one| Some(one.predicted - one.measured))?,
+                without_its_pose_m: rms(&FittedComponent::unseen_error),
+            })
+        };
+        poses.into_iter().filter_map(of_pose).collect()
     }
 
     /// The cells the model is decided by: those it was not fitted to, if there are any, else all.

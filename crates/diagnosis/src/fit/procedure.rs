@@ -253,7 +253,7 @@ fn validate(
     let parameters =
         FitParameters::with_scales(problem.start, &choice, &|_| PlaceScale::default())?;
     let is_held_out = |pose: &PoseId| options.poses.iter().all(|(trained, _)| trained != pose);
-    let (method, factors) = (FitMethod::Paper, factors.clone());
+    let method = FitMethod::Paper;
     Ok(FitOutcome {
         termination: "the trials of every pass were used up".to_owned(),
         warnings: vec![

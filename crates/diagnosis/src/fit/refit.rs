@@ -7,6 +7,7 @@ use super::error::FitError;
 use super::joint::JointProblem;
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use super::weighed_problem::WeighedProblem;
 use crate::parameters::ParameterChoice;
 
 /// A fit whose cells, weights, start and choice of parameters stay, while the measured values change.

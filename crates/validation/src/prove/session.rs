@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench_beams::physics::ActingPhysics;
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
-use stiffbench_diagnosis::elastostatics::usual_parameters;
+use stiffbench_diagnosis::fit::usual_parameters;
 use stiffbench_diagnosis::mismatch::{Observations, RobotBaseline};
 use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;

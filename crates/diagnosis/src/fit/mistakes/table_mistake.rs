@@ -7,18 +7,17 @@ use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stiffbench_numeric::least_squares::minimise;
+use stiffbench_numeric::least_squares::{LeastSquaresSettings, minimise};
 use stiffbench_units_and_text::test_point::PoseId;
 
+use crate::fit::{FitError, FitOptions, FitOutcome};
 use crate::search::constants::{LEAST_INDEPENDENT, MOST_OF_THE_MISFIT};
 use crate::search::{dot, push_orthonormal, take_out};
 
 use super::basis::{Basis, moves};
-use crate::elastostatics::error::LoadCaseFitError;
-use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
-use crate::elastostatics::held_out::{LinearRows, WeighedProblem};
-use crate::elastostatics::outcome::LoadCaseFit;
-use crate::elastostatics::problem::LoadCaseModel;
+use crate::fit::load_cases::fit::fit_load_cases;
+use crate::fit::load_cases::problem::LoadCaseModel;
+use crate::fit::load_cases::white_rows::LinearRows;
 
 /// Values of which a common factor can be seen: two agree with any line by chance.
 const FEWEST: usize = 3;
@@ -80,12 +79,12 @@ impl ReadingSet {
 /// None is sought of absolute positions, beside held-out poses, and where factors of beams are free.
 ///
 /// # Errors
-/// [`LoadCaseFitError`].
+/// [`FitError`].
 pub fn table_mistake(
     model: &LoadCaseModel<'_>,
-    options: &LoadCaseFitOptions,
-    fit: &LoadCaseFit,
-) -> Result<Option<TableMistake>, LoadCaseFitError> {
+    options: &FitOptions,
+    fit: &FitOutcome,
+) -> Result<Option<TableMistake>, FitError> {
     let mut free = fit.estimates.iter();
     let bends = free.any(|one| one.parameter.is_factor() && moves(&one.status));
     if model.posed.has_positions() || options.train.is_some() || bends {
@@ -97,7 +96,7 @@ pub fn table_mistake(
     }
     let mut found = multiplied(fit, &basis)?;
     found.extend(exchanged(fit, &basis)?);
-    let before = basis.baseline.plain_scatter.squares(&basis.residuals);
+    let before = basis.plain_scatter.squares(&basis.residuals);
     let explains = |after: f64| after < (1.0 - MOST_OF_THE_MISFIT) * before;
     found.extend(other_signs(model, options, fit, &basis, &explains));
     found.retain(|(after, _)| explains(*after));
@@ -106,10 +105,7 @@ pub fn table_mistake(
 }
 
 /// Readings that agree with all others once they are multiplied by a usual factor, with the squares that are left then.
-fn multiplied(
-    fit: &LoadCaseFit,
-    basis: &Basis,
-) -> Result<Vec<(f64, TableMistake)>, LoadCaseFitError> {
+fn multiplied(fit: &FitOutcome, basis: &Basis) -> Result<Vec<(f64, TableMistake)>, FitError> {
     let deleted = DeletedRows::new(basis, fit);
     let mut found = Vec::new();
     for (set, rows) in sets(fit) {
@@ -161,9 +157,9 @@ impl DeletedRows {
     /// Sets of more rows are refitted in any case: a table has one for each component.
     const MOST: usize = 40;
 
-    fn new(basis: &Basis, fit: &LoadCaseFit) -> Self {
+    fn new(basis: &Basis, fit: &FitOutcome) -> Self {
         let white = |mut rows: Vec<f64>| {
-            basis.baseline.plain_scatter.whiten(&mut rows);
+            basis.plain_scatter.whiten(&mut rows);
             rows
         };
         let mut columns = Vec::new();
@@ -209,11 +205,8 @@ impl DeletedRows {
 }
 
 /// Two components of a pose, or of all poses, that are exchanged, with the squares that are left then.
-fn exchanged(
-    fit: &LoadCaseFit,
-    basis: &Basis,
-) -> Result<Vec<(f64, TableMistake)>, LoadCaseFitError> {
-    let scatter = &basis.baseline.plain_scatter;
+fn exchanged(fit: &FitOutcome, basis: &Basis) -> Result<Vec<(f64, TableMistake)>, FitError> {
+    let scatter = &basis.plain_scatter;
     let others: BTreeSet<(&'static str, bool)> = fit
         .components
         .iter()
@@ -271,12 +264,12 @@ fn exchanged(
 /// the values of the fit explains it.
 fn other_signs(
     model: &LoadCaseModel<'_>,
-    options: &LoadCaseFitOptions,
-    fit: &LoadCaseFit,
+    options: &FitOptions,
+    fit: &FitOutcome,
     basis: &Basis,
     explains: &dyn Fn(f64) -> bool,
 ) -> Vec<(f64, TableMistake)> {
-    let scatter = &basis.baseline.plain_scatter;
+    let scatter = &basis.plain_scatter;
     let read: Vec<f64> = fit.components.iter().map(|one| one.measured).collect();
     if scatter.squares(&basis.residuals) < LEFT_BY_A_SIGN * scatter.squares(&read) {
         return Vec::new();
@@ -318,7 +311,7 @@ fn other_signs(
 }
 
 /// Each pose, each component, and each component of each pose, with its rows.
-fn sets(fit: &LoadCaseFit) -> Vec<(ReadingSet, Vec<usize>)> {
+fn sets(fit: &FitOutcome) -> Vec<(ReadingSet, Vec<usize>)> {
     let mut sets: BTreeMap<(Option<&'static str>, Option<&PoseId>), Vec<usize>> = BTreeMap::new();
     for (row, one) in fit.components.iter().enumerate() {
         let (component, pose) = (Some(one.component), Some(&one.pose));
@@ -337,23 +330,18 @@ fn sets(fit: &LoadCaseFit) -> Vec<(ReadingSet, Vec<usize>)> {
 }
 
 /// Weighted squares that a fit leaves of rows.
-fn squares_left(basis: &Basis, rows: &[f64]) -> Result<f64, LoadCaseFitError> {
+fn squares_left(basis: &Basis, rows: &[f64]) -> Result<f64, FitError> {
     let none = vec![false; rows.len()];
     let left = residuals_without(basis, &none, rows)?;
-    Ok(basis.baseline.plain_scatter.squares(&left))
+    Ok(basis.plain_scatter.squares(&left))
 }
 
 /// What a fit without some rows leaves of all rows.
-fn residuals_without(
-    basis: &Basis,
-    without: &[bool],
-    rows: &[f64],
-) -> Result<Vec<f64>, LoadCaseFitError> {
-    let scatter = basis.baseline.plain_scatter.without(|row| without[row]);
+fn residuals_without(basis: &Basis, without: &[bool], rows: &[f64]) -> Result<Vec<f64>, FitError> {
+    let scatter = basis.plain_scatter.without(|row| without[row]);
     let (mut problem, set) = LinearRows::new(rows, &basis.changes(), scatter)?;
-    let settings = problem.settings();
-    let fit = minimise(&mut problem, &set, &settings)?;
-    let predicted = problem.predict(&fit.values)?;
+    let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
+    let predicted = problem.at(&fit.values);
     let rows = rows.iter().zip(predicted);
     Ok(rows.map(|(row, predicted)| row - predicted).collect())
 }

@@ -2,12 +2,12 @@
 
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RoleInFit};
 
+use crate::fit::FitError;
 use crate::parameters::{FitRole, ParameterChoice};
 
-use super::error::LoadCaseFitError;
-use super::frames::PositionFrames;
-use super::posed::PosedLoadCases;
-use super::prediction::{PredictedMotions, mechanics_of, rows_along};
+use super::load_cases::frames::PositionFrames;
+use super::load_cases::posed::PosedLoadCases;
+use super::load_cases::prediction::{PredictedMotions, mechanics_of, rows_along};
 
 /// Links whose own compliance gives less than this share of what was measured, or of what the rigid robot leaves of positions, are rigid: the
 /// share is far below any gauge.
@@ -33,13 +33,13 @@ fn is_about_springs(robot: &Robot, mechanism: &Mechanism) -> bool {
 /// The same for load cases, where beams that hardly give count as rigid links.
 ///
 /// # Errors
-/// [`LoadCaseFitError`] for a pose that cannot be reached, or a structure that carries nothing.
+/// [`FitError`] for a pose that cannot be reached, or a structure that carries nothing.
 pub fn usual_choice(
     robot: &Robot,
     mechanism: &Mechanism,
     start: &FittingFactors,
     posed: &PosedLoadCases,
-) -> Result<ParameterChoice, LoadCaseFitError> {
+) -> Result<ParameterChoice, FitError> {
     if is_about_springs(robot, mechanism) {
         return Ok(spring_choice(robot, mechanism));
     }

@@ -1,7 +1,8 @@
 //! What is doubtful about load cases and a fit to them, in words.
 
-use crate::analysis::{AnalysisError, LoadCaseData, LoadCaseSettings, doubts_about_load_case_fit};
-use crate::elastostatics::{LoadCaseFit, TableMistake};
+use crate::analysis::{AnalysisError, FitSettings, LoadCaseData, doubts_about_load_case_fit};
+use crate::fit::FitOutcome;
+use crate::fit::TableMistake;
 use crate::mismatch::{BadReading, BadReadingKind, OtherJointValue, ReadQuantity};
 
 use super::text::{reading_shown, share_of_tables, significant};
@@ -13,8 +14,8 @@ use super::text::{reading_shown, share_of_tables, significant};
 /// As of the fit.
 pub fn doubts_about_load_cases(
     data: &LoadCaseData,
-    settings: &LoadCaseSettings,
-    fit: &LoadCaseFit,
+    settings: &FitSettings,
+    fit: &FitOutcome,
 ) -> Result<Vec<String>, AnalysisError> {
     let mut warnings = doubts_about_load_case_fit(&data.posed, fit);
     match data.table_mistake(settings, fit)? {

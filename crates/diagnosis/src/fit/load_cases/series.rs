@@ -82,7 +82,7 @@ impl PosedLoadCases {
     }
 
     /// The same with the place of each reading among [`PosedLoadCases::rows`].
-    pub(super) fn series_and_rows(
+    pub(in crate::fit) fn series_and_rows(
         &self,
         steps: GaugeSteps,
         tracker: Option<&TrackedPoses>,

@@ -16,11 +16,8 @@ use stiffbench_numeric::statistics::{even_share, golden_ratio, median};
 use stiffbench_numeric::vector::{along6, dot6};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use crate::fit::{FactorEstimate, FactorStatus, FitOutcome, FitProblem};
-
-use super::error::LoadCaseFitError;
-use super::outcome::{LoadCaseAgreement, LoadCaseFit};
-use super::problem::LoadCaseModel;
+use super::load_cases::problem::LoadCaseModel;
+use crate::fit::{FactorEstimate, FactorStatus, FitError, FitOutcome, FitProblem};
 
 /// Poses that are tried beside the named ones and those of the table, spread evenly over the limits.
 const SPREAD_POSES: usize = 200;
@@ -163,9 +160,9 @@ pub(super) fn motion_along(matrix: &EndCompliance, unit: &[f64; 6], load: &[f64;
 /// As [`FitKnowledge::plan`].
 pub fn plan_load_cases(
     model: &LoadCaseModel<'_>,
-    fit: &LoadCaseFit,
+    fit: &FitOutcome,
     count: usize,
-) -> Result<Vec<PlannedLoadCase>, LoadCaseFitError> {
+) -> Result<Vec<PlannedLoadCase>, FitError> {
     if model.posed.has_positions() {
         return Ok(Vec::new());
     }
@@ -173,9 +170,9 @@ pub fn plan_load_cases(
 }
 
 impl<'a> FitKnowledge<'a> {
-    fn of_load_cases(model: &LoadCaseModel<'a>, fit: &'a LoadCaseFit) -> Self {
+    fn of_load_cases(model: &LoadCaseModel<'a>, fit: &'a FitOutcome) -> Self {
         let agreement = fit.agreement.as_ref();
-        let sd = agreement.map_or([None; 2], LoadCaseAgreement::sd);
+        let sd = agreement.map_or([None; 2], |agreement| agreement.component_sd);
         let [scatter, _] = sd.map(|sd| sd.filter(|sd| *sd > 0.0));
         let scatter_m = scatter.unwrap_or(USUAL_SCATTER_M);
         let posed = model.posed;
@@ -281,8 +278,8 @@ impl<'a> FitKnowledge<'a> {
     /// bounds allow (weighted A-optimality: Pukelsheim, Optimal Design of Experiments, 2006, section 6.5).
     ///
     /// # Errors
-    /// [`LoadCaseFitError`] for a structure that carries nothing; poses that cannot be reached are passed over.
-    pub fn plan(&self, count: usize) -> Result<Vec<PlannedLoadCase>, LoadCaseFitError> {
+    /// [`FitError`] for a structure that carries nothing; poses that cannot be reached are passed over.
+    pub fn plan(&self, count: usize) -> Result<Vec<PlannedLoadCase>, FitError> {
         let free: Vec<usize> = (0..self.estimates.len())
             .filter(|&place| {
                 let estimate = &self.estimates[place];
@@ -367,7 +364,7 @@ impl<'a> FitKnowledge<'a> {
         &self,
         parameters: &[ModelParameter],
         known: &mut ParameterInformation,
-    ) -> Result<Vec<TriedPose>, LoadCaseFitError> {
+    ) -> Result<Vec<TriedPose>, FitError> {
         let (robot, mechanism) = (self.robot, self.mechanism);
         let measured = self.poses.iter();
         let measured = measured.map(|one| (one.name.clone(), one.pose.clone()));

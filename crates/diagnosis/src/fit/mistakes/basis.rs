@@ -2,33 +2,31 @@
 
 use stiffbench_beams::robot::ModelParameter;
 
-use crate::elastostatics::error::LoadCaseFitError;
-use crate::elastostatics::outcome::LoadCaseFit;
-use crate::elastostatics::prediction::{PredictedMotions, rows_along};
-use crate::elastostatics::problem::{LoadCaseModel, unit_length, unloaded_springs};
-use crate::fit::FactorStatus;
+use crate::fit::load_cases::prediction::{PredictedMotions, rows_along};
+use crate::fit::load_cases::problem::{LoadCaseModel, unit_length, unloaded_springs};
+use crate::fit::load_cases::scatter::{RowScatter, sizes};
+use crate::fit::{FactorStatus, FitError, FitOutcome};
 use crate::search::constants::LEAST_INDEPENDENT;
 use crate::search::{dot, push_orthonormal};
 
 /// What the candidates are tried beside.
 pub(super) struct Basis {
-    pub(super) baseline: LoadCaseFit,
+    pub(super) baseline: FitOutcome,
     pub(super) residuals: Vec<f64>,
     /// Places of the free parameters among the estimates.
     pub(super) free: Vec<usize>,
     /// One column for each of them.
     pub(super) columns: Vec<Vec<f64>>,
+    /// The scatter of each kind of rows without a part that grows with the load: a mistake of the table must not pass for it.
+    pub(super) plain_scatter: RowScatter,
 }
 
 impl Basis {
     /// That of a fit, with the poses solved at its values.
     ///
     /// # Errors
-    /// [`LoadCaseFitError`] for a structure that carries nothing.
-    pub(super) fn of(
-        model: &LoadCaseModel<'_>,
-        fit: &LoadCaseFit,
-    ) -> Result<Self, LoadCaseFitError> {
+    /// [`FitError`] for a structure that carries nothing.
+    pub(super) fn of(model: &LoadCaseModel<'_>, fit: &FitOutcome) -> Result<Self, FitError> {
         Self::with_residuals(model, fit, fit.residuals())
     }
 
@@ -38,8 +36,8 @@ impl Basis {
     /// As [`Basis::of`].
     pub(super) fn in_poses_of(
         model: &LoadCaseModel<'_>,
-        fit: &LoadCaseFit,
-    ) -> Result<Self, LoadCaseFitError> {
+        fit: &FitOutcome,
+    ) -> Result<Self, FitError> {
         let start = &fit.factors;
         let predicted = LoadCaseModel { start, ..*model }.predicted()?;
         let rows = model.measured().into_iter().zip(predicted);
@@ -49,9 +47,9 @@ impl Basis {
 
     fn with_residuals(
         model: &LoadCaseModel<'_>,
-        fit: &LoadCaseFit,
+        fit: &FitOutcome,
         residuals: Vec<f64>,
-    ) -> Result<Self, LoadCaseFitError> {
+    ) -> Result<Self, FitError> {
         let estimates = fit.estimates.iter().enumerate();
         let moving = estimates.filter(|(_, one)| moves(&one.status));
         let (places, parameters): (Vec<usize>, Vec<ModelParameter>) = moving
@@ -76,7 +74,14 @@ impl Basis {
                 columns.push(column);
             }
         }
+        let agreement = fit.agreement.as_ref();
+        let known = agreement.map_or([None; 2], |agreement| agreement.component_sd);
+        let usual = sizes(posed);
+        let sd = [0, 1].map(|kind| known[kind].unwrap_or(usual[kind]));
+        let plain_scatter =
+            RowScatter::plain(posed, sd).without(|row| fit.components[row].held_out);
         Ok(Self {
+            plain_scatter,
             residuals,
             baseline: fit.clone(),
             free,

@@ -14,13 +14,12 @@ use stiffbench_numeric::statistics::f_upper_tail;
 use super::bad_values::{
     LONE_VALUE_LEVEL, MOST, REST_IS_NOISE, STANDS_ALONE, TestedValue, columns, named,
 };
-use crate::elastostatics::error::LoadCaseFitError;
-use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
-use crate::elastostatics::frames::PositionFrames;
-use crate::elastostatics::outcome::LoadCaseFit;
-use crate::elastostatics::posed::PosedLoadCases;
-use crate::elastostatics::prediction::PredictedMotions;
-use crate::elastostatics::problem::LoadCaseModel;
+use crate::fit::load_cases::fit::fit_load_cases;
+use crate::fit::load_cases::frames::PositionFrames;
+use crate::fit::load_cases::posed::PosedLoadCases;
+use crate::fit::load_cases::prediction::PredictedMotions;
+use crate::fit::load_cases::problem::LoadCaseModel;
+use crate::fit::{FitError, FitOptions, FitOutcome};
 use crate::mismatch::{BadReading, OtherJointValue};
 use crate::search::constants::LEAST_INDEPENDENT;
 use crate::search::{dot, push_orthonormal};
@@ -59,9 +58,9 @@ struct Left {
 impl Left {
     fn of(
         model: &LoadCaseModel<'_>,
-        fit: &LoadCaseFit,
+        fit: &FitOutcome,
         places: Vec<usize>,
-    ) -> Result<Self, LoadCaseFitError> {
+    ) -> Result<Self, FitError> {
         let mut orthonormal = Vec::new();
         for column in columns(model, fit)? {
             push_orthonormal(&mut orthonormal, column, LEAST_INDEPENDENT, 0.0);
@@ -158,12 +157,12 @@ fn groups(posed: &PosedLoadCases, places: &[usize]) -> Vec<Vec<usize>> {
 /// Positions that the fit to all others contradicts, in the order of the table; none beside held-out poses.
 ///
 /// # Errors
-/// [`LoadCaseFitError`]: those of a fit.
+/// [`FitError`]: those of a fit.
 pub(super) fn bad_positions(
     model: &LoadCaseModel<'_>,
-    options: &LoadCaseFitOptions,
-    fit: &LoadCaseFit,
-) -> Result<Vec<BadReading>, LoadCaseFitError> {
+    options: &FitOptions,
+    fit: &FitOutcome,
+) -> Result<Vec<BadReading>, FitError> {
     let posed = model.posed;
     if options.train.is_some() {
         return Ok(Vec::new());
@@ -253,7 +252,7 @@ struct SeenPositions {
 
 impl SeenPositions {
     /// `None` without positions.
-    fn of(model: &LoadCaseModel<'_>, fit: &LoadCaseFit) -> Result<Option<Self>, LoadCaseFitError> {
+    fn of(model: &LoadCaseModel<'_>, fit: &FitOutcome) -> Result<Option<Self>, FitError> {
         let (robot, mechanism, posed) = (model.robot, model.mechanism, model.posed);
         let start = &fit.factors;
         let mechanics = LoadCaseModel { start, ..*model }.mechanics(&[])?;

@@ -2,24 +2,23 @@
 
 use stiffbench_beams::robot::ModelParameter;
 use stiffbench_numeric::least_squares::{
-    CovarianceSettings, LeastSquaresFit, ParameterCovariance, ParameterSet, ParameterStatus,
-    SigmaMode, minima, spread,
+    CovarianceSettings, LeastSquaresError, LeastSquaresFit, LikelihoodSetSettings,
+    ParameterCovariance, ParameterSet, ParameterStatus, SigmaMode, minima, spread,
 };
-use stiffbench_numeric::statistics::{f_upper_tail, root_mean_square};
+use stiffbench_numeric::statistics::f_upper_tail;
 use stiffbench_units_and_text::test_point::PoseId;
 
+use crate::fit::intervals::{Profiled, covariance_if_any};
+use crate::fit::parameters::FitParameters;
+use crate::fit::weighed_problem::{WeighedProblem, leave_poses_out};
 use crate::fit::{
-    FactorCorrelations, FactorEstimate, FactorStatus, FitParameters, covariance_if_any,
+    FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitError, FitMethod,
+    FitOptions, FitOutcome, FittedComponent, WeightBasis,
 };
 use crate::mismatch::{ForceReading, Observations, ReadingNoise, estimate_noise};
-use crate::parameters::ParameterChoice;
 use crate::search::constants::ALTERNATIONS;
 
-use super::error::LoadCaseFitError;
 use super::frames::PositionFrames;
-use super::held_out::{WeighedProblem, leave_poses_out};
-use super::intervals::add_intervals;
-use super::outcome::{FittedComponent, LoadCaseAgreement, LoadCaseFit, PoseError, ScatterSource};
 use super::positions::{RigidRobot, fitted_frames, why_open};
 use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
 use super::scatter::{RowScatter, kinds, repeated_rows, sizes};
@@ -27,26 +26,11 @@ use super::scatter::{RowScatter, kinds, repeated_rows, sizes};
 /// Starts beside the given one where factors are free: sections that carry the same load have two minima.
 const STARTS: usize = 12;
 
-/// What a fit to load cases is asked to do.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct LoadCaseFitOptions {
-    /// Poses to fit; all others are held out. `None`: all poses, assessed by leaving each out in turn.
-    pub train: Option<Vec<PoseId>>,
-    /// Which parameters may move.
-    pub choice: ParameterChoice,
-    /// Known: scatter from repeats. Estimated: from the residuals. `None`: from repeats if there are any.
-    pub sigma: Option<SigmaMode>,
-    /// Whether a diagnosis keeps bad values; a fit always does.
-    pub keep_bad_values: bool,
-}
-
 /// Rows of a fit, and what is known of their scatter.
 struct WeighedRows {
     /// Whether each row belongs to the poses of the fit.
     takes_part: Vec<bool>,
     found: KnownScatter,
-    /// The scatter of each kind alone.
-    plain: RowScatter,
 }
 
 /// What is known of the scatter of rows.
@@ -61,7 +45,8 @@ struct KnownScatter {
     /// Those of the differences between repeats.
     repeat_dof: f64,
     of_rows: RowScatter,
-    source: ScatterSource,
+    /// Whether it comes from repeats; else from what the fit leaves.
+    is_of_repeats: bool,
 }
 
 /// Fits parameters to load cases by least squares over all components.
@@ -72,11 +57,11 @@ struct KnownScatter {
 /// cells have more of than stiff ones, else from what the fit leaves over the poses, parameters counted off. Springs are fitted by their compliance, from zero up.
 ///
 /// # Errors
-/// [`LoadCaseFitError`]; a search that did not converge is a result, not an error.
+/// [`FitError`]; a search that did not converge is a result, not an error.
 pub fn fit_load_cases(
     model: &LoadCaseModel<'_>,
-    options: &LoadCaseFitOptions,
-) -> Result<LoadCaseFit, LoadCaseFitError> {
+    options: &FitOptions,
+) -> Result<FitOutcome, FitError> {
     let frames = PositionFrames::of(model.robot, model.mechanism, model.posed)?;
     let frames = frames.as_ref();
     let (parameters, unloaded) = model.parameters(&options.choice, frames)?;
@@ -85,11 +70,21 @@ pub fn fit_load_cases(
     let components = takes_part.iter().filter(|takes_part| **takes_part).count();
     let free = set.free_indices().len();
     if components < free {
-        return Err(LoadCaseFitError::TooFew { components, free });
+        return Err(FitError::TooFew { components, free });
     }
     let (fit, mut problem, rows) =
         weighed_fit(model, (&parameters, frames), &set, takes_part, options)?;
-    let covariance = covariance_of(&set, &fit, &rows, components)?;
+    let covariance_at = |fit: &LeastSquaresFit| covariance_of(&set, fit, &rows, components);
+    let scatter = problem.scatter().clone();
+    let again = || LoadCaseProblem::new(*model, &parameters, scatter.clone(), frames).ok();
+    let settings = LikelihoodSetSettings {
+        fold_starts: 0,
+        draws: 0,
+        ..LikelihoodSetSettings::default()
+    };
+    let minima = (&set, vec![fit]);
+    let profiled = Profiled::fit(&again, &mut problem, minima, &covariance_at, settings)?;
+    let (fit, covariance) = (&profiled.fit, profiled.covariance.as_ref());
     let factors = parameters.values(&fit.values);
     let predicted = problem.predictions(&fit.values)?;
     let leave_out = options.train.is_none();
@@ -104,55 +99,44 @@ pub fn fit_load_cases(
             problem.predictions(&parameters.coordinates_of_rigid())?,
         ),
     };
-    let mut outcome = LoadCaseFit {
-        mechanism: model.mechanism.name.clone(),
+    let mut outcome = FitOutcome {
         physics: model
             .physics
             .map_or_else(Vec::new, |physics| physics.effects.clone()),
-        estimates: parameters.plain_estimates(&factors),
-        factors,
         correlation: covariance
-            .as_ref()
             .map(|covariance| FactorCorrelations::of(&parameters, &set, covariance)),
         frames: frames.zip(rigid.as_ref()).map(|(frames, rigid)| {
             let own = parameters.parameters().len();
-            fitted_frames(model, frames, &fit.values, own, covariance.as_ref(), rigid)
+            fitted_frames(model, frames, &fit.values, own, covariance, rigid)
         }),
-        agreement: covariance
-            .as_ref()
-            .map(|covariance| agreement(&fit, &rows, covariance, components)),
-        not_determined: covariance.as_ref().map_or_else(Vec::new, |covariance| {
-            let lost = covariance.unidentified.iter();
-            lost.map(ToString::to_string).collect()
-        }),
-        components: fitted_components(model, &of_rigid, &predicted, &rows.takes_part),
-        poses: Vec::new(),
+        agreement: covariance.map(|covariance| agreement(fit, &rows, covariance, components)),
+        components: fitted_components(model, [&of_rigid, &before, &predicted], &rows.takes_part),
         scatter: rows.found.of_rows.clone(),
-        plain_scatter: rows.plain.clone(),
         termination: fit.termination.to_string(),
-        warnings: Vec::new(),
+        ..FitOutcome::without_rows(
+            FitMethod::LeastSquares,
+            model.mechanism,
+            &parameters,
+            &factors,
+        )
     };
-    if let Some(covariance) = &covariance {
-        let scatter = problem.scatter().clone();
-        let again = || LoadCaseProblem::new(*model, &parameters, scatter.clone(), frames).ok();
-        add_intervals(&again, &set, &fit, covariance, &mut outcome)?;
-    } else {
+    outcome.warnings = profiled.describe(&parameters, &mut outcome.estimates, ["poses", "others"]);
+    if covariance.is_none() {
         outcome.warnings.push(format!(
             "{components} components and {free} free parameters leave no degrees of freedom: the values have no intervals"
         ));
     }
     if leave_out {
         let from_here = set.with_start(&fit.free_values)?;
-        let unseen = leave_poses_out(model.posed, &mut problem, &from_here)?;
+        let unseen = leave_poses_out(&mut problem, &from_here, &model.posed.labels_of_rows())?;
         for (component, unseen) in outcome.components.iter_mut().zip(unseen) {
             component.without_its_pose = unseen;
         }
     }
-    name_what_is_open(model, &unloaded, covariance.as_ref(), &mut outcome)?;
+    name_what_is_open(model, &unloaded, covariance, &mut outcome)?;
     let estimates = outcome.estimates.iter();
     let disagreements: Vec<_> = estimates.filter_map(FactorEstimate::disagreement).collect();
     outcome.warnings.extend(disagreements);
-    outcome.poses = pose_errors(model, &before, &outcome);
     if !fit.termination.is_converged() {
         let words = &outcome.termination;
         outcome
@@ -167,8 +151,8 @@ fn name_what_is_open(
     model: &LoadCaseModel<'_>,
     unloaded: &[ModelParameter],
     covariance: Option<&ParameterCovariance>,
-    outcome: &mut LoadCaseFit,
-) -> Result<(), LoadCaseFitError> {
+    outcome: &mut FitOutcome,
+) -> Result<(), FitError> {
     let positions = outcome.frames.is_some();
     for (place, estimate) in outcome.estimates.iter_mut().enumerate() {
         let status = covariance.map(|found| found.estimates[place].status);
@@ -207,8 +191,8 @@ fn weighed_fit<'a>(
     (parameters, frames): (&FitParameters, Option<&PositionFrames>),
     set: &ParameterSet,
     takes_part: Vec<bool>,
-    options: &LoadCaseFitOptions,
-) -> Result<(LeastSquaresFit, LoadCaseProblem<'a>, WeighedRows), LoadCaseFitError> {
+    options: &FitOptions,
+) -> Result<(LeastSquaresFit, LoadCaseProblem<'a>, WeighedRows), FitError> {
     let posed = model.posed;
     let only = |scatter: &RowScatter| scatter.without(|row| !takes_part[row]);
     // Displacements and rotations in units of their usual size.
@@ -226,7 +210,7 @@ fn weighed_fit<'a>(
         // Nothing is left to show a scatter.
         if !observed.has_repeats && observed.rows.len() <= free {
             if options.sigma == Some(SigmaMode::Known) {
-                return Err(LoadCaseFitError::NoRepeats);
+                return Err(FitError::NoRepeats);
             }
             break;
         }
@@ -240,17 +224,11 @@ fn weighed_fit<'a>(
         let moved = problem.force_components(&fit.values)?;
         let shown = (&predicted[..], &moved[..]);
         found = observed.scatter(model, shown, &free, options, &mut warm_start)?;
-        *problem.scatter() = only(&found.of_rows);
+        problem.set_scatter(only(&found.of_rows));
         set = set.with_start(&fit.free_values)?;
         fit = lowest(&mut problem, &set)?;
     }
-    let usual = sizes(posed);
-    let sd = [0, 1].map(|kind| found.sd[kind].unwrap_or(usual[kind]));
-    let rows = WeighedRows {
-        plain: only(&RowScatter::plain(posed, sd)),
-        takes_part,
-        found,
-    };
+    let rows = WeighedRows { takes_part, found };
     Ok((fit, problem, rows))
 }
 
@@ -293,11 +271,11 @@ impl TrainedSeries {
         model: &LoadCaseModel<'_>,
         (predicted, components): (&[f64], &[[f64; 3]]),
         free: &[Vec<f64>],
-        options: &LoadCaseFitOptions,
+        options: &FitOptions,
         warm_start: &mut Option<ReadingNoise>,
-    ) -> Result<KnownScatter, LoadCaseFitError> {
+    ) -> Result<KnownScatter, FitError> {
         if options.sigma == Some(SigmaMode::Known) && !self.has_repeats {
-            return Err(LoadCaseFitError::NoRepeats);
+            return Err(FitError::NoRepeats);
         }
         let by_repeats = self.has_repeats && options.sigma != Some(SigmaMode::Estimated);
         let observations = &self.observations;
@@ -343,11 +321,7 @@ impl TrainedSeries {
             dof: found.degrees_of_freedom([1.0 - common, 0.0, common]),
             repeat_dof: self.repeat_dof,
             of_rows,
-            source: if by_repeats {
-                ScatterSource::Repeats
-            } else {
-                ScatterSource::Residuals
-            },
+            is_of_repeats: by_repeats,
         })
     }
 }
@@ -356,7 +330,7 @@ impl TrainedSeries {
 fn lowest(
     problem: &mut LoadCaseProblem<'_>,
     set: &ParameterSet,
-) -> Result<LeastSquaresFit, LoadCaseFitError> {
+) -> Result<LeastSquaresFit, FitError> {
     let starts = if problem.is_linear() { 0 } else { STARTS };
     let settings = problem.settings();
     let mut found = minima(problem, set, spread(set).take(starts), &settings)?;
@@ -369,9 +343,9 @@ fn covariance_of(
     fit: &LeastSquaresFit,
     rows: &WeighedRows,
     components: usize,
-) -> Result<Option<ParameterCovariance>, LoadCaseFitError> {
+) -> Result<Option<ParameterCovariance>, LeastSquaresError> {
     // Rows that take no part weigh nothing, and are no degrees of freedom: the scatter was estimated without them.
-    if rows.found.source == ScatterSource::Residuals && components <= set.free_indices().len() {
+    if !rows.found.is_of_repeats && components <= set.free_indices().len() {
         return Ok(None);
     }
     let settings = CovarianceSettings {
@@ -379,7 +353,7 @@ fn covariance_of(
         ..CovarianceSettings::default()
     };
     let known = SigmaMode::Known;
-    Ok(covariance_if_any(set, fit, known, &settings)?)
+    covariance_if_any(set, fit, known, &settings)
 }
 
 fn agreement(
@@ -387,90 +361,72 @@ fn agreement(
     rows: &WeighedRows,
     covariance: &ParameterCovariance,
     components: usize,
-) -> LoadCaseAgreement {
+) -> FitAgreement {
+    let found = &rows.found;
     let dof = components.saturating_sub(covariance.rank);
-    let [displacement_sd_m, rotation_sd_rad] = rows.found.sd;
     let reduced = (dof > 0).then(|| fit.sum_of_squares() / dof as f64);
-    let repeat_dof = rows.found.repeat_dof;
+    let repeat_dof = found.repeat_dof;
     // Pure error is part of the residuals: what is compared with it is the rest, the lack of fit (Draper & Smith, section 2.1).
     let more = dof as f64 - repeat_dof;
-    let p = reduced
-        .filter(|_| rows.found.source == ScatterSource::Repeats && more >= 1.0)
+    let p_value = reduced
+        .filter(|_| found.is_of_repeats && more >= 1.0)
         .and_then(|_| {
             let lack = (fit.sum_of_squares() - repeat_dof).max(0.0) / more;
             f_upper_tail(lack, more, repeat_dof)
         });
-    LoadCaseAgreement {
-        source: rows.found.source,
-        load_sd: rows.found.load_sd,
-        displacement_sd_m,
-        rotation_sd_rad,
-        scatter_dof: rows.found.dof,
+    let (run_slope_sd, scatter_dof) = (found.load_sd, found.dof);
+    FitAgreement {
+        sigma: if found.is_of_repeats {
+            SigmaMode::Known
+        } else {
+            SigmaMode::Estimated
+        },
+        basis: if found.is_of_repeats {
+            WeightBasis::Pooled {
+                run_slope_sd,
+                dof: scatter_dof,
+            }
+        } else {
+            WeightBasis::FromResiduals {
+                run_slope_sd,
+                dof: scatter_dof,
+            }
+        },
+        component_sd: found.sd,
         dof,
-        reduced_chi2: reduced,
-        p,
+        reduced_chi_squared: reduced,
+        p_value,
         rank: covariance.rank,
         free: covariance.estimated,
         condition: covariance.condition_number,
+        not_determined: covariance
+            .unidentified
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
     }
 }
 
 fn fitted_components(
     model: &LoadCaseModel<'_>,
-    rigid: &[f64],
-    predicted: &[f64],
+    [rigid, before, predicted]: [&[f64]; 3],
     takes_part: &[bool],
 ) -> Vec<FittedComponent> {
-    let rows = model.posed.rows().zip(rigid.iter().zip(predicted));
-    let rows = rows.zip(takes_part);
-    rows.map(
-        |(((case, read), (rigid, predicted)), takes_part)| FittedComponent {
-            line: case.line,
-            pose: model.posed.labels[case.label].clone(),
-            repeat: case.repeat,
-            component: read.name(),
-            is_rotation: read.is_rotation(),
-            is_position: read.is_position(),
-            axis: read.axis(),
-            measured: read.value,
-            rigid: *rigid,
-            predicted: *predicted,
-            without_its_pose: None,
-            held_out: !takes_part,
-        },
-    )
+    let rows = model.posed.rows().enumerate().zip(takes_part);
+    rows.map(|((row, (case, read)), takes_part)| FittedComponent {
+        line: case.line,
+        pose: model.posed.labels[case.label].clone(),
+        repeat: case.repeat,
+        component: read.name(),
+        is_rotation: read.is_rotation(),
+        is_position: read.is_position(),
+        axis: read.axis(),
+        measured: read.value,
+        rigid: rigid[row],
+        before: before[row],
+        predicted: predicted[row],
+        without_its_pose: None,
+        held_out: !takes_part,
+    })
     .collect()
-}
-
-/// Root mean squares of displacements or positions, pose by pose.
-///
-/// # Arguments
-/// - `before`: what the model of the start predicts, m.
-fn pose_errors(model: &LoadCaseModel<'_>, before: &[f64], outcome: &LoadCaseFit) -> Vec<PoseError> {
-    let mut displacements: Vec<Vec<usize>> = vec![Vec::new(); model.posed.labels.len()];
-    for (row, (case, read)) in model.posed.rows().enumerate() {
-        if !read.is_rotation() {
-            displacements[case.label].push(row);
-        }
-    }
-    let rms = |label: usize, error: &dyn Fn(usize) -> Option<f64>| {
-        let rows = displacements[label].iter();
-        root_mean_square(rows.filter_map(|row| error(*row)))
-    };
-    let components = &outcome.components;
-    let labels = model.posed.labels.iter().enumerate();
-    let of_pose = |(label, pose): (usize, &PoseId)| {
-        Some(PoseError {
-            pose: pose.clone(),
-            rigid_m: rms(label, &|row| {
-                Some(components[row].rigid - components[row].measured)
-            })?,
-            before_m: rms(label, &|row| Some(before[row] - components[row].measured))?,
-            fitted_m: rms(label, &|row| {
-                Some(components[row].predicted - components[row].measured)
-            })?,
-            without_its_pose_m: rms(label, &|row| components[row].unseen_error()),
-        })
-    };
-    labels.filter_map(of_pose).collect()
 }

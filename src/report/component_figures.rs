@@ -1,6 +1,7 @@
 //! Figures of a fit to load cases.
 
-use crate::elastostatics::{LoadCaseFit, PosedLoadCases};
+use crate::fit::FitOutcome;
+use crate::fit::PosedLoadCases;
 use crate::plot::{
     ComponentPoint, Figure, LoadCaseComponents, LoadCaseResiduals, ResidualVector,
     load_case_components, load_case_residuals,
@@ -13,8 +14,8 @@ use super::robot_pose::drawn_axes;
 /// Measured against predicted displacements, what is left of them as vectors, and the correlations of the parameters, each with the name of
 /// its file.
 #[must_use]
-pub fn load_case_figures(
-    fit: &LoadCaseFit,
+pub fn component_figures(
+    fit: &FitOutcome,
     posed: &PosedLoadCases,
     robot: &Robot,
 ) -> Vec<(&'static str, Figure)> {
@@ -44,7 +45,7 @@ pub fn load_case_figures(
 
 /// Measured less model of every load case, along the axes of the base.
 fn residual_vectors(
-    fit: &LoadCaseFit,
+    fit: &FitOutcome,
     posed: &PosedLoadCases,
     robot: &Robot,
 ) -> Vec<ResidualVector> {

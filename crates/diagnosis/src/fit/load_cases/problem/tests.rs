@@ -7,7 +7,7 @@ use stiffbench_test_files::text;
 use stiffbench_units_and_text::source_text::SourceText;
 
 use super::*;
-use crate::elastostatics::spring_choice;
+use crate::fit::spring_choice;
 
 /// Shifts, m, rotation, rad, and change of the tool point, m: not small, so that products of them count.
 const FRAMES: [f64; 9] = [0.01, -0.02, 0.03, 0.3, -0.2, 0.25, 0.04, -0.03, 0.02];

@@ -11,10 +11,10 @@ use crate::search::constants::ROUNDING;
 use crate::search::dot;
 
 /// Loads that differ by less than this share of the larger are one load applied again.
-pub(super) const SAME_LOAD: f64 = 0.05;
+pub(in crate::fit) const SAME_LOAD: f64 = 0.05;
 
 /// Rows that hold one component under one load in one pose, each as often as it was read.
-pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
+pub(in crate::fit) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
     struct Repeated<'p> {
         load: [f64; 6],
         read: &'p ReadComponent,
@@ -45,7 +45,7 @@ pub(super) fn repeated_rows(posed: &PosedLoadCases) -> Vec<Vec<usize>> {
 }
 
 /// Root mean square of displacements, m, and of rotations, rad; one of what was not read.
-pub(super) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
+pub(in crate::fit) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
     [false, true].map(|rotation| {
         let rows = posed.rows();
         let own = rows.filter(|(_, read)| read.is_rotation() == rotation);
@@ -55,7 +55,7 @@ pub(super) fn sizes(posed: &PosedLoadCases) -> [f64; 2] {
 }
 
 /// Kind of each row: 0 of displacements, 1 of rotations.
-pub(super) fn kinds(posed: &PosedLoadCases) -> Vec<usize> {
+pub(in crate::fit) fn kinds(posed: &PosedLoadCases) -> Vec<usize> {
     let rows = posed.rows();
     rows.map(|(_, read)| usize::from(read.is_rotation()))
         .collect()
@@ -68,7 +68,7 @@ const SHARED: usize = 4;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct RowScatter {
     /// One over the standard deviation of each row by itself; zero of a row that takes no part.
-    pub(super) weights: Vec<f64>,
+    pub(in crate::fit) weights: Vec<f64>,
     /// The standard deviations of each row that it shares with its load case, signed: by the size of the load, and by its force along x, y, z.
     shared: Vec<[f64; SHARED]>,
     /// Number of rows of each load case.
@@ -80,7 +80,7 @@ impl RowScatter {
     ///
     /// # Arguments
     /// - `sd`: standard deviations of displacements, m, and of rotations, rad.
-    pub(super) fn plain(posed: &PosedLoadCases, sd: [f64; 2]) -> Self {
+    pub(in crate::fit) fn plain(posed: &PosedLoadCases, sd: [f64; 2]) -> Self {
         let kinds = kinds(posed);
         let cases = posed.cases.iter();
         Self {
@@ -96,7 +96,7 @@ impl RowScatter {
     /// # Arguments
     /// - `predicted`: every row as it is without error.
     /// - `components`: what each component of the force moves it by, as of [`ForceReading::ByComponents`](crate::mismatch::ForceReading).
-    pub(super) fn of_noise(
+    pub(in crate::fit) fn of_noise(
         posed: &PosedLoadCases,
         steps: GaugeSteps,
         noise: &ReadingNoise,
@@ -122,7 +122,7 @@ impl RowScatter {
     }
 
     /// Mean share of what a case has in common in the variance of its rows.
-    pub(super) fn common_share(&self) -> f64 {
+    pub(in crate::fit) fn common_share(&self) -> f64 {
         let rows = self.weights.iter().zip(&self.shared);
         let shares = rows.map(|(weight, shared)| {
             let common = weight * weight * dot(shared, shared);
@@ -132,7 +132,7 @@ impl RowScatter {
     }
 
     /// The same without some rows.
-    pub(super) fn without(&self, is_left_out: impl Fn(usize) -> bool) -> Self {
+    pub(in crate::fit) fn without(&self, is_left_out: impl Fn(usize) -> bool) -> Self {
         let mut without = self.clone();
         for (row, weight) in without.weights.iter_mut().enumerate() {
             if is_left_out(row) {
@@ -143,12 +143,12 @@ impl RowScatter {
     }
 
     /// One over the standard deviation of a row by itself.
-    pub(super) fn weight(&self, row: usize) -> f64 {
+    pub(in crate::fit) fn weight(&self, row: usize) -> f64 {
         self.weights[row]
     }
 
     /// Makes rows white in place.
-    pub(super) fn whiten(&self, rows: &mut [f64]) {
+    pub(in crate::fit) fn whiten(&self, rows: &mut [f64]) {
         for (row, weight) in rows.iter_mut().zip(&self.weights) {
             *row *= weight;
         }
@@ -184,14 +184,14 @@ impl RowScatter {
     }
 
     /// The sum of the squares of white rows.
-    pub(super) fn squares(&self, rows: &[f64]) -> f64 {
+    pub(in crate::fit) fn squares(&self, rows: &[f64]) -> f64 {
         let mut white = rows.to_vec();
         self.whiten(&mut white);
         dot(&white, &white)
     }
 
     /// The length of a column of white rows; `None` if the rows with weight do not show it.
-    pub(super) fn length(&self, column: &[f64]) -> Option<f64> {
+    pub(in crate::fit) fn length(&self, column: &[f64]) -> Option<f64> {
         let (length, whole) = (self.squares(column).sqrt(), dot(column, column).sqrt());
         let heaviest = self.weights.iter().copied().fold(0.0, f64::max);
         (length > ROUNDING * whole * heaviest).then_some(length)
@@ -207,7 +207,7 @@ impl RowScatter {
 }
 
 /// The smallest difference between values that differ; infinite if none do.
-pub(super) fn smallest_step(values: impl Iterator<Item = f64>) -> f64 {
+pub(in crate::fit) fn smallest_step(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     let steps = values.windows(2).map(|pair| pair[1] - pair[0]);

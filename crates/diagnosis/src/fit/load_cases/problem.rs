@@ -7,18 +7,19 @@ use stiffbench_numeric::least_squares::{
     ParameterSet, ResidualFunction,
 };
 
-use crate::fit::FitParameters;
+use crate::fit::FitError;
+use crate::fit::parameters::FitParameters;
+use crate::fit::weighed_problem::WeighedProblem;
 use crate::mismatch::GaugeSteps;
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 
-use super::error::LoadCaseFitError;
 use super::frames::{PositionFrames, lengths_beside};
-use super::held_out::{WeighedProblem, fill_white};
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use super::prediction::{
     AddedByLaws, PredictedMotions, ToolMotion, along, mechanics_of, rows_along,
 };
 use super::scatter::RowScatter;
+use super::white_rows::fill_white;
 
 /// Difference to a linear model, as a share of the largest displacement, below which a model is linear: rounding of stiff links is far below.
 const NOT_LINEAR: f64 = 1e-6;
@@ -42,12 +43,14 @@ pub struct LoadCaseModel<'a> {
 
 /// Residuals of all components: predicted less measured, white by the scatter of the load cases.
 #[derive(Debug)]
-pub(super) struct LoadCaseProblem<'a> {
+pub(in crate::fit) struct LoadCaseProblem<'a> {
     model: LoadCaseModel<'a>,
     mechanics: Mechanics<'a>,
     parameters: FitParameters,
     measured: Vec<f64>,
+    /// How all rows scatter, and those that take part.
     scatter: RowScatter,
+    used: RowScatter,
     /// Where motions are linear in the coordinates of the parameters: motions and columns at all coordinates zero.
     linear: Option<PredictedMotions>,
     /// Of absolute positions: the frames, whose coordinates follow those of the parameters.
@@ -64,8 +67,8 @@ impl<'a> LoadCaseModel<'a> {
     /// [`PosedLoadCases::rows`].
     ///
     /// # Errors
-    /// [`LoadCaseFitError`] for a pose that cannot be reached, or a structure that carries nothing.
-    pub fn predicted(&self) -> Result<Vec<f64>, LoadCaseFitError> {
+    /// [`FitError`] for a pose that cannot be reached, or a structure that carries nothing.
+    pub fn predicted(&self) -> Result<Vec<f64>, FitError> {
         let (start, posed) = (self.start, self.posed);
         let mut mechanics = self.mechanics(&[])?;
         let motions = PredictedMotions::of(&mechanics, posed, false);
@@ -81,7 +84,7 @@ impl<'a> LoadCaseModel<'a> {
     ///
     /// # Errors
     /// As [`mechanics_of`].
-    pub(super) fn mechanics(
+    pub(in crate::fit) fn mechanics(
         &self,
         parameters: &[ModelParameter],
     ) -> Result<Mechanics<'a>, RobotError> {
@@ -90,7 +93,7 @@ impl<'a> LoadCaseModel<'a> {
     }
 
     /// What was measured, in the order of the rows.
-    pub(super) fn measured(&self) -> Vec<f64> {
+    pub(in crate::fit) fn measured(&self) -> Vec<f64> {
         self.posed.rows().map(|(_, read)| read.value).collect()
     }
 
@@ -98,12 +101,12 @@ impl<'a> LoadCaseModel<'a> {
     /// the rigid robot leaves; and the free springs on which no load acts, which are kept.
     ///
     /// # Errors
-    /// [`LoadCaseFitError`] for a pose, structure, tie or bounds that cannot be.
-    pub(super) fn parameters(
+    /// [`FitError`] for a pose, structure, tie or bounds that cannot be.
+    pub(in crate::fit) fn parameters(
         &self,
         choice: &ParameterChoice,
         frames: Option<&PositionFrames>,
-    ) -> Result<(FitParameters, Vec<ModelParameter>), LoadCaseFitError> {
+    ) -> Result<(FitParameters, Vec<ModelParameter>), FitError> {
         let list = choice.parameters();
         let springs: Vec<ModelParameter> =
             list.into_iter().filter(|one| !one.is_factor()).collect();
@@ -160,7 +163,7 @@ impl<'a> LoadCaseModel<'a> {
 /// # Arguments
 /// - `lengths`: of the columns of the parameters.
 /// - `unit`: length of the column of a spring along every load, which is that of a lever of 1 m too.
-pub(super) fn unloaded_springs(
+pub(in crate::fit) fn unloaded_springs(
     parameters: &[ModelParameter],
     lengths: &[f64],
     unit: f64,
@@ -176,7 +179,7 @@ pub(super) fn unloaded_springs(
 }
 
 /// Length of the column of a spring that every load moves along itself.
-pub(super) fn unit_length(posed: &PosedLoadCases) -> f64 {
+pub(in crate::fit) fn unit_length(posed: &PosedLoadCases) -> f64 {
     let rows = posed
         .rows()
         .map(|(case, read)| along(&read.unit, &case.load));
@@ -185,13 +188,13 @@ pub(super) fn unit_length(posed: &PosedLoadCases) -> f64 {
 
 impl<'a> LoadCaseProblem<'a> {
     /// # Errors
-    /// [`LoadCaseFitError`] for a pose that cannot be reached or a structure that carries nothing.
-    pub(super) fn new(
+    /// [`FitError`] for a pose that cannot be reached or a structure that carries nothing.
+    pub(in crate::fit) fn new(
         model: LoadCaseModel<'a>,
         parameters: &FitParameters,
         scatter: RowScatter,
         frames: Option<&PositionFrames>,
-    ) -> Result<Self, LoadCaseFitError> {
+    ) -> Result<Self, FitError> {
         let list = parameters.parameters();
         let mut mechanics = model.mechanics(list)?;
         let factors_move = list
@@ -209,28 +212,29 @@ impl<'a> LoadCaseProblem<'a> {
             parameters: parameters.clone(),
             model,
             mechanics,
+            used: scatter.clone(),
             scatter,
             linear,
             frames: frames.cloned(),
         })
     }
 
-    /// The parameters.
-    pub(super) fn parameters(&self) -> &FitParameters {
-        &self.parameters
+    /// How rows scatter.
+    pub(in crate::fit) fn scatter(&self) -> &RowScatter {
+        &self.scatter
     }
 
-    /// Whether every prediction is linear in the coordinates, but for frames: their rotations are small, and their product with the
-    /// elastic motions smaller still.
-    pub(super) fn is_linear(&self) -> bool {
-        self.linear.is_some() && self.added.is_none()
+    /// From now on rows scatter like this.
+    pub(in crate::fit) fn set_scatter(&mut self, scatter: RowScatter) {
+        self.used.clone_from(&scatter);
+        self.scatter = scatter;
     }
 
     /// Predictions at a point of the coordinates.
     ///
     /// # Errors
     /// [`RobotError`].
-    pub(super) fn predictions(&mut self, point: &[f64]) -> Result<Vec<f64>, RobotError> {
+    pub(in crate::fit) fn predictions(&mut self, point: &[f64]) -> Result<Vec<f64>, RobotError> {
         let motions = self.motions(point, false)?;
         self.rows(point, &motions.values)
     }
@@ -240,7 +244,10 @@ impl<'a> LoadCaseProblem<'a> {
     ///
     /// # Errors
     /// [`RobotError`].
-    pub(super) fn force_components(&mut self, point: &[f64]) -> Result<Vec<[f64; 3]>, RobotError> {
+    pub(in crate::fit) fn force_components(
+        &mut self,
+        point: &[f64],
+    ) -> Result<Vec<[f64; 3]>, RobotError> {
         let factors = self.parameters.values(point);
         self.mechanics.set_factors_rigid(&factors)?;
         let rows = self.model.posed.rows().map(|(case, read)| {
@@ -309,7 +316,10 @@ impl<'a> LoadCaseProblem<'a> {
     ///
     /// # Errors
     /// [`RobotError`].
-    pub(super) fn linear_columns(&mut self, point: &[f64]) -> Result<Vec<Vec<f64>>, RobotError> {
+    pub(in crate::fit) fn linear_columns(
+        &mut self,
+        point: &[f64],
+    ) -> Result<Vec<Vec<f64>>, RobotError> {
         let motions = self.motions(point, true)?;
         Ok(self.columns(point, &motions))
     }
@@ -371,7 +381,7 @@ impl<'a> LoadCaseProblem<'a> {
 ///
 /// # Errors
 /// [`LeastSquaresError`] if ties go in a circle or nothing is free.
-pub(super) fn coordinates(
+pub(in crate::fit) fn coordinates(
     parameters: &FitParameters,
     frames: Option<&PositionFrames>,
 ) -> Result<ParameterSet, LeastSquaresError> {
@@ -386,7 +396,9 @@ pub(super) fn coordinates(
 ///
 /// # Errors
 /// As [`coordinates`].
-pub(super) fn frames_alone(parameters: &FitParameters) -> Result<ParameterSet, LeastSquaresError> {
+pub(in crate::fit) fn frames_alone(
+    parameters: &FitParameters,
+) -> Result<ParameterSet, LeastSquaresError> {
     let list = parameters.list().into_iter();
     let rigid = list.zip(parameters.coordinates_of_rigid());
     let rigid = rigid.map(|(one, coordinate)| Parameter::fixed(one.name, coordinate));
@@ -459,7 +471,7 @@ impl ResidualFunction for LoadCaseProblem<'_> {
         let columns = columns.transpose().map_err(EvaluationFailure::of_model)?;
         let rows = (&rows[..], &self.measured[..]);
         let columns = columns.as_deref().unwrap_or_default();
-        fill_white(&self.scatter, rows, residuals, jacobian, columns);
+        fill_white(&self.used, rows, residuals, jacobian, columns);
         Ok(())
     }
 
@@ -480,8 +492,8 @@ impl ResidualFunction for LoadCaseProblem<'_> {
 }
 
 impl WeighedProblem for LoadCaseProblem<'_> {
-    fn scatter(&mut self) -> &mut RowScatter {
-        &mut self.scatter
+    fn parameters(&self) -> &FitParameters {
+        &self.parameters
     }
 
     /// Of a model that is linear the end is where double precision ends; else a compliance keeps about nine digits, so that a share of
@@ -494,7 +506,16 @@ impl WeighedProblem for LoadCaseProblem<'_> {
         }
     }
 
-    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, LoadCaseFitError> {
+    /// Linear but for frames: their rotations are small, and their product with the elastic motions smaller still.
+    fn is_linear(&self) -> bool {
+        self.linear.is_some() && self.added.is_none()
+    }
+
+    fn leave_out(&mut self, is_left_out: &dyn Fn(usize) -> bool) {
+        self.used = self.scatter.without(is_left_out);
+    }
+
+    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, FitError> {
         Ok(self.predictions(point)?)
     }
 }

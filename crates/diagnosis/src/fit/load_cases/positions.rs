@@ -5,23 +5,22 @@ use stiffbench_numeric::least_squares::{ParameterCovariance, minimise};
 use stiffbench_numeric::statistics::{root_mean_square, student_t_quantile};
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::error::LoadCaseFitError;
 use super::frames::PositionFrames;
-use super::held_out::{WeighedProblem, leave_poses_out};
-use super::outcome::{FittedFrames, FrameParameter, micro_unit};
 use super::problem::{LoadCaseModel, LoadCaseProblem, frames_alone};
+use crate::fit::weighed_problem::{WeighedProblem, leave_poses_out};
+use crate::fit::{FitError, FittedFrames, FrameParameter};
 
 /// Force that is named as what would determine a spring, N.
 const NAMED_FORCE_N: f64 = 100.0;
 
 /// The rigid robot with the frames that fit it best.
-pub(super) struct RigidRobot {
+pub(in crate::fit) struct RigidRobot {
     /// All coordinates, those of springs zero.
-    pub(super) coordinates: Vec<f64>,
+    pub(in crate::fit) coordinates: Vec<f64>,
     /// What it predicts of every row, m.
-    pub(super) predicted: Vec<f64>,
+    pub(in crate::fit) predicted: Vec<f64>,
     /// The same of each pose by a fit to the others.
-    pub(super) unseen: Vec<Option<f64>>,
+    pub(in crate::fit) unseen: Vec<Option<f64>>,
 }
 
 impl RigidRobot {
@@ -31,17 +30,21 @@ impl RigidRobot {
     /// - `leave_out`: whether each pose is to be left out in turn.
     ///
     /// # Errors
-    /// [`LoadCaseFitError`].
-    pub(super) fn fit(
+    /// [`FitError`].
+    pub(in crate::fit) fn fit(
         model: &LoadCaseModel<'_>,
         problem: &mut LoadCaseProblem<'_>,
         leave_out: bool,
-    ) -> Result<Self, LoadCaseFitError> {
+    ) -> Result<Self, FitError> {
         let set = frames_alone(problem.parameters())?;
         let settings = problem.settings();
         let fit = minimise(problem, &set, &settings)?;
         let unseen = if leave_out {
-            leave_poses_out(model.posed, problem, &set.with_start(&fit.free_values)?)?
+            leave_poses_out(
+                problem,
+                &set.with_start(&fit.free_values)?,
+                &model.posed.labels_of_rows(),
+            )?
         } else {
             vec![None; fit.residuals.len()]
         };
@@ -64,7 +67,7 @@ impl RigidRobot {
 /// # Arguments
 /// - `coordinates`: all coordinates of the fit.
 /// - `parameters`: how many of them are no frames.
-pub(super) fn fitted_frames(
+pub(in crate::fit) fn fitted_frames(
     model: &LoadCaseModel<'_>,
     frames: &PositionFrames,
     coordinates: &[f64],
@@ -78,7 +81,11 @@ pub(super) fn fitted_frames(
         let error = found.and_then(|found| found.standard_error);
         FrameParameter {
             name: TRACKER_PARAMETERS[place],
-            unit: micro_unit(TRACKER_PARAMETERS[place].contains(".r")),
+            unit: if TRACKER_PARAMETERS[place].contains(".r") {
+                "urad"
+            } else {
+                "um"
+            },
             standard_error: error,
             half_width_95: error
                 .zip(quantile)
@@ -99,12 +106,12 @@ pub(super) fn fitted_frames(
 /// - `loaded`: whether own weight or a load acts on it, though frames or other springs do the same.
 ///
 /// # Errors
-/// [`LoadCaseFitError`].
-pub(super) fn why_open(
+/// [`FitError`].
+pub(in crate::fit) fn why_open(
     model: &LoadCaseModel<'_>,
     spring: &ModelParameter,
     loaded: bool,
-) -> Result<String, LoadCaseFitError> {
+) -> Result<String, FitError> {
     let mechanics = model.mechanics(std::slice::from_ref(spring))?;
     let mut best: Option<(f64, Direction, usize)> = None;
     for place in 0..model.posed.poses.len() {

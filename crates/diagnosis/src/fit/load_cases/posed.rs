@@ -10,12 +10,12 @@ use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::error::LoadCaseFitError;
+use crate::fit::FitError;
 use crate::mismatch::ReadQuantity;
 use crate::parameters::place_of;
 
 /// Names of the components, in the order of loads, displacements and positions.
-pub(super) const COMPONENTS: [&str; 9] = [
+pub(in crate::fit) const COMPONENTS: [&str; 9] = [
     "displacement x",
     "displacement y",
     "displacement z",
@@ -86,7 +86,7 @@ impl ReadComponent {
     }
 
     /// What was read, in the axes of the base.
-    pub(super) fn read_axis(&self) -> ReadAxis {
+    pub(in crate::fit) fn read_axis(&self) -> ReadAxis {
         ReadAxis::new(self.axis(), self.is_rotation(), self.unit)
     }
 }
@@ -117,13 +117,13 @@ impl PosedLoad {
     }
 
     /// Direction and amount of its load; without a load an amount of zero along z.
-    pub(super) fn load_along(&self) -> (LoadDirection, f64) {
+    pub(in crate::fit) fn load_along(&self) -> (LoadDirection, f64) {
         let unloaded = || (LoadDirection::of_axis(Direction::Z).clone(), 0.0);
         LoadDirection::of_wrench(self.load).unwrap_or_else(unloaded)
     }
 
     /// Its force, for example `F = -40 N along z`; by components where it is along no axis of the base.
-    pub(super) fn force_words(&self) -> String {
+    pub(in crate::fit) fn force_words(&self) -> String {
         let [x, y, z, ..] = self.load;
         let size = self.force_n();
         let along = Direction::ALL.iter().zip([x, y, z]);
@@ -153,12 +153,12 @@ impl PosedLoadCases {
     /// Puts a table of load cases into the poses and axes of a robot.
     ///
     /// # Errors
-    /// [`LoadCaseFitError`] for variables, poses and axes that the robot does not have, and poses that it cannot take.
+    /// [`FitError`] for variables, poses and axes that the robot does not have, and poses that it cannot take.
     pub fn new(
         robot: &Robot,
         mechanism: &Mechanism,
         table: &LoadCaseTable,
-    ) -> Result<Self, LoadCaseFitError> {
+    ) -> Result<Self, FitError> {
         let variables = variables(robot, table)?;
         let mut posed = Self {
             labels: table.poses(),
@@ -215,6 +215,11 @@ impl PosedLoadCases {
         cases.flat_map(|case| case.components.iter().map(move |one| (case, one)))
     }
 
+    /// Place of the name of the pose of each row among the named poses.
+    pub(in crate::fit) fn labels_of_rows(&self) -> Vec<usize> {
+        self.rows().map(|(case, _)| case.label).collect()
+    }
+
     /// The same without some components, by their places among the rows.
     #[must_use]
     pub fn without_rows(&self, rows: &[usize]) -> Self {
@@ -231,7 +236,7 @@ impl PosedLoadCases {
     /// The same with the values of a variable of the robot with the other sign; `None` where they are all zero, or where axes other than those of
     /// the base turn with them.
     #[must_use]
-    pub(super) fn with_other_sign(&self, variable: usize) -> Option<Self> {
+    pub(in crate::fit) fn with_other_sign(&self, variable: usize) -> Option<Self> {
         let is_of_base = |read: &ReadComponent| {
             let own = (0..6).map(|place| f64::from(u8::from(place == read.component % 6)));
             own.zip(read.unit).all(|(own, unit)| own == unit)
@@ -357,7 +362,7 @@ fn and_further(count: usize, what: &str) -> String {
 }
 
 /// The robot's variable of each joint column.
-fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, LoadCaseFitError> {
+fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, FitError> {
     let names = || {
         robot
             .variables
@@ -376,9 +381,9 @@ fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, LoadCas
     let columns = table
         .joints
         .iter()
-        .map(|column| -> Result<usize, LoadCaseFitError> {
+        .map(|column| -> Result<usize, FitError> {
             let variable = &column.variable;
-            let found = find(variable).ok_or_else(|| LoadCaseFitError::UnknownVariable {
+            let found = find(variable).ok_or_else(|| FitError::UnknownVariable {
                 file: table.source.clone(),
                 robot: robot.name.clone(),
                 variable: variable.clone(),
@@ -392,7 +397,7 @@ fn variables(robot: &Robot, table: &LoadCaseTable) -> Result<Vec<usize>, LoadCas
             let words = |is_angle: bool| if is_angle { "an angle" } else { "a length" };
             let turns = robot.variables[found].motion == JointMotion::Turns;
             if turns != (column.unit == JointUnit::Angle) {
-                return Err(LoadCaseFitError::JointUnit {
+                return Err(FitError::JointUnit {
                     file: table.source.clone(),
                     variable: variable.clone(),
                     found: words(!turns),
@@ -409,7 +414,7 @@ fn refuse_bare_variable(
     robot: &Robot,
     table: &LoadCaseTable,
     column: &str,
-) -> Result<(), LoadCaseFitError> {
+) -> Result<(), FitError> {
     let is_meant = |name: &str| {
         let head = column.trim().get(..name.len());
         let rest = column.trim().get(name.len()..).unwrap_or_default();
@@ -420,7 +425,7 @@ fn refuse_bare_variable(
     let Some(variable) = variables.find(|variable| is_meant(&variable.name)) else {
         return Ok(());
     };
-    Err(LoadCaseFitError::BareVariable {
+    Err(FitError::BareVariable {
         file: table.source.clone(),
         robot: robot.name.clone(),
         column: column.to_owned(),
@@ -439,10 +444,10 @@ fn pose_of(
     table: &LoadCaseTable,
     variables: &[usize],
     case: &LoadCase,
-) -> Result<Pose, LoadCaseFitError> {
+) -> Result<Pose, FitError> {
     let named = robot.pose(&case.pose).ok();
     if variables.is_empty() && named.is_none() {
-        return Err(LoadCaseFitError::UnknownPose {
+        return Err(FitError::UnknownPose {
             file: table.source.clone(),
             line: case.line,
             pose: case.pose.to_string(),
@@ -468,7 +473,7 @@ fn axes_of(
     table: &LoadCaseTable,
     case: &LoadCase,
     pose: &Pose,
-) -> Result<[[f64; 3]; 3], LoadCaseFitError> {
+) -> Result<[[f64; 3]; 3], FitError> {
     let body = match &case.axes {
         LoadAxes::Base => return Ok(Direction::ALL.map(Direction::unit_vector)),
         LoadAxes::Tool => robot.tool.body.or_else(|| robot.end_body(mechanism)),
@@ -477,7 +482,7 @@ fn axes_of(
     let Some(body) = body else {
         let bodies = || robot.bodies.iter().map(|body| body.name.as_str());
         let axes = case.axes.to_string();
-        return Err(LoadCaseFitError::UnknownAxes {
+        return Err(FitError::UnknownAxes {
             file: table.source.clone(),
             line: case.line,
             robot: robot.name.clone(),
@@ -490,7 +495,7 @@ fn axes_of(
         });
     };
     let axes = robot.body_axes(body, pose);
-    let axes = axes.map_err(|source| LoadCaseFitError::Pose {
+    let axes = axes.map_err(|source| FitError::Pose {
         file: table.source.clone(),
         line: case.line,
         pose: case.pose.to_string(),

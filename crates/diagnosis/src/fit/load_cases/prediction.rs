@@ -9,20 +9,24 @@ use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use super::problem::LoadCaseModel;
 
 /// Displacement, m, and rotation, rad, of the tool centre in the axes of the base.
-pub(super) type ToolMotion = [f64; 6];
+pub(in crate::fit) type ToolMotion = [f64; 6];
 
 /// Predicted motions of the tool centre, in the order of the load cases.
 #[derive(Debug, Clone)]
-pub(super) struct PredictedMotions {
+pub(in crate::fit) struct PredictedMotions {
     /// Under the load of each case; beside positions under own weight too.
-    pub(super) values: Vec<ToolMotion>,
+    pub(in crate::fit) values: Vec<ToolMotion>,
     /// For each parameter the derivative of every motion: to ln a of a factor, to the compliance of a spring.
-    pub(super) columns: Vec<Vec<ToolMotion>>,
+    pub(in crate::fit) columns: Vec<Vec<ToolMotion>>,
 }
 
 impl PredictedMotions {
     /// Those of all load cases under the values set last, with their derivatives where they are asked for.
-    pub(super) fn of(mechanics: &Mechanics<'_>, posed: &PosedLoadCases, derivatives: bool) -> Self {
+    pub(in crate::fit) fn of(
+        mechanics: &Mechanics<'_>,
+        posed: &PosedLoadCases,
+        derivatives: bool,
+    ) -> Self {
         let cases = || posed.cases.iter();
         let pose = |case: &PosedLoad| mechanics.pose(case.pose);
         let first = mechanics.pose(0).gradient.len();
@@ -38,7 +42,7 @@ impl PredictedMotions {
     }
 
     /// The motions at a point, of motions whose derivatives are the same everywhere.
-    pub(super) fn at(&self, point: &[f64]) -> Vec<ToolMotion> {
+    pub(in crate::fit) fn at(&self, point: &[f64]) -> Vec<ToolMotion> {
         let mut values = self.values.clone();
         let columns = self.columns.iter().zip(point);
         for (column, coordinate) in columns.filter(|(_, coordinate)| **coordinate != 0.0) {
@@ -59,7 +63,7 @@ impl PredictedMotions {
 ///
 /// # Errors
 /// [`RobotError`] for a pose that cannot be reached, or in which the structure carries nothing.
-pub(super) fn mechanics_of<'a>(
+pub(in crate::fit) fn mechanics_of<'a>(
     (robot, mechanism): (&'a Robot, &'a Mechanism),
     posed: &PosedLoadCases,
     parameters: &[ModelParameter],
@@ -77,7 +81,7 @@ pub(super) fn mechanics_of<'a>(
 }
 
 /// One value a component, each from the motion of its load case.
-pub(super) fn rows_of(
+pub(in crate::fit) fn rows_of(
     posed: &PosedLoadCases,
     motions: &[ToolMotion],
     row: impl Fn(usize, &ReadComponent, &ToolMotion) -> f64,
@@ -93,19 +97,19 @@ pub(super) fn rows_of(
 }
 
 /// Component of a motion along a unit vector of six.
-pub(super) fn along(unit: &[f64; 6], motion: &ToolMotion) -> f64 {
+pub(in crate::fit) fn along(unit: &[f64; 6], motion: &ToolMotion) -> f64 {
     let shares = unit.iter().zip(motion).filter(|(unit, _)| **unit != 0.0);
     shares.map(|(unit, motion)| unit * motion).sum()
 }
 
 /// The motion of its load case along the unit vector of each component.
-pub(super) fn rows_along(posed: &PosedLoadCases, motions: &[ToolMotion]) -> Vec<f64> {
+pub(in crate::fit) fn rows_along(posed: &PosedLoadCases, motions: &[ToolMotion]) -> Vec<f64> {
     rows_of(posed, motions, |_, read, motion| along(&read.unit, motion))
 }
 
 /// What laws add to the linear structure in load cases, each load from the unloaded state.
 #[derive(Debug)]
-pub(super) struct AddedByLaws<'a> {
+pub(in crate::fit) struct AddedByLaws<'a> {
     laws: &'a LawSet,
     posed: &'a PosedLoadCases,
     joint_rotations: JointRotations,
@@ -113,7 +117,7 @@ pub(super) struct AddedByLaws<'a> {
 
 impl<'a> AddedByLaws<'a> {
     /// Those of a model; `None` if no law acts.
-    pub(super) fn of(model: &LoadCaseModel<'a>) -> Option<Self> {
+    pub(in crate::fit) fn of(model: &LoadCaseModel<'a>) -> Option<Self> {
         Some(Self {
             laws: &model.physics?.laws,
             posed: model.posed,
@@ -128,7 +132,7 @@ impl<'a> AddedByLaws<'a> {
     ///
     /// # Errors
     /// [`RobotError::Structure`].
-    pub(super) fn rows(
+    pub(in crate::fit) fn rows(
         &mut self,
         mechanics: &mut Mechanics<'_>,
         factors: &FittingFactors,

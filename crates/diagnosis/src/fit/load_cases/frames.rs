@@ -15,9 +15,9 @@ use stiffbench_numeric::vector::{cross, norm};
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::Direction;
 
+use crate::fit::FitError;
 use crate::search::{self, push_orthonormal};
 
-use super::error::LoadCaseFitError;
 use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 use super::prediction::{ToolMotion, along, rows_of};
 
@@ -35,7 +35,7 @@ const UNSEEN: f64 = 1e-9;
 
 /// Rigid robot and frames near those of the least squares.
 #[derive(Debug, Clone)]
-pub(super) struct PositionFrames {
+pub(in crate::fit) struct PositionFrames {
     start: TrackerFrames,
     /// The tool of the rigid robot in each distinct pose.
     tools: Vec<ToolPose>,
@@ -45,12 +45,12 @@ impl PositionFrames {
     /// Frames that fit the rigid robot nearly best; `None` without positions.
     ///
     /// # Errors
-    /// [`LoadCaseFitError::TooFewPositions`]; a pose that cannot be reached.
-    pub(super) fn of(
+    /// [`FitError::TooFewPositions`]; a pose that cannot be reached.
+    pub(in crate::fit) fn of(
         robot: &Robot,
         mechanism: &Mechanism,
         posed: &PosedLoadCases,
-    ) -> Result<Option<Self>, LoadCaseFitError> {
+    ) -> Result<Option<Self>, FitError> {
         if !posed.has_positions() {
             return Ok(None);
         }
@@ -65,14 +65,14 @@ impl PositionFrames {
     }
 
     /// The nine parameters, beginning at the start, which is zero.
-    pub(super) fn parameters() -> impl Iterator<Item = Parameter> {
+    pub(in crate::fit) fn parameters() -> impl Iterator<Item = Parameter> {
         TRACKER_PARAMETERS
             .into_iter()
             .map(|name| Parameter::unbounded(name, 0.0))
     }
 
     /// The frames at nine coordinates: shift, rotation vector from the start, change of the tool point.
-    pub(super) fn at(&self, coordinates: &[f64]) -> TrackerFrames {
+    pub(in crate::fit) fn at(&self, coordinates: &[f64]) -> TrackerFrames {
         let mut frames = self.start;
         if let [x, y, z, rx, ry, rz, bx, by, bz] = *coordinates {
             frames = frames.turned([rx, ry, rz]);
@@ -87,7 +87,7 @@ impl PositionFrames {
     }
 
     /// What a position reads of motions of the tool centre.
-    pub(super) fn read_axis(
+    pub(in crate::fit) fn read_axis(
         &self,
         frames: &TrackerFrames,
         case: &PosedLoad,
@@ -98,7 +98,7 @@ impl PositionFrames {
     }
 
     /// Predicted positions, one a row.
-    pub(super) fn rows(
+    pub(in crate::fit) fn rows(
         &self,
         posed: &PosedLoadCases,
         frames: &TrackerFrames,
@@ -111,14 +111,14 @@ impl PositionFrames {
     }
 
     /// Positions of the rigid robot at the start less the measured ones, m.
-    pub(super) fn left_by_rigid_robot(&self, posed: &PosedLoadCases) -> Vec<f64> {
+    pub(in crate::fit) fn left_by_rigid_robot(&self, posed: &PosedLoadCases) -> Vec<f64> {
         let rigid = self.rows(posed, &self.start, &vec![[0.0; 6]; posed.cases.len()]);
         let pairs = rigid.iter().zip(posed.rows());
         pairs.map(|(rigid, (_, read))| rigid - read.value).collect()
     }
 
     /// Derivatives of the positions where motions of the tool centre change so.
-    pub(super) fn column(
+    pub(in crate::fit) fn column(
         &self,
         posed: &PosedLoadCases,
         frames: &TrackerFrames,
@@ -131,7 +131,7 @@ impl PositionFrames {
     }
 
     /// Derivatives of the positions to the nine coordinates.
-    pub(super) fn frame_columns(
+    pub(in crate::fit) fn frame_columns(
         &self,
         posed: &PosedLoadCases,
         coordinates: &[f64],
@@ -207,10 +207,7 @@ impl WholePosition<'_> {
 }
 
 /// Frames from rotation and tool point in turn: each is the least-squares solution for given values of the other.
-fn first_frames(
-    posed: &PosedLoadCases,
-    tools: &[ToolPose],
-) -> Result<TrackerFrames, LoadCaseFitError> {
+fn first_frames(posed: &PosedLoadCases, tools: &[ToolPose]) -> Result<TrackerFrames, FitError> {
     let whole: Vec<WholePosition<'_>> = posed
         .cases
         .iter()
@@ -234,7 +231,7 @@ fn first_frames(
     poses.sort_unstable();
     poses.dedup();
     if poses.len() < FEWEST_POSITIONS {
-        return Err(LoadCaseFitError::TooFewPositions {
+        return Err(FitError::TooFewPositions {
             whole: poses.len(),
             needed: FEWEST_POSITIONS,
         });
@@ -303,7 +300,7 @@ fn pseudo_inverse(matrix: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// Length of what some columns leave of each vector.
-pub(super) fn lengths_beside(columns: &[Vec<f64>], vectors: &[Vec<f64>]) -> Vec<f64> {
+pub(in crate::fit) fn lengths_beside(columns: &[Vec<f64>], vectors: &[Vec<f64>]) -> Vec<f64> {
     let mut units = Vec::with_capacity(columns.len());
     for column in columns {
         push_orthonormal(&mut units, column.clone(), UNSEEN, 0.0);

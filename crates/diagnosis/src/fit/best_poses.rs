@@ -7,9 +7,9 @@ use stiffbench_numeric::vector::along6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::error::LoadCaseFitError;
+use super::load_cases::problem::unloaded_springs;
 use super::plan::{EndCompliance, TriedPose, add_outer, further_poses, motion_along};
-use super::problem::unloaded_springs;
+use crate::fit::FitError;
 
 /// Poses that are tried beside the named ones, spread evenly over the limits.
 const TRIED_POSES: usize = 600;
@@ -62,7 +62,7 @@ pub struct BestPoses {
 /// - `count`: number of poses, at least one.
 ///
 /// # Errors
-/// [`LoadCaseFitError::Dependent`] if no choice of poses determines all parameters; for a structure that carries nothing. Poses that cannot be
+/// [`FitError::Dependent`] if no choice of poses determines all parameters; for a structure that carries nothing. Poses that cannot be
 /// reached are passed over.
 pub fn best_poses(
     robot: &Robot,
@@ -71,7 +71,7 @@ pub fn best_poses(
     parameters: &[ModelParameter],
     readings: &PoseReadings,
     count: usize,
-) -> Result<BestPoses, LoadCaseFitError> {
+) -> Result<BestPoses, FitError> {
     let poses = further_poses(robot, mechanism, TRIED_POSES);
     let tried = TriedPose::all((robot, mechanism), parameters, start, poses.collect())?;
     // Beside the parameters a spring that every load moves along itself.
@@ -105,7 +105,7 @@ pub fn best_poses(
     let inverse = sum.cholesky().map(|factor| factor.inverse());
     let inverse = inverse
         .filter(|inverse| !loaded.is_empty() && inverse.diagonal().max() < 1.0 / RIDGE)
-        .ok_or(LoadCaseFitError::Dependent)?;
+        .ok_or(FitError::Dependent)?;
     let error = |place: usize| {
         let i = loaded.iter().position(|known| *known == place)?;
         Some(scales[i] * inverse[(i, i)].sqrt())

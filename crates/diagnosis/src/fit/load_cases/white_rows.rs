@@ -1,32 +1,13 @@
-//! How well a model serves in poses that it was not fitted to.
+//! Rows of load cases that are made white, and those that are linear in their coordinates.
 
 use stiffbench_numeric::least_squares::{
-    EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresSettings, Parameter,
-    ParameterSet, ResidualFunction, minimise,
+    EvaluationFailure, JacobianView, LeastSquaresError, Parameter, ParameterSet, ResidualFunction,
 };
 
-use super::error::LoadCaseFitError;
-use super::posed::PosedLoadCases;
 use super::scatter::RowScatter;
-use crate::mismatch::folds_of;
-
-/// A problem whose rows can be given another scatter.
-pub(super) trait WeighedProblem: ResidualFunction {
-    /// How its rows scatter.
-    fn scatter(&mut self) -> &mut RowScatter;
-
-    /// When a fit has converged.
-    fn settings(&self) -> LeastSquaresSettings;
-
-    /// Predictions of all rows at a point of the coordinates.
-    ///
-    /// # Errors
-    /// [`LoadCaseFitError`].
-    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, LoadCaseFitError>;
-}
 
 /// White residuals of predictions, and the white columns of their derivatives where they are asked for.
-pub(super) fn fill_white(
+pub(in crate::fit) fn fill_white(
     scatter: &RowScatter,
     (predicted, measured): (&[f64], &[f64]),
     residuals: &mut [f64],
@@ -47,52 +28,9 @@ pub(super) fn fill_white(
     }
 }
 
-/// Leaves each pose out in turn with all its repeats, of many poses some together, and predicts it by a fit to the others within the bounds of the
-/// parameters.
-///
-/// # Arguments
-/// - `set`: where each fit starts. What the other poses do not determine stays there.
-///
-/// # Returns
-/// A prediction for each row; `None` with fewer than two poses, or too few rows without its pose.
-///
-/// # Errors
-/// [`LoadCaseFitError`].
-pub(super) fn leave_poses_out(
-    posed: &PosedLoadCases,
-    problem: &mut impl WeighedProblem,
-    set: &ParameterSet,
-) -> Result<Vec<Option<f64>>, LoadCaseFitError> {
-    let labels: Vec<usize> = posed.rows().map(|(case, _)| case.label).collect();
-    let free = set.free_indices().len();
-    let mut unseen = vec![None; labels.len()];
-    if posed.labels.len() < 2 {
-        return Ok(unseen);
-    }
-    let scatter = problem.scatter().clone();
-    let settings = problem.settings();
-    let folds = folds_of(posed.labels.len());
-    for fold in 0..folds {
-        let left_out = |row: usize| labels[row] % folds == fold;
-        if (0..labels.len()).filter(|row| !left_out(*row)).count() < free {
-            continue;
-        }
-        *problem.scatter() = scatter.without(left_out);
-        let refitted = minimise(problem, set, &settings)?;
-        let predicted = problem.predict(&refitted.values)?;
-        for (row, predicted) in predicted.into_iter().enumerate() {
-            if left_out(row) {
-                unseen[row] = Some(predicted);
-            }
-        }
-    }
-    *problem.scatter() = scatter;
-    Ok(unseen)
-}
-
 /// Rows that are linear in their coordinates: each the change of a value in units in which its weighed column has length one.
 #[derive(Debug)]
-pub(super) struct LinearRows<'a> {
+pub(in crate::fit) struct LinearRows<'a> {
     rows: &'a [f64],
     columns: Vec<Vec<f64>>,
     scatter: RowScatter,
@@ -106,7 +44,7 @@ impl<'a> LinearRows<'a> {
     ///
     /// # Errors
     /// [`LeastSquaresError`] without columns.
-    pub(super) fn new(
+    pub(in crate::fit) fn new(
         rows: &'a [f64],
         columns: &[(&[f64], [f64; 2])],
         scatter: RowScatter,
@@ -129,7 +67,8 @@ impl<'a> LinearRows<'a> {
         Ok((problem, ParameterSet::new(parameters)?))
     }
 
-    fn at(&self, point: &[f64]) -> Vec<f64> {
+    /// All rows at a point.
+    pub(in crate::fit) fn at(&self, point: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.rows.len()];
         for (column, coordinate) in self.columns.iter().zip(point) {
             for (sum, value) in sum.iter_mut().zip(column) {
@@ -154,19 +93,5 @@ impl ResidualFunction for LinearRows<'_> {
         let rows = (&self.at(parameters)[..], self.rows);
         fill_white(&self.scatter, rows, residuals, jacobian, &self.columns);
         Ok(())
-    }
-}
-
-impl WeighedProblem for LinearRows<'_> {
-    fn scatter(&mut self) -> &mut RowScatter {
-        &mut self.scatter
-    }
-
-    fn settings(&self) -> LeastSquaresSettings {
-        LeastSquaresSettings::default()
-    }
-
-    fn predict(&mut self, point: &[f64]) -> Result<Vec<f64>, LoadCaseFitError> {
-        Ok(self.at(point))
     }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use stiffbench_beams::robot::ModelParameter;
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
-use crate::fit::FactorStatus;
+use crate::fit::{FactorStatus, FitError, FitOptions, FitOutcome};
 use crate::mismatch::{BadReading, OtherJointValue, slip};
 use crate::search::constants::{BAD_READING_LEVEL, LEAST_INDEPENDENT, MOST_BAD_READINGS};
 use crate::search::push_orthonormal;
@@ -17,14 +17,12 @@ use crate::search::push_orthonormal;
 use super::bad_positions::bad_positions;
 use super::basis::{Basis, moves};
 use super::far_value::{FarValue, LEAST_SCATTER, ScatterCase, scatter_of};
-use crate::elastostatics::error::LoadCaseFitError;
-use crate::elastostatics::fit::{LoadCaseFitOptions, fit_load_cases};
-use crate::elastostatics::frames::PositionFrames;
-use crate::elastostatics::outcome::{LoadCaseAgreement, LoadCaseFit};
-use crate::elastostatics::posed::PosedLoadCases;
-use crate::elastostatics::prediction::PredictedMotions;
-use crate::elastostatics::problem::LoadCaseModel;
-use crate::elastostatics::scatter::{kinds, repeated_rows, sizes, smallest_step};
+use crate::fit::load_cases::fit::fit_load_cases;
+use crate::fit::load_cases::frames::PositionFrames;
+use crate::fit::load_cases::posed::PosedLoadCases;
+use crate::fit::load_cases::prediction::PredictedMotions;
+use crate::fit::load_cases::problem::LoadCaseModel;
+use crate::fit::load_cases::scatter::{kinds, repeated_rows, sizes, smallest_step};
 
 /// Most bad values of a table: one with more has another fault, which more names would not make plainer.
 pub(super) const MOST: usize = 10;
@@ -65,12 +63,12 @@ pub(super) struct TestedValue {
 /// - `fit`: of the model with these options.
 ///
 /// # Errors
-/// [`LoadCaseFitError`]: those of a fit.
+/// [`FitError`]: those of a fit.
 pub fn bad_load_case_values(
     model: &LoadCaseModel<'_>,
-    options: &LoadCaseFitOptions,
-    fit: &LoadCaseFit,
-) -> Result<Vec<BadReading>, LoadCaseFitError> {
+    options: &FitOptions,
+    fit: &FitOutcome,
+) -> Result<Vec<BadReading>, FitError> {
     let posed = model.posed;
     if posed.has_positions() {
         return bad_positions(model, options, fit);
@@ -300,11 +298,11 @@ fn farthest(
 /// The value without repeats that the fit to all others contradicts, if nothing else is left that noise does not leave.
 ///
 /// # Errors
-/// [`LoadCaseFitError`].
+/// [`FitError`].
 fn improbable(
     model: &LoadCaseModel<'_>,
-    fit: &LoadCaseFit,
-) -> Result<Option<TestedValue>, LoadCaseFitError> {
+    fit: &FitOutcome,
+) -> Result<Option<TestedValue>, FitError> {
     let posed = model.posed;
     let mut witnesses = vec![false; fit.components.len()];
     let repeats = repeated_rows(posed);
@@ -320,7 +318,7 @@ fn improbable(
     let sizes = sizes(posed);
     let kinds = kinds(posed);
     let agreement = fit.agreement.as_ref();
-    let scatter = agreement.map_or([None; 2], LoadCaseAgreement::sd);
+    let scatter = agreement.map_or([None; 2], |agreement| agreement.component_sd);
     // What is left of readings without noise is rounding of the arithmetic.
     let is_exact = |kind: usize| scatter[kind].is_some_and(|sd| sd <= LEAST_SCATTER * sizes[kind]);
     if (0..2).any(is_exact) {
@@ -376,11 +374,11 @@ fn improbable(
 /// Derivatives of all rows to what a fit moves and is at no bound, frames among it.
 ///
 /// # Errors
-/// [`LoadCaseFitError`].
+/// [`FitError`].
 pub(super) fn columns(
     model: &LoadCaseModel<'_>,
-    fit: &LoadCaseFit,
-) -> Result<Vec<Vec<f64>>, LoadCaseFitError> {
+    fit: &FitOutcome,
+) -> Result<Vec<Vec<f64>>, FitError> {
     let is_inside =
         |status: &FactorStatus| moves(status) && !matches!(status, FactorStatus::AtBound { .. });
     let Some(frames) = PositionFrames::of(model.robot, model.mechanism, model.posed)? else {
