@@ -13,6 +13,7 @@ use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{ActingPhysics, Effect, Needs};
 use crate::readings::{ReadOptions, is_vector_table};
 use crate::robot::FittingFactors;
+use crate::stiffness::read_off_words;
 use crate::test_point::PoseId;
 
 use super::data::{OpenSettings, check_calibration, readings_file, session_header};
@@ -105,13 +106,18 @@ impl LoadCaseData {
         let beside = (loaded.header.as_ref(), loaded.folder.as_path());
         let model = resolve_beside(choice, Some(beside))?;
         let posed = PosedLoadCases::new(&model.robot, model.mechanism()?, &loaded.table)?;
-        let warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
+        let mut warnings = [&loaded.warnings[..], &model.warnings, &posed.warnings].concat();
         refuse_unseen_laws(&model, posed.has_positions())?;
         let (start, others) = springs_apart(&model);
         let acting = ActingPhysics::new(&model.robot, model.mechanism()?, others)?;
         let physics = Some(acting).filter(|acting| !acting.effects.is_empty());
         let mut steps = GaugeSteps::of(loaded.header.as_ref());
-        steps.force_n = steps.force_n.or_else(|| posed.force_step_n());
+        if steps.force_n.is_none()
+            && let Some(step_n) = posed.force_step_n()
+        {
+            warnings.push(read_off_words("force", step_n, "N"));
+            steps.force_n = Some(step_n);
+        }
         Ok(Self {
             inputs: Inputs::default().with_table(loaded).with_model(&model),
             start,

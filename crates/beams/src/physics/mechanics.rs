@@ -114,14 +114,14 @@ impl PoseMechanics {
         product(&self.influence.compliance, read.unit(), load.wrench())
     }
 
-    /// The same per component of the force of a load along x, y, z of the base; zero of one that does not act.
+    /// The same per component of a force along x, y, z of the base; zero of those that are not asked for.
     #[must_use]
-    pub fn compliance_by_components(&self, read: &ReadAxis, load: [f64; 6]) -> [f64; 3] {
+    pub fn compliance_by_components(&self, read: &ReadAxis, asked_for: [bool; 3]) -> [f64; 3] {
         Direction::ALL.map(|axis| {
-            if load[axis.index()] == 0.0 {
-                0.0
-            } else {
+            if asked_for[axis.index()] {
                 self.compliance(read, LoadDirection::of_axis(axis))
+            } else {
+                0.0
             }
         })
     }

@@ -508,8 +508,8 @@ pub struct FitOutcome {
     pub components: Vec<FittedComponent>,
     /// Base frame and tool point; only of absolute positions.
     pub frames: Option<FittedFrames>,
-    /// How the components scatter.
-    pub(crate) scatter: RowScatter,
+    /// How the components that took part scatter; only of load cases.
+    pub(crate) scatter: Option<RowScatter>,
     /// Why the search ended.
     pub termination: String,
     /// How the intervals of the bootstrap came about, if it was asked for.
@@ -578,7 +578,7 @@ impl FitOutcome {
             across: Vec::new(),
             components: Vec::new(),
             frames: None,
-            scatter: RowScatter::default(),
+            scatter: None,
             termination: String::new(),
             bootstrap: None,
             warnings: Vec::new(),

@@ -187,8 +187,10 @@ impl<'a> FitKnowledge<'a> {
             let rows = posed.rows();
             rows.map(|(_, read)| read.unit[part]).collect()
         });
-        for part in &mut units {
-            fit.scatter.whiten(part);
+        if let Some(scatter) = &fit.scatter {
+            for part in &mut units {
+                scatter.whiten(part);
+            }
         }
         for (row, (case, _)) in posed.rows().enumerate() {
             let pose = &mut poses[case.pose];

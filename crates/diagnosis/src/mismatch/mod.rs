@@ -100,7 +100,7 @@ pub(crate) use held_out::folds_of;
 pub use joined_sessions::{ObservedSession, noise_alone};
 pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;
-pub(crate) use noise::ForceReading;
+pub(crate) use noise::{ForceReading, NoiseCovariance, ReadForces};
 pub use noise::{GaugeNoise, ReadingNoise};
 pub(crate) use observations::load_point;
 pub use observations::{

@@ -104,7 +104,7 @@ impl ReadingNoise {
 pub(crate) enum ForceReading<'c> {
     /// By one gauge along the load: displacement per force.
     AlongLoad(&'c [f64]),
-    /// By its components along x, y, z of the base, each with an error of its own: displacement per component, zero of one that did not act.
+    /// By its components along x, y, z of the base, each with an error of its own: displacement per component, zero of one that was not read.
     ByComponents(&'c [[f64; 3]]),
 }
 
@@ -124,10 +124,36 @@ impl<'c> From<&'c [f64]> for ForceReading<'c> {
     }
 }
 
+/// Which components of forces were read: those that act; where most forces act along all three axes, one that is zero was read as zero.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ReadForces {
+    zeros_too: bool,
+}
+
+impl ReadForces {
+    /// # Arguments
+    /// - `loads`: force and moment of each load in the axes of the base.
+    pub(crate) fn of(loads: impl Iterator<Item = [f64; 6]>) -> Self {
+        let (mut oblique, mut all) = (0_usize, 0_usize);
+        for [x, y, z, ..] in loads {
+            all += 1;
+            oblique += usize::from(x != 0.0 && y != 0.0 && z != 0.0);
+        }
+        Self {
+            zeros_too: 2 * oblique > all,
+        }
+    }
+
+    /// Whether each component of the force of a load was read.
+    pub(crate) fn components(self, [x, y, z, ..]: [f64; 6]) -> [bool; 3] {
+        [x, y, z].map(|force| force != 0.0 || self.zeros_too)
+    }
+}
+
 /// The covariance of readings under a noise, with what it is made of.
 #[derive(Debug, Clone)]
-pub(super) struct NoiseCovariance {
-    pub(super) covariance: Covariance,
+pub(crate) struct NoiseCovariance {
+    pub(crate) covariance: Covariance,
     pub(super) noise: ReadingNoise,
     /// Prediction b of the baseline, which a run's slope multiplies, m.
     pub(super) slope_m: Vec<f64>,
@@ -142,7 +168,7 @@ impl NoiseCovariance {
     /// # Arguments
     /// - `slope_m`: prediction of the baseline, m, one a reading.
     /// - `force`: what its error moves.
-    pub(super) fn new<'c>(
+    pub(crate) fn new<'c>(
         observations: &Observations,
         noise: &ReadingNoise,
         slope_m: &[f64],
@@ -574,6 +600,18 @@ mod tests {
     use super::*;
     use crate::mismatch::GaugeSteps;
     use crate::mismatch::changes::tests::two_gauges;
+
+    #[test]
+    fn a_zero_among_oblique_forces_was_read() {
+        let oblique = [3.1, -2.0, 0.4, 0.0, 0.0, 0.0];
+        let (flat, along) = (
+            [3.1, 0.0, 0.4, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 5.0, 0.0, 0.0, 0.0],
+        );
+        let read = |loads: &[[f64; 6]]| ReadForces::of(loads.iter().copied()).components(flat);
+        assert_eq!(read(&[oblique, oblique, flat]), [true; 3]);
+        assert_eq!(read(&[along, flat, oblique]), [true, false, true]);
+    }
 
     #[test]
     fn what_gauges_have_in_common_is_common() {

@@ -7,6 +7,7 @@ use stiffbench_beams::physics::{Effect, JointRotations, LawSet, Place, PoseMecha
 use super::baseline::{Baseline, PoseSolver};
 use super::changes::LinearisedModel;
 use super::error::MismatchError;
+use super::noise::ReadForces;
 use super::observations::Observations;
 
 /// A solver of whatever baseline.
@@ -199,7 +200,7 @@ impl<'a> ReadingPredictor<'a> {
         Ok(())
     }
 
-    /// Displacement per component of the force along x, y, z of the base at each reading, m/N; zero of a component that does not act.
+    /// Displacement per component of the force along x, y, z of the base at each reading, m/N; zero of a component that was not read.
     pub(super) fn force_components(
         &mut self,
         parameters: &[f64],
@@ -208,9 +209,12 @@ impl<'a> ReadingPredictor<'a> {
         let observations = self.observations;
         let mut out = vec![[0.0; 3]; observations.len()];
         if let Some(solver) = self.solved(parameters, effects)? {
+            let wrenches = observations.cells.iter().map(|cell| cell.load.wrench());
+            let read = ReadForces::of(wrenches);
             for cell in &observations.cells {
                 let pose = solver.pose(cell.pose);
-                let moved = pose.compliance_by_components(&cell.read, cell.load.wrench());
+                let components = read.components(cell.load.wrench());
+                let moved = pose.compliance_by_components(&cell.read, components);
                 for reading in cell.readings.clone() {
                     if observations.loads[reading].force_n != 0.0 {
                         out[reading] = moved;

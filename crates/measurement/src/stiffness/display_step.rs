@@ -15,7 +15,8 @@ const SMALLEST_SHARE: f64 = 1e-5;
 const ROUNDING_SHARE: f64 = 1e-9;
 
 /// The largest step of which all readings are whole multiples, if there are enough readings.
-pub(super) fn step_of(values: impl Iterator<Item = f64>) -> Option<f64> {
+#[must_use]
+pub fn step_of(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     let range = values.last()? - values.first()?;

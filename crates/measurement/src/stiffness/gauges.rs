@@ -143,6 +143,15 @@ impl GaugeTerms {
     }
 }
 
+/// That the step of a gauge was read off its readings.
+#[must_use]
+pub fn read_off_words(gauge: &str, step: f64, unit: &str) -> String {
+    let step = (step * 1e6).round() / 1e6;
+    format!(
+        "the resolution of the {gauge} gauge is not stated: its readings are whole multiples of {step} {unit}, which is taken"
+    )
+}
+
 /// The two gauges of a bench.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GaugePair {
@@ -173,10 +182,7 @@ impl GaugePair {
     pub fn read_off(&self) -> impl Iterator<Item = String> {
         let of = |terms: GaugeTerms, name: &'static str, scale: f64, unit: &'static str| {
             let step = terms.resolution.filter(|_| terms.resolution_is_read_off)?;
-            let step = (step * scale * 1e6).round() / 1e6;
-            Some(format!(
-                "the resolution of the {name} gauge is not stated: its readings are whole multiples of {step} {unit}, which is taken"
-            ))
+            Some(read_off_words(name, scale * step, unit))
         };
         [
             of(self.force, "force", 1.0, "N"),

@@ -45,9 +45,10 @@ pub use compare::{
 };
 pub use covariance::{LnParts, LnStiffnessCovariance};
 pub use curve::{Branches, CurvePoint, LoadCurve, LoadMean, Run, Spread};
+pub use display_step::step_of;
 pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA, stiffness_value};
 pub use flags::{Flag, ReadingPlace, ZeroEvidence};
-pub use gauges::{GaugePair, GaugeTerms, StiffnessError, is_factor_of_limits};
+pub use gauges::{GaugePair, GaugeTerms, StiffnessError, is_factor_of_limits, read_off_words};
 pub use grouping::LeftOut;
 pub use line::{LineFit, RunSums};
 pub use rounding::{RoundedValue, format_value_uncertainty};

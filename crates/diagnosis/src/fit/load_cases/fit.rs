@@ -15,10 +15,11 @@ use crate::fit::{
     FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitError, FitMethod,
     FitOptions, FitOutcome, FittedComponent, WeightBasis,
 };
-use crate::mismatch::{ForceReading, Observations, ReadingNoise, estimate_noise};
+use crate::mismatch::{ForceReading, ReadingNoise, estimate_noise};
 use crate::search::constants::ALTERNATIONS;
 
 use super::frames::PositionFrames;
+use super::posed::PosedLoadCases;
 use super::positions::{RigidRobot, fitted_frames, why_open};
 use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
 use super::scatter::{RowScatter, kinds, repeated_rows, sizes};
@@ -26,14 +27,7 @@ use super::scatter::{RowScatter, kinds, repeated_rows, sizes};
 /// Starts beside the given one where factors are free: sections that carry the same load have two minima.
 const STARTS: usize = 12;
 
-/// Rows of a fit, and what is known of their scatter.
-struct WeighedRows {
-    /// Whether each row belongs to the poses of the fit.
-    takes_part: Vec<bool>,
-    found: KnownScatter,
-}
-
-/// What is known of the scatter of rows.
+/// What is known of the scatter of the rows that take part in a fit.
 #[derive(Default)]
 struct KnownScatter {
     /// Standard deviations of displacements, m, and of rotations, rad; none of what was not read.
@@ -44,7 +38,6 @@ struct KnownScatter {
     dof: f64,
     /// Those of the differences between repeats.
     repeat_dof: f64,
-    of_rows: RowScatter,
     /// Whether it comes from repeats; else from what the fit leaves.
     is_of_repeats: bool,
 }
@@ -72,9 +65,9 @@ pub fn fit_load_cases(
     if components < free {
         return Err(FitError::TooFew { components, free });
     }
-    let (fit, mut problem, rows) =
-        weighed_fit(model, (&parameters, frames), &set, takes_part, options)?;
-    let covariance_at = |fit: &LeastSquaresFit| covariance_of(&set, fit, &rows, components);
+    let (fit, mut problem, known) =
+        weighed_fit(model, (&parameters, frames), &set, &takes_part, options)?;
+    let covariance_at = |fit: &LeastSquaresFit| covariance_of(&set, fit, &known, components);
     let scatter = problem.scatter().clone();
     let again = || LoadCaseProblem::new(*model, &parameters, scatter.clone(), frames).ok();
     let settings = LikelihoodSetSettings {
@@ -109,9 +102,9 @@ pub fn fit_load_cases(
             let own = parameters.parameters().len();
             fitted_frames(model, frames, &fit.values, own, covariance, rigid)
         }),
-        agreement: covariance.map(|covariance| agreement(fit, &rows, covariance, components)),
-        components: fitted_components(model, [&of_rigid, &before, &predicted], &rows.takes_part),
-        scatter: rows.found.of_rows.clone(),
+        agreement: covariance.map(|covariance| agreement(fit, &known, covariance, components)),
+        components: fitted_components(model, [&of_rigid, &before, &predicted], &takes_part),
+        scatter: Some(scatter.clone()),
         termination: fit.termination.to_string(),
         ..FitOutcome::without_rows(
             FitMethod::LeastSquares,
@@ -190,140 +183,111 @@ fn weighed_fit<'a>(
     model: &LoadCaseModel<'a>,
     (parameters, frames): (&FitParameters, Option<&PositionFrames>),
     set: &ParameterSet,
-    takes_part: Vec<bool>,
+    takes_part: &[bool],
     options: &FitOptions,
-) -> Result<(LeastSquaresFit, LoadCaseProblem<'a>, WeighedRows), FitError> {
+) -> Result<(LeastSquaresFit, LoadCaseProblem<'a>, KnownScatter), FitError> {
     let posed = model.posed;
-    let only = |scatter: &RowScatter| scatter.without(|row| !takes_part[row]);
     // Displacements and rotations in units of their usual size.
-    let mut found = KnownScatter {
-        of_rows: RowScatter::plain(posed, sizes(posed)),
-        ..KnownScatter::default()
-    };
-    let mut problem = LoadCaseProblem::new(*model, parameters, only(&found.of_rows), frames)?;
+    let plain = RowScatter::plain(posed, model.steps, sizes(posed));
+    let plain = plain.without(|row| !takes_part[row]);
+    let has_repeats = plain.series.has_repeats();
+    let is_known = options.sigma == Some(SigmaMode::Known);
+    if is_known && !has_repeats {
+        return Err(FitError::NoRepeats);
+    }
+    let by_repeats = has_repeats && options.sigma != Some(SigmaMode::Estimated);
+    let mut known = KnownScatter::default();
+    let mut problem = LoadCaseProblem::new(*model, parameters, plain.clone(), frames)?;
     let mut set = set.clone();
     let mut fit = lowest(&mut problem, &set)?;
-    let observed = TrainedSeries::of(model, &takes_part);
     let mut warm_start = None;
     let free = set.free_indices().len();
     for _ in 0..ALTERNATIONS {
         // Nothing is left to show a scatter.
-        if !observed.has_repeats && observed.rows.len() <= free {
-            if options.sigma == Some(SigmaMode::Known) {
-                return Err(FitError::NoRepeats);
-            }
+        if !has_repeats && plain.rows.len() <= free {
             break;
         }
         let predicted = problem.predictions(&fit.values)?;
         let columns = problem.linear_columns(&fit.values)?;
-        let free = set
-            .free_indices()
-            .iter()
-            .map(|&place| columns[place].clone());
-        let free: Vec<Vec<f64>> = free.collect();
-        let moved = problem.force_components(&fit.values)?;
-        let shown = (&predicted[..], &moved[..]);
-        found = observed.scatter(model, shown, &free, options, &mut warm_start)?;
-        problem.set_scatter(only(&found.of_rows));
+        let columns = set.free_indices().iter().map(|&place| &columns[place]);
+        let columns = columns.map(|column| plain.of_readings(column)).collect();
+        let by_force = problem.force_components(&fit.values)?;
+        let columns = (!by_repeats).then_some(columns);
+        let scatter;
+        (known, scatter) = scatter_of(
+            &plain,
+            (posed, takes_part),
+            &predicted,
+            by_force,
+            columns,
+            &mut warm_start,
+        );
+        problem.set_scatter(scatter);
         set = set.with_start(&fit.free_values)?;
         fit = lowest(&mut problem, &set)?;
     }
-    let rows = WeighedRows { takes_part, found };
-    Ok((fit, problem, rows))
+    Ok((fit, problem, known))
 }
 
-/// The load cases of the fit as a session has them.
-struct TrainedSeries {
-    observations: Observations,
-    /// Place of each reading among the rows.
-    rows: Vec<usize>,
-    /// Whether repeats show the noise.
-    has_repeats: bool,
-    /// Degrees of freedom of the differences between repeats.
-    repeat_dof: f64,
-}
-
-impl TrainedSeries {
-    fn of(model: &LoadCaseModel<'_>, takes_part: &[bool]) -> Self {
-        let left_out: Vec<usize> = (0..takes_part.len())
-            .filter(|row| !takes_part[*row])
-            .collect();
-        let kept: Vec<usize> = (0..takes_part.len())
-            .filter(|row| takes_part[*row])
-            .collect();
-        let trained = model.posed.without_rows(&left_out);
-        let (observations, places) = trained.series_and_rows(model.steps, None);
-        let repeated = repeated_rows(&trained).into_iter();
-        Self {
-            has_repeats: observations.has_repeats(),
-            observations,
-            rows: places.into_iter().map(|place| kept[place]).collect(),
-            repeat_dof: repeated.map(|rows| rows.len() as f64 - 1.0).sum(),
-        }
-    }
-
-    /// The scatter by the noise of a session, as a diagnosis has it: from repeats, else what the fit leaves.
-    ///
-    /// # Arguments
-    /// - `predicted`, `components`: all rows, and what each component of the force moves them by; `free`: derivatives of all rows to what is free.
-    fn scatter(
-        &self,
-        model: &LoadCaseModel<'_>,
-        (predicted, components): (&[f64], &[[f64; 3]]),
-        free: &[Vec<f64>],
-        options: &FitOptions,
-        warm_start: &mut Option<ReadingNoise>,
-    ) -> Result<KnownScatter, FitError> {
-        if options.sigma == Some(SigmaMode::Known) && !self.has_repeats {
-            return Err(FitError::NoRepeats);
-        }
-        let by_repeats = self.has_repeats && options.sigma != Some(SigmaMode::Estimated);
-        let observations = &self.observations;
-        let of_rows = |column: &[f64]| -> Vec<f64> {
-            let rows = self.rows.iter();
-            rows.map(|&row| column[row]).collect()
-        };
-        // How large an absolute position is says nothing of its load.
-        let positions = model.posed.has_positions();
-        let moved = if positions {
-            vec![0.0; predicted.len()]
-        } else {
-            predicted.to_vec()
-        };
-        let slope_m = of_rows(&moved);
-        let by_force: Vec<[f64; 3]> = self.rows.iter().map(|&row| components[row]).collect();
-        let predicted = of_rows(predicted);
-        let shown = observations.displacement_m.iter().zip(&predicted);
-        let residual_m: Vec<f64> = shown.map(|(shown, line)| shown - line).collect();
-        let columns = (!by_repeats).then(|| free.iter().map(|one| of_rows(one)).collect());
-        let linear = (&slope_m[..], ForceReading::ByComponents(&by_force));
-        let found = estimate_noise(
-            observations,
-            &residual_m,
-            linear,
-            warm_start.as_ref(),
-            None,
-            columns,
-        );
-        *warm_start = Some(found.noise);
-        let noise = &found.noise;
-        let of_rows = RowScatter::of_noise(model.posed, model.steps, noise, &moved, components);
-        let common = of_rows.common_share();
-        let kinds = kinds(model.posed);
-        let ratios = [1.0, noise.gauges.rotation_ratio];
-        let sd = [0, 1].map(|kind| {
-            let is_read = kinds.contains(&kind);
-            is_read.then_some(ratios[kind] * noise.reading_sd_m)
-        });
-        Ok(KnownScatter {
-            sd,
-            load_sd: if positions { 0.0 } else { noise.run_slope_sd },
-            dof: found.degrees_of_freedom([1.0 - common, 0.0, common]),
-            repeat_dof: self.repeat_dof,
-            of_rows,
-            is_of_repeats: by_repeats,
-        })
-    }
+/// The scatter by the noise of a session, as a diagnosis has it: from repeats, else what the fit leaves.
+///
+/// # Arguments
+/// - `plain`: the rows that take part.
+/// - `predicted`, `by_force`: all rows, and what each component of the force moves them by.
+/// - `columns`: derivatives of the readings to what is free, where no repeats are to show the scatter.
+fn scatter_of(
+    plain: &RowScatter,
+    (posed, takes_part): (&PosedLoadCases, &[bool]),
+    predicted: &[f64],
+    by_force: Vec<[f64; 3]>,
+    columns: Option<Vec<Vec<f64>>>,
+    warm_start: &mut Option<ReadingNoise>,
+) -> (KnownScatter, RowScatter) {
+    let is_of_repeats = columns.is_none();
+    // How large an absolute position is says nothing of its load.
+    let positions = posed.has_positions();
+    let moved_m = if positions {
+        vec![0.0; predicted.len()]
+    } else {
+        predicted.to_vec()
+    };
+    let slope_m = plain.of_readings(&moved_m);
+    let by_force_of_readings: Vec<[f64; 3]> = plain.rows.iter().map(|row| by_force[*row]).collect();
+    let read = plain.series.displacement_m.iter();
+    let read = read.zip(plain.of_readings(predicted));
+    let residual_m: Vec<f64> = read.map(|(read, predicted)| read - predicted).collect();
+    let linear = (
+        &slope_m[..],
+        ForceReading::ByComponents(&by_force_of_readings),
+    );
+    let found = estimate_noise(
+        &plain.series,
+        &residual_m,
+        linear,
+        warm_start.as_ref(),
+        None,
+        columns,
+    );
+    *warm_start = Some(found.noise);
+    let noise = found.noise;
+    let scatter = plain.with_noise(noise, moved_m, by_force);
+    let common = scatter.common_share();
+    let kinds = kinds(posed);
+    let ratios = [1.0, noise.gauges.rotation_ratio];
+    let sd = [0, 1].map(|kind| {
+        let is_read = kinds.contains(&kind);
+        is_read.then_some(ratios[kind] * noise.reading_sd_m)
+    });
+    let repeated = repeated_rows(posed).into_iter();
+    let repeats = repeated.map(|rows| rows.iter().filter(|row| takes_part[**row]).count());
+    let known = KnownScatter {
+        sd,
+        load_sd: if positions { 0.0 } else { noise.run_slope_sd },
+        dof: found.degrees_of_freedom([1.0 - common, 0.0, common]),
+        repeat_dof: repeats.map(|count| count.saturating_sub(1) as f64).sum(),
+        is_of_repeats,
+    };
+    (known, scatter)
 }
 
 /// The lowest minimum.
@@ -341,15 +305,15 @@ fn lowest(
 fn covariance_of(
     set: &ParameterSet,
     fit: &LeastSquaresFit,
-    rows: &WeighedRows,
+    known: &KnownScatter,
     components: usize,
 ) -> Result<Option<ParameterCovariance>, LeastSquaresError> {
     // Rows that take no part weigh nothing, and are no degrees of freedom: the scatter was estimated without them.
-    if !rows.found.is_of_repeats && components <= set.free_indices().len() {
+    if !known.is_of_repeats && components <= set.free_indices().len() {
         return Ok(None);
     }
     let settings = CovarianceSettings {
-        known_dof: rows.found.dof,
+        known_dof: known.dof,
         ..CovarianceSettings::default()
     };
     let known = SigmaMode::Known;
@@ -358,30 +322,29 @@ fn covariance_of(
 
 fn agreement(
     fit: &LeastSquaresFit,
-    rows: &WeighedRows,
+    known: &KnownScatter,
     covariance: &ParameterCovariance,
     components: usize,
 ) -> FitAgreement {
-    let found = &rows.found;
     let dof = components.saturating_sub(covariance.rank);
     let reduced = (dof > 0).then(|| fit.sum_of_squares() / dof as f64);
-    let repeat_dof = found.repeat_dof;
+    let repeat_dof = known.repeat_dof;
     // Pure error is part of the residuals: what is compared with it is the rest, the lack of fit (Draper & Smith, section 2.1).
     let more = dof as f64 - repeat_dof;
     let p_value = reduced
-        .filter(|_| found.is_of_repeats && more >= 1.0)
+        .filter(|_| known.is_of_repeats && more >= 1.0)
         .and_then(|_| {
             let lack = (fit.sum_of_squares() - repeat_dof).max(0.0) / more;
             f_upper_tail(lack, more, repeat_dof)
         });
-    let (run_slope_sd, scatter_dof) = (found.load_sd, found.dof);
+    let (run_slope_sd, scatter_dof) = (known.load_sd, known.dof);
     FitAgreement {
-        sigma: if found.is_of_repeats {
+        sigma: if known.is_of_repeats {
             SigmaMode::Known
         } else {
             SigmaMode::Estimated
         },
-        basis: if found.is_of_repeats {
+        basis: if known.is_of_repeats {
             WeightBasis::Pooled {
                 run_slope_sd,
                 dof: scatter_dof,
@@ -392,7 +355,7 @@ fn agreement(
                 dof: scatter_dof,
             }
         },
-        component_sd: found.sd,
+        component_sd: known.sd,
         dof,
         reduced_chi_squared: reduced,
         p_value,

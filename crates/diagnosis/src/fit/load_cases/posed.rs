@@ -4,6 +4,7 @@ use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot, Variable};
 use stiffbench_measurement::load_cases::{
     JointUnit, LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable,
 };
+use stiffbench_measurement::stiffness::step_of;
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::nearest::nearest;
@@ -27,11 +28,8 @@ pub(in crate::fit) const COMPONENTS: [&str; 9] = [
     "position z",
 ];
 
-/// Different forces whose last digits show the step in which they were read (1): fewer may be round because they were planned. By judgement.
+/// Different forces that show the step in which they were read (1): fewer may be round because they were planned. By judgement.
 const SHOW_A_STEP: usize = 30;
-
-/// How far a multiple of a step may be from a whole number by the arithmetic (1).
-const OF_ONE_STEP: f64 = 1e-6;
 
 /// Joint values that differ by no more are readings of one pose, degrees or mm.
 const SAME_POSE: f64 = 1.0;
@@ -260,7 +258,7 @@ impl PosedLoadCases {
         stiffbench_numeric::statistics::median(&mut forces).unwrap_or_default()
     }
 
-    /// The step in which components of the force were read, N, by their last digits; `None` of values that show no step, or of which
+    /// The step in which components of the force were read, N: all are whole multiples of it; `None` of values that show no step, or of which
     /// too many may have been set.
     #[must_use]
     pub fn force_step_n(&self) -> Option<f64> {
@@ -269,14 +267,7 @@ impl PosedLoadCases {
         sizes.retain(|size| *size > 0.0);
         sizes.sort_by(f64::total_cmp);
         sizes.dedup();
-        let is_multiple = |step: &f64| {
-            let mut counts = sizes.iter().map(|size| size / step);
-            counts.all(|count| (count - count.round()).abs() < OF_ONE_STEP)
-        };
-        let mut steps = (-4..=2).rev().map(|power| 10_f64.powi(power));
-        steps
-            .find(is_multiple)
-            .filter(|_| sizes.len() >= SHOW_A_STEP)
+        step_of(sizes.iter().copied()).filter(|_| sizes.len() >= SHOW_A_STEP)
     }
 
     /// Variables without a column; under forces at the tool only those count that move it, beside own weight all do.

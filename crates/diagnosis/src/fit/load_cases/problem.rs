@@ -10,7 +10,7 @@ use stiffbench_numeric::least_squares::{
 use crate::fit::FitError;
 use crate::fit::parameters::FitParameters;
 use crate::fit::weighed_problem::WeighedProblem;
-use crate::mismatch::GaugeSteps;
+use crate::mismatch::{GaugeSteps, ReadForces};
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 
 use super::frames::{PositionFrames, lengths_beside};
@@ -240,7 +240,7 @@ impl<'a> LoadCaseProblem<'a> {
     }
 
     /// What each component of the force along x, y, z of the base moves each row by at a point of the coordinates, m/N; nothing of positions, and of
-    /// components that do not act.
+    /// components that were not read.
     ///
     /// # Errors
     /// [`RobotError`].
@@ -250,12 +250,14 @@ impl<'a> LoadCaseProblem<'a> {
     ) -> Result<Vec<[f64; 3]>, RobotError> {
         let factors = self.parameters.values(point);
         self.mechanics.set_factors_rigid(&factors)?;
-        let rows = self.model.posed.rows().map(|(case, read)| {
+        let posed = self.model.posed;
+        let forces = ReadForces::of(posed.cases.iter().map(|case| case.load));
+        let rows = posed.rows().map(|(case, read)| {
             if read.is_position() {
                 return [0.0; 3];
             }
             let pose = self.mechanics.pose(case.pose);
-            pose.compliance_by_components(&read.read_axis(), case.load)
+            pose.compliance_by_components(&read.read_axis(), forces.components(case.load))
         });
         Ok(rows.collect())
     }

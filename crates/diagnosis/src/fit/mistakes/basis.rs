@@ -79,7 +79,7 @@ impl Basis {
         let usual = sizes(posed);
         let sd = [0, 1].map(|kind| known[kind].unwrap_or(usual[kind]));
         let plain_scatter =
-            RowScatter::plain(posed, sd).without(|row| fit.components[row].held_out);
+            RowScatter::plain(posed, model.steps, sd).without(|row| fit.components[row].held_out);
         Ok(Self {
             plain_scatter,
             residuals,

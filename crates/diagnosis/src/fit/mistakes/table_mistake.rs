@@ -207,6 +207,7 @@ impl DeletedRows {
 /// Two components of a pose, or of all poses, that are exchanged, with the squares that are left then.
 fn exchanged(fit: &FitOutcome, basis: &Basis) -> Result<Vec<(f64, TableMistake)>, FitError> {
     let scatter = &basis.plain_scatter;
+    let as_read = scatter.squares(&basis.residuals);
     let others: BTreeSet<(&'static str, bool)> = fit
         .components
         .iter()
@@ -234,19 +235,13 @@ fn exchanged(fit: &FitOutcome, basis: &Basis) -> Result<Vec<(f64, TableMistake)>
                 Some([(row, by), (place, -by)])
             });
             let changes: Vec<(usize, f64)> = pairs.flatten().collect();
-            // A fit that was drawn to the exchanged readings is nearer to them put right.
-            let squares = |changed: f64| {
-                let rows = changes.iter();
-                let weighed = rows
-                    .map(|(row, by)| scatter.weight(*row) * (basis.residuals[*row] + changed * by));
-                weighed.map(|row| row * row).sum::<f64>()
-            };
-            if changes.is_empty() || squares(1.0) >= squares(0.0) {
-                continue;
-            }
             let mut rows = basis.residuals.clone();
             for (row, by) in &changes {
                 rows[*row] += by;
+            }
+            // A fit that was drawn to the exchanged readings is nearer to them put right.
+            if changes.is_empty() || scatter.squares(&rows) >= as_read {
+                continue;
             }
             found.push((
                 squares_left(basis, &rows)?,

@@ -85,6 +85,21 @@ impl BlockBasis {
         }
     }
 
+    /// The same bases; as one where they are the rows themselves, and these fill most of their range: then the noise needs no copy.
+    pub(super) fn together(bases: Vec<(usize, Self)>) -> Vec<(usize, Self)> {
+        let ends = bases.first().zip(bases.last());
+        let Some(((block, first), (_, last))) = ends else {
+            return bases;
+        };
+        let (block, range) = (*block, first.rows.start..last.rows.end);
+        let rows: usize = bases.iter().map(|(_, basis)| basis.rows.len()).sum();
+        let are_rows = bases.iter().all(|(_, basis)| basis.columns.is_none());
+        if are_rows && 2 * rows > range.len() {
+            return vec![(block, Self::of_rows(&range))];
+        }
+        bases
+    }
+
     /// Its rows.
     pub(super) fn rows(&self) -> &Range<usize> {
         &self.rows

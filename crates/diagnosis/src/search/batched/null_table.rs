@@ -227,10 +227,8 @@ impl VectorGroup {
             [_] => BlockBasis::of_rows(&lived_on(&blocks[*block], shapes)),
             _ => BlockBasis::new(&blocks[*block], blocks.len(), shapes),
         };
-        let bases: Vec<(usize, BlockBasis)> = lived_in
-            .iter()
-            .map(|block| (*block, basis(block)))
-            .collect();
+        let bases = lived_in.iter().map(|block| (*block, basis(block)));
+        let bases = BlockBasis::together(bases.collect());
         let vectors: usize = shapes.iter().map(|shape| shape.units.len()).sum();
         let each = shapes
             .len()

@@ -43,7 +43,7 @@ fn worst(robot: &Robot, table: &LoadCaseTable, choice: &ParameterChoice) -> (f64
     };
     let frames = PositionFrames::of(robot, mechanism, &posed).unwrap();
     let (parameters, _) = model.parameters(choice, frames.as_ref()).unwrap();
-    let scatter = RowScatter::default();
+    let scatter = RowScatter::plain(&posed, model.steps, [1.0; 2]);
     let mut problem = LoadCaseProblem::new(model, &parameters, scatter, frames.as_ref()).unwrap();
     let list = parameters.parameters().iter().enumerate();
     let mut point: Vec<f64> = list
@@ -135,23 +135,26 @@ fn a_component_without_a_value_is_named_by_pose_force_and_repeat() {
         case.displacement_m = [Some(1e-4); 3];
         case.repeat = 2;
     }
-    let posed = PosedLoadCases::new(&robot, mechanism, &table).unwrap();
     let start = robot.with_own_springs(&FittingFactors::UNIT);
-    let model = LoadCaseModel {
-        robot: &robot,
-        mechanism,
-        start: &start,
-        posed: &posed,
-        steps: GaugeSteps::default(),
-        physics: None,
-    };
     let choice = spring_choice(&robot, mechanism);
-    let (parameters, _) = model.parameters(&choice, None).unwrap();
     for (row, expected) in [(1, "F = -40 N along z"), (5, "F = (3, 0, 4) N")] {
-        let mut weights = vec![1.0; posed.rows().count()];
-        weights[row] = f64::NAN;
-        let mut scatter = RowScatter::default();
-        scatter.weights = weights;
+        let posed = PosedLoadCases::new(&robot, mechanism, &table).unwrap();
+        let mut without_value = posed.clone();
+        without_value.cases[row / 3].components[row % 3].value = f64::NAN;
+        let model = LoadCaseModel {
+            robot: &robot,
+            mechanism,
+            start: &start,
+            posed: &posed,
+            steps: GaugeSteps::default(),
+            physics: None,
+        };
+        let (parameters, _) = model.parameters(&choice, None).unwrap();
+        let scatter = RowScatter::plain(&posed, model.steps, [1.0; 2]);
+        let model = LoadCaseModel {
+            posed: &without_value,
+            ..model
+        };
         let mut problem = LoadCaseProblem::new(model, &parameters, scatter, None).unwrap();
         let set = parameters.set().unwrap();
         let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
