@@ -616,7 +616,7 @@ impl FitOutcome {
         root_mean_square(own.map(|one| one.rigid - one.measured))
     }
 
-    /// The same of the rigid robot in the poses that [`LoadCaseFit::rms_m`] states last: nothing was fitted to them.
+    /// The same of the rigid robot in the poses that [`FitOutcome::rms_m`] states last: nothing was fitted to them.
     #[must_use]
     pub fn rigid_unseen_m(&self) -> Option<f64> {
         match &self.frames {
