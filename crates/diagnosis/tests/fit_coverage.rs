@@ -484,18 +484,38 @@ fn no_interval_of_a_hundred_sessions_is_withheld_whose_limit_is_crossed() {
     }
 }
 
-#[test]
-#[ignore = "about two hours on two cores; `just nightly` runs it"]
-fn a_thousand_sessions() {
-    let robot = hp_robot();
-    for train in TRAINING {
-        for (repeats, uneven) in [(5, false), (5, true), (3, false), (2, false), (1, false)] {
-            let kind = Kind {
-                train,
-                repeats,
-                uneven,
-            };
-            study(&robot, kind, 1000);
-        }
+/// A thousand sessions of each number of repeats with these training poses.
+fn a_thousand_sessions(train: &'static [&'static str]) {
+    for (repeats, uneven) in [(5, false), (5, true), (3, false), (2, false), (1, false)] {
+        let kind = Kind {
+            train,
+            repeats,
+            uneven,
+        };
+        study(&hp_robot(), kind, 1000);
     }
+}
+
+#[test]
+#[ignore = "half an hour on two cores; `just nightly` runs it"]
+fn a_thousand_sessions_of_one_pose() {
+    a_thousand_sessions(TRAINING[0]);
+}
+
+#[test]
+#[ignore = "half an hour on two cores; `just nightly` runs it"]
+fn a_thousand_sessions_of_two_poses() {
+    a_thousand_sessions(TRAINING[1]);
+}
+
+#[test]
+#[ignore = "half an hour on two cores; `just nightly` runs it"]
+fn a_thousand_sessions_of_three_poses() {
+    a_thousand_sessions(TRAINING[2]);
+}
+
+#[test]
+#[ignore = "half an hour on two cores; `just nightly` runs it"]
+fn a_thousand_sessions_of_four_poses() {
+    a_thousand_sessions(TRAINING[3]);
 }
