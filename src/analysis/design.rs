@@ -2,9 +2,8 @@
 
 use crate::fit::usual_parameters;
 use crate::mismatch::{
-    DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations,
-    ProposedMeasurement, RobotBaseline, USUAL_NOISE, design_of_plan, next_measurements,
-    poses_at_hand,
+    DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations, RobotBaseline,
+    USUAL_NOISE, design_of_plan, next_measurements, poses_at_hand,
 };
 use crate::parameters::ParameterChoice;
 use crate::procedure::{Pace, Procedure};
@@ -62,7 +61,7 @@ fn usual_bench(
         steps: USUAL_STEPS,
         pace: Pace::default(),
     };
-    Ok(design_of_plan(&bench, procedure, None, seed)?)
+    Ok(design_of_plan(&bench, procedure, seed)?)
 }
 
 /// What a shipped procedure can show on a mechanism in its named poses, on a bench of which nothing is known yet.
@@ -128,36 +127,22 @@ pub(super) fn proposals(
     let base = record
         .and_then(|record| Procedure::from_record(record).ok())
         .unwrap_or_default();
-    let all = next_measurements(&bench, done, diagnosis, &base)?;
-    let mut files = Vec::new();
-    let next = all
-        .iter()
-        .map(|proposal| next_measurement(proposal, &mut files))
-        .collect();
-    Ok((next, files))
-}
-
-/// A proposal, its procedure among the files; the same procedure is written once.
-fn next_measurement(
-    proposal: &ProposedMeasurement,
-    files: &mut Vec<(String, String)>,
-) -> NextMeasurement {
-    let file = proposal.procedure.as_ref().map(|procedure| {
-        let text = procedure.to_toml();
-        if let Some((name, _)) = files.iter().find(|(_, written)| *written == text) {
-            return name.clone();
-        }
-        let name = format!("next-{}.toml", files.len() + 1);
-        files.push((name.clone(), text));
-        name
-    });
-    NextMeasurement {
-        plan: proposal.plan.clone(),
-        separates: proposal.separates.clone(),
-        expected_log_lr: proposal.expected_log_lr,
-        minutes: proposal.minutes,
-        file,
+    let mut next = next_measurements(&bench, done, diagnosis, &base)?;
+    let mut files: Vec<(String, String)> = Vec::new();
+    for proposal in &mut next {
+        proposal.file = proposal.procedure.as_ref().map(|procedure| {
+            let text = procedure.to_toml();
+            // The same procedure is written once.
+            let known = files.iter().position(|(_, written)| *written == text);
+            let place = known.unwrap_or(files.len());
+            let name = format!("next-{}.toml", place + 1);
+            if known.is_none() {
+                files.push((name.clone(), text));
+            }
+            name
+        });
     }
+    Ok((next, files))
 }
 
 /// The same for readings, those of a tracker among them.

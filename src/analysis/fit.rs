@@ -10,14 +10,14 @@ use crate::fit::{
     MonteCarloSettings, PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis,
     bootstrap_cells, find_lower_minimum, fit_cells, follow_paper,
 };
-use crate::fit::{FitKnowledge, PlannedLoadCase, planned_table};
+use crate::fit::{PlannedLoadCase, plan_beside_cells};
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::load_cases::LoadCaseTable;
 use crate::mismatch::{CellSlopes, Observations};
 use crate::nearest::nearest;
 use crate::parameters::ParameterChoice;
 use crate::procedure::Procedure;
-use crate::robot::{FittingFactors, RobotError};
+use crate::robot::{FittingFactors, Robot, RobotError};
 use crate::stiffness::{Branches, Method, StiffnessTable};
 use crate::test_point::PoseId;
 
@@ -27,7 +27,7 @@ use super::inputs::Inputs;
 use super::marked::ReadingMark;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
 use super::plausible::doubts_about_stiffness;
-use super::pose_plan::procedure_of;
+use super::pose_plan::{procedure_of, table_of};
 use super::together::{names, resolve_together};
 use crate::count::counted;
 
@@ -64,6 +64,22 @@ pub struct PlannedFit {
     pub table: LoadCaseTable,
     /// A procedure that measures them.
     pub procedure: Procedure,
+}
+
+impl PlannedFit {
+    /// # Arguments
+    /// - `followed`: the procedure of the session that was fitted, if it has one.
+    pub(super) fn new(
+        robot: &Robot,
+        followed: Option<Procedure>,
+        planned: Vec<PlannedLoadCase>,
+    ) -> Self {
+        Self {
+            table: table_of(robot, &planned),
+            procedure: procedure_of(robot, followed, &planned),
+            planned,
+        }
+    }
 }
 
 /// One of several sessions that were fitted together.
@@ -362,18 +378,13 @@ impl FitData {
         let session = self.session.as_ref().map(|(session, _)| session);
         let tables = session.iter().flat_map(|session| &session.table.readings);
         let loads = tables.map(|reading| reading.force_n.abs());
-        let known = FitKnowledge::of_cells(&self.problem()?, outcome, loads.fold(0.0, f64::max))?;
-        let planned = known.plan(PLANNED)?;
+        let force_n = loads.fold(0.0, f64::max);
+        let planned = plan_beside_cells(&self.problem()?, outcome, force_n, PLANNED)?;
         let header = session.and_then(|session| session.header.as_ref());
         let followed = header
             .and_then(|header| header.procedure.as_ref())
             .and_then(|record| Procedure::from_record(record).ok());
-        let robot = &self.model.robot;
-        Ok(PlannedFit {
-            table: planned_table(robot, &planned),
-            procedure: procedure_of(robot, followed, &planned),
-            planned,
-        })
+        Ok(PlannedFit::new(&self.model.robot, followed, planned))
     }
 
     /// Adds the bootstrap intervals to a fit.

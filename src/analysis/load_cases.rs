@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::fit::{FactorStatus, FitOptions, FitOutcome};
 use crate::fit::{
     LoadCaseModel, PosedLoadCases, TableMistake, TrackedPoses, bad_load_case_values,
-    fit_load_cases, plan_load_cases, planned_table, table_mistake, usual_choice,
+    fit_load_cases, plan_load_cases, table_mistake, usual_choice,
 };
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::mismatch::{BadReading, GaugeSteps};
@@ -24,7 +24,6 @@ use super::fit::{FitSettings, PLANNED, PlannedFit, training_poses};
 use super::hash::sha256;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, resolve_beside};
-use super::pose_plan::procedure_of;
 use super::procedure::{add_missing_poses, put_pose};
 use super::session_table::{SessionTable, origin_of};
 use super::together::marked;
@@ -321,11 +320,7 @@ impl LoadCaseData {
     pub fn plan(&self, fit: &FitOutcome) -> Result<PlannedFit, AnalysisError> {
         let model = self.problem()?;
         let planned = plan_load_cases(&model, fit, PLANNED)?;
-        Ok(PlannedFit {
-            table: planned_table(model.robot, &planned),
-            procedure: procedure_of(model.robot, None, &planned),
-            planned,
-        })
+        Ok(PlannedFit::new(model.robot, None, planned))
     }
 
     fn options(&self, settings: &FitSettings) -> Result<FitOptions, AnalysisError> {

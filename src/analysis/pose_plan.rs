@@ -1,8 +1,8 @@
 //! Procedures with poses of the program's own choice: before a session those that determine the parameters best, after one those that
 //! determine what is open.
 
-use crate::fit::{BestPoses, PlannedLoadCase, PoseReadings, best_poses};
-use crate::mismatch::USUAL_NOISE;
+use crate::fit::{BestPoses, PlannedLoadCase, best_poses};
+use crate::load_cases::{LoadAxes, LoadCase, LoadCaseTable};
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::procedure::{Pace, Procedure};
 use crate::robot::{NamedPose, Robot};
@@ -46,18 +46,9 @@ pub fn choose_poses(
             "--best-poses 6, with --free joint.NAME for parameters that the robot file fixes",
         );
     }
-    let readings = PoseReadings {
-        directions: procedure.directions.clone(),
-        displacement_axes: procedure.displacement_axes.clone(),
-        loads_n: procedure.loads_n.clone(),
-        repeats: procedure.repeats,
-        reading_sd_m: USUAL_NOISE.reading_sd_m,
-        run_slope_sd: USUAL_NOISE.run_slope_sd,
-    };
-    let (robot, mechanism) = (&model.robot, model.mechanism()?);
-    let start = start_of(model)?;
-    let best = best_poses(robot, mechanism, &start, &free, &readings, count)?;
-    state(robot, procedure, &best.poses);
+    let robot = (&model.robot, model.mechanism()?);
+    let best = best_poses(robot, &start_of(model)?, &free, procedure, count)?;
+    state(&model.robot, procedure, &best.poses);
     Ok(best)
 }
 
@@ -129,6 +120,33 @@ pub(super) fn procedure_of(
         "what determines best the parameters that a fit left open; some {minutes:.0} minutes"
     ));
     procedure
+}
+
+/// Planned load cases as a table to be filled in: each row lacks its displacements.
+#[must_use]
+pub(super) fn table_of(robot: &Robot, planned: &[PlannedLoadCase]) -> LoadCaseTable {
+    let mut table = LoadCaseTable {
+        source: "planned".to_owned(),
+        ..LoadCaseTable::default()
+    };
+    for one in planned {
+        let joints = joints_of(robot, &one.name, &one.pose).values;
+        let (columns, values) = joints.into_iter().unzip();
+        table.joints = columns;
+        table.cases.push(LoadCase {
+            line: 0,
+            pose: one.name.clone(),
+            joints: values,
+            repeat: 1,
+            axes: LoadAxes::Base,
+            force_n: one.direction.unit_vector().map(|share| share * one.force_n),
+            moment_nm: [0.0; 3],
+            displacement_m: [None; 3],
+            rotation_rad: [None; 3],
+            position_m: [None; 3],
+        });
+    }
+    table
 }
 
 /// To two digits, as a load is set.

@@ -3,16 +3,15 @@
 //! [`WorkspaceSample`] draws poses within the limits and states where the end is in each; nothing is left out of its counts.
 //! [`StiffnessMap`] is the stiffness over the poses of a [`PoseSample`], each of which is known by its number alone.
 
-mod design;
 mod end_load;
 mod extreme;
 mod map;
 mod plane;
 mod pose_set;
 mod projected_ascent;
+mod sensitivity;
 mod workspace;
 
-pub use design::{DesignSensitivity, JointSensitivity, SectionSensitivity, design_sensitivity};
 pub use end_load::{EndShift, PoseSpread, ShiftMap, largest_load};
 pub use extreme::{Extreme, RefinedExtreme};
 pub use map::{
@@ -23,4 +22,7 @@ pub use map::{
 };
 pub use plane::{MapPlane, NoPlaneAxis, PlaneAxis};
 pub use pose_set::{PosePlan, PoseSample, Sampling, Shard, variables_beside_the_plane};
+pub use sensitivity::{
+    DesignSensitivity, JointSensitivity, SectionSensitivity, design_sensitivity,
+};
 pub use workspace::{EndPoint, UnreachablePose, WorkspaceError, WorkspacePlan, WorkspaceSample};

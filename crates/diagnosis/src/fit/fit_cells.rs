@@ -109,6 +109,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
             ["data", "other factors"],
         );
         outcome.correlation = Some(FactorCorrelations::of(&parameters, &set, covariance));
+        outcome.information = profiled.information(&parameters);
         outcome.agreement = Some(agreement(fit, covariance, &training, &parameters));
     } else {
         outcome.warnings.push(format!(

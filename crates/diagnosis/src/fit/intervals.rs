@@ -12,6 +12,7 @@ use super::outcome::{FactorEstimate, FactorStatus};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::weighed_problem::WeighedProblem;
+use crate::search::Information;
 
 /// Starts beside the given one. Sections that carry the same load (Iz and J of the paper's beams) have two minima; of the starts about
 /// half lead to each.
@@ -130,6 +131,27 @@ impl Profiled {
             sets,
             free,
         })
+    }
+
+    /// What the rows say of ln a of factors and of the compliance of springs, nothing of those that the fit keeps; `None` without a covariance.
+    pub(crate) fn information(&self, parameters: &FitParameters) -> Option<Information> {
+        let covariance = self.covariance.as_ref()?;
+        let variance = match covariance.mode {
+            SigmaMode::Known => 1.0,
+            SigmaMode::Estimated => covariance.reduced_chi_squared?,
+        };
+        let column = |place: usize| {
+            let free = self.free.iter().position(|free| *free == place);
+            let rows = free.and_then(|free| self.fit.jacobian_column(free));
+            let unit = parameters.slope(place) * variance.sqrt();
+            rows.map_or_else(
+                || vec![0.0; self.fit.residuals.len()],
+                |rows| rows.iter().map(|row| row / unit).collect(),
+            )
+        };
+        let places = 0..parameters.parameters().len();
+        let columns: Vec<Vec<f64>> = places.map(column).collect();
+        Some(Information::of_columns(&columns))
     }
 
     /// Writes bounds, standard errors and intervals into the estimates, and words for parameters that have none. Gives what a user should know.

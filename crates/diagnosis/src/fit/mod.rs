@@ -7,7 +7,7 @@
 //! - [`MeasuredStiffness`], [`FitProblem`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see;
 //! - [`PosedLoadCases`], [`fit_load_cases`]: a table of load cases in the poses and axes of a robot, and the same fit of all its components;
 //! - [`bad_load_case_values`], [`table_mistake`]: what is wrong with such a table;
-//! - [`plan_load_cases`], [`best_poses`]: which further pose and load would determine what is open, which poses are best before anything was measured;
+//! - [`plan_load_cases`], [`plan_beside_cells`], [`best_poses`]: which further pose and load would determine what is open, which poses are best before anything was measured;
 //! - [`usual_parameters`], [`usual_choice`]: which parameters are free unless the user says;
 //! - [`Refitter`]: the same fit to other values, by the thousand.
 
@@ -38,7 +38,7 @@ mod significance;
 mod stiffness_list;
 mod weighed_problem;
 
-pub use best_poses::{BestPoses, PoseReadings, best_poses};
+pub use best_poses::{BestPoses, best_poses};
 pub use bootstrap::{BootstrapIntervals, ResampledUnit, bootstrap_cells};
 pub use cell_model::CellModel;
 pub use choice::{spring_choice, usual_choice, usual_parameters};
@@ -60,7 +60,7 @@ pub use outcome::{
     FitOutcome, FittedCell, FittedCompliance, FittedComponent, FittedFrames, FrameParameter,
     PoseError,
 };
-pub use plan::{FitKnowledge, NextStandardError, PlannedLoadCase, plan_load_cases, planned_table};
+pub use plan::{NextStandardError, PlannedLoadCase, plan_beside_cells, plan_load_cases};
 pub use problem::FitProblem;
 pub use procedure::{
     PaperFit, PaperOptions, PaperSource, PoseFit, fit_single_source, follow_paper,

@@ -19,6 +19,7 @@ use super::load_cases::scatter::RowScatter;
 use super::measured::{MeasuredCell, MeasuredCompliance, MeasuredStiffness, WeightBasis};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use crate::search::Information;
 
 /// A change that is a smaller share of the value is rounding: the parameter did not move.
 const UNMOVED: f64 = 1e-9;
@@ -510,6 +511,9 @@ pub struct FitOutcome {
     pub frames: Option<FittedFrames>,
     /// How the components that took part scatter; only of load cases.
     pub(crate) scatter: Option<RowScatter>,
+    /// What the rows that took part say of ln a of factors and of the compliance of springs, one for each of `estimates`: nothing of those that
+    /// the fit keeps. Of a fit with a covariance.
+    pub(crate) information: Option<Information>,
     /// Why the search ended.
     pub termination: String,
     /// How the intervals of the bootstrap came about, if it was asked for.
@@ -579,6 +583,7 @@ impl FitOutcome {
             components: Vec::new(),
             frames: None,
             scatter: None,
+            information: None,
             termination: String::new(),
             bootstrap: None,
             warnings: Vec::new(),

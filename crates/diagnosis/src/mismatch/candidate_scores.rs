@@ -300,9 +300,14 @@ fn make_orthogonal(space: &WhiteSpace, first: &[f64], second: &mut [f64]) {
 }
 
 impl WhiteCandidate {
-    /// Its vectors.
-    pub(super) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut RowVector> {
-        self.shapes.iter_mut().flat_map(|shape| &mut shape.vectors)
+    /// The same with the baseline projected out of its vectors.
+    pub(super) fn projected(mut self, space: &WhiteSpace) -> Self {
+        for vector in self.shapes.iter_mut().flat_map(|shape| &mut shape.vectors) {
+            let mut whole = vector.whole(space.length);
+            space.project(&mut whole);
+            *vector = RowVector::from(whole);
+        }
+        self
     }
 }
 

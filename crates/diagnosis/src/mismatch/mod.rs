@@ -85,7 +85,7 @@ pub use critical_values::{Family, LawCriticalValues};
 pub use data_screen::{ScreenedData, screen_data};
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawAtPlace, LawDesign, NearRival,
-    ProposedMeasurement, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
+    USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
     DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, HeldOut, Impossible,

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_measurement::procedure::Procedure;
 
 /// A plan that would separate what these readings leave open.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -18,4 +19,21 @@ pub struct NextMeasurement {
     /// Procedure file of the plan, where one was written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// The plan as a procedure; `None` for a check without loads.
+    #[serde(skip)]
+    pub procedure: Option<Procedure>,
+}
+
+impl NextMeasurement {
+    /// A check without loads.
+    pub(super) fn check(plan: String, minutes: f64, separates: [String; 2]) -> Self {
+        Self {
+            plan,
+            separates,
+            expected_log_lr: None,
+            minutes,
+            file: None,
+            procedure: None,
+        }
+    }
 }

@@ -5,6 +5,7 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::observations::{GaugeSteps, Observations, ObservedReading, Recorded};
+use crate::parameters::place_of;
 
 /// One planned reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,81 +49,59 @@ impl Observations {
     /// - `release_n`: force to which each load is released before the next, if it is.
     #[must_use]
     pub fn planned(cells: &[PlannedCell], steps: GaugeSteps, release_n: Option<f64>) -> Self {
-        let mut poses: Vec<PoseId> = Vec::new();
-        for cell in cells {
-            if !poses.contains(&cell.pose) {
-                poses.push(cell.pose.clone());
-            }
-        }
-        let mut others: Vec<&LoadDirection> = Vec::new();
-        for cell in cells.iter().filter(|cell| cell.load.axis().is_none()) {
-            if !others.contains(&&cell.load) {
-                others.push(&cell.load);
-            }
-        }
-        let place_of_load = |load: &LoadDirection| match load.axis() {
-            Some(axis) => Some(axis.index()),
-            None => others
-                .iter()
-                .position(|other| *other == load)
-                .map(|place| 3 + place),
+        let (mut poses, mut others) = (Vec::new(), Vec::new());
+        let mut place = |cell: &PlannedCell| {
+            let load = match cell.load.axis() {
+                Some(axis) => axis.index(),
+                None => Direction::ALL.len() + place_of(&mut others, &cell.load),
+            };
+            let pose = place_of(&mut poses, &cell.pose);
+            (pose, load, cell.direction.index())
         };
-        let place = |cell: &PlannedCell| {
-            (
-                poses.iter().position(|pose| *pose == cell.pose),
-                place_of_load(&cell.load),
-                cell.direction.index(),
-            )
-        };
-        let mut order: Vec<&PlannedCell> = cells.iter().collect();
-        order.sort_by_key(|cell| place(cell));
-        let all = || cells.iter().flat_map(|cell| &cell.loads);
+        let mut order: Vec<_> = cells.iter().map(|cell| (place(cell), cell)).collect();
+        order.sort_by_key(|(place, _)| *place);
+        let mut all = cells.iter().flat_map(|cell| &cell.loads).peekable();
         let recorded = Recorded {
             time: true,
             hold: true,
-            temperature: all().all(|load| load.temperature_deg_c.is_some())
-                && all().next().is_some(),
+            temperature: all.peek().is_some() && all.all(|load| load.temperature_deg_c.is_some()),
         };
         let mut out = Self {
             release_n,
+            poses,
             ..Self::without_readings(steps, recorded)
         };
         let mut zeros = 0;
-        for cell in order {
-            let pose = poses.iter().position(|pose| *pose == cell.pose);
-            out.push_cell(pose.unwrap_or_default(), cell, &mut zeros);
+        for ((pose, ..), cell) in order {
+            out.begin_cell(pose, cell.load.clone(), cell.direction.into());
+            out.push_cell(cell, &mut zeros);
         }
-        out.poses = poses;
         out.gauges = out.gauges_read_at_once();
         out
     }
 
-    fn push_cell(&mut self, pose: usize, cell: &PlannedCell, zeros: &mut u32) {
-        // The zero, and the clock and temperature at it, of each reading.
-        let mut zeroed: Vec<(u32, PlannedLoad)> = Vec::new();
-        for load in &cell.loads {
-            let zero = match zeroed.last() {
-                Some((zero, at)) if !load.zero_before => (*zero, *at),
+    fn push_cell(&mut self, cell: &PlannedCell, zeros: &mut u32) {
+        // Each reading with its place and its zero.
+        let mut planned: Vec<(u32, &PlannedLoad, u32, &PlannedLoad)> = Vec::new();
+        for (place, load) in (1..).zip(&cell.loads) {
+            let (zero, zeroed) = match planned.last() {
+                Some((.., zero, zeroed)) if !load.zero_before => (*zero, *zeroed),
                 _ => {
                     *zeros += 1;
-                    (*zeros - 1, *load)
+                    (*zeros - 1, load)
                 }
             };
-            zeroed.push(zero);
+            planned.push((place, load, zero, zeroed));
         }
-        let mut places: Vec<usize> = (0..cell.loads.len()).collect();
-        places.sort_by_key(|&place| cell.loads[place].repeat);
-        self.begin_cell(pose, cell.load.clone(), cell.direction.into());
+        planned.sort_by_key(|(_, load, ..)| load.repeat);
         let mut repeat = None;
-        for place in places {
-            let load = &cell.loads[place];
+        for (seq, load, zero, zeroed) in planned {
             if repeat.replace(load.repeat) != Some(load.repeat) {
                 self.begin_run(load.repeat, load.repeat);
             }
-            let (zero, zero_load) = zeroed[place];
             let reading = ObservedReading {
                 run: 0,
-                seq: place as u32 + 1,
+                seq,
                 zero,
                 branch: load.branch,
                 hold_number: self.next_hold(load.step),
@@ -131,17 +110,15 @@ impl Observations {
                 target_n: load.force_n,
                 flagged: false,
             };
+            let warming = load.temperature_deg_c.zip(zeroed.temperature_deg_c);
             let load = LoadPoint {
                 force_n: load.force_n,
                 step: load.step,
                 hold_s: load.hold_s,
                 position_m: None,
                 is_unloaded: load.force_n == 0.0,
-                since_zero_s: load.time_s - zero_load.time_s,
-                warming_k: match (load.temperature_deg_c, zero_load.temperature_deg_c) {
-                    (Some(now), Some(then)) => now - then,
-                    _ => 0.0,
-                },
+                since_zero_s: load.time_s - zeroed.time_s,
+                warming_k: warming.map_or(0.0, |(now, then)| now - then),
             };
             self.push(reading, load, 0.0);
         }

@@ -137,7 +137,7 @@ impl DiagnosisProblem<'_> {
     }
 
     /// Candidates compared with the residuals of a view.
-    fn see(
+    pub(super) fn see(
         &self,
         state: &State,
         scores: &CandidateScores,

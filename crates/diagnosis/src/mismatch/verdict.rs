@@ -1,11 +1,9 @@
 //! From what a search found to what is to be said.
 
-use nalgebra::DMatrix;
-
 use stiffbench_beams::physics::{Effect, TestObject};
 use stiffbench_units_and_text::count::counted;
 
-use super::baseline::is_near;
+use super::baseline::{is_near, prior_sd};
 use super::changes::end_effect_m;
 use super::configurations::ConfigurationSizes;
 use super::critical_values::LawCriticalValues;
@@ -24,7 +22,7 @@ use crate::search::constants::{
     AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, FEWEST_LEFT, FEWEST_POSES, IDENTIFIED, RIVALS,
     UNEXPLAINED_LEVEL,
 };
-use crate::search::{distinguishable, dot, largest};
+use crate::search::{Information, distinguishable, dot, largest};
 
 impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
@@ -340,44 +338,24 @@ impl DiagnosisProblem<'_> {
     ) -> Result<Vec<(Option<f64>, f64)>, MismatchError> {
         let mut predictor = self.predictor();
         let mut columns = self.columns(&mut predictor, model)?;
-        let known = self.baseline.parameters();
         for column in &mut columns {
             state.whitening.covariance.whiten(column);
         }
-        let used: Vec<usize> = (0..columns.len())
-            .filter(|&column| dot(&columns[column], &columns[column]) > 0.0 || column < known.len())
-            .collect();
+        let prior_sd = prior_sd(self.baseline);
+        let known = Information::of_prior(&prior_sd, columns.len() - prior_sd.len());
+        let known = known.with(&Information::of_columns(&columns));
+        let lengths = known.lengths();
+        let used: Vec<usize> = (0..columns.len()).filter(|&i| lengths[i] > 0.0).collect();
         // Columns of unit length: factors and compliances differ by many orders of magnitude.
-        let lengths: Vec<f64> = used
-            .iter()
-            .map(|&column| {
-                let prior = known
-                    .get(column)
-                    .map_or(0.0, |k| k.prior_sd.recip().powi(2));
-                (dot(&columns[column], &columns[column]) + prior).sqrt()
-            })
-            .collect();
-        let normal = DMatrix::from_fn(used.len(), used.len(), |i, j| {
-            let mut sum = dot(&columns[used[i]], &columns[used[j]]);
-            if i == j
-                && let Some(parameter) = known.get(used[i])
-            {
-                sum += parameter.prior_sd.recip().powi(2);
-            }
-            sum / (lengths[i] * lengths[j])
-        });
+        let units: Vec<f64> = used.iter().map(|&i| lengths[i].recip()).collect();
+        let inverse = known.of_some(&used, &units).inverse();
         let mut out = vec![(None, f64::INFINITY); columns.len()];
-        let mut eigen = normal.symmetric_eigen();
-        for value in eigen.eigenvalues.iter_mut() {
-            *value = value.max(1e-14).recip();
-        }
-        let inverse = eigen.recompose();
         let mut scratch = Vec::new();
         for (place, &column) in used.iter().enumerate() {
             // The estimate is the sum of the white readings with these weights.
             let mut weights = vec![0.0; self.observations.len()];
             for (other, &from) in used.iter().enumerate() {
-                let factor = inverse[(place, other)] / lengths[other];
+                let factor = inverse[(place, other)] * units[other];
                 for (weight, value) in weights.iter_mut().zip(&columns[from]) {
                     *weight += factor * value;
                 }
@@ -386,7 +364,7 @@ impl DiagnosisProblem<'_> {
                 .whitening
                 .variance_shares(self.observations, &weights, &mut scratch);
             out[column] = (
-                Some(inverse[(place, place)].sqrt() / lengths[place]),
+                Some(inverse[(place, place)].sqrt() * units[place]),
                 state.noise.degrees_of_freedom(shares),
             );
         }

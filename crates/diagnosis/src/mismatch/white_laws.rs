@@ -103,22 +103,22 @@ impl DiagnosisProblem<'_> {
 }
 
 fn white_law(white: WhiteCandidate, space: &WhiteSpace, critical: &LawCriticalValues) -> WhiteLaw {
+    let white = white.projected(space);
     let mut shapes = Vec::new();
     for shape in white.shapes {
-        let whole = shape.vectors.iter().map(|unit| unit.whole(space.length));
-        let mut units: Vec<Vec<f64>> = whole.collect();
-        let mut lengths = Vec::new();
-        for unit in &mut units {
-            space.project(unit);
-            let length = norm(unit);
-            lengths.push(length);
-            for value in unit.iter_mut() {
-                *value /= length;
-            }
-        }
+        let lengths: Vec<f64> = shape
+            .vectors
+            .iter()
+            .map(|unit| norm(&unit.values))
+            .collect();
         if lengths.iter().all(|length| *length >= ABSORBED) {
+            let units = shape.vectors.iter().zip(&lengths);
+            let units = units.map(|(unit, length)| {
+                let values = unit.values.iter();
+                values.map(|value| value / length).collect()
+            });
             shapes.push(WhiteLawShape {
-                units,
+                units: units.collect(),
                 sizes: shape.shape.scale.map(|scale| scale * lengths[0]),
             });
         }

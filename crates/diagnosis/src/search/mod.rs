@@ -8,6 +8,7 @@
 //! - [`CriticalValues`]: how large a score must be, from null samples of whole families.
 //! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`]; [`LinearProblem`] is one.
 //! - [`backward_elimination`]: from many terms together to those that the rows need.
+//! - `Information`: what rows say, made or planned: expected standard errors, and which further rows are worth most.
 //! - [`log_bayes`], [`under_known_covariance`], [`distinguishable`]: what a score is worth.
 
 mod backward;
@@ -18,6 +19,7 @@ mod critical_values;
 mod engine;
 mod evidence;
 mod forward;
+mod information;
 mod linear;
 mod null_noise;
 mod precision;
@@ -42,6 +44,7 @@ pub use engine::{
 };
 pub use evidence::{distinguishable, log_bayes, under_known_covariance};
 pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
+pub(crate) use information::{Information, Projected};
 pub use linear::{
     CovarianceModel, LeastSquares, LinearCandidate, LinearFitted, LinearModel, LinearProblem,
     LinearScore, NotIndependent, null_maxima,

@@ -105,6 +105,7 @@ pub fn fit_load_cases(
         agreement: covariance.map(|covariance| agreement(fit, &known, covariance, components)),
         components: fitted_components(model, [&of_rigid, &before, &predicted], &takes_part),
         scatter: Some(scatter.clone()),
+        information: profiled.information(&parameters),
         termination: fit.termination.to_string(),
         ..FitOutcome::without_rows(
             FitMethod::LeastSquares,

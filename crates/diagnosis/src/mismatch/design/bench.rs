@@ -13,7 +13,6 @@ use crate::mismatch::baseline::Baseline;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::{GaugeNoise, ReadingNoise};
 use crate::mismatch::observations::{GaugeSteps, Observations};
-use crate::mismatch::plan::PlannedCell;
 use crate::search::constants::{USUAL_READING_SD_M, USUAL_RUN_SLOPE_SD, USUAL_ZERO_SD_M};
 
 /// Noise of a bench of which nothing is known yet.
@@ -71,14 +70,16 @@ pub struct DesignBench<'a> {
 }
 
 impl DesignBench<'_> {
-    /// Planned cells laid out for the baseline.
-    pub(super) fn lay_out(
-        &self,
-        cells: &[PlannedCell],
-        release_n: Option<f64>,
-    ) -> Result<Observations, MismatchError> {
-        let planned = Observations::planned(cells, self.steps, release_n);
-        self.in_order(&planned)
+    /// Places of the poses that were measured, and of the others.
+    pub(super) fn measured_and_further(&self, done: &Observations) -> [Vec<usize>; 2] {
+        let measured = |pose: &usize| done.cells.iter().any(|cell| cell.pose == *pose);
+        let (old, new) = (0..self.poses.len()).partition(measured);
+        [old, new]
+    }
+
+    /// Poses by their names.
+    pub(super) fn named(&self, poses: &[usize]) -> Vec<PoseId> {
+        poses.iter().map(|&pose| self.poses[pose].clone()).collect()
     }
 
     /// Observations with the poses numbered as the baseline does.

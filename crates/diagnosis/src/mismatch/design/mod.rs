@@ -12,8 +12,6 @@
 
 mod advice;
 mod bench;
-mod confirm;
-mod gram;
 mod next;
 mod plans;
 mod report;
@@ -27,6 +25,5 @@ mod views;
 pub use crate::search::constants::{CAN_TELL, CANNOT_TELL};
 pub use bench::{DesignBench, LawAtPlace, USUAL_NOISE, poses_at_hand};
 pub use next::next_measurements;
-pub use plans::ProposedMeasurement;
 pub use report::{DesignReport, LawDesign, Unseen, design_of_plan};
 pub use views::NearRival;

@@ -1,26 +1,33 @@
 //! The measurement to make next: for each pair that is still open the quickest plan that tells it apart.
 
+use std::collections::BTreeSet;
+
 use crate::mismatch::diagnosis::{Diagnosis, Finding, Verdict};
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::next_measurement::NextMeasurement;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::ranked_candidate::same;
+use crate::search::Projected;
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, MOST_PAIRS};
-use stiffbench_beams::physics::Effect;
+use stiffbench_beams::physics::{Effect, title};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::test_point::Direction;
+use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::advice::advice;
 use super::bench::{DesignBench, LawAtPlace};
-use super::confirm::{confirmations, further};
-use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
-use super::separation::{CellGram, Effects};
+use super::plans::{loadings, proposed};
+use super::separation::{CellInformation, Effects};
 use super::unexplained::refine_scores;
+
+/// What a finding is compared with where nothing else explains the readings as well.
+const NOTHING: &str = "nothing";
 
 /// Two explanations that are indistinguishable.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OpenPair {
     pub(super) effects: [usize; 2],
+    /// Probability of the less likely one as a share of that of the other.
     pub(super) weight: f64,
     /// Effects found besides, which count as factors.
     pub(super) besides: Vec<usize>,
@@ -44,26 +51,20 @@ pub fn next_measurements(
     done: &Observations,
     diagnosis: &Diagnosis,
     base: &Procedure,
-) -> Result<Vec<ProposedMeasurement>, MismatchError> {
-    match diagnosis.verdict {
-        Verdict::NothingMissing => {
-            return Ok(further(bench, done, base, true)?.into_iter().collect());
-        }
-        Verdict::InsufficientData => {
-            return Ok(further(bench, done, base, false)?.into_iter().collect());
-        }
-        _ => {}
+) -> Result<Vec<NextMeasurement>, MismatchError> {
+    let done = &bench.in_order(done)?;
+    let verdict = diagnosis.verdict;
+    if let Verdict::NothingMissing | Verdict::InsufficientData = verdict {
+        let decided = verdict == Verdict::NothingMissing;
+        return Ok(further(bench, done, base, decided).into_iter().collect());
     }
     let (fitted, pairs) = open_pairs(&diagnosis.findings);
-    if pairs.is_empty() && diagnosis.verdict == Verdict::Explained {
+    if pairs.is_empty() && verdict == Verdict::Explained {
         return confirmations(bench, done, &diagnosis.findings, base);
     }
-    let closer = if diagnosis.verdict == Verdict::Unknown {
-        refine_scores(bench, done, &diagnosis.unexplained, base)
-    } else {
-        None
-    };
-    let mut out: Vec<ProposedMeasurement> = closer.into_iter().collect();
+    let closer = (verdict == Verdict::Unknown)
+        .then(|| refine_scores(bench, done, &diagnosis.unexplained, base));
+    let mut out: Vec<NextMeasurement> = closer.flatten().into_iter().collect();
     out.extend(plan_for(bench, done, fitted, &pairs, base)?);
     Ok(out)
 }
@@ -87,10 +88,6 @@ pub(super) fn open_pairs(findings: &[Finding]) -> (Vec<Effect>, Vec<OpenPair>) {
     }
     open.pairs.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     open.pairs.truncate(MOST_PAIRS);
-    let all: f64 = open.pairs.iter().map(|pair| pair.weight).sum();
-    for pair in &mut open.pairs {
-        pair.weight /= all;
-    }
     open.add_besides(findings);
     (open.effects, open.pairs)
 }
@@ -130,162 +127,224 @@ impl Open {
     /// To each pair what was found besides: of each other set of alternatives the first.
     fn add_besides(&mut self, findings: &[Finding]) {
         for index in 0..self.pairs.len() {
-            let [first, second] = self.pairs[index].effects;
-            let of_pair = |finding: &&Finding| {
-                same(&finding.effect, &self.effects[first])
-                    || same(&finding.effect, &self.effects[second])
-            };
-            let own: Vec<&Finding> = findings.iter().filter(of_pair).collect();
-            let mut besides: Vec<&Finding> = Vec::new();
+            let pair = self.pairs[index].effects.map(|place| &self.effects[place]);
+            let of_pair = |finding: &&Finding| pair.iter().any(|own| same(own, &finding.effect));
+            let mut taken: Vec<&Finding> = findings.iter().filter(of_pair).collect();
+            let own = taken.len();
             for finding in findings {
-                let known = |other: &&&Finding| {
+                let known = |other: &&Finding| {
                     same(&other.effect, &finding.effect) || exclude_each_other(other, finding)
                 };
-                if own.iter().chain(&besides).find(known).is_none() {
-                    besides.push(finding);
+                if !taken.iter().any(known) {
+                    taken.push(finding);
                 }
             }
-            let besides: Vec<usize> = besides.iter().map(|f| self.place(&f.effect)).collect();
-            self.pairs[index].besides = besides;
+            let besides = taken[own..].iter().map(|found| self.place(&found.effect));
+            self.pairs[index].besides = besides.collect();
         }
     }
 }
 
-/// A plan with what it reaches for each pair.
+/// A plan with the expected log-likelihood ratio that it reaches for each question.
 struct Rated {
-    words: String,
-    procedure: Procedure,
-    minutes: f64,
+    plan: NextMeasurement,
     log_lr: Vec<f64>,
 }
 
+impl Rated {
+    /// The plan for one of the questions.
+    fn proposed(&self, question: usize, separates: [String; 2]) -> NextMeasurement {
+        NextMeasurement {
+            separates,
+            expected_log_lr: Some(self.log_lr[question]),
+            ..self.plan.clone()
+        }
+    }
+}
+
+/// Every way of loading, in all that [`coverages`] names.
+///
+/// # Arguments
+/// - `old`: what the readings already made say.
+/// - `rate`: the expected log-likelihood ratio for each question, of what old and planned readings leave of the effects.
+fn rated_plans(
+    bench: &DesignBench<'_>,
+    done: &Observations,
+    (effects, old): (&Effects, &[CellInformation]),
+    base: &Procedure,
+    rate: &dyn Fn(&Projected) -> Vec<f64>,
+) -> Result<Vec<Rated>, MismatchError> {
+    let mut rated = Vec::new();
+    for loading in loadings(base) {
+        let everywhere = Procedure {
+            poses: Some(bench.poses.to_vec()),
+            directions: LoadDirection::axes(),
+            ..loading.clone()
+        };
+        let new = bench.cells(effects, &bench.observations(&everywhere)?, true)?;
+        rated.extend(coverages(bench, done).into_iter().map(|coverage| {
+            let covered = new.iter().filter(|cell| coverage.covers(cell));
+            Rated {
+                log_lr: rate(&bench.projected(effects, old.iter().chain(covered))),
+                plan: coverage.proposed(bench, &loading, <[String; 2]>::default()),
+            }
+        }));
+    }
+    Ok(rated)
+}
+
+/// The quickest of the plans that are wanted.
+fn quickest(rated: &[Rated], is_wanted: impl Fn(&Rated) -> bool) -> Option<usize> {
+    let minutes = |plan: usize| rated[plan].plan.minutes;
+    (0..rated.len())
+        .filter(|&plan| is_wanted(&rated[plan]))
+        .min_by(|&a, &b| minutes(a).total_cmp(&minutes(b)))
+}
+
+/// For each pair the quickest plan that tells it apart, and a check without loads where none does.
+///
+/// # Arguments
+/// - `done`: the readings already made, in the order of the poses at hand.
 pub(super) fn plan_for(
     bench: &DesignBench<'_>,
     done: &Observations,
     fitted: Vec<Effect>,
     pairs: &[OpenPair],
     base: &Procedure,
-) -> Result<Vec<ProposedMeasurement>, MismatchError> {
+) -> Result<Vec<NextMeasurement>, MismatchError> {
     if pairs.is_empty() {
         return Ok(Vec::new());
     }
     let suspects: Vec<LawAtPlace> = fitted.iter().map(LawAtPlace::from).collect();
-    let done = bench.in_order(done)?;
-    let effects = Effects::new(bench, &done, fitted)?;
-    let old = bench.cells(&effects, &done, false)?;
-    let rate = |cells: &mut dyn Iterator<Item = &CellGram>| -> Vec<f64> {
-        let projected = bench.whole(&effects, cells).projected();
+    let effects = Effects::new(bench, done, fitted)?;
+    let old = bench.cells(&effects, done, false)?;
+    let rate = |projected: &Projected| -> Vec<f64> {
         let log_lr = |pair: &OpenPair| {
-            let [first, second] = pair.effects;
             let besides = pair.besides.iter();
             let rest = besides.fold(projected.clone(), |rest, &effect| rest.without(effect));
-            effects.log_lr(&rest, first, second)
+            effects.log_lr(&rest, pair.effects)
         };
         pairs.iter().map(log_lr).collect()
     };
-    let now = rate(&mut old.iter());
-    let mut rated: Vec<Rated> = Vec::new();
-    for loading in loadings(base) {
-        let everywhere = Procedure {
-            poses: Some(bench.poses.to_vec()),
-            directions: LoadDirection::axes(),
-            ..loading.procedure.clone()
-        };
-        let new = bench.cells(&effects, &bench.observations(&everywhere)?, true)?;
-        for coverage in coverages(bench, &done) {
-            let (words, procedure) = coverage.of(bench, &loading);
-            let covered = new.iter().filter(|cell| coverage.covers(cell));
-            rated.push(Rated {
-                minutes: procedure.minutes(&bench.pace, coverage.poses.len()),
-                log_lr: rate(&mut old.iter().chain(covered)),
-                words,
-                procedure,
-            });
-        }
-    }
-    let selected = select(&rated, pairs.len());
+    let rated = rated_plans(bench, done, (&effects, &old), base, &rate)?;
     let mut out = Vec::new();
-    for (place, pair) in pairs.iter().enumerate() {
-        let [first, second] = pair.effects.map(|effect| &suspects[effect]);
+    for (place, plan) in select(&rated, pairs.len()).into_iter().enumerate() {
+        let [first, second] = pairs[place].effects.map(|effect| &suspects[effect]);
         let separates = [first.to_string(), second.to_string()];
-        let plan = &rated[selected[place]];
-        let reached = plan.log_lr[place];
+        let reached = rated[plan].log_lr[place];
         if reached >= CANNOT_TELL {
-            out.push(ProposedMeasurement {
-                plan: plan.words.clone(),
-                separates: separates.clone(),
-                expected_log_lr: Some(reached),
-                log_lr_now: now[place],
-                minutes: plan.minutes,
-                procedure: Some(plan.procedure.clone()),
-                weight: pair.weight,
-            });
+            out.push(rated[plan].proposed(place, separates.clone()));
         }
         if reached < CAN_TELL
             && let Some((plan, minutes)) = advice(first, second)
         {
-            out.push(ProposedMeasurement {
-                plan,
-                separates,
-                expected_log_lr: None,
-                log_lr_now: now[place],
-                minutes,
-                procedure: None,
-                weight: pair.weight,
-            });
+            out.push(NextMeasurement::check(plan, minutes, separates));
         }
     }
     Ok(out)
 }
 
-/// For each pair the plan to follow.
+/// For each pair the plan to follow: the quickest that tells it apart, else the one that comes nearest to it; one for all that can be decided,
+/// if it is quicker than a plan for each.
 fn select(rated: &[Rated], pairs: usize) -> Vec<usize> {
-    let quickest = |wanted: &dyn Fn(&Rated) -> bool| {
-        (0..rated.len())
-            .filter(|&plan| wanted(&rated[plan]))
-            .min_by(|&a, &b| rated[a].minutes.total_cmp(&rated[b].minutes))
+    let of_pair = |pair: usize| {
+        let reached = |plan: usize| rated[plan].log_lr[pair];
+        let enough = |least: f64| quickest(rated, |plan| plan.log_lr[pair] >= least);
+        let best = || (0..rated.len()).max_by(|&a, &b| reached(a).total_cmp(&reached(b)));
+        let found = enough(CAN_TELL).or_else(|| enough(CANNOT_TELL));
+        found.or_else(best).unwrap_or(0)
     };
-    let best = |pair: usize| {
-        let reached = |plan: &usize| rated[*plan].log_lr[pair];
-        (0..rated.len()).max_by(|a, b| reached(a).total_cmp(&reached(b)))
-    };
-    let each: Vec<usize> = (0..pairs)
-        .map(|pair| {
-            let enough = |least: f64| quickest(&|plan: &Rated| plan.log_lr[pair] >= least);
-            enough(CAN_TELL)
-                .or_else(|| enough(CANNOT_TELL))
-                .or_else(|| best(pair))
-                .unwrap_or(0)
-        })
-        .collect();
-    // One plan for all that can be decided, if it is quicker than a plan for each.
-    let decided: Vec<usize> = (0..pairs)
-        .filter(|&pair| rated[each[pair]].log_lr[pair] >= CAN_TELL)
-        .collect();
-    let mut plans: Vec<usize> = decided.iter().map(|&pair| each[pair]).collect();
-    plans.sort_unstable();
-    plans.dedup();
-    let minutes: f64 = plans.iter().map(|&plan| rated[plan].minutes).sum();
-    let together =
-        quickest(&|plan: &Rated| decided.iter().all(|&pair| plan.log_lr[pair] >= CAN_TELL));
-    match together {
-        Some(plan) if plans.len() > 1 && rated[plan].minutes < minutes => (0..pairs)
-            .map(|pair| {
-                if decided.contains(&pair) {
-                    plan
-                } else {
-                    each[pair]
-                }
-            })
-            .collect(),
-        _ => each,
+    let mut each: Vec<usize> = (0..pairs).map(of_pair).collect();
+    let decides = |plan: &Rated, pair: usize| plan.log_lr[pair] >= CAN_TELL;
+    let decided = (0..pairs).filter(|&pair| decides(&rated[each[pair]], pair));
+    let decided: Vec<usize> = decided.collect();
+    let apart: BTreeSet<usize> = decided.iter().map(|&pair| each[pair]).collect();
+    let apart = apart.into_iter().map(|plan| rated[plan].plan.minutes);
+    let apart: f64 = apart.sum();
+    let together = quickest(rated, |plan| {
+        decided.iter().all(|&pair| decides(plan, pair))
+    });
+    if let Some(together) = together.filter(|&plan| rated[plan].plan.minutes < apart) {
+        for pair in decided {
+            each[pair] = together;
+        }
     }
+    each
+}
+
+/// For each finding the quickest new measurement that shows its effect by itself, or its absence: one that would be expected to, with a log
+/// likelihood ratio of 5, and without the readings in which it was found.
+///
+/// What happened in one run does not happen again, and what has no size in these poses is not seen in them: for such findings there is none.
+fn confirmations(
+    bench: &DesignBench<'_>,
+    done: &Observations,
+    findings: &[Finding],
+    base: &Procedure,
+) -> Result<Vec<NextMeasurement>, MismatchError> {
+    let found = findings.iter().map(|finding| &finding.effect);
+    let lasting = found.filter(|effect| !effect.law.is_of_one_run());
+    let lasting: Vec<Effect> = lasting.cloned().collect();
+    if lasting.is_empty() {
+        return Ok(Vec::new());
+    }
+    let places = 0..lasting.len();
+    let rate = |projected: &Projected| -> Vec<f64> {
+        let alone = |place: usize| {
+            let others = places.clone().filter(|other| *other != place);
+            let alone = others.fold(projected.clone(), |rest, other| rest.without(other));
+            0.5 * alone.square(place)
+        };
+        places.clone().map(alone).collect()
+    };
+    let effects = Effects::plain(lasting.clone());
+    let rated = rated_plans(bench, done, (&effects, &[]), base, &rate)?;
+    let confirmed = lasting.iter().enumerate().filter_map(|(place, effect)| {
+        let plan = quickest(&rated, |plan| plan.log_lr[place] >= CAN_TELL)?;
+        let separates = [title(effect.law, &effect.place), NOTHING.to_owned()];
+        Some(rated[plan].proposed(place, separates))
+    });
+    Ok(confirmed.collect())
+}
+
+/// What would show most of what a session could not: the way of loading that it lacks, else the poses that it did not measure.
+///
+/// # Arguments
+/// - `decided`: whether the readings already made were enough to decide; if not, the same poses with enough repeats come first.
+fn further(
+    bench: &DesignBench<'_>,
+    done: &Observations,
+    base: &Procedure,
+    decided: bool,
+) -> Option<NextMeasurement> {
+    let coverages = coverages(bench, done);
+    let [measured, others @ ..] = &coverages[..] else {
+        return None;
+    };
+    let mut readings = done.readings.iter();
+    let unloaded = readings.any(|one| one.branch == Branch::Unloading);
+    let is_new = |pose: &usize| !measured.poses.contains(pose);
+    let new = others.iter().find(|other| other.poses.iter().all(is_new));
+    let (coverage, name) = match new {
+        _ if !decided => (measured, "sweeps"),
+        _ if !unloaded => (measured, "load-unload"),
+        Some(new) => (new, "again"),
+        None => (measured, "both-signs"),
+    };
+    let separates = if decided {
+        ["that nothing is missing", NOTHING]
+    } else {
+        ["missing physics", "the scatter of readings"]
+    };
+    let mut loadings = loadings(base).into_iter();
+    let loading = loadings.find(|loading| loading.name == name)?;
+    Some(coverage.proposed(bench, &loading, separates.map(str::to_owned)))
 }
 
 /// Which poses and directions a plan measures.
-pub(super) struct Coverage {
+struct Coverage {
     words: String,
-    pub(super) poses: Vec<usize>,
+    poses: Vec<usize>,
     directions: Vec<Direction>,
 }
 
@@ -293,59 +352,53 @@ pub(super) struct Coverage {
 const MOST_POSES: usize = 12;
 
 /// All that was measured, each pose by itself, each cell by itself, and all that was not measured.
-pub(super) fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
-    let measured = |pose: &usize| done.cells.iter().any(|cell| cell.pose == *pose);
-    let (old, new): (Vec<usize>, Vec<usize>) = (0..bench.poses.len()).partition(measured);
-    let all = Direction::ALL.to_vec();
-    let of = |poses: Vec<usize>, which: &str| {
+fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
+    let of = |words: String, poses: Vec<usize>, directions: &[Direction]| Coverage {
+        words,
+        poses,
+        directions: directions.to_vec(),
+    };
+    let evenly = |poses: Vec<usize>, which: &str| {
         let count = poses.len();
+        let kept = count.min(MOST_POSES);
         let words = if count > MOST_POSES {
             format!("{MOST_POSES} of the {which}")
         } else {
             format!("all {which}")
         };
-        let kept = count.min(MOST_POSES);
-        Coverage {
-            words,
-            poses: (0..kept).map(|place| poses[place * count / kept]).collect(),
-            directions: all.clone(),
-        }
+        let poses = (0..kept).map(|place| poses[place * count / kept]).collect();
+        of(words, poses, &Direction::ALL)
     };
-    let mut out = vec![of(old, "measured poses")];
+    let [old, new] = bench.measured_and_further(done);
+    let mut out = vec![evenly(old, "measured poses")];
     if new.len() > 1 {
-        out.push(of(new, "poses not measured yet"));
+        out.push(evenly(new, "poses not measured yet"));
     }
     for (pose, name) in bench.poses.iter().enumerate() {
-        let only = |words: String, directions: Vec<Direction>| Coverage {
-            words,
-            poses: vec![pose],
-            directions,
-        };
-        out.push(only(format!("pose {name}"), all.clone()));
-        out.extend(
-            Direction::ALL
-                .map(|direction| only(format!("pose {name} in {direction}"), vec![direction])),
-        );
+        out.push(of(format!("pose {name}"), vec![pose], &Direction::ALL));
+        out.extend(Direction::ALL.map(|direction| {
+            let words = format!("pose {name} in {direction}");
+            of(words, vec![pose], &[direction])
+        }));
     }
     out
 }
 
 impl Coverage {
-    pub(super) fn covers(&self, cell: &CellGram) -> bool {
+    fn covers(&self, cell: &CellInformation) -> bool {
         self.poses.contains(&cell.pose) && self.directions.contains(&cell.direction)
     }
 
-    /// The plan in words, and as a procedure.
-    pub(super) fn of(&self, bench: &DesignBench<'_>, loading: &LoadingPlan) -> (String, Procedure) {
-        let words = format!("{}, {}", self.words, loading.words);
-        let poses = self.poses.iter().map(|&pose| bench.poses[pose].clone());
-        let procedure = Procedure {
-            name: format!("next-{}", loading.procedure.name),
-            text: Some(words.clone()),
-            poses: Some(poses.collect()),
-            directions: self.directions.iter().map(|axis| (*axis).into()).collect(),
-            ..loading.procedure.clone()
-        };
-        (words, procedure)
+    /// A way of loading there.
+    fn proposed(
+        &self,
+        bench: &DesignBench<'_>,
+        loading: &Procedure,
+        separates: [String; 2],
+    ) -> NextMeasurement {
+        let way = loading.text.as_deref().unwrap_or_default();
+        let words = format!("{}, {way}", self.words);
+        let there = (bench.named(&self.poses), &self.directions[..]);
+        proposed(bench, loading, words, there, separates)
     }
 }

@@ -3,44 +3,39 @@
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{LoadOrder, RepeatOrder, ZeroScope};
 
-use crate::search::constants::CAN_TELL;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-/// A plan, and what it tells apart.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ProposedMeasurement {
-    /// What to do, in words.
-    pub plan: String,
-    /// The two that it tells apart.
-    pub separates: [String; 2],
-    /// Expected log-likelihood ratio of all readings then, old and planned; `None` for a check without loads, which decides by itself,
-    /// and where one of the two is no law.
-    pub expected_log_lr: Option<f64>,
-    /// The same of the readings already made.
-    pub log_lr_now: f64,
-    /// Minutes it takes, setting up included.
-    pub minutes: f64,
-    /// The plan as a procedure; `None` for a check without loads.
-    pub procedure: Option<Procedure>,
-    /// Posterior weight of the pair among those that are open.
-    pub weight: f64,
-}
+use super::bench::DesignBench;
+use crate::mismatch::next_measurement::NextMeasurement;
 
-impl ProposedMeasurement {
-    /// Whether the pair will be distinguished.
-    #[must_use]
-    pub fn decides(&self) -> bool {
-        self.expected_log_lr.is_none_or(|j| j >= CAN_TELL)
+/// A way of loading in some poses and directions, as a measurement that separates two explanations.
+///
+/// # Arguments
+/// - `words`: the whole plan.
+pub(super) fn proposed(
+    bench: &DesignBench<'_>,
+    loading: &Procedure,
+    words: String,
+    (poses, directions): (Vec<PoseId>, &[Direction]),
+    separates: [String; 2],
+) -> NextMeasurement {
+    let count = poses.len();
+    let procedure = Procedure {
+        name: format!("next-{}", loading.name),
+        text: Some(words.clone()),
+        poses: Some(poses),
+        directions: directions.iter().map(|axis| (*axis).into()).collect(),
+        ..loading.clone()
+    };
+    let minutes = procedure.minutes(&bench.pace, count);
+    NextMeasurement {
+        procedure: Some(procedure),
+        ..NextMeasurement::check(words, minutes, separates)
     }
 }
 
-/// A way of loading, in words.
-pub(super) struct LoadingPlan {
-    pub(super) words: String,
-    pub(super) procedure: Procedure,
-}
-
-/// Ways of loading, derived from a procedure; each can be followed.
-pub(super) fn loadings(base: &Procedure) -> Vec<LoadingPlan> {
+/// Ways of loading, derived from a procedure, by name and in words; each can be followed.
+pub(super) fn loadings(base: &Procedure) -> Vec<Procedure> {
     let sweeps = Procedure {
         unloading: false,
         repeat_order: RepeatOrder::Sweep,
@@ -54,77 +49,66 @@ pub(super) fn loadings(base: &Procedure) -> Vec<LoadingPlan> {
         unloading: true,
         ..sweeps.clone()
     };
-    let mut out = vec![
-        loading("the same plan again", "again", base.clone()),
-        loading("loading in sweeps", "sweeps", sweeps.clone()),
-        loading(
-            "loads in shuffled order",
-            "shuffled",
-            Procedure {
-                load_order: LoadOrder::Shuffled,
-                seed: 1,
-                ..sweeps
-            },
-        ),
-        loading("loading and unloading", "load-unload", up_and_down.clone()),
-        loading(
-            "loading and unloading, held for two minutes at the largest load",
+    let shuffled = Procedure {
+        load_order: LoadOrder::Shuffled,
+        seed: 1,
+        ..sweeps.clone()
+    };
+    let held = Procedure {
+        holds_s: vec![60.0, 120.0],
+        ..up_and_down.clone()
+    };
+    let both_signs = Procedure {
+        loads_n: both_signs(&up_and_down.loads_n),
+        ..up_and_down.clone()
+    };
+    let half_steps = Procedure {
+        loads_n: half_steps(&up_and_down.loads_n),
+        ..up_and_down.clone()
+    };
+    let more_repeats = Procedure {
+        repeats: 2 * up_and_down.repeats,
+        ..up_and_down.clone()
+    };
+    let named = [
+        ("again", "the same plan again", base.clone()),
+        ("sweeps", "loading in sweeps", sweeps),
+        ("shuffled", "loads in shuffled order", shuffled),
+        ("load-unload", "loading and unloading", up_and_down),
+        (
             "load-hold-unload",
-            Procedure {
-                holds_s: vec![60.0, 120.0],
-                ..up_and_down.clone()
-            },
+            "loading and unloading, held for two minutes at the largest load",
+            held,
         ),
-        loading(
-            "pushing and pulling, each with unloading",
+        (
             "both-signs",
-            Procedure {
-                loads_n: both_signs(&up_and_down.loads_n),
-                ..up_and_down.clone()
-            },
+            "pushing and pulling, each with unloading",
+            both_signs,
         ),
-        loading(
-            "loading and unloading in half steps",
+        (
             "half-steps",
-            Procedure {
-                loads_n: half_steps(&up_and_down.loads_n),
-                ..up_and_down.clone()
-            },
+            "loading and unloading in half steps",
+            half_steps,
         ),
-        loading(
-            "loading and unloading, twice as many repeats",
+        (
             "more-repeats",
-            Procedure {
-                repeats: 2 * up_and_down.repeats,
-                ..up_and_down
-            },
+            "loading and unloading, twice as many repeats",
+            more_repeats,
         ),
     ];
-    out.retain(|loading| loading.procedure.check().is_ok());
-    out
-}
-
-fn loading(words: &str, name: &str, procedure: Procedure) -> LoadingPlan {
-    LoadingPlan {
-        words: words.to_owned(),
-        procedure: Procedure {
-            name: name.to_owned(),
-            text: Some(words.to_owned()),
-            ..procedure
-        },
-    }
+    let named = named.into_iter().map(|(name, words, procedure)| Procedure {
+        name: name.to_owned(),
+        text: Some(words.to_owned()),
+        ..procedure
+    });
+    named.filter(|loading| loading.check().is_ok()).collect()
 }
 
 /// The loads, and behind them the same in the other sense.
 fn both_signs(loads_n: &[f64]) -> Vec<f64> {
-    let mut out = loads_n.to_vec();
-    out.extend(
-        loads_n
-            .iter()
-            .filter(|load_n| **load_n != 0.0)
-            .map(|load_n| -load_n),
-    );
-    out
+    let acting = loads_n.iter().filter(|load_n| **load_n != 0.0);
+    let mirrored = acting.map(|load_n| -load_n);
+    loads_n.iter().copied().chain(mirrored).collect()
 }
 
 /// The loads with one between each and the next.
@@ -151,8 +135,8 @@ mod tests {
             let all = loadings(&procedure.unwrap().0);
             assert_eq!(all.len(), 8, "{name}");
             for loading in all {
-                loading.procedure.check().unwrap();
-                assert!(!loading.procedure.steps(0).is_empty());
+                loading.check().unwrap();
+                assert!(!loading.steps(0).is_empty());
             }
         }
     }

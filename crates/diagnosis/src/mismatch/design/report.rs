@@ -4,22 +4,18 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
-use crate::mismatch::candidate_scores::{
-    CANDIDATES_AT_A_TIME, WhiteCandidate, WhiteCandidates, score_candidates, white_candidates,
-};
-use crate::mismatch::changes::Changes;
+use crate::mismatch::candidate_scores::{CANDIDATES_AT_A_TIME, WhiteCandidate};
 use crate::mismatch::critical_values::{LawCriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
+use crate::mismatch::ranking::CandidateScores;
 use crate::mismatch::refit::FittedModel;
 use crate::mismatch::state::State;
-use crate::search::WhiteSpace;
+use crate::search::NullNoise;
 use crate::search::constants::{NEAREST, NULL_SAMPLES};
-use crate::search::{Batched, NullNoise, RowVector};
 use stiffbench_beams::physics::{Law, ParameterSpec};
 use stiffbench_measurement::procedure::Procedure;
 
@@ -80,63 +76,38 @@ pub struct LawDesign {
 /// A slip is not in it: its places are the loads themselves, and it is told from everything by its one run.
 ///
 /// # Arguments
-/// - `known`: limits computed before for the same robot and plan; computed here if `None`.
-/// - `seed`: of the limits' draws.
+/// - `seed`: of the draws behind the limits of laws.
 ///
 /// # Errors
 /// [`MismatchError::UnknownPose`]; [`MismatchError::Robot`] if a pose cannot be solved; [`MismatchError::Empty`] without readings.
 pub fn design_of_plan(
     bench: &DesignBench<'_>,
     procedure: &Procedure,
-    known: Option<&LawCriticalValues>,
     seed: u64,
 ) -> Result<DesignReport, MismatchError> {
     let observations = bench.observations(procedure)?;
-    let (seen, space) = bench.white_candidates(&observations)?;
-    let worked_out;
-    let critical = if let Some(known) = known {
-        known
-    } else {
-        let noise = NullNoise::normal(NULL_SAMPLES, seed);
-        let shown: Vec<&WhiteCandidate> =
-            seen.iter().filter(|one| !one.shapes.is_empty()).collect();
-        let searched = WhiteCandidates {
-            candidates: shown.iter().map(|one| &one.candidate).collect(),
-            white: &|places| places.iter().map(|&place| shown[place].clone()).collect(),
-        };
-        worked_out = critical_values(&observations, &space, &searched, None, &noise);
-        &worked_out
-    };
+    let (seen, critical) = bench.white_candidates(&observations, seed)?;
     let root = |law: Law| {
         let limit = critical.laws.values.get(&(law, false));
         limit.map_or(f64::INFINITY, |limit| limit.sqrt())
     };
-    let views: Vec<EasiestShape<'_>> = seen
-        .iter()
-        .filter(|candidate| !candidate.candidate.wide)
-        .filter_map(|candidate| EasiestShape::new(candidate, root(candidate.candidate.law)))
-        .collect();
-    let (shown, hidden): (Vec<EasiestShape<'_>>, Vec<EasiestShape<'_>>) =
-        views.into_iter().partition(EasiestShape::is_shown);
+    let narrow = seen.iter().filter(|one| !one.candidate.wide);
+    let views = narrow.map(|one| (one, EasiestShape::new(one, root(one.candidate.law))));
+    let (shown, hidden): (Vec<_>, Vec<_>) =
+        views.partition(|(_, view)| view.as_ref().is_some_and(EasiestShape::is_shown));
+    let shown = shown.into_iter().filter_map(|(_, view)| view);
+    let shown: Vec<EasiestShape<'_>> = shown.collect();
     let rivals: Vec<Vec<NearRival>> = shown.par_iter().map(|view| nearest(view, &shown)).collect();
-    let without_shape = seen
-        .iter()
-        .filter(|candidate| candidate.shapes.is_empty() && !candidate.candidate.wide)
-        .map(|candidate| Unseen {
-            suspect: suspect(candidate),
-            size_needed: None,
-        });
+    let unseen = hidden.iter().map(|(candidate, view)| Unseen {
+        suspect: suspect(candidate),
+        size_needed: view.as_ref().and_then(EasiestShape::size_needed),
+    });
     Ok(DesignReport {
         procedure: procedure.name.clone(),
         readings: observations.len(),
         minutes: procedure.minutes(&bench.pace, bench.poses_of(procedure).len()),
         inseparable: groups(&shown, &rivals),
-        unseen: without_shape
-            .chain(hidden.iter().map(|view| Unseen {
-                suspect: suspect(view.candidate),
-                size_needed: view.size_needed(),
-            }))
-            .collect(),
+        unseen: unseen.collect(),
         laws: shown
             .iter()
             .zip(rivals)
@@ -157,11 +128,12 @@ pub fn design_of_plan(
 }
 
 impl DesignBench<'_> {
-    /// All laws at all places as the planned readings see them, projected.
+    /// All laws at all places as the planned readings see them, projected, with their limits.
     fn white_candidates(
         &self,
         observations: &Observations,
-    ) -> Result<(Vec<WhiteCandidate>, WhiteSpace), MismatchError> {
+        seed: u64,
+    ) -> Result<(Vec<WhiteCandidate>, LawCriticalValues), MismatchError> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
@@ -173,34 +145,11 @@ impl DesignBench<'_> {
         let mut predictor = bench.predictor();
         let noise = EstimatedNoise::known(self.noise);
         let whitening = bench.whitening(&mut predictor, &model, &noise)?;
-        let columns = bench.columns(&mut predictor, &model)?;
-        let space = WhiteSpace::new(
-            whitening.covariance.clone(),
-            &prior_sd(self.baseline),
-            &columns,
-        );
         let linearised = predictor.linearised(&model.parameters, &[])?;
         // What happens once is nothing to plan for.
         let happens_once = Law::ALL.iter().filter(|law| law.is_of_one_run());
         let happens_once: Vec<Law> = happens_once.copied().collect();
         let list = candidates(&observations, &linearised, &happens_once);
-        let changes = Changes::new(&observations, &linearised, &[]).ok_or(MismatchError::Empty)?;
-        let nothing_left = vec![0.0; space.length];
-        let engine = Batched::new(&space, &nothing_left);
-        let shapes = score_candidates(&changes, &engine, list);
-        let projected = |mut white: WhiteCandidate| {
-            for vector in white.vectors_mut() {
-                let mut whole = vector.whole(space.length);
-                space.project(&mut whole);
-                *vector = RowVector::from(whole);
-            }
-            white
-        };
-        let mut seen: Vec<WhiteCandidate> = shapes
-            .par_chunks(CANDIDATES_AT_A_TIME)
-            .flat_map_iter(|scored| white_candidates(&changes, &space, scored))
-            .map(projected)
-            .collect();
         let state = State {
             fitted: FittedModel {
                 model,
@@ -209,7 +158,29 @@ impl DesignBench<'_> {
             noise,
             whitening,
         };
-        seen.extend(bench.missing_member_shapes(&state, &space)?);
-        Ok((seen, space))
+        let (space, residuals) = bench.space(&state)?;
+        let mut scores = CandidateScores {
+            seen: Vec::new(),
+            linearised,
+            space,
+            residuals,
+        };
+        scores.seen = bench.see(&state, &scores, list);
+        let (space, noise) = (&scores.space, NullNoise::normal(NULL_SAMPLES, seed));
+        let hidden = scores.seen.iter().filter(|one| one.shapes.is_empty());
+        let hidden = hidden.map(|one| WhiteCandidate {
+            candidate: one.candidate.clone(),
+            shapes: Vec::new(),
+        });
+        bench.with_white_shapes(&scores, &state, |searched| {
+            let places: Vec<usize> = (0..searched.candidates.len()).collect();
+            let white = places
+                .par_chunks(CANDIDATES_AT_A_TIME)
+                .flat_map_iter(|places| (searched.white)(places));
+            let mut seen: Vec<WhiteCandidate> = hidden.collect();
+            seen.par_extend(white.map(|white| white.projected(space)));
+            let critical = critical_values(&observations, space, searched, None, &noise);
+            (seen, critical)
+        })
     }
 }

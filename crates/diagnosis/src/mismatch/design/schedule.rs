@@ -30,10 +30,7 @@ impl DesignBench<'_> {
         &self,
         procedure: &Procedure,
     ) -> Result<Observations, MismatchError> {
-        let gauges = &procedure.displacement_axes;
-        if gauges.is_empty() {
-            procedure.load_axes()?;
-        }
+        procedure.check_directions()?;
         let mut clock = ScheduleClock {
             rng: ChaCha8Rng::seed_from_u64(SEED),
             time_s: 0.0,
@@ -52,18 +49,17 @@ impl DesignBench<'_> {
                     });
                 }
                 let loads = self.loads(procedure, number, &mut clock);
-                let along_load = load.axis().filter(|_| gauges.is_empty());
-                cells.extend(gauges.iter().copied().chain(along_load).map(|direction| {
-                    PlannedCell {
-                        pose: pose.clone(),
-                        load: load.clone(),
-                        direction,
-                        loads: loads.clone(),
-                    }
+                let axes = procedure.axes_read_under(load).into_iter();
+                cells.extend(axes.map(|direction| PlannedCell {
+                    pose: pose.clone(),
+                    load: load.clone(),
+                    direction,
+                    loads: loads.clone(),
                 }));
             }
         }
-        self.lay_out(&cells, procedure.release_n())
+        let planned = Observations::planned(&cells, self.steps, procedure.release_n());
+        self.in_order(&planned)
     }
 
     fn loads(

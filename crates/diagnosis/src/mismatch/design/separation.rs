@@ -1,28 +1,28 @@
 //! How far apart effects lie in given readings, cell by cell, so that plans can be put together from cells.
 
+use std::collections::BTreeSet;
+
 use crate::mismatch::baseline::{prior_sd, start};
 use crate::mismatch::candidate::candidates;
-use crate::mismatch::changes::LinearisedModel;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Model;
 use crate::search::constants::IMITATIONS;
-use crate::search::subtract;
-use stiffbench_beams::physics::{Effect, JointRotations, Place, SignConstraint};
+use crate::search::{Information, Projected, subtract};
+use stiffbench_beams::physics::{Effect, Place, SignConstraint};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::bench::DesignBench;
-use super::gram::{Gram, Projected};
 
-/// Products of one cell.
+/// What the readings of one cell say of factors and effects.
 #[derive(Debug, Clone)]
-pub(super) struct CellGram {
+pub(super) struct CellInformation {
     /// Place of the pose among those at hand.
     pub(super) pose: usize,
     pub(super) direction: Direction,
-    pub(super) gram: Gram,
+    pub(super) says: Information,
 }
 
 /// Effects at their fitted values, and other courses of their laws that a rival could take.
@@ -54,10 +54,7 @@ impl Effects {
             .linearised(&bench.model().parameters, &[])?;
         let known = candidates(done, &linearised, &[]);
         let count = fitted.len();
-        let mut every = Self {
-            all: fitted,
-            courses: (0..count).map(|place| vec![place]).collect(),
-        };
+        let mut every = Self::plain(fitted);
         for place in 0..count {
             let effect = every.all[place].clone();
             // A period is searched for by its phase as well; its fitted course stands for it.
@@ -67,43 +64,43 @@ impl Effects {
                     && candidate.law.search.phase.is_none()
             });
             for shape in own.flat_map(|candidate| &candidate.shapes) {
-                every.courses[place].push(every.all.len());
-                every.all.push(Effect {
-                    values: shape.values.clone(),
-                    ..effect.clone()
-                });
+                let values = shape.values.clone();
+                every.add_course(
+                    place,
+                    Effect {
+                        values,
+                        ..effect.clone()
+                    },
+                );
             }
         }
-        let projected = bench
-            .whole(&every, &bench.cells(&every, done, false)?)
-            .projected();
-        Ok(every.nearest(&projected, count))
+        let projected = bench.projected(&every, &bench.cells(&every, done, false)?);
+        // Courses that imitate nothing are left out.
+        let mut nearest = Self::plain(every.all[..count].to_vec());
+        for place in 0..count {
+            let rivals = (0..count).filter(|rival| *rival != place);
+            let kept: BTreeSet<usize> = rivals
+                .flat_map(|rival| {
+                    let mut order = every.courses[place][1..].to_vec();
+                    let cosine = |course: usize| projected.cosine(course, rival).abs();
+                    order.sort_by(|a, b| cosine(*b).total_cmp(&cosine(*a)));
+                    order.into_iter().take(IMITATIONS)
+                })
+                .collect();
+            for course in kept {
+                nearest.add_course(place, every.all[course].clone());
+            }
+        }
+        Ok(nearest)
     }
 
-    /// The same without courses that imitate nothing.
-    fn nearest(&self, projected: &Projected, count: usize) -> Self {
-        let mut all: Vec<Effect> = self.all[..count].to_vec();
-        let mut courses: Vec<Vec<usize>> = (0..count).map(|place| vec![place]).collect();
-        for place in 0..count {
-            let mut kept: Vec<usize> = Vec::new();
-            for rival in (0..count).filter(|rival| *rival != place) {
-                let mut order = self.courses[place][1..].to_vec();
-                let cosine = |course: usize| projected.cosine(course, rival).abs();
-                order.sort_by(|a, b| cosine(*b).total_cmp(&cosine(*a)));
-                kept.extend(order.into_iter().take(IMITATIONS));
-            }
-            kept.sort_unstable();
-            kept.dedup();
-            for course in kept {
-                courses[place].push(all.len());
-                all.push(self.all[course].clone());
-            }
-        }
-        Self { all, courses }
+    fn add_course(&mut self, place: usize, course: Effect) {
+        self.courses[place].push(self.all.len());
+        self.all.push(course);
     }
 
     /// Expected log-likelihood ratio between two fitted effects, whichever is true; the smaller counts.
-    pub(super) fn log_lr(&self, projected: &Projected, a: usize, b: usize) -> f64 {
+    pub(super) fn log_lr(&self, projected: &Projected, [a, b]: [usize; 2]) -> f64 {
         let against = |truth: usize, rival: usize| {
             let parameters = self.all[rival].law.parameters;
             let any_sign = parameters
@@ -136,7 +133,7 @@ impl<'a> DesignBench<'a> {
         }
     }
 
-    /// Products of factors and effects in each cell of readings.
+    /// What each cell of readings says of factors and effects.
     ///
     /// # Arguments
     /// - `planned`: whether the readings are yet to be made; what happened in one run does not happen again.
@@ -145,26 +142,23 @@ impl<'a> DesignBench<'a> {
         effects: &Effects,
         observations: &Observations,
         planned: bool,
-    ) -> Result<Vec<CellGram>, MismatchError> {
+    ) -> Result<Vec<CellInformation>, MismatchError> {
         let bench = self.bench(observations);
         let model = self.model();
         let mut predictor = bench.predictor();
         let whitening =
             bench.whitening(&mut predictor, &model, &EstimatedNoise::known(self.noise))?;
         let mut columns = bench.columns(&mut predictor, &model)?;
-        let factors = columns.len();
         let linearised = predictor.linearised(&model.parameters, &[])?;
+        predictor.hold_joints(Some(&linearised));
         let mut without = vec![0.0; observations.len()];
         predictor.predict(&model.parameters, &[], &mut without)?;
         for effect in &effects.all {
             let mut with = without.clone();
-            if planned && matches!(effect.place, Place::Run { .. }) {
-                // Stays as it is without.
-            } else if effect.law.changes_structure() {
-                let loose = std::slice::from_ref(effect);
-                predictor.predict(&model.parameters, loose, &mut with)?;
-            } else {
-                predict(&linearised, observations, effect, &mut with);
+            if !(planned && matches!(effect.place, Place::Run { .. })) {
+                // A joint that is not there changes nothing.
+                let acting = std::slice::from_ref(effect);
+                predictor.predict(&model.parameters, acting, &mut with)?;
             }
             subtract(&mut with, 1.0, &without);
             columns.push(with);
@@ -180,40 +174,25 @@ impl<'a> DesignBench<'a> {
                     .iter()
                     .map(|column| column[cell.readings.clone()].to_vec())
                     .collect();
-                CellGram {
+                CellInformation {
                     pose: cell.pose,
                     direction: cell.axis(),
-                    gram: Gram::of_columns(factors, &parts),
+                    says: Information::of_columns(&parts),
                 }
             })
             .collect())
     }
 
-    /// Products of cells together, and of what is known of the factors beforehand.
-    pub(super) fn whole<'g>(
+    /// What cells together leave of effects beside the factors and what is known of these beforehand.
+    pub(super) fn projected<'g>(
         &self,
         effects: &Effects,
-        cells: impl IntoIterator<Item = &'g CellGram>,
-    ) -> Gram {
-        let mut gram = Gram::of_prior(&prior_sd(self.baseline), effects.all.len());
-        for cell in cells {
-            gram.add(&cell.gram);
-        }
-        gram
-    }
-}
-
-/// Displacements under an effect; a joint that is not there changes nothing.
-fn predict(
-    linearised: &LinearisedModel,
-    observations: &Observations,
-    effect: &Effect,
-    out: &mut [f64],
-) {
-    let mut joint_rotations = JointRotations::default();
-    let there = linearised.predict(observations, &[effect], &mut joint_rotations, out);
-    if there.is_none() {
-        let none = linearised.predict(observations, &[], &mut joint_rotations, out);
-        debug_assert!(none.is_some());
+        cells: impl IntoIterator<Item = &'g CellInformation>,
+    ) -> Projected {
+        let prior_sd = prior_sd(self.baseline);
+        let known = Information::of_prior(&prior_sd, effects.all.len());
+        let cells = cells.into_iter();
+        let known = cells.fold(known, |known, cell| known.with(&cell.says));
+        known.projected(prior_sd.len())
     }
 }

@@ -1,6 +1,5 @@
 //! What can never be distinguished, and how plans compare, on the shipped robots.
 
-use super::gram::Projected;
 use super::separation::Effects;
 use super::*;
 use crate::mismatch::noise::ReadingNoise;
@@ -8,6 +7,7 @@ use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::{PlannedCell, PlannedLoad};
 use crate::mismatch::{Finding, MisfitShares, Rival, RobotBaseline, VerdictGrade};
 use crate::parameters::ParameterChoice;
+use crate::search::Projected;
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
 use stiffbench_measurement::procedure::{Pace, Procedure};
@@ -71,7 +71,7 @@ fn report(mechanism: &str, procedure: &str) -> DesignReport {
     let (robot, poses) = (robot("hp-robot"), poses());
     let baseline = baseline(&robot, mechanism, &poses);
     let bench = bench(&baseline, &poses);
-    design_of_plan(&bench, &shipped(procedure), None, 0).unwrap()
+    design_of_plan(&bench, &shipped(procedure), 0).unwrap()
 }
 
 fn of_joint(law: Law, joint: &str) -> LawAtPlace {
@@ -143,7 +143,7 @@ fn members_in_series_vanish_together() {
         steps: GaugeSteps::default(),
         ..bench(&baseline, &poses)
     };
-    let with_f = design_of_plan(&quiet, &shipped("sweeps"), None, 0).unwrap();
+    let with_f = design_of_plan(&quiet, &shipped("sweeps"), 0).unwrap();
     assert!(together(&with_f, &["A3C1", "C1C2", "A4C2"].map(loose)));
     assert!(together(
         &with_f,
@@ -168,10 +168,10 @@ fn a_joint_with_the_lever_of_the_base_is_the_base() {
         poses: None,
         ..shipped("sweeps")
     };
-    let vertical = design_of_plan(&bench, &procedure, None, 0).unwrap();
+    let vertical = design_of_plan(&bench, &procedure, 0).unwrap();
     assert!(together(&vertical, &pair), "{:?}", vertical.inseparable);
     procedure.directions.push(Direction::Z.into());
-    let both = design_of_plan(&bench, &procedure, None, 0).unwrap();
+    let both = design_of_plan(&bench, &procedure, 0).unwrap();
     assert!(!together(&both, &pair));
 }
 
@@ -197,7 +197,7 @@ fn pairs_of_the_method(bench: &DesignBench<'_>, observations: &Observations) -> 
     to_ten_micrometres(bench, observations, &mut list[3..5]);
     let effects = Effects::plain(list);
     let cells = bench.cells(&effects, observations, true).unwrap();
-    bench.whole(&effects, &cells).projected().without(0)
+    bench.projected(&effects, &cells).without(0)
 }
 
 /// Scales effects to a largest change of a reading of 10 µm.
@@ -322,7 +322,8 @@ fn creep_under_holds_that_grow_with_the_load_is_the_force_gauge() {
                 })
             })
             .collect();
-        let observations = bench.lay_out(&cells, None).unwrap();
+        let observations = Observations::planned(&cells, bench.steps, None);
+        let observations = bench.in_order(&observations).unwrap();
         let effects = Effects::plain(vec![
             Effect::new(laws::CREEP, Place::Structure, vec![1e-3, 1.0]).unwrap(),
             Effect::new(
@@ -333,7 +334,7 @@ fn creep_under_holds_that_grow_with_the_load_is_the_force_gauge() {
             .unwrap(),
         ]);
         let cells = bench.cells(&effects, &observations, true).unwrap();
-        bench.whole(&effects, &cells).projected().cosine(0, 1)
+        bench.projected(&effects, &cells).cosine(0, 1)
     };
     // 1 + hold/t0 a power of ten in proportion to the load: exactly F |F|.
     let growing = cosine(|force_n| 10.0_f64.powf(force_n / 35.0) - 1.0);
@@ -369,10 +370,7 @@ fn the_next_measurement_is_short_and_distinguishes_the_rivals() {
     ];
     let found = next::plan_for(&bench, &done, open, &[pair(1.0)], &sweeps).unwrap();
     let next = &found[0];
-    assert!(
-        next.decides() && next.expected_log_lr > Some(next.log_lr_now),
-        "{next:?}"
-    );
+    assert!(next.expected_log_lr >= Some(CAN_TELL), "{next:?}");
     let procedure = next.procedure.as_ref().unwrap();
     let again = Procedure::from_record(&procedure.to_record()).unwrap();
     assert_eq!(again, *procedure);
@@ -389,7 +387,6 @@ fn the_next_measurement_is_short_and_distinguishes_the_rivals() {
     let found = next::plan_for(&bench, &done, open, &[pair(1.0)], &sweeps).unwrap();
     assert_eq!(found.len(), 1);
     assert!(found[0].procedure.is_none() && found[0].plan.contains("second dial gauge"));
-    assert!(found[0].log_lr_now < 1e-3, "{:?}", found[0]);
 }
 
 #[test]
@@ -401,7 +398,7 @@ fn a_pose_that_is_not_at_hand_is_refused() {
         poses: Some(vec!["Q7".into()]),
         ..Procedure::default()
     };
-    let refused = design_of_plan(&bench, &elsewhere, None, 0).unwrap_err();
+    let refused = design_of_plan(&bench, &elsewhere, 0).unwrap_err();
     assert!(refused.to_string().contains("Q7"));
     let mechanism = robot.mechanism(Some("A")).unwrap();
     let (_, factors) = robot.default_factors();
@@ -458,8 +455,8 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
         titles,
         [[play.title(), stick.title()], [soft.title(), second]]
     );
-    // e^-1 and e^-2, normalised; of the alternatives the first stands besides the other pair.
-    assert!((pairs[0].weight - 1.0 / (1.0 + (-1.0_f64).exp())).abs() < 1e-12);
+    // e^-1 and e^-2; of the alternatives the first stands besides the other pair.
+    assert!((pairs[1].weight / pairs[0].weight - (-1.0_f64).exp()).abs() < 1e-12);
     let besides = |pair: &next::OpenPair| -> Vec<String> {
         pair.besides
             .iter()

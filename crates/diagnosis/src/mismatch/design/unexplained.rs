@@ -1,14 +1,14 @@
 //! What to measure when no law of the library explains what is left: whether it comes again, and how it goes on there.
 
 use crate::mismatch::diagnosis::Location;
+use crate::mismatch::next_measurement::NextMeasurement;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::stratum::Stratum;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::bench::DesignBench;
-
-use super::plans::{ProposedMeasurement, loadings};
+use super::plans::{loadings, proposed};
 
 /// Name of the way of loading that shows most of a stratum, and what it shows.
 fn loading_for(stratum: Stratum) -> (&'static str, &'static str) {
@@ -37,7 +37,7 @@ fn loading_for(stratum: Stratum) -> (&'static str, &'static str) {
 /// The measurement that shows more of what a diagnosis left unexplained, in the poses and directions where it sits.
 ///
 /// # Arguments
-/// - `done`: the readings already made.
+/// - `done`: the readings already made, in the order of the poses at hand.
 /// - `left`: where they fail.
 /// - `base`: the procedure by which they were made, or one like it.
 pub(super) fn refine_scores(
@@ -45,79 +45,54 @@ pub(super) fn refine_scores(
     done: &Observations,
     left: &Location,
     base: &Procedure,
-) -> Option<ProposedMeasurement> {
+) -> Option<NextMeasurement> {
+    let separates = [
+        "a cause that no law describes",
+        "an accident of these readings",
+    ];
+    let separates = separates.map(str::to_owned);
     if let Some(period_s) = left.period_s {
-        return Some(unloaded(period_s));
+        let (plan, minutes) = unloaded(period_s);
+        return Some(NextMeasurement::check(plan, minutes, separates));
     }
     let (name, shows) = loading_for(left.stratum);
-    let loading = loadings(base)
-        .into_iter()
-        .find(|loading| loading.procedure.name == name)?;
+    let mut loadings = loadings(base).into_iter();
+    let loading = loadings.find(|loading| loading.name == name)?;
     let poses = poses(bench, done, left);
-    let directions = left
-        .direction
-        .map_or_else(|| Direction::ALL.to_vec(), |direction| vec![direction]);
+    let (directions, along) = match left.direction {
+        None => (Direction::ALL.to_vec(), String::new()),
+        Some(direction) => (vec![direction], format!(" in {direction}")),
+    };
     let names: Vec<&str> = poses.iter().map(PoseId::as_str).collect();
-    let along = left
-        .direction
-        .map_or_else(String::new, |direction| format!(" in {direction}"));
     let words = format!(
         "pose {}{along}, {}: it shows {shows}",
         names.join(", "),
-        loading.words
+        loading.text.as_deref().unwrap_or_default()
     );
-    let procedure = Procedure {
-        name: format!("next-{name}"),
-        text: Some(words.clone()),
-        poses: Some(poses.clone()),
-        directions: directions.into_iter().map(Into::into).collect(),
-        ..loading.procedure
-    };
-    Some(ProposedMeasurement {
-        plan: words,
-        separates: [
-            "a cause that no law describes".to_owned(),
-            "an accident of these readings".to_owned(),
-        ],
-        expected_log_lr: None,
-        log_lr_now: 0.0,
-        minutes: procedure.minutes(&bench.pace, poses.len()),
-        procedure: Some(procedure),
-        weight: 1.0,
-    })
+    let there = (poses, &directions[..]);
+    Some(proposed(bench, &loading, words, there, separates))
 }
 
-/// What shows a swing of the clock: the gauges alone.
-fn unloaded(period_s: f64) -> ProposedMeasurement {
+/// What shows a swing of the clock, in words, and the minutes that it takes: the gauges alone.
+fn unloaded(period_s: f64) -> (String, f64) {
     /// Periods, and readings in each, from which a swing is seen by eye.
     const PERIODS: f64 = 4.0;
     const READINGS: f64 = 12.0;
     let minutes = (PERIODS * period_s / 60.0).ceil();
-    ProposedMeasurement {
-        plan: format!(
-            "leave the gauges on the unloaded robot for {minutes:.0} minutes and write down displacement and temperature every {:.0} s: it shows \
-             whether the swing is there without load and follows the room",
-            (period_s / READINGS).ceil()
-        ),
-        separates: [
-            "a cause that no law describes".to_owned(),
-            "an accident of these readings".to_owned(),
-        ],
-        expected_log_lr: None,
-        log_lr_now: 0.0,
-        minutes,
-        procedure: None,
-        weight: 1.0,
-    }
+    let words = format!(
+        "leave the gauges on the unloaded robot for {minutes:.0} minutes and write down displacement and temperature every {:.0} s: it shows \
+         whether the swing is there without load and follows the room",
+        (period_s / READINGS).ceil()
+    );
+    (words, minutes)
 }
 
 /// The pose where it sits, or all that were measured; for a stiffness that disagrees those that were not, if there are any.
 fn poses(bench: &DesignBench<'_>, done: &Observations, left: &Location) -> Vec<PoseId> {
-    let further = bench.poses.iter().filter(|pose| !done.poses.contains(pose));
-    let further: Vec<PoseId> = further.cloned().collect();
+    let [measured, further] = bench.measured_and_further(done);
     match &left.pose {
-        _ if left.stratum == Stratum::CellSlope && !further.is_empty() => further,
+        _ if left.stratum == Stratum::CellSlope && !further.is_empty() => bench.named(&further),
         Some(pose) => vec![pose.clone()],
-        None => done.poses.clone(),
+        None => bench.named(&measured),
     }
 }

@@ -79,15 +79,17 @@ impl<'a> EasiestShape<'a> {
 
     /// Size at a multiple of the shape; `None` beyond what is plausible, or without a size.
     pub(super) fn size(&self, scale: f64) -> Option<f64> {
+        self.size_up_to(self.largest, scale)
+    }
+
+    fn size_up_to(&self, most: f64, scale: f64) -> Option<f64> {
         let value = self.shape.shape.values.first()?;
-        (scale <= self.largest).then(|| value * self.shape.shape.size_factor(scale))
+        (scale <= most).then(|| value * self.shape.shape.size_factor(scale))
     }
 
     /// Size that would be found in 80 % of sessions, plausible or not; `None` if the shape does not grow so far.
     pub(super) fn size_needed(&self) -> Option<f64> {
-        let value = self.shape.shape.values.first()?;
-        let grows = self.scale_80 <= self.shape.shape.scale[1];
-        grows.then(|| value * self.shape.shape.size_factor(self.scale_80))
+        self.size_up_to(self.shape.shape.scale[1], self.scale_80)
     }
 
     /// Multiple of the shape from which a rival's shape is told from it with an expected log-likelihood ratio, and the cosine of the two.
