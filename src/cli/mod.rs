@@ -58,7 +58,6 @@ mod screen;
 mod session;
 mod significance;
 mod simulate;
-mod simulate_load_cases;
 mod sketch;
 mod specimen_args;
 mod stiffness;

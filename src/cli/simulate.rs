@@ -1,36 +1,99 @@
 //! `stiffbench simulate`.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
+use crate::bench::{
+    Jack, LoadCasePlan, NoiseModel, NoiseShape, PositionPlan, SimulatedPositions, VirtualBench,
+    simulate_load_cases, simulate_positions,
+};
+use crate::load_cases::write_load_cases;
 use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader, WrittenRows, write_rows};
-use crate::report::SimulationReport;
+use crate::report::{SimulationReport, TrackerReport};
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::Direction;
 
 use super::args::{NoiseWord, SimulateArgs};
-use super::failure::{CliError, Failure};
+use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::write;
 use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
-use super::procedure::resolve_procedure;
-use super::simulate_load_cases::{self, CaseKind};
+use super::procedure::{SingleLoads, resolve_procedure, single_loads};
 use crate::analysis::{
-    ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, sha256, state_joint_values,
+    ArgumentError, Inputs, ResolvedModel, UnknownSprings, add_poses, refuse_unseen_laws, sha256,
+    state_joint_values,
 };
 use crate::count::counted;
 
+/// Size of the largest force of load cases unless --loads-n says, N: that of the procedures.
+const LARGEST_FORCE_N: f64 = 70.0;
+
+/// What is made in place of series of loads.
+#[derive(Debug, Clone, Copy)]
+enum CaseKind {
+    /// This many load cases.
+    LoadCases(usize),
+    /// This many absolute positions.
+    Positions(usize),
+}
+
+/// A simulated session before it is written.
+struct Simulated {
+    resolved: ResolvedModel,
+    report: SimulationReport,
+    /// `readings.csv`.
+    readings: Vec<u8>,
+    /// `session.toml`.
+    header: String,
+    /// `simulation.toml`: the truth, which an analysis must not see.
+    record: String,
+    /// What it holds, how long it takes, and what the record knows beside the factors, in words.
+    words: [String; 3],
+    warnings: Vec<String>,
+}
+
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    if let Some(kind) = CaseKind::of(args) {
-        let resolved = args.model.resolve()?;
-        let truth = true_factors(args, &resolved)?;
-        return simulate_load_cases::run(args, kind, resolved, truth);
+    let load_cases = args.load_cases.map(CaseKind::LoadCases);
+    let Simulated {
+        resolved,
+        report,
+        readings,
+        header,
+        record,
+        words: [what, time, known],
+        warnings,
+    } = match load_cases.or(args.positions.map(CaseKind::Positions)) {
+        Some(kind) => of_cases(args, kind)?,
+        None => of_procedure(args)?,
+    };
+    create_new(&args.out)?;
+    for (name, bytes) in [
+        ("robot.toml", resolved.source.text.as_bytes()),
+        ("readings.csv", &readings),
+        ("session.toml", header.as_bytes()),
+        ("simulation.toml", record.as_bytes()),
+    ] {
+        write(&args.out.join(name), bytes)?;
     }
+    let folder = args.out.display();
+    let text = format!(
+        "{folder}: {what}, seed {}\n{}{time}\
+         session.toml, readings.csv, robot.toml and simulation.toml (true factors{known} and noise) written.\nNext: stiffbench fit {folder}\n",
+        args.seed,
+        physics_text(&resolved.physics),
+    );
+    Ok(Outcome::new("simulate", text, report)
+        .with_inputs(Inputs::default().with_model(&resolved))
+        .with_warnings(warnings))
+}
+
+/// Series of loads by a procedure.
+fn of_procedure(args: &SimulateArgs) -> Result<Simulated, Failure> {
     let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     procedure = args.axes.applied(procedure)?;
     let mut resolved = args.model.resolve_in(&procedure)?;
@@ -56,8 +119,8 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     warnings.extend(idle.filter(|e| !acts(e, &procedure)).map(|effect| {
         format!("{effect}: the procedure has no such reading, and the effect does not act")
     }));
-
-    create_new(&args.out)?;
+    warnings.extend(rigid_springs);
+    warnings.extend(resolved.warnings.iter().cloned());
     let mut readings = Vec::new();
     let rows = WrittenRows {
         of_vectors: several_gauges,
@@ -66,55 +129,124 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     write_rows(&table, rows, &mut readings)?;
     // A reading of several gauges is one.
     let count = table.readings.last().map_or(0, |last| last.seq as usize);
-    let record = simulation_record(args, &resolved, &truth, &noise, &procedure);
-    let header = header(args, &resolved, &procedure).to_toml();
-    write_session(args, &resolved, &readings, [&header, &record])?;
     let minutes = procedure.minutes(&jack.pace, n_poses);
-    let text = format!(
-        "{}: {} of mechanism {} in {} and {} by procedure {}, seed {}\n{}On a real bench some {:.0} minutes.\n\
-         session.toml, readings.csv, robot.toml and simulation.toml (true factors, physics and noise) written.\nNext: stiffbench fit {}\n",
-        args.out.display(),
+    let what = format!(
+        "{} of mechanism {} in {} and {} by procedure {}",
         counted(count, "reading"),
         resolved.mechanism,
         counted(n_poses, "pose"),
         counted(procedure.directions.len(), "direction"),
         procedure.name,
-        args.seed,
-        physics_text(&resolved.physics),
-        minutes,
-        args.out.display()
     );
-    warnings.extend(rigid_springs);
-    warnings.extend(resolved.warnings.iter().cloned());
-    let report = SimulationReport {
-        readings: count,
-        procedure: procedure.name,
-        minutes: minutes.round(),
-        ..report(args, &resolved, truth, noise)
-    };
-    Ok(outcome(text, report, &resolved, warnings))
+    Ok(Simulated {
+        header: header(args, &resolved, &procedure).to_toml(),
+        record: simulation_record(args, &resolved, &truth, &noise, &procedure),
+        report: SimulationReport {
+            readings: count,
+            procedure: procedure.name,
+            minutes: minutes.round(),
+            ..report(args, &resolved, truth, noise)
+        },
+        words: [
+            what,
+            format!("On a real bench some {minutes:.0} minutes.\n"),
+            ", physics".to_owned(),
+        ],
+        resolved,
+        readings,
+        warnings,
+    })
 }
 
-/// The files of a simulated session: its header and its truth beside robot and readings.
-pub(super) fn write_session(
-    args: &SimulateArgs,
-    resolved: &ResolvedModel,
-    readings: &[u8],
-    [header, record]: [&str; 2],
-) -> Result<(), CliError> {
-    for (name, bytes) in [
-        ("robot.toml", resolved.source.text.as_bytes()),
-        ("readings.csv", readings),
-        ("session.toml", header.as_bytes()),
-        ("simulation.toml", record.as_bytes()),
-    ] {
-        write(&args.out.join(name), bytes)?;
+/// Load cases or positions.
+fn of_cases(args: &SimulateArgs, kind: CaseKind) -> Result<Simulated, Failure> {
+    let option = match kind {
+        CaseKind::LoadCases(_) => "--load-cases",
+        CaseKind::Positions(_) => "--positions",
+    };
+    let mut resolved = args.model.resolve()?;
+    resolved.factors = true_factors(args, &resolved)?;
+    let help = |_: &str| format!("leave it out, or leave out {option}");
+    let history = [("--keep-history", args.keep_history)];
+    refuse_given(&history, "a load case has no history", help)?;
+    let axes = [("--displacement-axes", args.axes.is_given())];
+    refuse_given(&axes, "it belongs to series of loads", help)?;
+    refuse_unseen_laws(&resolved, matches!(kind, CaseKind::Positions(_)))?;
+    let (robot, physics) = (&resolved.robot, &resolved.physics);
+    let truth = robot.with_own_springs(&resolved.factors);
+    let warnings = [&resolved.warnings[..], &rigid_springs(&resolved, &truth)].concat();
+    let noise = noise(args);
+    let SingleLoads {
+        poses,
+        largest_n: force_n,
+        repeats,
+    } = single_loads(&args.procedure, option)?;
+    let (mut table, tracker, words) = match kind {
+        CaseKind::LoadCases(count) => {
+            let largest_force_n = force_n.unwrap_or(LARGEST_FORCE_N);
+            let plan = LoadCasePlan {
+                count,
+                largest_force_n,
+                repeats,
+                poses,
+            };
+            let table = simulate_load_cases(robot, physics, &truth, &plan, &noise, args.seed)?;
+            let words = format!("load cases up to {largest_force_n} N");
+            (table, None, words)
+        }
+        CaseKind::Positions(count) => {
+            let plan = PositionPlan {
+                count,
+                largest_force_n: force_n,
+                repeats,
+                poses,
+            };
+            let SimulatedPositions { table, frames } =
+                simulate_positions(robot, physics, &truth, &plan, &noise, args.seed)?;
+            let forces = force_n.map_or_else(String::new, |force_n| {
+                format!(" and forces up to {force_n} N")
+            });
+            let words = format!("positions under own weight{forces}");
+            (table, Some(TrackerReport::from(&frames)), words)
+        }
+    };
+    table.origin = Some(origin(args, &resolved));
+    let mut record = truth_text(args.seed, &truth, &noise, [&effects_line(&resolved), ""]);
+    if let Some(tracker) = &tracker {
+        let _ = write!(
+            record,
+            "[tracker]\nbase_mm = {:?}\nrotation_vector_deg = {:?}\ntool_point_mm = {:?}\n",
+            tracker.base_mm, tracker.rotation_vector_deg, tracker.tool_point_mm
+        );
     }
-    Ok(())
+    let what = format!(
+        "{} {words} of mechanism {} in {} poses",
+        table.cases.len(),
+        resolved.mechanism,
+        table.poses().len(),
+    );
+    let known = tracker.map_or("", |_| ", tracker");
+    Ok(Simulated {
+        header: usual_header(args, &resolved).to_load_case_toml(),
+        record,
+        report: SimulationReport {
+            readings: table.component_count(),
+            procedure: match kind {
+                CaseKind::LoadCases(_) => "load cases".to_owned(),
+                CaseKind::Positions(_) => "positions".to_owned(),
+            },
+            tracker,
+            ..report(args, &resolved, truth, noise)
+        },
+        words: [what, String::new(), known.to_owned()],
+        readings: write_load_cases(&table).into_bytes(),
+        resolved,
+        warnings,
+    })
 }
 
 /// A simulated session without what depends on its form.
-pub(super) fn report(
+fn report(
     args: &SimulateArgs,
     resolved: &ResolvedModel,
     factors: FittingFactors,
@@ -134,20 +266,8 @@ pub(super) fn report(
     }
 }
 
-/// The outcome of a simulation.
-pub(super) fn outcome(
-    text: String,
-    report: SimulationReport,
-    resolved: &ResolvedModel,
-    warnings: Vec<String>,
-) -> Outcome {
-    Outcome::new("simulate", text, report)
-        .with_inputs(Inputs::default().with_model(resolved))
-        .with_warnings(warnings)
-}
-
 /// The mark of readings that nobody measured.
-pub(super) fn origin(args: &SimulateArgs, resolved: &ResolvedModel) -> String {
+fn origin(args: &SimulateArgs, resolved: &ResolvedModel) -> String {
     let noise = if args.noise_free { "no noise" } else { "noise" };
     let physics = effects_text(&resolved.physics);
     format!("simulated; seed {}; {noise}; {physics}", args.seed)
@@ -190,7 +310,7 @@ fn true_factors(args: &SimulateArgs, resolved: &ResolvedModel) -> Result<Fitting
 }
 
 /// That springs without a value are simulated as rigid.
-pub(super) fn rigid_springs(resolved: &ResolvedModel, truth: &FittingFactors) -> Vec<String> {
+fn rigid_springs(resolved: &ResolvedModel, truth: &FittingFactors) -> Vec<String> {
     let physics = &resolved.physics;
     let (mechanism, effects) = (&physics.mechanism, &physics.effects);
     let unknown = UnknownSprings::new(&resolved.robot, mechanism, truth, effects);
@@ -203,7 +323,7 @@ pub(super) fn rigid_springs(resolved: &ResolvedModel, truth: &FittingFactors) ->
     words.into_iter().collect()
 }
 
-pub(super) fn noise(args: &SimulateArgs) -> NoiseModel {
+fn noise(args: &SimulateArgs) -> NoiseModel {
     if args.noise_free {
         return NoiseModel::NONE;
     }
@@ -249,7 +369,7 @@ fn header(args: &SimulateArgs, resolved: &ResolvedModel, procedure: &Procedure) 
 }
 
 /// What the headers of all simulated sessions state.
-pub(super) fn usual_header(args: &SimulateArgs, resolved: &ResolvedModel) -> SessionHeader {
+fn usual_header(args: &SimulateArgs, resolved: &ResolvedModel) -> SessionHeader {
     SessionHeader {
         id: Some(id(args)),
         robot: Some("robot.toml".to_owned()),
@@ -320,7 +440,7 @@ fn simulation_record(
 }
 
 /// The line of the effects that acted, as --effect takes them; empty without any.
-pub(super) fn effects_line(resolved: &ResolvedModel) -> String {
+fn effects_line(resolved: &ResolvedModel) -> String {
     let effects = resolved.physics.effects.iter();
     let effects: Vec<toml::Value> = effects
         .map(|effect| toml::Value::String(effect.compact()))
@@ -335,7 +455,7 @@ pub(super) fn effects_line(resolved: &ResolvedModel) -> String {
 ///
 /// # Arguments
 /// - `lines`: behind the seed, and before the noise.
-pub(super) fn truth_text(
+fn truth_text(
     seed: u64,
     truth: &FittingFactors,
     noise: &NoiseModel,
