@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use jiff::civil::Date;
 
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
+use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
     GaugeLogOptions, OverdueGauge, ReadOptions, Reading, ReadingTable, SessionHeader,
@@ -23,7 +24,6 @@ use super::files::{
 };
 use super::hash::sha256;
 use super::integrity::compare_with_journal;
-use super::load_cases::LoadedLoadCases;
 use super::session_table::{SessionTable, origin_of};
 
 /// Stiffness lists that come with the program.
@@ -73,13 +73,16 @@ pub enum CalibrationCheck {
 /// Readings with the session they belong to.
 pub type LoadedSession = SessionTable<ReadingTable>;
 
-/// Data to fit.
-#[derive(Debug)]
+/// Load cases with the session they belong to.
+pub type LoadedLoadCases = SessionTable<LoadCaseTable>;
+
+/// Data to fit or to diagnose.
+#[derive(Debug, Clone)]
 pub enum Data {
-    /// Readings.
-    Readings(Box<LoadedSession>),
-    /// Loads and readings as vectors.
-    LoadCases(Box<LoadedLoadCases>),
+    /// Readings of sessions of one robot.
+    Readings(Vec<LoadedSession>),
+    /// Loads and readings as vectors, of one robot.
+    LoadCases(Vec<LoadedLoadCases>),
     /// Stiffness values without readings.
     Stiffness {
         /// What the user called them.
@@ -105,11 +108,8 @@ impl Data {
                 measured: read_stiffness_list(name, text)?,
             });
         }
-        if LoadedLoadCases::is_at(path) {
-            let loaded = LoadedLoadCases::open(path, options)?;
-            return Ok(Self::LoadCases(Box::new(loaded)));
-        }
-        if is_file(path) && is_stiffness_list(&first_line(path)?) {
+        let may_be_list = is_file(path) && !LoadedLoadCases::is_at(path);
+        if may_be_list && is_stiffness_list(&first_line(path)?) {
             let name = shown(path);
             let text = read_text(path)?;
             return Ok(Self::Stiffness {
@@ -118,9 +118,85 @@ impl Data {
                 name,
             });
         }
-        Ok(Self::Readings(Box::new(LoadedSession::open_series(
-            path, options,
-        )?)))
+        Self::open_readings(path, options)
+    }
+
+    /// The same without lists of stiffness values.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_readings(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+        if LoadedLoadCases::is_at(path) {
+            let loaded = LoadedLoadCases::open(path, options)?;
+            return Ok(Self::LoadCases(vec![loaded]));
+        }
+        let session = LoadedSession::open_series(path, options)?;
+        Ok(Self::Readings(vec![session]))
+    }
+
+    /// Opens further data of one kind with these.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), for data of another kind, and for stiffness values, which are fitted alone.
+    pub fn with(self, further: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
+        match self {
+            Self::Readings(mut all) => {
+                for path in further {
+                    if LoadedLoadCases::is_at(path) {
+                        let first = all.first().map_or("the first data", |one| &one.name);
+                        return ArgumentError::refuse(
+                            path.display().to_string(),
+                            format!(
+                                "it holds load cases (loads and displacements as vectors), {first} readings of one direction over several loads"
+                            ),
+                            "name data of one kind",
+                        );
+                    }
+                    all.push(LoadedSession::open_series(path, options)?);
+                }
+                Ok(Self::Readings(all))
+            }
+            Self::LoadCases(mut all) => {
+                for path in further {
+                    if is_there(path) && !LoadedLoadCases::is_at(path) {
+                        return ArgumentError::refuse(
+                            path.display().to_string(),
+                            "no load cases are there: loads and displacements as vectors, which the first data are",
+                            "name a table of load cases; sessions are fitted with sessions",
+                        );
+                    }
+                    all.push(LoadedLoadCases::open(path, options)?);
+                }
+                Ok(Self::LoadCases(all))
+            }
+            Self::Stiffness { name, .. } if !further.is_empty() => ArgumentError::refuse(
+                name,
+                "it holds stiffness values, and several data are fitted together if all hold readings",
+                "name sessions, or one list alone",
+            ),
+            list @ Self::Stiffness { .. } => Ok(list),
+        }
+    }
+
+    /// What a user should know of the data.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        match self {
+            Self::Readings(all) => all.iter().flat_map(|one| one.warnings.clone()).collect(),
+            Self::LoadCases(all) => all.iter().flat_map(|one| one.warnings.clone()).collect(),
+            Self::Stiffness { .. } => Vec::new(),
+        }
+    }
+
+    /// Refuses load cases.
+    ///
+    /// # Errors
+    /// For load cases.
+    pub fn refuse_load_cases(&self, needs: &'static str) -> Result<(), AnalysisError> {
+        match self {
+            Self::LoadCases(all) => all.first().map_or(Ok(()), |one| Err(one.needs_runs(needs))),
+            Self::Readings(_) | Self::Stiffness { .. } => Ok(()),
+        }
     }
 
     /// The stiffness values, or those to which the readings reduce: loading branches, regression.
@@ -128,13 +204,14 @@ impl Data {
     /// # Errors
     /// For a session whose record of a gauge cannot be.
     pub fn measured(self) -> Result<MeasuredStiffness, AnalysisError> {
+        self.refuse_load_cases("this subcommand")?;
         Ok(match self {
             Self::Stiffness { measured, .. } => measured,
-            Self::LoadCases(loaded) => return Err(loaded.needs_runs("this subcommand")),
-            Self::Readings(session) => {
-                let table = session.stiffness(Branches::LoadingOnly)?;
+            Self::Readings(all) if !all.is_empty() => {
+                let table = all[0].stiffness(Branches::LoadingOnly)?;
                 MeasuredStiffness::from_table(&table, Method::Regression)
             }
+            Self::Readings(_) | Self::LoadCases(_) => MeasuredStiffness::default(),
         })
     }
 }
@@ -269,16 +346,13 @@ impl LoadedSession {
         }
         let calibration = options.gauges.apply(&mut table, &mut header, &mut warnings);
         let mut session = Self {
-            name: shown(path),
-            sha256: sha256(&bytes),
             origin: origin_of(table.origin.as_ref(), header.as_ref()),
-            table,
             header,
             folder,
             warnings,
             calibration,
-            overdue: Vec::new(),
             differs_from_journal,
+            ..Self::bare(shown(path), &bytes, table)
         };
         if !of_vectors {
             let read_off = session.gauges()?;
@@ -303,16 +377,8 @@ impl LoadedSession {
         let mut bytes = Vec::new();
         write_readings(&table, &mut bytes)?;
         Ok(Self {
-            name: name.to_owned(),
-            sha256: sha256(&bytes),
             origin: table.origin.clone(),
-            table,
-            header: None,
-            folder: PathBuf::new(),
-            warnings: Vec::new(),
-            calibration: Vec::new(),
-            overdue: Vec::new(),
-            differs_from_journal: false,
+            ..Self::bare(name.to_owned(), &bytes, table)
         })
     }
 
@@ -357,6 +423,48 @@ impl LoadedSession {
     pub fn procedure(&self) -> Option<&str> {
         let procedure = self.header.as_ref()?.procedure.as_ref()?;
         procedure.name.as_deref()
+    }
+}
+
+impl LoadedLoadCases {
+    /// Whether a session folder or file holds load cases.
+    #[must_use]
+    pub fn is_at(path: &Path) -> bool {
+        let file = readings_file(path).ok();
+        let bytes = file.and_then(|file| read_bytes(&file).ok());
+        bytes.is_some_and(|bytes| is_load_case_table(&bytes) && !is_vector_table(&bytes))
+    }
+
+    /// Opens a session folder or a file of load cases.
+    ///
+    /// # Errors
+    /// For data that are not there or cannot be read, and an overdue calibration, as the options have it.
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+        let file = readings_file(path)?;
+        let folder = folder_of(&file);
+        let bytes = read_bytes(&file)?;
+        let name = shown(&file);
+        options.gauges.refuse(&name)?;
+        let table = read_load_cases(&name, bytes.as_slice(), &ReadOptions::default())?;
+        let mut warnings: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
+        let header = session_header(&folder, &mut warnings)?;
+        let overdue = check_calibration(header.as_ref(), None, options.calibration, &mut warnings)?;
+        Ok(Self {
+            origin: origin_of(table.origin.as_ref(), header.as_ref()),
+            header,
+            folder,
+            warnings,
+            overdue,
+            ..Self::bare(shown(path), &bytes, table)
+        })
+    }
+
+    /// The error of what needs series of loads.
+    fn needs_runs(&self, needs: &'static str) -> AnalysisError {
+        AnalysisError::NeedsRuns {
+            data: self.name.clone(),
+            needs,
+        }
     }
 }
 

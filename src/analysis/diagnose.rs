@@ -10,12 +10,17 @@ use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, FileLine, Law};
 use crate::robot::{FittingFactors, ModelParameter};
 
-use super::data::LoadedSession;
+use super::data::{Data, LoadedSession};
 use super::design::{baseline_of, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::{AnalysisError, ArgumentError};
-use super::model::ResolvedModel;
-use super::together::{LaidOut, MarkedReading, SessionObservations, SessionShare, lay_out, marked};
+use super::inputs::Inputs;
+use super::model::{ModelChoice, ResolvedModel};
+use super::posed::PosedData;
+use super::session_table::SessionTable;
+use super::together::{
+    LaidOut, MarkedReading, SessionObservations, SessionShare, lay_out, marked, resolve_together,
+};
 
 /// The scatter of the readings may exceed what the records state by this much before there is a warning.
 const RECORD_TOO_GOOD: f64 = 1.5;
@@ -23,7 +28,7 @@ const RECORD_TOO_GOOD: f64 = 1.5;
 /// How a diagnosis searches.
 #[derive(Debug, Default)]
 pub struct DiagnoseSettings {
-    /// Which parameters of the model are free beside every candidate. `None`: those of [`ResolvedModel::usual_parameters`].
+    /// Which parameters of the model are free beside every candidate. `None`: those of [`DiagnosisData::usual_choice`].
     pub parameters: Option<ParameterChoice>,
     /// Laws that the search leaves out.
     pub without: Vec<Law>,
@@ -152,6 +157,94 @@ impl DiagnosisReport {
         let first = self.locations().into_iter().next();
         let first = first.filter(|_| self.diagnosis.findings.is_empty());
         first.unwrap_or_else(|| self.diagnosis.unexplained.clone())
+    }
+}
+
+/// Data ready to be diagnosed.
+#[derive(Debug)]
+pub struct DiagnosisData {
+    /// Robot, mechanism, factors.
+    pub model: ResolvedModel,
+    /// What a user should know of the data and the model.
+    pub warnings: Vec<String>,
+    /// Data, robot, mechanism and factors.
+    pub inputs: Inputs,
+    observed: Observed,
+}
+
+/// What a diagnosis searches.
+#[derive(Debug)]
+enum Observed {
+    /// Readings of runs.
+    Series(Vec<SessionObservations>),
+    /// Load cases, with the first session they belong to.
+    Loads(SessionTable<()>, PosedData),
+}
+
+impl DiagnosisData {
+    /// Resolves the model of sessions or load cases of one robot.
+    ///
+    /// # Errors
+    /// For a model that cannot be resolved, data that do not go together, and stiffness values without readings.
+    pub fn new(data: &Data, choice: &ModelChoice) -> Result<Self, AnalysisError> {
+        let (model, observed, warnings) = match data {
+            Data::Readings(sessions) => {
+                let model = resolve_together(sessions, choice)?;
+                let warnings = [data.warnings(), model.warnings.clone()].concat();
+                let observed = sessions.iter().map(LoadedSession::observed).collect();
+                (model, Observed::Series(observed), warnings)
+            }
+            Data::LoadCases(loaded) => {
+                let (model, posed, warnings) = PosedData::new(loaded, choice)?;
+                let first = loaded.first().ok_or(MismatchError::Empty)?;
+                (
+                    model,
+                    Observed::Loads(first.with_table(()), posed),
+                    warnings,
+                )
+            }
+            Data::Stiffness { name, .. } => {
+                return Err(AnalysisError::NeedsReadings {
+                    data: name.clone(),
+                    needs: "a diagnosis",
+                });
+            }
+        };
+        Ok(Self {
+            inputs: Inputs::default().with_data(data).with_model(&model),
+            model,
+            warnings,
+            observed,
+        })
+    }
+
+    /// The parameters that are free unless the user says, as of [`FitData::usual_choice`](super::FitData::usual_choice).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn usual_choice(&self) -> Result<ParameterChoice, AnalysisError> {
+        match &self.observed {
+            Observed::Series(_) => Ok(self.model.usual_parameters()?),
+            Observed::Loads(_, posed) => posed.usual_choice(&self.model),
+        }
+    }
+
+    /// Finds what the model leaves out; it then has the poses that the report names.
+    ///
+    /// # Arguments
+    /// - `step`: as of [`diagnose`].
+    ///
+    /// # Errors
+    /// As [`diagnose_together`], and for load cases that cannot be fitted.
+    pub fn diagnose(
+        &mut self,
+        options: DiagnoseSettings,
+        step: &dyn Fn(),
+    ) -> Result<DiagnosisReport, AnalysisError> {
+        match &self.observed {
+            Observed::Series(sessions) => diagnose_together(sessions, &self.model, options, step),
+            Observed::Loads(first, posed) => posed.diagnose(first, &mut self.model, options, step),
+        }
     }
 }
 

@@ -7,27 +7,28 @@ use serde::Serialize;
 
 use crate::fit::{
     BootstrapDraws, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
-    MonteCarloSettings, PaperFit, PaperOptions, PaperSource, ResampledUnit, WeightBasis,
-    bootstrap_cells, find_lower_minimum, fit_cells, follow_paper,
+    MonteCarloSettings, PaperFit, PaperOptions, PaperSource, PlannedLoadCase, ResampledUnit,
+    TableMistake, WeightBasis, bootstrap_cells, find_lower_minimum, fit_cells, fit_load_cases,
+    follow_paper, plan_beside_cells, plan_load_cases,
 };
-use crate::fit::{PlannedLoadCase, plan_beside_cells};
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::load_cases::LoadCaseTable;
-use crate::mismatch::{CellSlopes, Observations};
+use crate::mismatch::{BadReading, CellSlopes, Observations};
 use crate::nearest::nearest;
 use crate::parameters::ParameterChoice;
 use crate::procedure::Procedure;
-use crate::robot::{FittingFactors, Robot, RobotError};
+use crate::robot::{FittingFactors, RobotError};
 use crate::stiffness::{Branches, Method, StiffnessTable};
 use crate::test_point::PoseId;
 
-use super::data::{Data, LoadedSession, is_shipped_list};
+use super::data::{Data, LoadedLoadCases, LoadedSession, is_shipped_list};
 use super::error::{AnalysisError, ArgumentError};
 use super::inputs::Inputs;
 use super::marked::ReadingMark;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
 use super::plausible::doubts_about_stiffness;
 use super::pose_plan::{procedure_of, table_of};
+use super::posed::PosedData;
 use super::together::{names, resolve_together};
 use crate::count::counted;
 
@@ -36,8 +37,10 @@ use crate::count::counted;
 pub struct FitData {
     /// Robot, mechanism, factors.
     pub model: ResolvedModel,
-    /// Stiffness of the cells (a cell is a pose and a direction).
+    /// Stiffness of the cells (a cell is a pose and a direction); none of load cases.
     pub measured: MeasuredStiffness,
+    /// The load cases, if the data are some.
+    pub posed: Option<PosedData>,
     /// What acts beside the beams.
     pub physics: Option<FixedPhysics>,
     /// The readings behind it with their stiffness, if there are any.
@@ -53,7 +56,7 @@ pub struct FitData {
 }
 
 /// Further load cases that are planned for what is open.
-pub(super) const PLANNED: usize = 3;
+const PLANNED: usize = 3;
 
 /// What is to be measured next.
 #[derive(Debug, Clone)]
@@ -64,22 +67,6 @@ pub struct PlannedFit {
     pub table: LoadCaseTable,
     /// A procedure that measures them.
     pub procedure: Procedure,
-}
-
-impl PlannedFit {
-    /// # Arguments
-    /// - `followed`: the procedure of the session that was fitted, if it has one.
-    pub(super) fn new(
-        robot: &Robot,
-        followed: Option<Procedure>,
-        planned: Vec<PlannedLoadCase>,
-    ) -> Self {
-        Self {
-            table: table_of(robot, &planned),
-            procedure: procedure_of(robot, followed, &planned),
-            planned,
-        }
-    }
 }
 
 /// One of several sessions that were fitted together.
@@ -113,7 +100,7 @@ pub enum BootstrapOver {
 pub struct FitSettings {
     /// Names of the poses to fit; the others are held out. `None`: all, assessed by leaving each out in turn.
     pub train: Option<Vec<String>>,
-    /// Which parameters may move, and how far. `None`: those of [`ResolvedModel::usual_parameters`](super::ResolvedModel::usual_parameters).
+    /// Which parameters may move, and how far. `None`: those of [`FitData::usual_choice`].
     pub choice: Option<ParameterChoice>,
     /// Where the standard deviation of the residuals comes from; `None`: from the data's uncertainties if they have any.
     pub sigma: Option<SigmaMode>,
@@ -141,11 +128,13 @@ pub struct PaperFitSettings {
 }
 
 impl FitData {
-    /// Resolves the model of data and reduces readings to stiffness: by generalised least squares in their noise, for the paper's method or
-    /// without repeats by `method` from the loading branches.
+    /// Resolves the model of data. Readings are reduced to stiffness, session by session, so that each cell has the uncertainty that its own
+    /// session shows: by generalised least squares in their noise, for the paper's method or without repeats by `method` from the loading
+    /// branches. Load cases are put into the poses of the robot.
     ///
     /// # Errors
-    /// For a model that [`resolve`] refuses, values without a named robot, and poses that the robot does not have.
+    /// For a model that [`resolve`] refuses, values without a named robot, poses, variables and axes that the robot does not have, and
+    /// sessions that do not go together ([`resolve_together`]).
     pub fn new(data: Data, choice: &ModelChoice, method: Method) -> Result<Self, AnalysisError> {
         match data {
             Data::Stiffness {
@@ -153,9 +142,31 @@ impl FitData {
                 name,
                 sha256,
             } => Self::of_values(measured, (&name, &sha256), choice, method),
-            Data::Readings(session) => Self::of_readings(session, choice, method),
-            Data::LoadCases(loaded) => Err(loaded.needs_runs("a fit of stiffness values")),
+            Data::Readings(sessions) => match <[LoadedSession; 1]>::try_from(sessions) {
+                Ok([session]) => Self::of_readings(session, choice, method),
+                Err(sessions) => Self::together(&sessions, choice, method),
+            },
+            Data::LoadCases(loaded) => Self::of_load_cases(&loaded, choice),
         }
+    }
+
+    fn of_load_cases(
+        loaded: &[LoadedLoadCases],
+        choice: &ModelChoice,
+    ) -> Result<Self, AnalysisError> {
+        let (model, posed, warnings) = PosedData::new(loaded, choice)?;
+        let inputs = loaded.iter().fold(Inputs::default(), Inputs::with_table);
+        Ok(Self {
+            inputs: inputs.with_model(&model),
+            model,
+            measured: MeasuredStiffness::default(),
+            posed: Some(posed),
+            physics: None,
+            session: None,
+            sessions: Vec::new(),
+            marked: Vec::new(),
+            warnings,
+        })
     }
 
     fn of_values(
@@ -182,6 +193,7 @@ impl FitData {
             inputs: Inputs::default().with_list(name, sha256).with_model(&model),
             model,
             measured,
+            posed: None,
             physics,
             session: None,
             sessions: Vec::new(),
@@ -190,12 +202,7 @@ impl FitData {
         })
     }
 
-    /// Readings of several sessions of one robot, reduced to stiffness session by session: each cell has the uncertainty that its own
-    /// session shows.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new), and for sessions that do not go together ([`resolve_together`]).
-    pub fn together(
+    fn together(
         sessions: &[LoadedSession],
         choice: &ModelChoice,
         method: Method,
@@ -248,6 +255,7 @@ impl FitData {
             inputs: inputs.with_model(&model),
             model,
             measured: MeasuredStiffness::joined(&all),
+            posed: None,
             physics,
             session: None,
             sessions: shares,
@@ -257,7 +265,7 @@ impl FitData {
     }
 
     fn of_readings(
-        session: Box<LoadedSession>,
+        session: LoadedSession,
         choice: &ModelChoice,
         method: Method,
     ) -> Result<Self, AnalysisError> {
@@ -276,9 +284,10 @@ impl FitData {
             inputs: Inputs::default().with_session(&session).with_model(&model),
             model,
             measured,
+            posed: None,
             physics,
             marked: ReadingMark::of(&session.table, None),
-            session: Some((session, table)),
+            session: Some((Box::new(session), table)),
             sessions: Vec::new(),
             warnings,
         })
@@ -298,7 +307,45 @@ impl FitData {
         })
     }
 
-    /// Fits the factors to all training cells at once by least squares.
+    /// The parameters that are free unless the user says. Of load cases joint springs where the links are rigid, else the factors of beams;
+    /// of stiffness those of [`ResolvedModel::usual_parameters`].
+    ///
+    /// # Errors
+    /// For a pose that cannot be reached, a structure that carries nothing, and as [`problem`](Self::problem).
+    pub fn usual_choice(&self) -> Result<ParameterChoice, AnalysisError> {
+        match &self.posed {
+            Some(posed) => posed.usual_choice(&self.model),
+            None => Ok(self.model.usual_parameters()?),
+        }
+    }
+
+    fn options(&self, settings: &FitSettings) -> Result<FitOptions, AnalysisError> {
+        Ok(FitOptions {
+            train: self.training(settings.train.as_deref())?,
+            choice: match &settings.choice {
+                Some(choice) => choice.clone(),
+                None => self.usual_choice()?,
+            },
+            sigma: settings.sigma,
+        })
+    }
+
+    /// Of load cases a mistake of the whole table, else values that contradict their repeats, or the fit to all others.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    pub fn mistakes(
+        &self,
+        settings: &FitSettings,
+        fit: &FitOutcome,
+    ) -> Result<(Option<TableMistake>, Vec<BadReading>), AnalysisError> {
+        match &self.posed {
+            Some(posed) => posed.mistakes(&self.model, &self.options(settings)?, fit),
+            None => Ok((None, Vec::new())),
+        }
+    }
+
+    /// Fits the factors to all training data at once by least squares.
     ///
     /// # Arguments
     /// - `refitted`: called after each replicate of the bootstrap.
@@ -310,16 +357,15 @@ impl FitData {
         settings: &FitSettings,
         refitted: &(dyn Fn() + Sync),
     ) -> Result<FitOutcome, AnalysisError> {
-        let choice = match &settings.choice {
-            Some(choice) => choice.clone(),
-            None => self.model.usual_parameters()?,
-        };
-        let start = self.model.start_of_fit(&choice);
+        let options = self.options(settings)?;
+        if let Some(posed) = &self.posed {
+            return Ok(fit_load_cases(&posed.problem(&self.model), &options)?);
+        }
+        let start = self.model.start_of_fit(&options.choice);
         let problem = FitProblem {
             start: &start,
             ..self.problem()?
         };
-        let train = self.training(settings.train.as_deref())?;
         if settings.sigma == Some(SigmaMode::Known) && !self.measured.has_uncertainties() {
             return ArgumentError::refuse(
                 "--sigma known",
@@ -327,11 +373,6 @@ impl FitData {
                 "give readings with repeats or a column u_N_per_um, or use --sigma estimated",
             );
         }
-        let options = FitOptions {
-            train,
-            choice,
-            sigma: settings.sigma,
-        };
         let mut outcome = fit_cells(&problem, &options)?;
         let in_training = |pose: &PoseId| {
             let train = options.train.as_ref();
@@ -376,15 +417,24 @@ impl FitData {
     /// For a structure that carries nothing.
     pub fn plan(&self, outcome: &FitOutcome) -> Result<PlannedFit, AnalysisError> {
         let session = self.session.as_ref().map(|(session, _)| session);
-        let tables = session.iter().flat_map(|session| &session.table.readings);
-        let loads = tables.map(|reading| reading.force_n.abs());
-        let force_n = loads.fold(0.0, f64::max);
-        let planned = plan_beside_cells(&self.problem()?, outcome, force_n, PLANNED)?;
+        let planned = if let Some(posed) = &self.posed {
+            plan_load_cases(&posed.problem(&self.model), outcome, PLANNED)?
+        } else {
+            let readings = session.iter().flat_map(|session| &session.table.readings);
+            let largest_n = readings.map(|reading| reading.force_n.abs());
+            let largest_n = largest_n.fold(0.0, f64::max);
+            plan_beside_cells(&self.problem()?, outcome, largest_n, PLANNED)?
+        };
         let header = session.and_then(|session| session.header.as_ref());
         let followed = header
             .and_then(|header| header.procedure.as_ref())
             .and_then(|record| Procedure::from_record(record).ok());
-        Ok(PlannedFit::new(&self.model.robot, followed, planned))
+        let robot = &self.model.robot;
+        Ok(PlannedFit {
+            table: table_of(robot, &planned),
+            procedure: procedure_of(robot, followed, &planned),
+            planned,
+        })
     }
 
     /// Adds the bootstrap intervals to a fit.
@@ -499,18 +549,35 @@ impl FitData {
         )?)
     }
 
-    /// The training poses, each of which the data must have.
+    /// The training poses by name, each of which the data must have, and which is named once.
     fn training(&self, names: Option<&[String]>) -> Result<Option<Vec<PoseId>>, ArgumentError> {
         let Some(names) = names else { return Ok(None) };
-        let measured = self.measured.cells.iter().map(|cell| &cell.cell);
-        let unusable = self.measured.unusable.iter().map(|(cell, _)| cell);
+        let of_cases = self.posed.iter().flat_map(|data| &data.posed.labels);
+        let of_cells = self.measured.cells.iter().map(|cell| &cell.cell.pose);
+        let unusable = self.measured.unusable.iter().map(|(cell, _)| &cell.pose);
         let mut known: Vec<&str> = Vec::new();
-        for cell in measured.chain(unusable) {
-            if !known.contains(&cell.pose.as_str()) {
-                known.push(cell.pose.as_str());
+        for pose in of_cases.chain(of_cells).chain(unusable) {
+            if !known.contains(&pose.as_str()) {
+                known.push(pose.as_str());
             }
         }
-        training_poses(names, &known).map(Some)
+        let wrong = |name: &str, problem: String, help| ArgumentError {
+            argument: format!("--train {name}"),
+            problem,
+            help,
+        };
+        for (place, name) in names.iter().enumerate() {
+            if !known.contains(&name.as_str()) {
+                let problem = format!("the data have no such pose; they have {}", known.join(", "));
+                let help = nearest(name, known.iter().copied());
+                let help = help.map(|near| format!("did you mean {near}?"));
+                return Err(wrong(name, problem, help));
+            }
+            if names[..place].contains(name) {
+                return Err(wrong(name, "it is named twice".to_owned(), None));
+            }
+        }
+        Ok(Some(names.iter().map(|name| PoseId::new(name)).collect()))
     }
 }
 
@@ -555,33 +622,6 @@ fn reduced(session: &LoadedSession, method: Method) -> Result<ReducedSession, An
         slopes,
         warnings,
     })
-}
-
-/// Training poses by name, each of which must be known and named once.
-///
-/// # Errors
-/// [`ArgumentError`] with the name that could be meant.
-pub(super) fn training_poses(
-    names: &[String],
-    known: &[&str],
-) -> Result<Vec<PoseId>, ArgumentError> {
-    let wrong = |name: &str, problem: String, help| ArgumentError {
-        argument: format!("--train {name}"),
-        problem,
-        help,
-    };
-    for (place, name) in names.iter().enumerate() {
-        if !known.contains(&name.as_str()) {
-            let problem = format!("the data have no such pose; they have {}", known.join(", "));
-            let help = nearest(name, known.iter().copied());
-            let help = help.map(|near| format!("did you mean {near}?"));
-            return Err(wrong(name, problem, help));
-        }
-        if names[..place].contains(name) {
-            return Err(wrong(name, "it is named twice".to_owned(), None));
-        }
-    }
-    Ok(names.iter().map(|name| PoseId::new(name)).collect())
 }
 
 /// The physics beside the beams for a fit or prediction by `method`, if there is any.

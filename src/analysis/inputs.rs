@@ -9,7 +9,7 @@ use crate::readings::{OverdueGauge, SessionHeader};
 use crate::robot::{FittingFactors, Robot};
 use crate::session::read_inside;
 
-use super::data::{LoadedSession, gauges_text};
+use super::data::{Data, LoadedSession, gauges_text};
 use super::hash::sha256;
 use super::model::ResolvedModel;
 use super::session_table::SessionTable;
@@ -65,6 +65,16 @@ impl Inputs {
             input.imported = session.header.as_ref().and_then(imported);
         }
         inputs
+    }
+
+    /// Data to fit or to diagnose.
+    #[must_use]
+    pub fn with_data(self, data: &Data) -> Self {
+        match data {
+            Data::Readings(all) => all.iter().fold(self, Self::with_session),
+            Data::LoadCases(all) => all.iter().fold(self, Self::with_table),
+            Data::Stiffness { name, sha256, .. } => self.with_list(name, sha256),
+        }
     }
 
     /// A table of vectors or load cases.

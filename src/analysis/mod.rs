@@ -12,7 +12,7 @@
 //! let table = session.stiffness(Branches::LoadingOnly)?;
 //! let model = resolve(&ModelChoice::default(), Some(&session))?;
 //! let diagnosis = diagnose(&session, &model, DiagnoseSettings::default(), &|| ())?;
-//! let data = FitData::new(Data::Readings(Box::new(session)), &ModelChoice::default(), Method::Regression)?;
+//! let data = FitData::new(Data::Readings(vec![session]), &ModelChoice::default(), Method::Regression)?;
 //! let fit = data.fit(&FitSettings::default(), &|| ())?;
 //! # Ok(())
 //! # }
@@ -32,13 +32,13 @@ mod hash;
 mod history;
 mod inputs;
 mod integrity;
-mod load_cases;
 mod marked;
 mod model;
 mod new_robot;
 mod part_model;
 mod plausible;
 mod pose_plan;
+mod posed;
 mod procedure;
 mod residuals;
 mod robot_check;
@@ -48,12 +48,16 @@ mod unknown_springs;
 mod vector_stiffness;
 
 pub use calibration::{GaugeCalibration, GivenCalibration, StatedError};
-pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings, gauges_text, session_header};
+pub use data::{
+    CalibrationCheck, Data, LoadedLoadCases, LoadedSession, OpenSettings, gauges_text,
+    session_header,
+};
 pub use data_check::check_data;
 pub use derived::{DerivedQuantity, derive};
 pub use design::{design, usual_plan};
 pub use diagnose::{
-    DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose, diagnose_together,
+    DiagnoseSettings, DiagnosisData, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose,
+    diagnose_together,
 };
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
@@ -69,7 +73,6 @@ pub use inputs::Inputs;
 pub use integrity::{
     Differences, JournalCheck, TableCheck, compare_with_journal, header_sha256, shortened,
 };
-pub use load_cases::{LoadCaseData, LoadedLoadCases, refuse_unseen_laws};
 pub use marked::ReadingMark;
 pub use model::{ConfiguredRobot, ModelChoice, ResolvedModel, laws, resolve, robot_source};
 pub use new_robot::{
@@ -79,12 +82,13 @@ pub use new_robot::{
 pub use part_model::{PartModelError, PartModelFile, check_predictable};
 pub use plausible::{doubts_about_fit, doubts_about_load_case_fit, doubts_about_stiffness};
 pub use pose_plan::choose_poses;
+pub use posed::{PosedData, refuse_unseen_laws};
 pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state_joint_values};
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use session_table::SessionTable;
 pub use together::{
-    MarkedReading, OpenBefore, SessionObservations, SessionShare, open_together, resolve_together,
+    MarkedReading, OpenBefore, SessionObservations, SessionShare, resolve_together,
 };
 pub use unknown_springs::UnknownSprings;
 pub use vector_stiffness::VectorStiffness;

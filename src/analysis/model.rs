@@ -103,6 +103,19 @@ impl ResolvedModel {
         }
         start
     }
+
+    /// The factors with the robot's own springs and those that the effects name, and the other effects.
+    pub(super) fn springs_apart(&self) -> (FittingFactors, Vec<Effect>) {
+        let mut start = self.robot.with_own_springs(&self.factors);
+        let mut others = Vec::new();
+        for effect in &self.physics.effects {
+            match effect.as_spring() {
+                Some((spring, own)) => start.set(&spring, start.get(&spring) + own),
+                None => others.push(effect.clone()),
+            }
+        }
+        (start, others)
+    }
 }
 
 /// Text of a robot file or of a shipped robot; a file that another file names stands beside that one.

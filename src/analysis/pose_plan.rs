@@ -9,7 +9,6 @@ use crate::robot::{NamedPose, Robot};
 use crate::test_point::{Direction, PoseId};
 
 use super::error::{AnalysisError, ArgumentError};
-use super::load_cases::start_of;
 use super::model::ResolvedModel;
 use super::procedure::{SAME_VALUE, joints_of};
 
@@ -46,8 +45,16 @@ pub fn choose_poses(
             "--best-poses 6, with --free joint.NAME for parameters that the robot file fixes",
         );
     }
+    let (start, others) = model.springs_apart();
+    if let Some(effect) = others.first() {
+        return ArgumentError::refuse(
+            format!("--effect {}", effect.compact()),
+            "plans of poses know only springs: joint-compliance, joint-tilt-compliance, tool-compliance and base-compliance",
+            "leave it out",
+        );
+    }
     let robot = (&model.robot, model.mechanism()?);
-    let best = best_poses(robot, &start_of(model)?, &free, procedure, count)?;
+    let best = best_poses(robot, &start, &free, procedure, count)?;
     state(&model.robot, procedure, &best.poses);
     Ok(best)
 }

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::readings::{OverdueGauge, SessionHeader};
 
+use super::hash::sha256;
+
 /// A table of readings or load cases with the session it belongs to.
 #[derive(Debug, Clone)]
 pub struct SessionTable<T> {
@@ -30,6 +32,25 @@ pub struct SessionTable<T> {
 }
 
 impl<T> SessionTable<T> {
+    /// A table of which nothing else is known.
+    ///
+    /// # Arguments
+    /// - `bytes`: the text that it is from.
+    pub(super) fn bare(name: String, bytes: &[u8], table: T) -> Self {
+        Self {
+            name,
+            sha256: sha256(bytes),
+            table,
+            origin: None,
+            header: None,
+            folder: PathBuf::new(),
+            warnings: Vec::new(),
+            calibration: Vec::new(),
+            overdue: Vec::new(),
+            differs_from_journal: false,
+        }
+    }
+
     /// The same session with what is made of its table.
     pub(super) fn with_table<U>(&self, table: U) -> SessionTable<U> {
         SessionTable {

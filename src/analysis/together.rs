@@ -1,7 +1,6 @@
 //! Several sessions of one robot, laid out for one analysis.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 
 use crate::mismatch::{
     BadReading, BadRun, KnownNoise, Observations, ReadingNoise, noise_alone, screen_data,
@@ -10,11 +9,10 @@ use crate::parameters::ParameterChoice;
 use crate::session::read_inside;
 use crate::test_point::{Direction, PoseId};
 
-use super::data::{LoadedSession, OpenSettings};
+use super::data::LoadedSession;
 use super::design::baseline_of;
 use super::error::{AnalysisError, ArgumentError};
 use super::hash::sha256;
-use super::load_cases::LoadedLoadCases;
 use super::model::{ModelChoice, ResolvedModel, resolve};
 use super::procedure::add_pose;
 use super::session_table::SessionTable;
@@ -244,32 +242,6 @@ pub(super) fn names<T>(sessions: &[SessionTable<T>]) -> Vec<String> {
         names.push(name);
     }
     names
-}
-
-/// Opens further sessions behind a first.
-///
-/// # Errors
-/// For data that are no readings of runs, and as [`LoadedSession::open`].
-pub fn open_together(
-    first: LoadedSession,
-    further: &[PathBuf],
-    options: &OpenSettings,
-) -> Result<Vec<LoadedSession>, AnalysisError> {
-    let mut sessions = vec![first];
-    for path in further {
-        if LoadedLoadCases::is_at(path) {
-            return ArgumentError::refuse(
-                path.display().to_string(),
-                format!(
-                    "it holds load cases (loads and displacements as vectors), {} readings of one direction over several loads",
-                    sessions[0].name
-                ),
-                "name data of one kind",
-            );
-        }
-        sessions.push(LoadedSession::open_series(path, options)?);
-    }
-    Ok(sessions)
 }
 
 /// The model of sessions of one robot, with the poses of all of them.

@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::analysis::{
-    ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedLoadCases, LoadedSession,
-    NoiseSource, ResolvedModel, SessionObservations, diagnose_together, laws, noise_of,
-    open_together, sha256,
+    ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
+    NoiseSource, ResolvedModel, laws, noise_of, sha256,
 };
 use crate::mismatch::Verdict;
 use crate::physics::{Law, ModelFile};
@@ -21,9 +20,8 @@ use crate::session::inside;
 use super::args::Global;
 use super::design;
 use super::diagnose_args::{DiagnoseArgs, NoiseChoice};
-use super::diagnose_load_cases;
 use super::diagnose_specimen;
-use super::failure::{CliError, Failure};
+use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::{write_figures, write_result, write_texts};
 use super::outcome::Outcome;
 use super::progress::progress;
@@ -45,56 +43,50 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         return diagnose_specimen::run(args, &options, without);
     }
     let settings = args.calibration.open_settings(global)?;
-    if LoadedLoadCases::is_at(data(args)?) {
-        let loaded = LoadedLoadCases::open(data(args)?, &settings)?;
-        return diagnose_load_cases::run(args, &loaded, (&settings, without), global);
+    let first = Data::open_readings(data(args)?, &settings)?;
+    if matches!(first, Data::LoadCases(_)) {
+        let of_runs = [("--earlier", !args.earlier.is_empty())];
+        refuse_given(&of_runs, "load cases are no session", |_| {
+            "leave it out: the scatter of load cases comes from repeats, from the fit, or from the records of the instruments".to_owned()
+        })?;
     }
-    let first = LoadedSession::open_series(data(args)?, &settings)?;
-    let sessions = open_together(first, &args.further, &settings)?;
-    let warnings: Vec<String> = sessions
-        .iter()
-        .flat_map(|session| session.warnings.iter().cloned())
-        .collect();
-    of_sessions(args, &sessions, without, global)
+    let data = first.with(&args.further, &settings)?;
+    let mut prepared = DiagnosisData::new(&data, &args.model.choice()?)
+        .map_err(|error| Failure::from(error).with_warnings(&data.warnings()))?;
+    let warnings = prepared.warnings.clone();
+    diagnosed(args, &mut prepared, without, global)
         .map_err(|failure| failure.with_warnings(&warnings))
 }
 
-fn of_sessions(
+fn diagnosed(
     args: &DiagnoseArgs,
-    sessions: &[LoadedSession],
+    data: &mut DiagnosisData,
     without: Vec<Law>,
     global: &Global,
 ) -> Result<Outcome, Failure> {
     let bar = progress(global, "diagnosis (read, search, judge, draw)", 4);
-    let model = args.model.resolve_together(sessions)?;
-    let inputs = sessions
-        .iter()
-        .fold(Inputs::default(), Inputs::with_session);
-    let inputs = inputs.with_model(&model);
+    let usual = data.usual_choice()?;
     let options = DiagnoseSettings {
-        parameters: Some(args.parameters.choice(&model)?),
+        parameters: Some(args.parameters.choice_beside(&data.model, usual)?),
         noise: noise(args, &without, global)?,
         seed: args.seed,
         without,
         keep_outliers: args.keep_outliers,
     };
-    let observed: Vec<SessionObservations> = sessions.iter().map(LoadedSession::observed).collect();
-    let report = diagnose_together(&observed, &model, options, &|| bar.inc(1))?;
-    let of_sessions = sessions.iter().flat_map(|session| &session.warnings);
-    let mut warnings: Vec<String> = of_sessions.cloned().collect();
-    warnings.extend(model.warnings.iter().chain(&report.warnings).cloned());
-    let outcome = report_of(args, &report, &model, (inputs, warnings))?;
+    let report = data.diagnose(options, &|| bar.inc(1))?;
+    let outcome = report_of(args, &report, data)?;
     bar.finish_and_clear();
     Ok(outcome)
 }
 
 /// Page, JSON and files of a diagnosis.
-pub(super) fn report_of(
+fn report_of(
     args: &DiagnoseArgs,
     report: &DiagnosisReport,
-    model: &ResolvedModel,
-    (inputs, mut warnings): (Inputs, Vec<String>),
+    prepared: &DiagnosisData,
 ) -> Result<Outcome, Failure> {
+    let mut warnings = [&prepared.warnings[..], &report.warnings].concat();
+    let (model, inputs) = (&prepared.model, &prepared.inputs);
     let mut text = diagnosis_page(report);
     let whole = format!("{text}\n{}", diagnosis_appendix(report));
     let mut data = Box::new(DiagnosisSummary::from(report));
@@ -102,14 +94,14 @@ pub(super) fn report_of(
         let write = || -> Result<Vec<PathBuf>, Failure> {
             let model = model_file(report, model, &folder)?;
             let fields = [("data", json!(data)), ("warnings", json!(warnings))];
-            let mut written = write_diagnosis(&folder, &whole, &inputs, fields)?;
+            let mut written = write_diagnosis(&folder, &whole, inputs, fields)?;
             let model = model.map(|model| ("model.toml", model.to_toml()));
             let procedures = report.procedures.iter();
             let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
             written.extend(write_texts(&folder, model.into_iter().chain(procedures))?);
             if !args.no_figures {
                 let figures = diagnosis_figures(report);
-                written.extend(write_figures(&folder, figures, &inputs)?);
+                written.extend(write_figures(&folder, figures, inputs)?);
             }
             Ok(written)
         };
@@ -136,7 +128,7 @@ pub(super) fn report_of(
         text = whole;
     }
     Ok(outcome(text, DiagnosisResult::Session(data))
-        .with_inputs(inputs)
+        .with_inputs(inputs.clone())
         .with_warnings(warnings))
 }
 
@@ -186,11 +178,7 @@ fn robot_seen_from(resolved: &ResolvedModel, folder: &Path) -> Result<String, Cl
 }
 
 /// Where the noise of single readings comes from.
-pub(super) fn noise(
-    args: &DiagnoseArgs,
-    without: &[Law],
-    global: &Global,
-) -> Result<NoiseSource, Failure> {
+fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseSource, Failure> {
     if args.noise == NoiseChoice::Records {
         if !args.earlier.is_empty() {
             return ArgumentError::refuse(

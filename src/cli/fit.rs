@@ -5,16 +5,12 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::analysis::{
-    ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, LoadCaseData,
-    PaperFitSettings, PlannedFit, derive, doubts_about_fit, open_together, read_text,
+    ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, PlannedFit,
+    derive, read_text,
 };
 use crate::fit::{FitOutcome, PaperFit};
 use crate::load_cases::write_load_cases;
-use crate::plot::Figure;
-use crate::report::{
-    ComparedFit, FitReport, ModelComparison, component_figures, doubts_about_load_cases,
-    fit_figures,
-};
+use crate::report::{ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps};
 use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{BootstrapUnit, FitArgs, Global, MethodArg};
@@ -31,71 +27,60 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     };
     refuse_what_the_method_ignores(args)?;
     let settings = args.calibration.open_settings(global)?;
-    match Data::open(&args.data, &settings)? {
-        Data::LoadCases(loaded) => {
-            refuse_what_needs_cells(args)?;
-            let mut data = LoadCaseData::new(&loaded, &args.model.choice()?)
-                .map_err(|error| Failure::from(error).with_warnings(&loaded.warnings))?;
-            data.join_at(&args.further, &global.open_settings())?;
-            let fitted = of_load_cases(args, &data);
-            finished(args, global, fitted, (data.inputs, data.warnings))
+    let data = Data::open(&args.data, &settings)?;
+    match &data {
+        Data::LoadCases(_) => refuse_what_needs_cells(args)?,
+        Data::Readings(_)
+            if !args.further.is_empty()
+                && args.bootstrap > 0
+                && args.bootstrap_over == BootstrapUnit::Runs =>
+        {
+            return ArgumentError::refuse(
+                "--bootstrap",
+                "it draws the runs of one session again",
+                "add --bootstrap-over cells, or fit one session",
+            );
         }
-        data => {
-            let prepared = prepared(args, data, method, global)?;
-            let fitted = of_cells(args, &prepared, global);
-            finished(args, global, fitted, (prepared.inputs, prepared.warnings))
-        }
+        Data::Readings(_) | Data::Stiffness { .. } => {}
     }
-}
-
-/// A fit with everything that is printed or written of it.
-struct Fitted {
-    outcome: FitOutcome,
-    report: FitReport,
-    plan: PlannedFit,
-    /// What is doubtful about data and fit.
-    warnings: Vec<String>,
-    figures: Vec<(&'static str, Figure)>,
-}
-
-fn of_cells(args: &FitArgs, prepared: &FitData, global: &Global) -> Result<Fitted, Failure> {
-    let (outcome, report) = match args.method {
-        MethodArg::LeastSquares => {
-            let outcome = least_squares(args, prepared, global)?;
-            let report = FitReport::from(&outcome);
-            (outcome, report)
-        }
-        MethodArg::Paper => {
-            let fit = paper(args, prepared, global)?;
-            let report = FitReport::from(&fit);
-            (fit.outcome, report)
-        }
+    let data = data.with(&args.further, &settings)?;
+    let notes = match &data {
+        Data::LoadCases(_) => data.warnings(),
+        Data::Readings(_) | Data::Stiffness { .. } => Vec::new(),
     };
-    let mut report = report.of_data(prepared);
-    report.runs_tests = prepared.runs_tests(&outcome)?;
-    if !args.against.is_empty() {
-        report.comparison = Some(compared(&report, &prepared.inputs, &args.against)?);
-    }
-    let table = prepared.session.as_ref().map(|(_, table)| table);
-    let range = args.parameters.choice(&prepared.model)?.range;
-    Ok(Fitted {
-        plan: prepared.plan(&outcome)?,
-        warnings: doubts_about_fit(&outcome),
-        figures: fit_figures(&outcome, table, range),
-        report,
-        outcome,
-    })
+    let data = FitData::new(data, &args.model.choice()?, method)
+        .map_err(|error| Failure::from(error).with_warnings(&notes))?;
+    let fitted = fitted(args, &data, global);
+    finished(args, global, fitted, (data.inputs, data.warnings))
 }
 
-fn of_load_cases(args: &FitArgs, data: &LoadCaseData) -> Result<Fitted, Failure> {
+/// The fit, and what is to be measured next.
+fn fitted(
+    args: &FitArgs,
+    data: &FitData,
+    global: &Global,
+) -> Result<(Fitted, PlannedFit), Failure> {
     let usual = data.usual_choice()?;
     let settings = FitSettings {
         train: args.train.clone(),
         choice: Some(args.parameters.choice_beside(&data.model, usual)?),
         sigma: args.sigma.map(Into::into),
-        ..FitSettings::default()
+        bootstrap: args.bootstrap,
+        bootstrap_over: match args.bootstrap_over {
+            BootstrapUnit::Runs => BootstrapOver::Runs,
+            BootstrapUnit::Cells => BootstrapOver::Cells,
+        },
+        global_search: args.global_search,
+        seed: args.seed,
     };
-    let outcome = data.fit(&settings)?;
+    let (outcome, steps) = match args.method {
+        MethodArg::LeastSquares => (least_squares(data, &settings, global)?, None),
+        MethodArg::Paper => {
+            let fit = paper(args, data, global)?;
+            let steps = PaperSteps::from(&fit);
+            (fit.outcome, Some(steps))
+        }
+    };
     if args.next.is_some() && outcome.frames.is_some() {
         return ArgumentError::refuse(
             "--next",
@@ -103,24 +88,26 @@ fn of_load_cases(args: &FitArgs, data: &LoadCaseData) -> Result<Fitted, Failure>
             "leave it out; what is open is printed with the force that would determine it",
         );
     }
-    Ok(Fitted {
-        plan: data.plan(&outcome)?,
-        warnings: doubts_about_load_cases(data, &settings, &outcome)?,
-        figures: component_figures(&outcome, &data.posed, &data.model.robot),
-        report: FitReport::from(&outcome),
-        outcome,
-    })
+    let mut fitted = Fitted::new(data, &settings, outcome)?;
+    let report = &mut fitted.report;
+    report.steps = steps;
+    report.runs_tests = data.runs_tests(&fitted.outcome)?;
+    if !args.against.is_empty() {
+        report.comparison = Some(compared(report, &data.inputs, &args.against)?);
+    }
+    let plan = data.plan(&fitted.outcome)?;
+    Ok((fitted, plan))
 }
 
 /// Derives what was asked for, writes files, and prints.
 fn finished(
     args: &FitArgs,
     global: &Global,
-    fitted: Result<Fitted, Failure>,
+    fitted: Result<(Fitted, PlannedFit), Failure>,
     (inputs, mut warnings): (Inputs, Vec<String>),
 ) -> Result<Outcome, Failure> {
-    let fitted = fitted.map_err(|failure| failure.with_warnings(&warnings))?;
-    let (outcome, plan) = (&fitted.outcome, fitted.plan);
+    let (fitted, plan) = fitted.map_err(|failure| failure.with_warnings(&warnings))?;
+    let outcome = &fitted.outcome;
     let mut report = fitted.report;
     report.derived = derive(
         &args.derive,
@@ -129,9 +116,9 @@ fn finished(
     )?;
     let note = args.next.as_ref().map(|file| write_next(file, &plan));
     let note = note.transpose()?;
-    let report = report.with_next(plan.planned);
+    report.next = plan.planned;
     let text = report.text(outcome);
-    warnings.extend(fitted.warnings);
+    warnings.extend(fitted.doubts);
     // The text has them already.
     if global.json {
         warnings.extend(outcome.warnings.iter().cloned());
@@ -226,40 +213,6 @@ fn compared(
     Ok(ModelComparison::of(&fits))
 }
 
-/// What is to be fitted: one data file, or several sessions together.
-fn prepared(
-    args: &FitArgs,
-    data: Data,
-    method: StiffnessMethod,
-    global: &Global,
-) -> Result<FitData, Failure> {
-    Ok(match data {
-        Data::Readings(session) if !args.further.is_empty() => {
-            if args.bootstrap > 0 && args.bootstrap_over == BootstrapUnit::Runs {
-                return ArgumentError::refuse(
-                    "--bootstrap",
-                    "it draws the runs of one session again",
-                    "add --bootstrap-over cells, or fit one session",
-                );
-            }
-            let sessions = open_together(
-                *session,
-                &args.further,
-                &args.calibration.open_settings(global)?,
-            )?;
-            FitData::together(&sessions, &args.model.choice()?, method)?
-        }
-        Data::Stiffness { .. } if !args.further.is_empty() => {
-            return ArgumentError::refuse(
-                args.data.display().to_string(),
-                "it holds stiffness values, and several data are fitted together if all hold readings",
-                "name sessions, or one list alone",
-            );
-        }
-        data => FitData::new(data, &args.model.choice()?, method)?,
-    })
-}
-
 /// Options without effect are a misunderstanding, and worth an error.
 fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), ArgumentError> {
     let of_paper = [
@@ -301,24 +254,16 @@ fn refuse_what_needs_cells(args: &FitArgs) -> Result<(), ArgumentError> {
     )
 }
 
-fn least_squares(args: &FitArgs, data: &FitData, global: &Global) -> Result<FitOutcome, Failure> {
-    let settings = FitSettings {
-        train: args.train.clone(),
-        choice: Some(args.parameters.choice(&data.model)?),
-        sigma: args.sigma.map(Into::into),
-        bootstrap: args.bootstrap,
-        bootstrap_over: match args.bootstrap_over {
-            BootstrapUnit::Runs => BootstrapOver::Runs,
-            BootstrapUnit::Cells => BootstrapOver::Cells,
-        },
-        global_search: args.global_search,
-        seed: args.seed,
-    };
-    if args.bootstrap == 0 {
-        return Ok(data.fit(&settings, &|| ())?);
+fn least_squares(
+    data: &FitData,
+    settings: &FitSettings,
+    global: &Global,
+) -> Result<FitOutcome, Failure> {
+    if settings.bootstrap == 0 {
+        return Ok(data.fit(settings, &|| ())?);
     }
-    let bar = progress(global, "refits", args.bootstrap as u64);
-    let outcome = data.fit(&settings, &|| bar.inc(1));
+    let bar = progress(global, "refits", settings.bootstrap as u64);
+    let outcome = data.fit(settings, &|| bar.inc(1));
     bar.finish_and_clear();
     Ok(outcome?)
 }

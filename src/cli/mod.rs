@@ -11,7 +11,6 @@ mod descriptions;
 mod design;
 mod diagnose;
 mod diagnose_args;
-mod diagnose_load_cases;
 mod diagnose_specimen;
 mod doctor;
 #[cfg(unix)]

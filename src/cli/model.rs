@@ -1,8 +1,6 @@
 //! The robot, mechanism, factors and physics that options name, and physics in words.
 
-use crate::analysis::{
-    ConfiguredRobot, LoadedSession, ModelChoice, ResolvedModel, resolve, resolve_together,
-};
+use crate::analysis::{ConfiguredRobot, LoadedSession, ModelChoice, ResolvedModel, resolve};
 use crate::physics::{ActingPhysics, Effect, NotAnEffect};
 use crate::procedure::Procedure;
 
@@ -56,16 +54,6 @@ impl ModelArgs {
     /// The model of a session.
     pub(super) fn resolve_for(&self, session: &LoadedSession) -> Result<ResolvedModel, Failure> {
         Ok(resolve(&self.choice()?, Some(session))?)
-    }
-}
-
-impl ModelArgs {
-    /// The model of sessions of one robot, with the poses of all of them.
-    pub(super) fn resolve_together(
-        &self,
-        sessions: &[LoadedSession],
-    ) -> Result<ResolvedModel, Failure> {
-        Ok(resolve_together(sessions, &self.choice()?)?)
     }
 }
 

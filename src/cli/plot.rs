@@ -10,7 +10,7 @@ use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
 use crate::report::{
-    FigureReport, fit_figures, load_displacement_figure, residuals_figure, robot_figure,
+    FigureReport, Fitted, load_displacement_figure, residuals_figure, robot_figure,
 };
 use crate::robot::{Predictor, Theory};
 use crate::stiffness::{Branches, Method};
@@ -113,6 +113,7 @@ fn of_fit(
         }
         .into());
     }
+    data.refuse_load_cases("a fit of stiffness values")?;
     let prepared = FitData::new(data, &args.model.choice()?, Method::Regression)?;
     warnings.extend(prepared.warnings.iter().cloned());
     let settings = FitSettings {
@@ -127,8 +128,7 @@ fn of_fit(
             prepared.inputs,
         ));
     }
-    let table = prepared.session.as_ref().map(|(_, table)| table);
-    let figures = fit_figures(&outcome, table, ParameterChoice::default().range);
+    let figures = Fitted::new(&prepared, &settings, outcome)?.figures;
     let wanted = match args.figure {
         FigureName::Factors => "factors",
         FigureName::Correlation => "correlation",

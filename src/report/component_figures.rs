@@ -13,8 +13,7 @@ use super::robot_pose::drawn_axes;
 
 /// Measured against predicted displacements, what is left of them as vectors, and the correlations of the parameters, each with the name of
 /// its file.
-#[must_use]
-pub fn component_figures(
+pub(super) fn component_figures(
     fit: &FitOutcome,
     posed: &PosedLoadCases,
     robot: &Robot,

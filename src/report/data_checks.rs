@@ -1,32 +1,12 @@
 //! What is doubtful about load cases and a fit to them, in words.
 
-use crate::analysis::{AnalysisError, FitSettings, LoadCaseData, doubts_about_load_case_fit};
-use crate::fit::FitOutcome;
 use crate::fit::TableMistake;
 use crate::mismatch::{BadReading, BadReadingKind, OtherJointValue, ReadQuantity};
 
 use super::text::{reading_shown, share_of_tables, significant};
 
-/// What a user should doubt of load cases and of a fit to them: units that make an implausible robot, a mistake of the table, else bad values, for
-/// beside a mistake of the whole table good ones look bad.
-///
-/// # Errors
-/// As of the fit.
-pub fn doubts_about_load_cases(
-    data: &LoadCaseData,
-    settings: &FitSettings,
-    fit: &FitOutcome,
-) -> Result<Vec<String>, AnalysisError> {
-    let mut warnings = doubts_about_load_case_fit(&data.posed, fit);
-    match data.table_mistake(settings, fit)? {
-        Some(mistake) => warnings.push(table_mistake_words(&mistake)),
-        None => warnings.extend(bad_value_words(&data.bad_values(settings, fit)?)),
-    }
-    Ok(warnings)
-}
-
 /// What is bad about values, what they would have to be, and how sure that is; without a full stop. Coordinates of one position stand together.
-fn bad_value_words(all: &[BadReading]) -> Vec<String> {
+pub(super) fn bad_value_words(all: &[BadReading]) -> Vec<String> {
     let is_position = |bad: &BadReading| bad.quantity == ReadQuantity::Position;
     let together = all.chunk_by(|a, b| is_position(a) && a.line == b.line);
     let words = together.map(|bad| match bad {

@@ -59,8 +59,7 @@ fn curve(cell: &CellStiffness) -> LoadCurvePoints {
 }
 
 /// Measured against predicted stiffness, factors with intervals and bounds, and correlations if the fit has any, each with the name of its file.
-#[must_use]
-pub fn fit_figures(
+pub(super) fn fit_figures(
     outcome: &FitOutcome,
     table: Option<&StiffnessTable>,
     range: [f64; 2],

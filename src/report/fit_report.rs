@@ -281,12 +281,6 @@ pub struct ComponentReport {
 }
 
 impl FitReport {
-    /// The same with the load cases that would determine what it leaves open.
-    #[must_use]
-    pub fn with_next(self, next: Vec<PlannedLoadCase>) -> Self {
-        Self { next, ..self }
-    }
-
     /// The same with the marks of the readings behind it, and with the cells named by their sessions, which follow each other.
     #[must_use]
     pub fn of_data(mut self, data: &FitData) -> Self {
@@ -415,21 +409,18 @@ impl From<&FitOutcome> for FitReport {
     }
 }
 
-impl From<&PaperFit> for FitReport {
+impl From<&PaperFit> for PaperSteps {
     fn from(fit: &PaperFit) -> Self {
         let of_poses = |fits: &[PoseFit]| fits.iter().map(Into::into).collect();
         Self {
-            steps: Some(PaperSteps {
-                objective: format!("multi-source model of mechanism {}", fit.outcome.mechanism),
-                single_source: of_poses(&fit.single_source),
-                single_source_given: fit.single_source_given.clone(),
-                single_source_factors: fit.single_source_factors.clone(),
-                start: fit.start.clone(),
-                multi_source: of_poses(&fit.multi_source),
-                combined: fit.outcome.factors.clone(),
-                validation: fit.outcome.cells.iter().map(Into::into).collect(),
-            }),
-            ..Self::from(&fit.outcome)
+            objective: format!("multi-source model of mechanism {}", fit.outcome.mechanism),
+            single_source: of_poses(&fit.single_source),
+            single_source_given: fit.single_source_given.clone(),
+            single_source_factors: fit.single_source_factors.clone(),
+            start: fit.start.clone(),
+            multi_source: of_poses(&fit.multi_source),
+            combined: fit.outcome.factors.clone(),
+            validation: fit.outcome.cells.iter().map(Into::into).collect(),
         }
     }
 }

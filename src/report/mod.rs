@@ -18,6 +18,7 @@ mod explain;
 mod figures;
 mod fit;
 mod fit_report;
+mod fitted;
 mod import;
 mod instrument;
 mod map;
@@ -41,9 +42,7 @@ mod vector_stiffness;
 
 pub use axis_words::plane_column_heads;
 pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
-pub use component_figures::component_figures;
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
-pub use data_checks::doubts_about_load_cases;
 use data_checks::table_mistake_words;
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
@@ -58,12 +57,13 @@ pub use diagnosis::{
 pub use diagnosis_figures::diagnosis_figures;
 pub use doctor::{CheckReport, CheckState, DoctorReport};
 pub use explain::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
-pub use figures::{fit_figures, load_displacement_figure, residuals_figure, workspace_figure};
+pub use figures::{load_displacement_figure, residuals_figure, workspace_figure};
 pub use fit::derived_text;
 pub use fit_report::{
     ClassFactors, ComponentErrors, ComponentReport, FactorReport, FitReport, FittedCellReport,
     PaperSteps, ParameterReport, PoseFitReport,
 };
+pub use fitted::Fitted;
 pub use import::{ImportReport, columns_text};
 pub use instrument::*;
 #[cfg(feature = "parquet")]

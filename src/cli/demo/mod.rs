@@ -12,8 +12,8 @@ use indexmap::IndexSet;
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::parameters::ParameterChoice;
 use crate::report::{
-    DemoReport, DemoTableVi, FitReport, fit_figures, load_displacement_figure, paper_report,
-    robot_figure, stiffness_text,
+    DemoReport, DemoTableVi, Fitted, load_displacement_figure, paper_report, robot_figure,
+    stiffness_text,
 };
 use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
@@ -53,7 +53,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         robot: Some("hp-robot".to_owned()),
         ..ModelChoice::default()
     };
-    let data = Data::Readings(Box::new(session));
+    let data = Data::Readings(vec![session]);
     let prepared = FitData::new(data, &model, Method::Regression)?;
     bar.inc(1);
 
@@ -63,6 +63,8 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         ..FitSettings::default()
     };
     let outcome = prepared.fit(&settings, &|| ())?;
+    let fitted = Fitted::new(&prepared, &settings, outcome)?;
+    let outcome = &fitted.outcome;
     bar.inc(1);
     let paper = paper_report(robot)?;
     bar.inc(1);
@@ -81,11 +83,11 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         "load-displacement",
         &load_displacement_figure(&[("demo session", &table)]),
     )?;
-    for (name, drawn) in fit_figures(&outcome, Some(&table), ParameterChoice::default().range) {
-        figure(name, &drawn)?;
+    for (name, drawn) in &fitted.figures {
+        figure(name, drawn)?;
     }
     bar.inc(1);
-    figure("residuals", &residuals(&prepared, &outcome)?)?;
+    figure("residuals", &residuals(&prepared, outcome)?)?;
     figure(
         "workspace",
         &workspace_projection(robot, 30_000, 0)?.figure(robot),
@@ -98,8 +100,10 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         &robot_figure(&mut predictor, "P1", [0.0, -50.0, 0.0]),
     )?;
 
-    let mut fit = FitReport::from(&outcome).of_data(&prepared);
-    fit.next = prepared.plan(&outcome)?.planned;
+    let plan = prepared.plan(outcome)?;
+    let outcome = fitted.outcome;
+    let mut fit = fitted.report;
+    fit.next = plan.planned;
     let text = format!(
         "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction\n\n{}\n\
          Factors of the beams fitted to P1 and P3, validated on P2 and P4\n\n{}\n\

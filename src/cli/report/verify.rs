@@ -61,7 +61,7 @@ fn again(
             );
         };
         let source = PageSource::open(&[a.clone(), b.clone()], &options)?;
-        let (comparison, _, robots) = compared(&source.sessions[0], &source.sessions[1])?;
+        let (comparison, _, robots) = compared(&source.sessions()[0], &source.sessions()[1])?;
         let two = robots.is_some();
         return Ok(comparison_page(&source, &comparison, two, settings, &hash));
     }

@@ -1,16 +1,10 @@
 //! From sessions and settings to the data of a report.
 
 use crate::analysis::{
-    AnalysisError, Data, DiagnoseSettings, DiagnosisReport, FitData, FitSettings, LoadCaseData,
-    LoadedLoadCases, LoadedSession, ModelChoice, ResolvedModel, SessionObservations,
-    diagnose_together, resolve_together,
+    AnalysisError, DiagnoseSettings, DiagnosisData, FitData, FitSettings, ModelChoice,
 };
-use crate::fit::FitOutcome;
 use crate::parameters::ParameterChoice;
-use crate::plot::Figure;
-use crate::report::{
-    COMMIT, ComparisonReport, FitReport, component_figures, doubts_about_load_cases, fit_figures,
-};
+use crate::report::{COMMIT, ComparisonReport, Fitted};
 use crate::stiffness::{Comparison, Method, StiffnessTable};
 use crate::test_point::Direction;
 
@@ -45,13 +39,7 @@ pub fn session_page(
     template_sha256: &str,
 ) -> Result<ReportPage, AnalysisError> {
     let mut page = bare_page(source, settings, template_sha256);
-    let answered = match source.load_cases.split_first() {
-        None => add_model(&mut page, source, choice, settings),
-        Some((first, further)) => {
-            add_load_case_model(&mut page, first, further, (choice, settings))
-        }
-    };
-    match answered {
+    match add_model(&mut page, source, choice, settings) {
         Ok(()) => {}
         Err(AnalysisError::NoRobot { .. }) => {
             page.left_out.push(NO_ROBOT.to_owned());
@@ -128,91 +116,47 @@ fn bare_page(source: &PageSource, settings: &PageSettings, template_sha256: &str
     }
 }
 
-/// Fit and diagnosis of sessions, or why there are none.
+/// Fit and diagnosis, or why there are none.
 fn add_model(
     page: &mut ReportPage,
     source: &PageSource,
     choice: &ModelChoice,
     settings: &PageSettings,
 ) -> Result<(), AnalysisError> {
-    let model = resolve_together(&source.sessions, choice)?;
-    let fitted = fitted(source, choice, settings);
-    add_fit(page, fitted, &model, largest_load_n(&source.tables))?;
-    add_diagnosis(page, settings, |options| {
-        let sessions = source.sessions.iter().map(LoadedSession::observed);
-        let sessions: Vec<SessionObservations> = sessions.collect();
-        diagnose_together(&sessions, &model, options, &|| ())
-    });
-    Ok(())
-}
-
-/// The same of load cases.
-fn add_load_case_model(
-    page: &mut ReportPage,
-    first: &LoadedLoadCases,
-    further: &[LoadedLoadCases],
-    (choice, settings): (&ModelChoice, &PageSettings),
-) -> Result<(), AnalysisError> {
-    let mut data = LoadCaseData::new(first, choice)?;
-    for one in further {
-        data.join(one)?;
-    }
-    let choice = data.usual_choice()?;
-    let options = FitSettings {
-        train: settings.train.clone(),
-        choice: Some(choice.clone()),
-        ..FitSettings::default()
-    };
-    let fitted = data.fit(&options).and_then(|outcome| {
-        let warnings = doubts_about_load_cases(&data, &options, &outcome)?;
-        Ok(ShownFit {
-            numbers: FitReport::from(&outcome).with_next(data.plan(&outcome)?.planned),
-            figures: component_figures(&outcome, &data.posed, &data.model.robot),
-            warnings,
-            outcome,
-        })
-    });
-    add_fit(page, fitted, &data.model, data.posed.usual_force_n())?;
-    add_diagnosis(page, settings, |diagnose| {
-        let diagnose = DiagnoseSettings {
-            parameters: Some(choice),
-            ..diagnose
-        };
-        data.diagnose(first, diagnose, &|| ())
-    });
-    Ok(())
-}
-
-/// A fit with what a page has of it.
-struct ShownFit {
-    outcome: FitOutcome,
-    numbers: FitReport,
-    figures: Vec<(&'static str, Figure)>,
-    /// What is doubtful about the data.
-    warnings: Vec<String>,
-}
-
-/// A fit with its figures and the stiffness over the workspace, or why there is none.
-fn add_fit(
-    page: &mut ReportPage,
-    fitted: Result<ShownFit, AnalysisError>,
-    model: &ResolvedModel,
-    at_load_n: f64,
-) -> Result<(), AnalysisError> {
-    page.model = Some(PageModel::from(model));
-    let fitted = match fitted {
-        Ok(fitted) => fitted,
+    let mut data = DiagnosisData::new(&source.data, choice)?;
+    let parameters = data.usual_choice()?;
+    page.model = Some(PageModel::from(&data.model));
+    match fitted(source, choice, &parameters, settings) {
+        Ok((fitted, at_load_n)) => add_fit(page, fitted, &data, at_load_n),
         Err(AnalysisError::Argument(error)) => return Err(error.into()),
-        Err(error) => {
-            page.leave_out("Fit", &error);
-            return Ok(());
-        }
+        Err(error) => page.leave_out("Fit", &error),
+    }
+    if settings.no_diagnosis {
+        page.left_out.push(NO_DIAGNOSIS.to_owned());
+        return Ok(());
+    }
+    let options = DiagnoseSettings {
+        parameters: Some(parameters),
+        seed: settings.seed,
+        ..DiagnoseSettings::default()
     };
+    match data.diagnose(options, &|| ()) {
+        Ok(report) => {
+            page.figures.diagnosis = figures_of_diagnosis(&report);
+            page.diagnosis = Some(PageDiagnosis::from(&report));
+        }
+        Err(error) => page.leave_out("Diagnosis", &error),
+    }
+    Ok(())
+}
+
+/// A fit with its figures and the stiffness over the workspace.
+fn add_fit(page: &mut ReportPage, fitted: Fitted, data: &DiagnosisData, at_load_n: f64) {
     let outcome = fitted.outcome;
     page.figures.fit = figures_of_fit(&fitted.figures);
-    page.fit = Some(PageFit::new(&outcome, fitted.numbers));
+    page.fit = Some(PageFit::new(&outcome, fitted.report));
     let mapped = MappedModel {
-        robot: &model.robot,
+        robot: &data.model.robot,
         mechanism: &outcome.mechanism,
         factors: &outcome.factors,
         effects: &outcome.physics,
@@ -224,32 +168,11 @@ fn add_fit(
     let components = outcome.components.iter().map(|one| one.axis);
     let axes: Vec<Direction> = along.chain(across).chain(components).collect();
     add_map(page, &mapped, &axes);
+    // Of stiffness they say what the page shows.
+    let doubts = fitted.doubts.into_iter();
+    let doubts = doubts.filter(|_| !outcome.components.is_empty());
     if let Some(session) = page.sessions.first_mut() {
-        session.deviations.extend(fitted.warnings);
-    }
-    Ok(())
-}
-
-/// A diagnosis with its figures, or why there is none.
-fn add_diagnosis(
-    page: &mut ReportPage,
-    settings: &PageSettings,
-    diagnose: impl FnOnce(DiagnoseSettings) -> Result<DiagnosisReport, AnalysisError>,
-) {
-    if settings.no_diagnosis {
-        page.left_out.push(NO_DIAGNOSIS.to_owned());
-        return;
-    }
-    let options = DiagnoseSettings {
-        seed: settings.seed,
-        ..DiagnoseSettings::default()
-    };
-    match diagnose(options) {
-        Ok(report) => {
-            page.figures.diagnosis = figures_of_diagnosis(&report);
-            page.diagnosis = Some(PageDiagnosis::from(&report));
-        }
-        Err(error) => page.leave_out("Diagnosis", &error),
+        session.deviations.extend(doubts);
     }
 }
 
@@ -260,38 +183,31 @@ fn largest_load_n(tables: &[StiffnessTable]) -> f64 {
     loads.map(|load| load.target_n.abs()).fold(0.0, f64::max)
 }
 
+/// A fit, and the load that is usual in its data, N.
 fn fitted(
     source: &PageSource,
     choice: &ModelChoice,
+    parameters: &ParameterChoice,
     settings: &PageSettings,
-) -> Result<ShownFit, AnalysisError> {
-    let data = match source.sessions.as_slice() {
-        [one] => FitData::new(
-            Data::Readings(Box::new(one.clone())),
-            choice,
-            Method::Regression,
-        )?,
-        several => FitData::together(several, choice, Method::Regression)?,
-    };
+) -> Result<(Fitted, f64), AnalysisError> {
+    let data = FitData::new(source.data.clone(), choice, Method::Regression)?;
     let fit = FitSettings {
         train: settings.train.clone(),
+        choice: Some(parameters.clone()),
         seed: settings.seed,
         ..FitSettings::default()
     };
     let outcome = data.fit(&fit, &|| ())?;
-    let mut numbers = FitReport::from(&outcome).of_data(&data);
-    let mut estimates = outcome.estimates.iter();
-    if estimates.any(|one| !one.parameter.is_factor() && one.status.why_open().is_some()) {
-        numbers = numbers.with_next(data.plan(&outcome)?.planned);
+    let mut fitted = Fitted::new(&data, &fit, outcome)?;
+    let mut estimates = fitted.outcome.estimates.iter();
+    if data.posed.is_some()
+        || estimates.any(|one| !one.parameter.is_factor() && one.status.why_open().is_some())
+    {
+        fitted.report.next = data.plan(&fitted.outcome)?.planned;
     }
-    let table = source.tables.first().filter(|_| source.tables.len() == 1);
-    let range = ParameterChoice::default().range;
-    Ok(ShownFit {
-        figures: fit_figures(&outcome, table, range),
-        numbers,
-        warnings: Vec::new(),
-        outcome,
-    })
+    let of_cases = data.posed.map(|data| data.posed.usual_force_n());
+    let at_load_n = of_cases.unwrap_or_else(|| largest_load_n(&source.tables));
+    Ok((fitted, at_load_n))
 }
 
 impl ReportPage {

@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{
-    LoadedLoadCases, LoadedSession, SessionHistory, SessionTable, doubts_about_stiffness,
+    AnalysisError, LoadedLoadCases, LoadedSession, SessionHistory, SessionTable,
+    doubts_about_stiffness,
 };
 use crate::quantity::{
     METRES_PER_MICROMETRE, NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM,
@@ -103,19 +104,17 @@ pub struct PageSession {
 
 impl PageSession {
     /// A session with its stiffness, of several gauges with its compliances, and, if it has one, what its journal tells.
-    #[must_use]
-    pub fn new(
-        session: &LoadedSession,
-        table: StiffnessTable,
-        history: Option<&SessionHistory>,
-        files: &[(String, String)],
-    ) -> Self {
+    ///
+    /// # Errors
+    /// For a journal or a file that cannot be read.
+    pub fn new(session: &LoadedSession, table: StiffnessTable) -> Result<Self, AnalysisError> {
         let readings = || session.table.one_of_each_load();
         let texts = readings().filter_map(|reading| reading.text.as_ref());
         let utc: Vec<&str> = texts.map(|text| &*text.utc).collect();
         let temperatures = readings().filter_map(|one| one.temperature_deg_c);
         let temperatures: Vec<f64> = temperatures.collect();
-        let mut page = without_results(session, history, files, &utc, &temperatures);
+        let history = session.history()?;
+        let mut page = without_results(session, history.as_ref(), &utc, &temperatures)?;
         page.readings = readings().filter(|one| one.is_accepted()).count();
         if session.table.is_of_vectors() && !session.table.is_of_one_gauge() {
             let stiffness = session.compliances(Branches::LoadingOnly);
@@ -123,26 +122,24 @@ impl PageSession {
             page.results = report.cells.iter().map(PageCell::from).collect();
             page.further = text_blocks(&report.text());
             page.vectors = Some(report);
-            return page;
+            return Ok(page);
         }
         page.results = table.cells.iter().map(page_cell).collect();
         page.budget = PageBudget::from(&table);
-        page.deviations = deviations(session, &table, history);
+        page.deviations = deviations(session, &table, history.as_ref());
         page.numbers = Some(table);
-        page
+        Ok(page)
     }
 
     /// Load cases.
-    #[must_use]
-    pub fn of_load_cases(
-        loaded: &LoadedLoadCases,
-        history: Option<&SessionHistory>,
-        files: &[(String, String)],
-    ) -> Self {
-        PageSession {
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_load_cases(loaded: &LoadedLoadCases) -> Result<Self, AnalysisError> {
+        Ok(PageSession {
             load_cases: Some(loaded.table.cases.len()),
-            ..without_results(loaded, history, files, &[], &[])
-        }
+            ..without_results(loaded, loaded.history()?.as_ref(), &[], &[])?
+        })
     }
 
     /// Stiffness and expanded uncertainty of a pose and direction, N/µm, as far as they are known.
@@ -191,13 +188,13 @@ impl PageSession {
 fn without_results<T>(
     session: &SessionTable<T>,
     history: Option<&SessionHistory>,
-    files: &[(String, String)],
     utc: &[&str],
     temperatures_deg_c: &[f64],
-) -> PageSession {
+) -> Result<PageSession, AnalysisError> {
     let header = session.header.as_ref();
     let named = header.iter().flat_map(|one| one.instruments.named());
-    PageSession {
+    let files = session.file_hashes()?;
+    Ok(PageSession {
         name: session.short_name(),
         origin: session.origin.clone(),
         complete: history.map(SessionHistory::is_complete),
@@ -228,7 +225,7 @@ fn without_results<T>(
             .collect(),
         numbers: None,
         vectors: None,
-    }
+    })
 }
 
 /// First and last day of the measurement.

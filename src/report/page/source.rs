@@ -1,21 +1,17 @@
 //! The data of a report, opened.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::analysis::{
-    AnalysisError, Inputs, LoadedLoadCases, LoadedSession, OpenSettings, open_together,
-};
+use crate::analysis::{AnalysisError, Data, Inputs, LoadedSession, OpenSettings, SessionTable};
 use crate::stiffness::{Branches, StiffnessTable};
 
 use super::session::PageSession;
 
-/// The sessions of a report, opened.
-#[derive(Debug, Default)]
+/// The data of a report, opened.
+#[derive(Debug)]
 pub struct PageSource {
-    /// The sessions, in the order in which they were named. Each is called by its identifier or file name, wherever it lies.
-    pub sessions: Vec<LoadedSession>,
-    /// Load cases, if the report is of them; it has no sessions then.
-    pub load_cases: Vec<LoadedLoadCases>,
+    /// The data, in the order in which they were named. Each is called by its identifier or file name, wherever it lies.
+    pub(super) data: Data,
     pub(super) tables: Vec<StiffnessTable>,
     pub(super) parts: Vec<PageSession>,
 }
@@ -26,71 +22,70 @@ impl PageSource {
     /// # Errors
     /// For data that are not there or cannot be read, and a table that differs from its journal.
     pub fn open(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
-        let opened = paths.iter().map(|path| open(path, options));
-        Self::of(opened.collect::<Result<_, AnalysisError>>()?)
+        let opened = paths.iter().map(|path| LoadedSession::open(path, options));
+        Self::of(Data::Readings(
+            opened.collect::<Result<_, AnalysisError>>()?,
+        ))
     }
 
     /// Opens sessions, or load cases, of one robot that are fitted and diagnosed together.
     ///
     /// # Errors
-    /// As [`open`](Self::open), and for sessions that do not go together.
+    /// As [`open`](Self::open), and for data that do not go together.
     pub fn open_joined(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
-        let Some((first, further)) = paths.split_first() else {
-            return Self::of(Vec::new());
-        };
-        if LoadedLoadCases::is_at(first) {
-            return Self::of_load_cases(paths, options);
-        }
-        let first = LoadedSession::open_series(first, options)?;
-        let opened = open_together(first, further, options)?;
-        Self::of(opened.into_iter().map(called_by_short_name).collect())
+        Self::of(match paths.split_first() {
+            None => Data::Readings(Vec::new()),
+            Some((first, further)) => {
+                Data::open_readings(first, options)?.with(further, options)?
+            }
+        })
     }
 
-    fn of(sessions: Vec<LoadedSession>) -> Result<Self, AnalysisError> {
-        let mut source = Self::default();
-        for session in &sessions {
-            let table = session.stiffness(Branches::LoadingOnly)?;
-            let history = session.history()?;
-            let files = session.file_hashes()?;
-            let part = PageSession::new(session, table.clone(), history.as_ref(), &files);
-            source.parts.push(part);
-            source.tables.push(table);
+    fn of(mut data: Data) -> Result<Self, AnalysisError> {
+        let (mut tables, mut parts) = (Vec::new(), Vec::new());
+        match &mut data {
+            Data::Readings(sessions) => {
+                for session in sessions {
+                    call_by_short_name(session);
+                    let table = session.stiffness(Branches::LoadingOnly)?;
+                    parts.push(PageSession::new(session, table.clone())?);
+                    tables.push(table);
+                }
+            }
+            Data::LoadCases(loaded) => {
+                for one in loaded {
+                    call_by_short_name(one);
+                    parts.push(PageSession::of_load_cases(one)?);
+                }
+            }
+            Data::Stiffness { .. } => {}
         }
-        Ok(Self { sessions, ..source })
+        Ok(Self {
+            data,
+            tables,
+            parts,
+        })
     }
 
-    fn of_load_cases(paths: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
-        let mut source = Self::default();
-        for path in paths {
-            let mut loaded = LoadedLoadCases::open(path, options)?;
-            let short = loaded.short_name();
-            loaded.warnings = with_short_name(&loaded.warnings, &loaded.name, &short);
-            loaded.name = short;
-            let history = loaded.history()?;
-            let files = loaded.file_hashes()?;
-            let part = PageSession::of_load_cases(&loaded, history.as_ref(), &files);
-            source.parts.push(part);
-            source.load_cases.push(loaded);
+    /// The sessions; none of load cases.
+    #[must_use]
+    pub fn sessions(&self) -> &[LoadedSession] {
+        match &self.data {
+            Data::Readings(sessions) => sessions,
+            Data::LoadCases(_) | Data::Stiffness { .. } => &[],
         }
-        Ok(source)
     }
 
     /// What the report is made of.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
-        let inputs = self
-            .sessions
-            .iter()
-            .fold(Inputs::default(), Inputs::with_session);
-        self.load_cases.iter().fold(inputs, Inputs::with_table)
+        Inputs::default().with_data(&self.data)
     }
 
     /// What a user should know of the data.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        let of_sessions = self.sessions.iter().flat_map(|one| &one.warnings);
-        let of_load_cases = self.load_cases.iter().flat_map(|one| &one.warnings);
-        of_sessions.chain(of_load_cases).cloned().collect()
+        self.data.warnings()
     }
 
     /// Gauges whose calibration had run out when they were used.
@@ -149,24 +144,13 @@ impl PageSource {
     }
 }
 
-fn open(path: &Path, options: &OpenSettings) -> Result<LoadedSession, AnalysisError> {
-    LoadedSession::open(path, options).map(called_by_short_name)
-}
-
-/// The session called by its identifier, in its notes too, so that a report is the same wherever the session lies.
-fn called_by_short_name(mut session: LoadedSession) -> LoadedSession {
+/// Calls a session by its identifier, in its notes too, so that a report is the same wherever the session lies.
+fn call_by_short_name<T>(session: &mut SessionTable<T>) {
     let short = session.short_name();
-    let path = std::mem::replace(&mut session.name, short.clone());
-    session.warnings = with_short_name(&session.warnings, &path, &short);
-    session
-}
-
-/// Notes with a path put under another name.
-fn with_short_name(notes: &[String], path: &str, short: &str) -> Vec<String> {
-    notes
-        .iter()
-        .map(|note| renamed(note, path, short))
-        .collect()
+    let path = std::mem::replace(&mut session.name, short);
+    for note in &mut session.warnings {
+        *note = renamed(note, &path, &session.name);
+    }
 }
 
 /// A text with a path put under another name where it stands as the place of something: before a file in it, a line or a comparison with the
