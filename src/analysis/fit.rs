@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use clap::ValueEnum;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -86,12 +87,12 @@ pub struct FittedSession {
 }
 
 /// What the bootstrap resamples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum BootstrapOver {
-    /// Applications of the load sequence within their cell, which needs readings of one session.
+    /// Applications of the load sequence within their cell: scatter from run to run
     #[default]
     Runs,
-    /// Whole cells.
+    /// Whole cells (pose and direction): also what the model leaves from cell to cell
     Cells,
 }
 

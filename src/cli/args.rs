@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::bench::NoiseShape;
 use crate::least_squares::SigmaMode;
 use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
 use crate::stiffness::Branches;
@@ -30,7 +31,8 @@ use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
-use crate::analysis::ArgumentError;
+use super::words::{BRANCHES, Word, one_of};
+use crate::analysis::{ArgumentError, BootstrapOver};
 use crate::report::VERSION;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
@@ -211,8 +213,8 @@ pub(super) struct StiffnessArgs {
     /// Session folder, readings file, or a gauge's own log
     pub(super) data: PathBuf,
     /// Branches that count
-    #[arg(long, value_enum, default_value_t = BranchChoice::Loading)]
-    pub(super) branches: BranchChoice,
+    #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
+    pub(super) branches: Branches,
     /// Smallest load that counts, N, without its sign
     #[arg(
         long,
@@ -235,24 +237,6 @@ pub(super) struct StiffnessArgs {
     pub(super) calibration: CalibrationArgs,
 }
 
-/// Branches that count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum BranchChoice {
-    /// Loading only
-    Loading,
-    /// Loading and unloading
-    Both,
-}
-
-impl From<BranchChoice> for Branches {
-    fn from(choice: BranchChoice) -> Self {
-        match choice {
-            BranchChoice::Loading => Self::LoadingOnly,
-            BranchChoice::Both => Self::Both,
-        }
-    }
-}
-
 /// Way of fitting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum MethodArg {
@@ -263,31 +247,18 @@ pub(super) enum MethodArg {
 }
 
 /// Where the standard deviation of the residuals comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Sigma {
-    /// The stated or pooled uncertainties of the stiffnesses
-    Known,
-    /// The scatter about the fit
-    Estimated,
-}
-
-impl From<Sigma> for SigmaMode {
-    fn from(sigma: Sigma) -> Self {
-        match sigma {
-            Sigma::Known => Self::Known,
-            Sigma::Estimated => Self::Estimated,
-        }
-    }
-}
-
-/// What the bootstrap resamples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum BootstrapUnit {
-    /// Applications of the load sequence within their cell: scatter from run to run
-    Runs,
-    /// Whole cells (pose and direction): also what the model leaves from cell to cell
-    Cells,
-}
+const SIGMAS: [Word<SigmaMode>; 2] = [
+    (
+        "known",
+        "The stated or pooled uncertainties of the stiffnesses",
+        SigmaMode::Known,
+    ),
+    (
+        "estimated",
+        "The scatter about the fit",
+        SigmaMode::Estimated,
+    ),
+];
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -319,14 +290,14 @@ pub(super) struct FitArgs {
     #[command(flatten)]
     pub(super) parameters: ParameterArgs,
     /// Where the standard deviation of the residuals comes from [default: known if the data tell]
-    #[arg(long, value_enum)]
-    pub(super) sigma: Option<Sigma>,
+    #[arg(long, value_parser = one_of(SIGMAS))]
+    pub(super) sigma: Option<SigmaMode>,
     /// Replicates of the bootstrap
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(0..=MOST_REPLICATES))]
     pub(super) bootstrap: usize,
     /// What the bootstrap resamples
-    #[arg(long, value_enum, default_value_t = BootstrapUnit::Runs, requires = "bootstrap")]
-    pub(super) bootstrap_over: BootstrapUnit,
+    #[arg(long, value_enum, default_value_t = BootstrapOver::Runs, requires = "bootstrap")]
+    pub(super) bootstrap_over: BootstrapOver,
     /// Seed of everything random
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
@@ -427,13 +398,14 @@ pub(super) struct PlotArgs {
 }
 
 /// How errors are distributed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum NoiseWord {
-    /// Normal
-    Normal,
-    /// Shifted gamma, the same standard deviation, skewness 1
-    Skewed,
-}
+const NOISE_SHAPES: [Word<NoiseShape>; 2] = [
+    ("normal", "Normal", NoiseShape::Normal),
+    (
+        "skewed",
+        "Shifted gamma, the same standard deviation, skewness 1",
+        NoiseShape::Skewed,
+    ),
+];
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
@@ -469,8 +441,8 @@ pub(super) struct SimulateArgs {
     #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     pub(super) force_step_n: f64,
     /// How errors are distributed
-    #[arg(long, value_enum, default_value_t = NoiseWord::Normal)]
-    pub(super) noise_distribution: NoiseWord,
+    #[arg(long, value_parser = one_of(NOISE_SHAPES), default_value = "normal")]
+    pub(super) noise_distribution: NoiseShape,
     /// No noise and no steps at all
     #[arg(long)]
     pub(super) noise_free: bool,

@@ -19,10 +19,11 @@ use crate::report::{
 };
 use crate::stiffness::Branches;
 
-use super::args::{BranchChoice, Global, LogArgs};
+use super::args::{Global, LogArgs};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::outcome::Outcome;
+use super::words::{BRANCHES, one_of};
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
@@ -42,8 +43,8 @@ pub(super) struct DataExportArgs {
     #[arg(long)]
     ro_crate: bool,
     /// Branches that count for the stiffness
-    #[arg(long, value_enum, default_value_t = BranchChoice::Loading)]
-    branches: BranchChoice,
+    #[arg(long, value_parser = one_of(BRANCHES), default_value = "loading")]
+    branches: Branches,
     /// For gauge logs.
     #[command(flatten)]
     log: LogArgs,
@@ -190,7 +191,7 @@ fn open(args: &DataExportArgs, global: &Global) -> Result<Exported, Failure> {
         gauge_log: args.log.options()?,
         ..global.open_settings()
     };
-    let branches = Branches::from(args.branches);
+    let branches = args.branches;
     if settings.gauge_log.is_none() && LoadedLoadCases::is_at(&args.data) {
         return Ok(of_load_cases(&LoadedLoadCases::open(
             &args.data, &settings,

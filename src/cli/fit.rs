@@ -13,7 +13,7 @@ use crate::load_cases::write_load_cases;
 use crate::report::{ComparedFit, FitReport, Fitted, ModelComparison, PaperSteps};
 use crate::stiffness::Method as StiffnessMethod;
 
-use super::args::{BootstrapUnit, FitArgs, Global, MethodArg};
+use super::args::{FitArgs, Global, MethodArg};
 use super::failure::{Failure, refuse_given};
 use super::figure_files::{write, write_figures, wrote};
 use super::outcome::Outcome;
@@ -33,7 +33,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         Data::Readings(_)
             if !args.further.is_empty()
                 && args.bootstrap > 0
-                && args.bootstrap_over == BootstrapUnit::Runs =>
+                && args.bootstrap_over == BootstrapOver::Runs =>
         {
             return ArgumentError::refuse(
                 "--bootstrap",
@@ -64,12 +64,9 @@ fn fitted(
     let settings = FitSettings {
         train: args.train.clone(),
         choice: Some(args.parameters.choice_beside(&data.model, usual)?),
-        sigma: args.sigma.map(Into::into),
+        sigma: args.sigma,
         bootstrap: args.bootstrap,
-        bootstrap_over: match args.bootstrap_over {
-            BootstrapUnit::Runs => BootstrapOver::Runs,
-            BootstrapUnit::Cells => BootstrapOver::Cells,
-        },
+        bootstrap_over: args.bootstrap_over,
         global_search: args.global_search,
         seed: args.seed,
     };

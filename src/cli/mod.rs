@@ -61,6 +61,7 @@ mod sketch;
 mod specimen_args;
 mod stiffness;
 mod trace;
+mod words;
 
 use std::any::Any;
 use std::ffi::OsString;

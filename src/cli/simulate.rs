@@ -17,7 +17,7 @@ use crate::report::{SimulationReport, TrackerReport};
 use crate::robot::{FittingFactors, ModelParameter};
 use crate::test_point::Direction;
 
-use super::args::{NoiseWord, SimulateArgs};
+use super::args::SimulateArgs;
 use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::write;
 use super::model::{effects_text, physics_text};
@@ -333,10 +333,7 @@ fn noise(args: &SimulateArgs) -> NoiseModel {
         run_slope_sd: args.run_slope_sd,
         displacement_step_m: args.displacement_step_um * METRES_PER_MICROMETRE,
         force_step_n: args.force_step_n,
-        shape: match args.noise_distribution {
-            NoiseWord::Normal => NoiseShape::Normal,
-            NoiseWord::Skewed => NoiseShape::Skewed,
-        },
+        shape: args.noise_distribution,
     }
 }
 

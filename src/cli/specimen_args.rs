@@ -1,10 +1,12 @@
 //! How a table without a robot is read: the options behind `--specimen`.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use crate::readings::DecimalSign;
 use crate::specimen::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 use crate::table_files::TableFileOptions;
+
+use super::words::{Word, decimal_signs, one_of};
 
 /// Options of a table of force against displacement that has no robot.
 #[derive(Debug, Clone, Args)]
@@ -53,8 +55,8 @@ pub(super) struct SpecimenArgs {
     #[arg(long, value_name = "UNIT", requires = "temperature_column")]
     pub(super) temperature_unit: Option<String>,
     /// The quantity that answers: force if the displacement or strain was set
-    #[arg(long, value_enum, default_value_t = ResponseChoice::Displacement, requires = "specimen")]
-    pub(super) response: ResponseChoice,
+    #[arg(long, value_parser = one_of(RESPONSES), default_value = "displacement", requires = "specimen")]
+    pub(super) response: ResponseVariable,
     /// Share of a run's range by which the path must come back before it counts as unloading
     #[arg(long, value_name = "SHARE", default_value_t = TURN_SHARE, requires = "specimen")]
     pub(super) turn_share: f64,
@@ -62,38 +64,23 @@ pub(super) struct SpecimenArgs {
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) sheet: Option<String>,
     /// Decimal sign of the numbers [default: found from all of them]
-    #[arg(long, value_enum, requires = "specimen")]
-    pub(super) decimal: Option<DecimalChoice>,
-}
-
-/// The decimal sign of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum DecimalChoice {
-    /// 1.5
-    #[value(alias = ".")]
-    Point,
-    /// 1,5
-    #[value(alias = ",")]
-    Comma,
-}
-
-impl From<DecimalChoice> for DecimalSign {
-    fn from(choice: DecimalChoice) -> Self {
-        match choice {
-            DecimalChoice::Point => Self::Point,
-            DecimalChoice::Comma => Self::Comma,
-        }
-    }
+    #[arg(long, value_parser = one_of(decimal_signs(DecimalSign::Point, DecimalSign::Comma)), requires = "specimen")]
+    pub(super) decimal: Option<DecimalSign>,
 }
 
 /// Which quantity answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum ResponseChoice {
-    /// Loads were set, the displacement read
-    Displacement,
-    /// Displacements were set, the force read
-    Force,
-}
+const RESPONSES: [Word<ResponseVariable>; 2] = [
+    (
+        "displacement",
+        "Loads were set, the displacement read",
+        ResponseVariable::Displacement,
+    ),
+    (
+        "force",
+        "Displacements were set, the force read",
+        ResponseVariable::Force,
+    ),
+];
 
 impl SpecimenArgs {
     /// What the reader needs; `None` without `--specimen`.
@@ -115,14 +102,11 @@ impl SpecimenArgs {
             displacement_unit: self.displacement_unit.clone(),
             time_unit: self.time_unit.clone(),
             temperature_unit: self.temperature_unit.clone(),
-            response: match self.response {
-                ResponseChoice::Displacement => ResponseVariable::Displacement,
-                ResponseChoice::Force => ResponseVariable::Force,
-            },
+            response: self.response,
             turn_share: Some(self.turn_share),
             file: TableFileOptions {
                 sheet: self.sheet.clone(),
-                decimal: self.decimal.map(DecimalSign::from),
+                decimal: self.decimal,
                 ..TableFileOptions::default()
             },
             is_response_optional: false,

@@ -18,7 +18,7 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         gauge_log: args.log.options()?,
         ..args.calibration.open_settings(global)?
     };
-    let branches = Branches::from(args.branches);
+    let branches = args.branches;
     let mut session = LoadedSession::open_series(&args.data, &options)?;
     let note = keep(&mut session.table, &(args.from_load..=args.to_load))?;
     session.warnings.extend(note);

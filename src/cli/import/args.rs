@@ -4,12 +4,13 @@ use std::borrow::Cow;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
 use crate::cli::gauge_lines::{GaugeLineArgs, table_of};
 use crate::cli::outcome::shell_word;
+use crate::cli::words::{Word, decimal_signs, one_of, word_of};
 use crate::import::{ImportMapping, ImportedQuantity, MarkWord};
 use crate::quantity::Kind;
 use crate::table_files::FieldDelimiter;
@@ -53,17 +54,17 @@ pub(in crate::cli) struct ImportArgs {
     #[arg(long, value_name = "UNIT")]
     pub(super) joint_unit: Option<String>,
     /// Turn the sign of every force or displacement
-    #[arg(long, value_enum)]
-    flip: Vec<FlipChoice>,
+    #[arg(long, value_parser = one_of(FLIPS))]
+    flip: Vec<ImportedQuantity>,
     /// What delimits fields: tab, ;, comma or blanks [default: found from all lines]
-    #[arg(long, value_enum)]
-    delimiter: Option<DelimiterChoice>,
+    #[arg(long, value_parser = one_of(DELIMITERS))]
+    delimiter: Option<FieldDelimiter>,
     /// Decimal sign of the numbers [default: found from all of them]
-    #[arg(long, value_enum)]
-    decimal: Option<DecimalMark>,
+    #[arg(long, value_parser = one_of(decimals()))]
+    decimal: Option<MarkWord>,
     /// Mark between thousands; none: a mark with three digits behind it is the decimal sign
-    #[arg(long, value_enum)]
-    thousands: Option<ThousandsMark>,
+    #[arg(long, value_parser = one_of(THOUSANDS))]
+    thousands: Option<MarkWord>,
     /// Sheet of a spreadsheet [default: the only one with rows of numbers]
     #[arg(long, value_name = "NAME")]
     pub(super) sheet: Option<String>,
@@ -82,50 +83,38 @@ pub(in crate::cli) struct ImportArgs {
 }
 
 /// A quantity whose sign is turned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FlipChoice {
-    /// Every force
-    Force,
-    /// Every displacement
-    Displacement,
-}
+const FLIPS: [Word<ImportedQuantity>; 2] = [
+    ("force", "Every force", ImportedQuantity::Force),
+    (
+        "displacement",
+        "Every displacement",
+        ImportedQuantity::Displacement,
+    ),
+];
 
 /// What delimits fields.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum DelimiterChoice {
-    /// A tab
-    Tab,
-    /// ;
-    #[value(alias = ";")]
-    Semicolon,
-    /// ,
-    #[value(alias = ",")]
-    Comma,
-    /// One or more blanks or tabs
-    Blanks,
-}
+const DELIMITERS: [Word<FieldDelimiter>; 4] = [
+    ("tab", "A tab", FieldDelimiter::Tab),
+    ("semicolon|;", ";", FieldDelimiter::Semicolon),
+    ("comma|,", ",", FieldDelimiter::Comma),
+    (
+        "blanks",
+        "One or more blanks or tabs",
+        FieldDelimiter::Blanks,
+    ),
+];
 
 /// The decimal sign.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum DecimalMark {
-    /// 1.5
-    #[value(alias = ".")]
-    Point,
-    /// 1,5
-    #[value(alias = ",")]
-    Comma,
+fn decimals() -> [Word<MarkWord>; 2] {
+    decimal_signs(MarkWord::Point, MarkWord::Comma)
 }
 
 /// The mark between thousands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ThousandsMark {
-    /// 1.000,5
-    Point,
-    /// 1,000.5
-    Comma,
-    /// 1.000 is one
-    None,
-}
+const THOUSANDS: [Word<MarkWord>; 3] = [
+    ("point", "1.000,5", MarkWord::Point),
+    ("comma", "1,000.5", MarkWord::Comma),
+    ("none", "1.000 is one", MarkWord::None),
+];
 
 impl ImportArgs {
     /// A file as a table: as it is, or decoded by the description of its gauge.
@@ -192,11 +181,20 @@ impl ImportArgs {
             add(option, word.as_deref().map(shell_word));
         }
         for flip in &self.flip {
-            add("flip", value_name(flip));
+            add("flip", word_of(FLIPS, flip));
         }
-        add("delimiter", self.delimiter.as_ref().and_then(value_name));
-        add("decimal", self.decimal.as_ref().and_then(value_name));
-        add("thousands", self.thousands.as_ref().and_then(value_name));
+        let delimiter = self.delimiter.as_ref();
+        add(
+            "delimiter",
+            delimiter.and_then(|one| word_of(DELIMITERS, one)),
+        );
+        let decimal = self.decimal.as_ref();
+        add("decimal", decimal.and_then(|one| word_of(decimals(), one)));
+        let thousands = self.thousands.as_ref();
+        add(
+            "thousands",
+            thousands.and_then(|one| word_of(THOUSANDS, one)),
+        );
         command
     }
 
@@ -244,63 +242,12 @@ impl ImportArgs {
             }
         }
         if !self.flip.is_empty() {
-            mapping.flip = self.flip.iter().map(|flip| flip.word()).collect();
+            mapping.flip.clone_from(&self.flip);
         }
-        mapping.delimiter = self
-            .delimiter
-            .map(DelimiterChoice::word)
-            .or(mapping.delimiter);
-        mapping.decimal = self.decimal.map(DecimalMark::word).or(mapping.decimal);
-        mapping.thousands = self
-            .thousands
-            .map(ThousandsMark::word)
-            .or(mapping.thousands);
+        mapping.delimiter = self.delimiter.or(mapping.delimiter);
+        mapping.decimal = self.decimal.or(mapping.decimal);
+        mapping.thousands = self.thousands.or(mapping.thousands);
         Ok(mapping)
-    }
-}
-
-/// How a choice is written on the command line.
-fn value_name<T: ValueEnum>(choice: &T) -> Option<String> {
-    let value = choice.to_possible_value()?;
-    Some(value.get_name().to_owned())
-}
-
-impl FlipChoice {
-    fn word(self) -> ImportedQuantity {
-        match self {
-            Self::Force => ImportedQuantity::Force,
-            Self::Displacement => ImportedQuantity::Displacement,
-        }
-    }
-}
-
-impl DelimiterChoice {
-    fn word(self) -> FieldDelimiter {
-        match self {
-            Self::Tab => FieldDelimiter::Tab,
-            Self::Semicolon => FieldDelimiter::Semicolon,
-            Self::Comma => FieldDelimiter::Comma,
-            Self::Blanks => FieldDelimiter::Blanks,
-        }
-    }
-}
-
-impl DecimalMark {
-    fn word(self) -> MarkWord {
-        match self {
-            Self::Point => MarkWord::Point,
-            Self::Comma => MarkWord::Comma,
-        }
-    }
-}
-
-impl ThousandsMark {
-    fn word(self) -> MarkWord {
-        match self {
-            Self::Point => MarkWord::Point,
-            Self::Comma => MarkWord::Comma,
-            Self::None => MarkWord::None,
-        }
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 
 use crate::cli::numbers::{MOST_POSES, count_up_to};
+use crate::cli::words::{Word, one_of};
 use crate::distribution::{MapColumn, MatrixKind, PlaneAxis, Sampling, Shard};
 use crate::plot::BinValue;
 
@@ -36,8 +37,8 @@ pub(in crate::cli) struct MapArgs {
     #[arg(long, value_name = "A,F", value_parser = two_names, requires = "out", conflicts_with = "shard")]
     pub(super) difference: Option<[String; 2]>,
     /// What a square of a figure shows of its poses [default: mean, or least where more than two variables vary]
-    #[arg(long, value_enum, requires = "out", conflicts_with = "shard")]
-    pub(super) cell: Option<CellWord>,
+    #[arg(long, value_parser = one_of(CELLS), requires = "out", conflicts_with = "shard")]
+    pub(super) cell: Option<BinValue>,
     /// What is asked instead of the stiffness.
     #[command(flatten)]
     pub(super) asked: Asked,
@@ -49,7 +50,7 @@ impl MapArgs {
         WantedFigures {
             of_each: self.figures,
             difference: self.difference.clone(),
-            cell: self.cell.map(Into::into),
+            cell: self.cell,
         }
     }
 }
@@ -136,8 +137,8 @@ pub(super) struct MergeArgs {
     #[arg(long = "with-figures", requires = "out")]
     pub(super) figures: bool,
     /// What a square of a figure shows of its poses [default: mean, or least where more than two variables vary]
-    #[arg(long, value_enum, requires = "out")]
-    pub(super) cell: Option<CellWord>,
+    #[arg(long, value_parser = one_of(CELLS), requires = "out")]
+    pub(super) cell: Option<BinValue>,
 }
 
 impl MergeArgs {
@@ -146,7 +147,7 @@ impl MergeArgs {
         WantedFigures {
             of_each: self.figures,
             difference: None,
-            cell: self.cell.map(Into::into),
+            cell: self.cell,
         }
     }
 }
@@ -179,8 +180,8 @@ pub(super) struct StudyArgs {
     #[arg(long = "samples", value_name = "N", default_value_t = 50_000, value_parser = count_up_to(MOST_POSES))]
     pub(super) poses: usize,
     /// How poses are chosen
-    #[arg(long, value_enum, default_value_t = SamplingWord::MonteCarlo)]
-    pub(super) sampling: SamplingWord,
+    #[arg(long, value_parser = one_of(SAMPLINGS), default_value = "monte-carlo")]
+    pub(super) sampling: Sampling,
     /// Seed of the poses
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
@@ -197,51 +198,31 @@ pub(super) struct StudyArgs {
     #[arg(long)]
     pub(super) no_principal: bool,
     /// The 6 x 6 Cartesian stiffness in each pose, SI, or its inverse, the compliance
-    #[arg(long, value_enum, value_name = "KIND", num_args = 0..=1, require_equals = true, default_missing_value = "stiffness")]
-    pub(super) matrix: Option<MatrixWord>,
+    #[arg(long, value_parser = one_of(MATRICES), value_name = "KIND", num_args = 0..=1, require_equals = true, default_missing_value = "stiffness")]
+    pub(super) matrix: Option<MatrixKind>,
 }
 
 /// Which matrix of the end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum MatrixWord {
-    /// Force and moment per displacement and rotation
-    Stiffness,
-    /// Displacement and rotation per force and moment
-    Compliance,
-}
-
-impl From<MatrixWord> for MatrixKind {
-    fn from(word: MatrixWord) -> Self {
-        match word {
-            MatrixWord::Stiffness => Self::Stiffness,
-            MatrixWord::Compliance => Self::Compliance,
-        }
-    }
-}
+const MATRICES: [Word<MatrixKind>; 2] = [
+    (
+        "stiffness",
+        "Force and moment per displacement and rotation",
+        MatrixKind::Stiffness,
+    ),
+    (
+        "compliance",
+        "Displacement and rotation per force and moment",
+        MatrixKind::Compliance,
+    ),
+];
 
 /// What a square of a figure shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum CellWord {
-    /// The mean of its poses
-    Mean,
-    /// The median
-    Median,
-    /// The least
-    Least,
-    /// The greatest
-    Greatest,
-}
-
-impl From<CellWord> for BinValue {
-    fn from(word: CellWord) -> Self {
-        match word {
-            CellWord::Mean => Self::Mean,
-            CellWord::Median => Self::Median,
-            CellWord::Least => Self::Least,
-            CellWord::Greatest => Self::Greatest,
-        }
-    }
-}
+const CELLS: [Word<BinValue>; 4] = [
+    ("mean", "The mean of its poses", BinValue::Mean),
+    ("median", "The median", BinValue::Median),
+    ("least", "The least", BinValue::Least),
+    ("greatest", "The greatest", BinValue::Greatest),
+];
 
 /// Two different coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -258,25 +239,15 @@ fn plane(text: &str) -> Result<PlaneChoice, String> {
 }
 
 /// How poses are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum SamplingWord {
-    /// At random, evenly
-    MonteCarlo,
-    /// Middles of equal cells
-    Grid,
-    /// More even than chance, any number of them
-    LowDiscrepancy,
-}
-
-impl From<SamplingWord> for Sampling {
-    fn from(word: SamplingWord) -> Self {
-        match word {
-            SamplingWord::MonteCarlo => Self::MonteCarlo,
-            SamplingWord::Grid => Self::Grid,
-            SamplingWord::LowDiscrepancy => Self::LowDiscrepancy,
-        }
-    }
-}
+const SAMPLINGS: [Word<Sampling>; 3] = [
+    ("monte-carlo", "At random, evenly", Sampling::MonteCarlo),
+    ("grid", "Middles of equal cells", Sampling::Grid),
+    (
+        "low-discrepancy",
+        "More even than chance, any number of them",
+        Sampling::LowDiscrepancy,
+    ),
+];
 
 /// What one `--directions` names.
 #[derive(Debug, Clone, PartialEq)]

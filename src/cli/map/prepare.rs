@@ -66,13 +66,13 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         covariance,
         at_load_n: args.at_load,
         mechanisms,
-        sampling: args.sampling.into(),
+        sampling: args.sampling,
         poses: args.poses,
         seed: args.seed,
         held,
         columns: columns(args, linear),
         plane,
-        matrix: args.matrix.map(Into::into),
+        matrix: args.matrix,
     };
     warnings.extend(notes_on_laws(args, &job, linear));
     Ok((job, warnings))

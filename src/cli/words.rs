@@ -1,0 +1,47 @@
+//! Words of the command line that stand for values.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+
+use crate::stiffness::Branches;
+
+/// A word with others that mean the same behind bars, what help says of it, and its value.
+pub(super) type Word<T> = (&'static str, &'static str, T);
+
+/// Branches that count.
+pub(super) const BRANCHES: [Word<Branches>; 2] = [
+    ("loading", "Loading only", Branches::LoadingOnly),
+    ("both", "Loading and unloading", Branches::Both),
+];
+
+/// The decimal sign, as two values.
+pub(super) fn decimal_signs<T>(point: T, comma: T) -> [Word<T>; 2] {
+    [("point|.", "1.5", point), ("comma|,", "1,5", comma)]
+}
+
+/// Takes one of the words.
+pub(super) fn one_of<T: Clone + Send + Sync + 'static, const N: usize>(
+    words: [Word<T>; N],
+) -> impl TypedValueParser<Value = T> {
+    let possible: Vec<PossibleValue> = words
+        .iter()
+        .map(|(word, help, _)| {
+            let mut names = word.split('|');
+            let value = PossibleValue::new(names.next().unwrap_or_default()).help(help);
+            value.aliases(names)
+        })
+        .collect();
+    PossibleValuesParser::new(possible).try_map(move |typed| {
+        let mut words = words.iter();
+        let found = words.find(|(word, ..)| word.split('|').any(|name| name == typed));
+        found.map(|(.., value)| value.clone()).ok_or("no such word")
+    })
+}
+
+/// The word of a value.
+pub(super) fn word_of<T: PartialEq, const N: usize>(
+    words: [Word<T>; N],
+    value: &T,
+) -> Option<String> {
+    let (word, ..) = words.into_iter().find(|(.., known)| known == value)?;
+    word.split('|').next().map(str::to_owned)
+}
