@@ -10,7 +10,7 @@ use crate::physics::{ActingPhysics, Effect, FoundEffect, Law, ModelFile};
 use crate::readings::{PoseJoints, SessionHeader, check_poses};
 use crate::robot::file::FactorsEntry;
 use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
-use crate::shipped::{shipped_robot, shipped_robots};
+use crate::shipped::{nearest_and_all, shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
 use crate::toml_text::{TomlError, read};
 
@@ -129,21 +129,26 @@ pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, A
         let text = read_text(&path)?;
         return Ok(SourceText::new(path.display().to_string(), text));
     }
-    shipped_robot(name).ok_or_else(|| {
-        if let Some(file) = named_by {
-            let (file, robot) = (file.to_owned(), name.to_owned());
-            return AnalysisError::NamedRobot { file, robot };
-        }
-        let shipped = shipped_robots().collect::<Vec<_>>().join(", ");
-        let near = nearest(name, shipped_robots());
-        let near = near.map_or_else(String::new, |near| format!("did you mean {near}? "));
-        ArgumentError::new(
-            format!("--robot {name}"),
-            "there is no such file and no shipped robot of that name",
-            format!("{near}shipped robots are {shipped}"),
-        )
-        .into()
+    shipped_robot(name).ok_or_else(|| match named_by {
+        Some(file) => AnalysisError::NamedRobot {
+            file: file.to_owned(),
+            robot: name.to_owned(),
+        },
+        None => not_there("robot", name, shipped_robots()).into(),
     })
+}
+
+/// That a name is neither a file nor shipped.
+pub(super) fn not_there<'a>(
+    kind: &str,
+    name: &str,
+    shipped: impl Iterator<Item = &'a str> + Clone,
+) -> ArgumentError {
+    ArgumentError::new(
+        format!("--{kind} {name}"),
+        format!("there is no such file and no shipped {kind} of that name"),
+        nearest_and_all(name, shipped, &format!("shipped {kind}s are")),
+    )
 }
 
 /// Readings carry no information about the robot they come from.

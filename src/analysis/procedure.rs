@@ -12,6 +12,7 @@ use crate::test_point::PoseId;
 
 use super::error::{AnalysisError, ArgumentError};
 use super::files::read_text;
+use super::model::not_there;
 
 /// A procedure by the name of a file or of a shipped one, and what a user should know of its file.
 ///
@@ -27,17 +28,8 @@ fn procedure_source(name: &str) -> Result<SourceText, AnalysisError> {
     if path.is_file() {
         return Ok(SourceText::new(name, read_text(path)?));
     }
-    shipped_procedure(name).ok_or_else(|| {
-        let shipped = shipped_procedures().collect::<Vec<_>>().join(", ");
-        let meant = nearest(name, shipped_procedures())
-            .map_or_else(String::new, |near| format!("did you mean {near}? "));
-        ArgumentError::new(
-            format!("--procedure {name}"),
-            "there is no such file and no shipped procedure of that name",
-            format!("{meant}shipped procedures are {shipped}"),
-        )
-        .into()
-    })
+    let found = shipped_procedure(name);
+    found.ok_or_else(|| not_there("procedure", name, shipped_procedures()).into())
 }
 
 /// Checks the specimen that is to be measured against those of a procedure; a procedure that lists none takes any.

@@ -1,13 +1,12 @@
 //! What comes with the program: robots, procedures, instrument descriptions and explanations, embedded.
 
 mod explanations;
+mod files;
 mod instruments;
-mod procedures;
-mod robots;
 
 pub use explanations::{Explanation, error_explanations, verdict_explanations};
-pub use instruments::{
-    RegistryError, ShippedInstrument, shipped_instrument, shipped_instruments, unknown_name,
+pub use files::{
+    DEFAULT_PROCEDURE, ShippedFile, shipped_instruments, shipped_procedure, shipped_procedures,
+    shipped_robot, shipped_robots,
 };
-pub use procedures::{DEFAULT_PROCEDURE, shipped_procedure, shipped_procedures};
-pub use robots::{shipped_robot, shipped_robots};
+pub use instruments::{RegistryError, nearest_and_all, shipped_instrument, unknown_name};
