@@ -1,7 +1,7 @@
 //! Figures to files.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::plot::{Figure, to_png};
@@ -139,6 +139,30 @@ pub(super) fn write_result<const N: usize>(
     }
     let texts = [format!("{}{text}", inputs.text()), format!("{object:#}\n")];
     write_texts(folder, files.into_iter().zip(texts))
+}
+
+/// Writes a file that must not exist, whoever else writes at the same time.
+pub(super) fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
+    let mut file = File::create_new(path).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => CliError::FileExists {
+            path: path.to_owned(),
+        },
+        _ => CliError::write(path)(error),
+    })?;
+    file.write_all(text.as_bytes()).map_err(|error| {
+        // On a full disk no part of it is left.
+        let _ = std::fs::remove_file(path);
+        CliError::write(path)(error)
+    })
+}
+
+/// Refuses a file that exists before work is done for it.
+pub(super) fn check_new(path: &Path) -> Result<(), CliError> {
+    if path.exists() {
+        let path = path.to_owned();
+        return Err(CliError::FileExists { path });
+    }
+    Ok(())
 }
 
 fn put(path: &Path, bytes: &[u8], replaces_earlier: bool) -> Result<(), CliError> {

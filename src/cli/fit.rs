@@ -2,11 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
-
 use crate::analysis::{
     ArgumentError, BootstrapOver, Data, FitData, FitSettings, Inputs, PaperFitSettings, PlannedFit,
-    derive, read_text,
+    derive,
 };
 use crate::fit::{FitOutcome, PaperFit};
 use crate::load_cases::write_load_cases;
@@ -16,6 +14,7 @@ use crate::stiffness::Method as StiffnessMethod;
 use super::args::{FitArgs, Global, MethodArg};
 use super::failure::{Failure, refuse_given};
 use super::figure_files::{write, write_figures, wrote};
+use super::map::printed_fit;
 use super::outcome::Outcome;
 use super::progress::progress;
 
@@ -182,15 +181,7 @@ fn compared(
     };
     let mut files = Vec::with_capacity(against.len());
     for path in against {
-        let whole: Value = serde_json::from_str(&read_text(path)?)
-            .map_err(|error| refuse(path, format!("it is no JSON: {error}")))?;
-        if whole["kind"] != "fit" || whole["ok"] != true {
-            return Err(refuse(
-                path,
-                "it is not what stiffbench fit --json prints".to_owned(),
-            )
-            .into());
-        }
+        let whole = printed_fit(path, &|problem| refuse(path, problem))?;
         files.push((path, whole));
     }
     let (data, inputs) = (serde_json::json!(own), serde_json::json!(inputs));

@@ -20,9 +20,7 @@ use super::failure::{CliError, Failure};
 use super::gauge::{BINDINGS_FILE, channel, read_bindings};
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error};
-use crate::report::{
-    BindingReport, BoundGauge, InstrumentMatch, PortList, PortReport, ProbeReport,
-};
+use crate::report::{BindingReport, BoundGauge, PortList, PortReport, ProbeReport};
 use crate::session::write_whole;
 
 /// Arguments of `ports`.
@@ -306,15 +304,8 @@ fn probed(probe_port: ProbeResult) -> ProbeReport {
         }
     };
     let r#match = clear_match(&findings).map(|found| found.instrument.clone());
-    let instruments = findings.into_iter().map(|finding| InstrumentMatch {
-        instrument: finding.instrument,
-        points: finding.points,
-        evidence: finding.evidence,
-        identity: finding.identity,
-        other_baud: finding.other_baud,
-    });
     ProbeReport::Answered {
-        instruments: instruments.collect(),
+        instruments: findings,
         r#match,
     }
 }

@@ -1,7 +1,5 @@
 //! `stiffbench robot new`.
 
-use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use crate::analysis::{
@@ -14,6 +12,7 @@ use crate::robot::format2::file::DhConvention;
 use crate::source_text::SourceText;
 
 use super::failure::{CliError, Failure};
+use super::figure_files::{check_new, write_new};
 use super::outcome::Outcome;
 use super::robot_args::NewArgs;
 
@@ -22,12 +21,7 @@ pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {
     if is_dash(&args.out) {
         return Err(CliError::Dash.into());
     }
-    if args.out.exists() {
-        return Err(CliError::FileExists {
-            path: args.out.clone(),
-        }
-        .into());
-    }
+    check_new(&args.out)?;
     let made = match (&args.urdf, &args.dh, &args.template) {
         (Some(urdf), ..) => robot_from_urdf(&text_of(urdf)?, &urdf_settings(args))?,
         (None, Some(dh), _) => robot_from_dh(&text_of(dh)?, &dh_settings(args))?,
@@ -93,20 +87,4 @@ fn dh_settings(args: &NewArgs) -> DhSettings {
         convention,
         controller,
     }
-}
-
-/// Writes a file that must not exist, whoever else writes at the same time.
-fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
-    let failed = |source: std::io::Error| match source.kind() {
-        ErrorKind::AlreadyExists => CliError::FileExists {
-            path: path.to_owned(),
-        },
-        _ => CliError::write(path)(source),
-    };
-    let mut file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(path)
-        .map_err(failed)?;
-    file.write_all(text.as_bytes()).map_err(failed)
 }

@@ -9,11 +9,10 @@ use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
 use crate::stiffness::{
     CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, StiffnessAgreement,
-    format_value_uncertainty,
 };
 use crate::test_point::{Direction, PoseId};
 
-use super::text::{significant, table_of};
+use super::text::{significant, table_of, value_and_u};
 use crate::count::counted;
 
 /// Unit of every stiffness.
@@ -114,6 +113,12 @@ impl ComparisonReport {
     #[must_use]
     pub fn text(&self, a: &str, b: &str) -> String {
         let stiffness = |reported: &Reported| significant(reported.value.unwrap_or(f64::NAN), 5);
+        let difference = |cell: &CellDifference| {
+            let MeasuredDifference {
+                value, expanded, ..
+            } = cell.difference;
+            value_and_u([Some(value), Some(expanded)], 3, "-")
+        };
         let dof =
             |dof: Option<f64>| dof.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 2));
         let differs = |differs: bool| if differs { "yes" } else { "" }.to_owned();
@@ -124,8 +129,8 @@ impl ComparisonReport {
                 ("direction", &|cell| cell.direction.to_string()),
                 ("K of A, N/um", &|cell| stiffness(&cell.a)),
                 ("K of B, N/um", &|cell| stiffness(&cell.b)),
-                ("B - A, N/um", &|cell| cell.difference.rounded()[0].clone()),
-                ("U", &|cell| cell.difference.rounded()[1].clone()),
+                ("B - A, N/um", &|cell| difference(cell)[0].clone()),
+                ("U", &|cell| difference(cell)[1].clone()),
                 ("dof", &|cell| dof(cell.difference.dof)),
                 ("(B - A)/U", &|cell| format!("{:.2}", cell.en_ratio)),
                 ("differs", &|cell| differs(cell.differs)),
@@ -201,16 +206,6 @@ impl CellDifference {
             },
             en_ratio: change.en_ratio,
             differs: change.differs,
-        }
-    }
-}
-
-impl MeasuredDifference {
-    /// Value and expanded uncertainty, both rounded to the digits that count.
-    fn rounded(&self) -> [String; 2] {
-        match format_value_uncertainty(self.value, self.expanded) {
-            Some(rounded) => [rounded.value, rounded.uncertainty],
-            None => [significant(self.value, 3), "-".to_owned()],
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::instrument::description::{
     SignConvention, Timing, UnitSource,
 };
 use crate::instrument::port::{Binding, PortInfo};
+use crate::instrument::probe::ProbeFinding;
 use crate::instrument::{Channel, CommandRole, InstrumentDescription, Rejected, Sample, raw_text};
 
 /// The known gauges.
@@ -341,7 +342,7 @@ pub enum ProbeReport {
     /// The port was opened.
     Answered {
         /// Descriptions that fit, the best first.
-        instruments: Vec<InstrumentMatch>,
+        instruments: Vec<ProbeFinding>,
         /// The one that fits clearly.
         r#match: Option<String>,
     },
@@ -350,21 +351,6 @@ pub enum ProbeReport {
         /// Why.
         problem: String,
     },
-}
-
-/// How well a description fits.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct InstrumentMatch {
-    /// Name of the description.
-    pub instrument: String,
-    /// Points for it.
-    pub points: i32,
-    /// What came, as text.
-    pub evidence: String,
-    /// Its content.
-    pub identity: Option<String>,
-    /// Speed, bit/s, where it is not the description's.
-    pub other_baud: Option<u32>,
 }
 
 /// A gauge bound to a port.

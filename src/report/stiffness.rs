@@ -8,10 +8,10 @@ use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::statistics::Estimate;
 use crate::stiffness::{
     BudgetRow, CellStiffness, Flag, Method, NoStiffness, PooledScatter, RowUse, StiffnessEstimate,
-    StiffnessTable, format_value_uncertainty,
+    StiffnessTable,
 };
 
-use super::text::{or_dash, significant, table_of};
+use super::text::{or_dash, significant, table_of, value_and_u};
 use crate::count::{counted, degrees_of_freedom};
 
 /// What stands behind a stiffness whose flags put it in doubt.
@@ -150,27 +150,17 @@ pub(super) fn flag_lines(cell: &CellStiffness) -> Vec<String> {
 
 /// Value, U, k and dof of an estimate.
 fn columns(result: Result<&StiffnessEstimate, NoStiffness>) -> [String; 4] {
-    let none = || "-".to_owned();
-    let Ok(found) = result else {
-        return [none(), none(), none(), none()];
+    let Ok(StiffnessEstimate { estimate, .. }) = result else {
+        return ["-"; 4].map(str::to_owned);
     };
-    let value = found.estimate.value / N_PER_UM;
-    let rounded = found
-        .estimate
-        .expanded_95()
-        .and_then(|u| format_value_uncertainty(value, u / N_PER_UM));
-    match rounded {
-        Some(rounded) => [
-            rounded.value,
-            rounded.uncertainty,
-            found
-                .estimate
-                .coverage_factor_95()
-                .map_or_else(none, |k| format!("{k:.2}")),
-            dof_with_k(found.estimate.dof).unwrap_or_else(|| "inf".to_owned()),
-        ],
-        None => [significant(value, 5), none(), none(), none()],
+    let expanded = estimate.expanded_95().map(|u| u / N_PER_UM);
+    let [value, u] = value_and_u([Some(estimate.value / N_PER_UM), expanded], 5, "-");
+    if u == "-" {
+        return [value, u.clone(), u.clone(), u];
     }
+    let k = or_dash(estimate.coverage_factor_95(), |k| format!("{k:.2}"));
+    let dof = dof_with_k(estimate.dof).unwrap_or_else(|| "inf".to_owned());
+    [value, u, k, dof]
 }
 
 /// Degrees of freedom that a coverage factor with two decimals goes with: whole numbers as they are, others with so many decimals, at

@@ -5,6 +5,7 @@ use comfy_table::{CellAlignment, Table};
 
 use crate::mismatch::ReadQuantity;
 use crate::quantity::METRES_PER_MICROMETRE;
+use crate::stiffness::format_value_uncertainty;
 
 /// A table of text cells; the first column is left-aligned, the others right-aligned.
 #[derive(Debug)]
@@ -62,6 +63,26 @@ pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> St
 /// A number with so many digits, or a dash where there is none.
 pub(super) fn digits(value: Option<f64>, digits: usize) -> String {
     or_dash(value, |value| significant(value, digits))
+}
+
+/// A value and its expanded uncertainty with the digits that count.
+///
+/// # Arguments
+/// - `digits`: of a value without uncertainty.
+/// - `none`: what stands where there is nothing.
+pub(super) fn value_and_u(
+    [value, expanded]: [Option<f64>; 2],
+    digits: usize,
+    none: &str,
+) -> [String; 2] {
+    let both = value.zip(expanded);
+    match both.and_then(|(value, expanded)| format_value_uncertainty(value, expanded)) {
+        Some(rounded) => [rounded.value, rounded.uncertainty],
+        None => {
+            let alone = value.map(|value| significant(value, digits));
+            [alone.unwrap_or_else(|| none.to_owned()), none.to_owned()]
+        }
+    }
 }
 
 /// A name with its unit; that of a plain number is not said.

@@ -7,10 +7,9 @@ use crate::analysis::VectorStiffness;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
 use crate::statistics::Estimate;
-use crate::stiffness::format_value_uncertainty;
 use crate::test_point::PoseId;
 
-use super::text::{AlignedTable, significant};
+use super::text::{AlignedTable, value_and_u};
 
 /// Metres per newton in a micrometre and in a millimetre per newton.
 const UM_PER_N: f64 = 1e-6;
@@ -87,32 +86,17 @@ impl VectorStiffnessReport {
     /// The tables in words.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut rows = AlignedTable::new(&[
-            "pose",
-            "load along",
-            "runs",
-            "x, um/N",
-            "U",
-            "y, um/N",
-            "U",
-            "z, um/N",
-            "U",
-            "K along the load, N/um",
-            "U",
-        ]);
-        for cell in &self.cells {
-            let mut row = vec![
+        let rows = self.cells.iter().map(|cell| {
+            let AxisValues { x, y, z } = &cell.compliance;
+            let named = [
                 cell.pose.to_string(),
                 cell.direction.clone(),
                 cell.runs.to_string(),
             ];
-            let AxisValues { x, y, z } = &cell.compliance;
-            for value in [x, y, z, &cell.stiffness] {
-                row.extend(value_and_u(value));
-            }
-            rows.row(row);
-        }
-        let mut text = rows.text();
+            (named, vec![x, y, z, &cell.stiffness])
+        });
+        let values = ["x, um/N", "y, um/N", "z, um/N", "K along the load, N/um"];
+        let mut text = table_with_u(["pose", "load along", "runs"], &values, rows);
         text.push_str(
             "\nDisplacement along the base axes per force along the load: the slope over the loads by generalised least squares, which `fit` takes.\n\
              U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines;\n\
@@ -127,46 +111,36 @@ impl VectorStiffnessReport {
 
 /// The table of ISO 9283.
 fn static_text(rows: &[StaticComplianceRow]) -> String {
-    let mut table = AlignedTable::new(&[
-        "pose",
-        "force along",
-        "force, N",
-        "x, mm/N",
-        "U",
-        "y, mm/N",
-        "U",
-        "z, mm/N",
-        "U",
-    ]);
-    for row in rows {
-        let mut fields = vec![
-            row.pose.to_string(),
-            row.direction.clone(),
-            format!("{:.1}", row.force_n),
-        ];
+    let rows = rows.iter().map(|row| {
         let AxisValues { x, y, z } = &row.compliance;
-        for value in [x, y, z] {
-            fields.extend(value_and_u(value));
-        }
-        table.row(fields);
-    }
+        let force = format!("{:.1}", row.force_n);
+        let named = [row.pose.to_string(), row.direction.clone(), force];
+        (named, vec![x, y, z])
+    });
+    let values = ["x, mm/N", "y, mm/N", "z, mm/N"];
+    let table = table_with_u(["pose", "force along", "force, N"], &values, rows);
     format!(
         "\nStatic compliance (ISO 9283), mm/N in the base frame\n\n{}\nDisplacement at the largest force per that force, averaged over the repeats.\n",
-        table.text()
+        table
     )
 }
 
-/// A value and its expanded uncertainty with as many digits as that has.
-fn value_and_u(value: &Reported) -> [String; 2] {
-    let none = || "-".to_owned();
-    let Some(number) = value.value else {
-        return [none(), none()];
-    };
-    let expanded = value.expanded_uncertainty;
-    match expanded.and_then(|expanded| format_value_uncertainty(number, expanded)) {
-        Some(rounded) => [rounded.value, rounded.uncertainty],
-        None => [significant(number, 4), none()],
+/// A table of values, each with its expanded uncertainty.
+fn table_with_u<'r>(
+    names: [&str; 3],
+    values: &[&str],
+    rows: impl Iterator<Item = ([String; 3], Vec<&'r Reported>)>,
+) -> String {
+    let heads = values.iter().flat_map(|value| [*value, "U"]);
+    let heads: Vec<&str> = names.into_iter().chain(heads).collect();
+    let mut table = AlignedTable::new(&heads);
+    for (named, values) in rows {
+        let values = values
+            .into_iter()
+            .flat_map(|value| value_and_u([value.value, value.expanded_uncertainty], 4, "-"));
+        table.row(named.into_iter().chain(values));
     }
+    table.text()
 }
 
 fn axis_values(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> AxisValues {

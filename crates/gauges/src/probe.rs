@@ -3,6 +3,8 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use serialport::{ClearBuffer, SerialPort};
 
 use stiffbench_units_and_text::clock::Clock;
@@ -14,19 +16,22 @@ use super::port::{OpenPort, PortError, PortSettings, PortTimeouts, open};
 /// How long is listened before anything is sent, s: a gauge that sends by itself does so at least every second.
 const LISTEN_S: f64 = 1.2;
 
-/// How well a description fits what a port sends.
-#[derive(Debug, Clone, PartialEq)]
+/// How well a description fits.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "InstrumentMatch")]
 pub struct ProbeFinding {
     /// Name of the description.
     pub instrument: String,
-    /// Points: 3 for each value that a pattern covers, up to three; 2 for an answer to its identity; 1 less for each packet that no pattern
-    /// covers, up to three.
+    // 3 for each value that a pattern covers, up to three; 2 for an answer to its identity; 1 less for each packet that no pattern covers, up to
+    // three.
+    /// Points for it.
     pub points: i32,
     /// What came, as text.
     pub evidence: String,
-    /// Its reply to the identity request.
+    // The reply to the identity request.
+    /// Its content.
     pub identity: Option<String>,
-    /// Speed at which it spoke, bit/s, where that is not the description's.
+    /// Speed, bit/s, where it is not the description's.
     pub other_baud: Option<u32>,
 }
 

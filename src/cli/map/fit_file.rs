@@ -30,7 +30,6 @@ pub(in crate::cli) struct FitFile {
 
 /// Reads a fit.
 pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
-    let text = read_text(path)?;
     let refuse = |problem: String| {
         ArgumentError::new(
             format!("--fit {}", path.display()),
@@ -38,11 +37,7 @@ pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
             "stiffbench fit DATA --json > fit.json, then --fit fit.json",
         )
     };
-    let whole: Value =
-        serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
-    if whole["kind"] != "fit" || whole["ok"] != true {
-        return Err(refuse("it is not what stiffbench fit --json prints".to_owned()).into());
-    }
+    let whole = printed_fit(path, &refuse)?;
     let mut fitted = from_data(&whole["data"]).map_err(refuse)?;
     fitted.factors_name = format!("of {}", path.display());
     let robot = |key| whole["inputs"]["robot"][key].as_str().map(str::to_owned);
@@ -53,6 +48,19 @@ pub(in crate::cli) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
         .collect();
     fitted.robot = robot("name").zip(robot("sha256"));
     Ok(fitted)
+}
+
+/// What `stiffbench fit --json` printed, whole.
+pub(in crate::cli) fn printed_fit(
+    path: &Path,
+    refuse: &dyn Fn(String) -> ArgumentError,
+) -> Result<Value, Failure> {
+    let whole: Value = serde_json::from_str(&read_text(path)?)
+        .map_err(|error| refuse(format!("it is no JSON: {error}")))?;
+    if whole["kind"] != "fit" || whole["ok"] != true {
+        return Err(refuse("it is not what stiffbench fit --json prints".to_owned()).into());
+    }
+    Ok(whole)
 }
 
 /// Values and covariance from the data of a fit.

@@ -3,47 +3,20 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::analysis::{AnalysisError, ArgumentError, OpenSettings, is_dash};
-use crate::cli::args::{Global, ModelArgs};
+use crate::analysis::{AnalysisError, ArgumentError, is_dash};
+use crate::cli::args::Global;
 use crate::cli::calibration_args::CalibrationArgs;
 use crate::cli::export::check_free;
 use crate::cli::failure::Failure;
-use crate::cli::figure_files::write;
+use crate::cli::figure_files::{check_new, write};
 use crate::cli::outcome::{Outcome, shell_word};
 use crate::report::page::{
-    PageFormat, PageSession, PageSettings, PageSource, PageTemplate, ReportPage, comparison_page,
-    session_page,
+    PageFormat, PageSession, PageSettings, PageSource, ReportPage, comparison_page, session_page,
 };
 use crate::stiffness::Comparison;
 
 use super::args::{MakeArgs, PageArgs};
-use super::{check_new, open_settings, template, write_new};
-
-/// A report that is wanted.
-struct ReportRequest {
-    /// The sessions or readings files.
-    data: Vec<PathBuf>,
-    model: ModelArgs,
-    /// How the data are opened.
-    open: OpenSettings,
-    /// Every other option.
-    settings: PageSettings,
-    template: PageTemplate,
-    /// The file to write; it must not exist.
-    out: PathBuf,
-}
-
-/// The page and the text of its file.
-fn make_page(
-    request: &ReportRequest,
-    source: &PageSource,
-) -> Result<(ReportPage, String), Failure> {
-    let choice = request.model.choice()?;
-    let hash = request.template.sha256();
-    let page = session_page(source, &choice, &request.settings, &hash)?;
-    let rendered = request.template.render(&page)?;
-    Ok((page, rendered.text))
-}
+use super::{open_settings, template, write_new};
 
 /// Makes a report as the options say.
 pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -62,28 +35,24 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
         calibration: args.calibration.words(),
         ..PageSettings::default()
     };
-    let request = ReportRequest {
-        out: args
-            .out
-            .clone()
-            .unwrap_or_else(|| usual_file(&args.data, format)),
-        template: template(args.page.template.as_deref(), format)?,
-        settings: args.page.clone().into_settings(settings)?,
-        open: open_settings(&args.calibration, global)?,
-        model: args.model.clone(),
-        data: args.data.clone(),
-    };
-    check_new(&request.out)?;
+    let out = args.out.clone();
+    let out = out.unwrap_or_else(|| usual_file(&args.data, format));
+    let template = template(args.page.template.as_deref(), format)?;
+    let settings = args.page.clone().into_settings(settings)?;
+    let open = open_settings(&args.calibration, global)?;
+    check_new(&out)?;
     if let Some(folder) = &args.figures {
         check_free(folder)?;
     }
-    let source = PageSource::open_joined(&request.data, &request.open)?;
+    let source = PageSource::open_joined(&args.data, &open)?;
     refuse_overdue(&source, global)?;
-    let (page, text) = make_page(&request, &source)?;
+    let choice = args.model.choice()?;
+    let page = session_page(&source, &choice, &settings, &template.sha256())?;
+    let text = template.render(&page)?.text;
     refuse_early_issue(&page, args.page.issued)?;
-    let to_output = is_dash(&request.out);
+    let to_output = is_dash(&out);
     if !to_output {
-        write_new(&request.out, &text)?;
+        write_new(&out, &text)?;
     }
     if let Some(folder) = &args.figures {
         for figure in page.figures.all() {
@@ -94,7 +63,7 @@ pub(super) fn run(args: &MakeArgs, global: &Global) -> Result<Outcome, Failure> 
         }
     }
     let file = to_output.then_some(text);
-    Ok(outcome(&page, &request, &source).with_file(file))
+    Ok(outcome(&page, (&args.data, &out), format, &source).with_file(file))
 }
 
 /// A report of the difference of two sessions, as a file.
@@ -172,7 +141,12 @@ fn usual_file(data: &[PathBuf], format: PageFormat) -> PathBuf {
     last.with_file_name(format!("{stem}-report.{ending}"))
 }
 
-fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> Outcome {
+fn outcome(
+    page: &ReportPage,
+    (data, out): (&[PathBuf], &Path),
+    format: PageFormat,
+    source: &PageSource,
+) -> Outcome {
     let mut text = format!("Report {}: {}\n", page.number, page.title);
     let headline = &page.headline;
     let lines = headline.stiffness.iter();
@@ -194,14 +168,13 @@ fn outcome(page: &ReportPage, request: &ReportRequest, source: &PageSource) -> O
     for line in &page.left_out {
         let _ = writeln!(text, "Not in the report: {line}");
     }
-    let data: Vec<String> = request
-        .data
+    let data: Vec<String> = data
         .iter()
         .map(|path| shell_word(&path.display().to_string()))
         .collect();
-    let _ = writeln!(text, "\nWritten: {}", request.out.display());
-    let out = shell_word(&request.out.display().to_string());
-    let _ = match request.template.format {
+    let _ = writeln!(text, "\nWritten: {}", out.display());
+    let out = shell_word(&out.display().to_string());
+    let _ = match format {
         PageFormat::Html => writeln!(
             text,
             "Next: stiffbench report verify {out} {}",

@@ -4,7 +4,6 @@ mod args;
 mod make;
 mod verify;
 
-use std::io::Write;
 use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
@@ -18,6 +17,7 @@ use crate::source_text::SourceText;
 use super::args::Global;
 use super::calibration_args::CalibrationArgs;
 use super::failure::{CliError, Failure};
+use super::figure_files;
 use super::global::today;
 use super::outcome::Outcome;
 use args::ReportCommand;
@@ -121,26 +121,5 @@ fn write_new(path: &Path, text: &str) -> Result<(), CliError> {
     if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     }
-    let mut file = match std::fs::File::create_new(path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
-            let path = path.to_owned();
-            return Err(CliError::FileExists { path });
-        }
-        Err(error) => return Err(CliError::write(path)(error)),
-    };
-    file.write_all(text.as_bytes()).map_err(|error| {
-        // On a full disk no part of a page is left.
-        let _ = std::fs::remove_file(path);
-        CliError::write(path)(error)
-    })
-}
-
-/// Refuses a file that exists before work is done for it.
-fn check_new(path: &Path) -> Result<(), CliError> {
-    if path.exists() {
-        let path = path.to_owned();
-        return Err(CliError::FileExists { path });
-    }
-    Ok(())
+    figure_files::write_new(path, text)
 }

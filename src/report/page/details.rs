@@ -146,44 +146,34 @@ impl PageDetails {
     /// These details with those of a later file, whose entries go first.
     #[must_use]
     pub fn with(self, later: Self) -> Self {
+        let [mut merged, later_value] =
+            [&self, &later].map(|one| serde_json::to_value(one).unwrap_or_default());
+        overlay(&mut merged, later_value);
         let mut requirements = self.requirements;
         requirements.retain(|old| {
-            !later
-                .requirements
-                .iter()
-                .any(|new| new.pose == old.pose && new.direction == old.direction)
+            let mut new = later.requirements.iter();
+            !new.any(|new| new.pose == old.pose && new.direction == old.direction)
         });
-        requirements.extend(later.requirements);
+        requirements.extend(later.requirements.iter().cloned());
         Self {
             schema: None,
-            title: later.title.or(self.title),
-            laboratory: LaboratoryDetails {
-                name: later.laboratory.name.or(self.laboratory.name),
-                address: later.laboratory.address.or(self.laboratory.address),
-                location: later.laboratory.location.or(self.laboratory.location),
-            },
-            customer: CustomerDetails {
-                name: later.customer.name.or(self.customer.name),
-                contact: later.customer.contact.or(self.customer.contact),
-            },
-            item: ItemDetails {
-                description: later.item.description.or(self.item.description),
-                identification: later.item.identification.or(self.item.identification),
-                condition: later.item.condition.or(self.item.condition),
-                received: later.item.received.or(self.item.received),
-            },
-            method: MethodDetails {
-                reference: later.method.reference.or(self.method.reference),
-                sampling: later.method.sampling.or(self.method.sampling),
-                deviations: later.method.deviations.or(self.method.deviations),
-            },
-            performed: later.performed.or(self.performed),
-            authorised_by: later.authorised_by.or(self.authorised_by),
-            external_providers: later.external_providers.or(self.external_providers),
-            remarks: later.remarks.or(self.remarks),
-            decision_rule: later.decision_rule.or(self.decision_rule),
             requirements,
+            ..serde_json::from_value(merged).unwrap_or(later)
         }
+    }
+}
+
+/// Puts the values of later tables over those of earlier ones.
+fn overlay(earlier: &mut serde_json::Value, later: serde_json::Value) {
+    use serde_json::Value::{Null, Object};
+    match (earlier, later) {
+        (Object(earlier), Object(later)) => {
+            for (key, value) in later {
+                overlay(earlier.entry(key).or_insert(Null), value);
+            }
+        }
+        (_, Null) => {}
+        (earlier, later) => *earlier = later,
     }
 }
 

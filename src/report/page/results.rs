@@ -5,10 +5,10 @@ use serde::Serialize;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::stiffness::dof_with_k;
+use crate::report::text::value_and_u;
 use crate::report::{VectorStiffnessCell, significant};
-use crate::stiffness::{
-    BudgetRow, CellStiffness, Method, RowUse, StiffnessTable, format_value_uncertainty,
-};
+use crate::reported::Reported;
+use crate::stiffness::{BudgetRow, CellStiffness, Method, RowUse, StiffnessTable};
 
 use super::session::PageEntry;
 
@@ -70,54 +70,51 @@ pub struct PageBudgetRow {
     pub dof: String,
 }
 
-/// Stiffness with its uncertainty in N/µm, both rounded to the digits that count.
-fn rounded(cell: &CellStiffness) -> Option<[String; 2]> {
-    let found = cell.by(Method::Regression).ok()?;
-    let expanded = found.estimate.expanded_95()? / N_PER_UM;
-    let both = format_value_uncertainty(found.estimate.value / N_PER_UM, expanded)?;
-    Some([both.value, both.uncertainty])
+/// What stands where there is nothing.
+const NONE: &str = "–";
+
+/// The stiffness of a cell, N/µm.
+fn reported(cell: &CellStiffness) -> Reported {
+    match cell.by(Method::Regression) {
+        Ok(found) => Reported::from_estimate(&found.estimate, N_PER_UM, "N/um"),
+        Err(reason) => Reported::missing("N/um", reason.to_string()),
+    }
 }
 
 /// The stiffness of a cell in words: `0.01049 ± 0.00012`.
 pub(super) fn stiffness_words(cell: &CellStiffness) -> String {
-    match (rounded(cell), cell.by(Method::Regression)) {
-        (Some([value, expanded]), _) => format!("{value} ± {expanded}"),
-        (None, Ok(found)) => significant(found.estimate.value / N_PER_UM, 5),
-        (None, Err(_)) => "no stiffness".to_owned(),
+    let found = reported(cell);
+    let [value, u] = value_and_u([found.value, found.expanded_uncertainty], 5, NONE);
+    match found.value {
+        None => "no stiffness".to_owned(),
+        Some(_) if u == NONE => value,
+        Some(_) => format!("{value} ± {u}"),
     }
 }
 
-pub(super) fn page_cell(cell: &CellStiffness) -> PageCell {
-    let none = || "–".to_owned();
-    let found = cell.by(Method::Regression);
-    let estimate = found.as_ref().ok().map(|found| found.estimate);
-    let [stiffness, expanded] = rounded(cell).unwrap_or_else(|| {
-        let value = estimate.map(|one| significant(one.value / N_PER_UM, 5));
-        [value.unwrap_or_else(none), none()]
-    });
-    let known = estimate.filter(|one| one.expanded_95().is_some());
-    PageCell {
-        pose: cell.cell.pose.to_string(),
-        direction: cell.cell.direction.to_string(),
-        runs: cell.n_runs,
-        stiffness,
-        expanded,
-        k: known
-            .and_then(|one| one.coverage_factor_95())
-            .map_or_else(none, |k| format!("{k:.2}")),
-        dof: known.map_or_else(none, |one| dof_words(one.dof)),
-        percent: known
-            .and_then(|one| Some(100.0 * one.expanded_95()? / one.value.abs()))
-            .map_or_else(none, |percent| significant(percent, 2)),
-        reason: match found {
+impl From<&CellStiffness> for PageCell {
+    fn from(cell: &CellStiffness) -> Self {
+        let found = cell.by(Method::Regression);
+        let stiffness = reported(cell);
+        let is_known = stiffness.expanded_uncertainty.is_some();
+        let known = found.as_ref().ok().filter(|_| is_known);
+        let mut flags = cell.flags.iter();
+        let reason = match &found {
             Err(reason) => Some(reason.to_string()),
-            Ok(found) if known.is_none() => Some(format!("no uncertainty: {}", found.basis)),
+            Ok(found) if !is_known => Some(format!("no uncertainty: {}", found.basis)),
             Ok(_) => {
-                let mut flags = cell.flags.iter();
                 let spoils = flags.find(|flag| flag.spoils_stiffness());
                 spoils.map(|flag| format!("in doubt: {flag}"))
             }
-        },
+        };
+        Self {
+            pose: cell.cell.pose.to_string(),
+            direction: cell.cell.direction.to_string(),
+            runs: cell.n_runs,
+            dof: known.map_or_else(|| NONE.to_owned(), |one| dof_words(one.estimate.dof)),
+            reason,
+            ..Self::of(&stiffness)
+        }
     }
 }
 
@@ -127,21 +124,26 @@ fn dof_words(dof: f64) -> String {
 
 impl From<&VectorStiffnessCell> for PageCell {
     fn from(cell: &VectorStiffnessCell) -> Self {
-        let none = || "–".to_owned();
-        let found = &cell.stiffness;
-        let both = found.value.zip(found.expanded_uncertainty);
-        let rounded = both.and_then(|(value, expanded)| format_value_uncertainty(value, expanded));
-        let alone = || {
-            let value = found.value.map(|value| significant(value, 5));
-            (value.unwrap_or_else(none), none())
-        };
-        let (stiffness, expanded) =
-            rounded.map_or_else(alone, |both| (both.value, both.uncertainty));
-        let percent = both.map(|(value, expanded)| significant(100.0 * expanded / value.abs(), 2));
         Self {
             pose: cell.pose.to_string(),
             direction: cell.direction.clone(),
             runs: cell.runs,
+            ..Self::of(&cell.stiffness)
+        }
+    }
+}
+
+impl PageCell {
+    /// A stiffness as printed, without the names of its cell.
+    fn of(found: &Reported) -> Self {
+        let none = || NONE.to_owned();
+        let both = found.value.zip(found.expanded_uncertainty);
+        let percent = both.map(|(value, expanded)| significant(100.0 * expanded / value.abs(), 2));
+        let [stiffness, expanded] = value_and_u([found.value, found.expanded_uncertainty], 5, NONE);
+        Self {
+            pose: String::new(),
+            direction: String::new(),
+            runs: 0,
             stiffness,
             expanded,
             k: found.k.map_or_else(none, |k| format!("{k:.2}")),

@@ -17,7 +17,7 @@ use crate::session::OmittedReadings;
 use crate::stiffness::{Branches, Method, StiffnessTable, is_factor_of_limits};
 
 use super::blocks::{TextBlock, text_blocks};
-use super::results::{PageBudget, PageCell, page_cell};
+use super::results::{PageBudget, PageCell};
 use crate::count::counted;
 
 /// A word with its value.
@@ -124,7 +124,7 @@ impl PageSession {
             page.vectors = Some(report);
             return Ok(page);
         }
-        page.results = table.cells.iter().map(page_cell).collect();
+        page.results = table.cells.iter().map(PageCell::from).collect();
         page.budget = PageBudget::from(&table);
         page.deviations = deviations(session, &table, history.as_ref());
         page.numbers = Some(table);
