@@ -13,24 +13,51 @@ use super::view::SessionView;
 
 /// The operator at the bench. No method waits longer than its timeout.
 pub trait Operator {
+    /// The operator behind this one, who gets what this one does not take.
+    fn behind(&mut self) -> Option<&mut dyn Operator> {
+        None
+    }
+
     /// Shows where the session stands; called several times a second, so an implementation draws what has changed.
-    fn show(&mut self, view: &SessionView);
+    fn show(&mut self, view: &SessionView) {
+        if let Some(behind) = self.behind() {
+            behind.show(view);
+        }
+    }
 
     /// Asks something. Returns at once; the answer comes as [`OperatorEvent::Answer`]. There is one open prompt at most, and
     /// [`SessionView::prompt`] repeats it until it is answered.
-    fn prompt(&mut self, prompt: &Prompt);
+    fn prompt(&mut self, prompt: &Prompt) {
+        if let Some(behind) = self.behind() {
+            behind.prompt(prompt);
+        }
+    }
 
     /// What the operator did, waiting no longer than `wait` of real time.
-    fn poll(&mut self, wait: Duration) -> Option<OperatorEvent>;
+    fn poll(&mut self, wait: Duration) -> Option<OperatorEvent> {
+        self.behind()?.poll(wait)
+    }
 
     /// A sound, or what stands for it.
-    fn bell(&mut self, bell: Bell);
+    fn bell(&mut self, bell: Bell) {
+        if let Some(behind) = self.behind() {
+            behind.bell(bell);
+        }
+    }
 
     /// A line for the log on the screen.
-    fn notify(&mut self, line: &str);
+    fn notify(&mut self, line: &str) {
+        if let Some(behind) = self.behind() {
+            behind.notify(line);
+        }
+    }
 
     /// An event that the journal has kept, for those who write it down elsewhere too.
-    fn recorded(&mut self, _record: &Record) {}
+    fn recorded(&mut self, record: &Record) {
+        if let Some(behind) = self.behind() {
+            behind.recorded(record);
+        }
+    }
 }
 
 /// A sound.

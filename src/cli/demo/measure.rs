@@ -52,11 +52,9 @@ pub(super) fn measure(folder: &Path, _global: &Global) -> Result<(), Failure> {
 
 #[cfg(unix)]
 mod watch {
-    use std::time::Duration;
-
     use crate::cli::args::Global;
     use crate::cli::progress::{JobProgress, progress};
-    use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
+    use crate::session::{Operator, SessionView};
 
     /// An operator who only looks how far the session is.
     pub(super) struct Watcher {
@@ -80,16 +78,6 @@ mod watch {
                 [view.progress.accepted, view.progress.planned].map(|count| count as u64);
             self.bar.set(accepted, planned, &place);
         }
-
-        fn prompt(&mut self, _prompt: &Prompt) {}
-
-        fn poll(&mut self, _wait: Duration) -> Option<OperatorEvent> {
-            None
-        }
-
-        fn bell(&mut self, _bell: Bell) {}
-
-        fn notify(&mut self, _line: &str) {}
     }
 
     impl Drop for Watcher {

@@ -1,12 +1,10 @@
 //! The hand that does on an emulated bench what a session asks for.
 
-use std::time::Duration;
-
 use crate::cli::emulated::BenchOperator;
 use crate::cli::failure::Failure;
 use crate::instrument::Channel;
 use crate::load_direction::LoadDirection;
-use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, SessionView, Task};
+use crate::session::{Operator, Purpose, SessionView, Task};
 use crate::test_point::{Direction, PoseId};
 
 /// Views in a row that show the same force outside the band before it is corrected; they are 50 ms apart at least, however fast the session.
@@ -134,26 +132,14 @@ impl<'a> SimulatedOperator<'a> {
 }
 
 impl Operator for SimulatedOperator<'_> {
+    fn behind(&mut self) -> Option<&mut dyn Operator> {
+        Some(&mut *self.operator)
+    }
+
     fn show(&mut self, view: &SessionView) {
         self.announce_phase(view);
         self.act(view);
         self.operator.show(view);
-    }
-
-    fn prompt(&mut self, prompt: &Prompt) {
-        self.operator.prompt(prompt);
-    }
-
-    fn poll(&mut self, wait: Duration) -> Option<OperatorEvent> {
-        self.operator.poll(wait)
-    }
-
-    fn bell(&mut self, bell: Bell) {
-        self.operator.bell(bell);
-    }
-
-    fn notify(&mut self, line: &str) {
-        self.operator.notify(line);
     }
 }
 

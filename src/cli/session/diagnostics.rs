@@ -11,9 +11,7 @@ use serde_json::json;
 use crate::cli::args::Global;
 use crate::cli::outcome::print_error;
 use crate::report::VERSION;
-use crate::session::{
-    Bell, Event, Operator, OperatorEvent, Prompt, Record, SessionView, SkipScope, append_inside,
-};
+use crate::session::{Event, Operator, OperatorEvent, Prompt, Record, SkipScope, append_inside};
 
 use super::inspect::event_text;
 
@@ -113,8 +111,8 @@ impl<'a> LoggedOperator<'a> {
 }
 
 impl Operator for LoggedOperator<'_> {
-    fn show(&mut self, view: &SessionView) {
-        self.inner.show(view);
+    fn behind(&mut self) -> Option<&mut dyn Operator> {
+        Some(&mut *self.inner)
     }
 
     fn prompt(&mut self, prompt: &Prompt) {
@@ -127,10 +125,6 @@ impl Operator for LoggedOperator<'_> {
         let event = self.inner.poll(wait)?;
         self.log.line(LogLevel::Info, &operator_text(&event));
         Some(event)
-    }
-
-    fn bell(&mut self, bell: Bell) {
-        self.inner.bell(bell);
     }
 
     fn notify(&mut self, line: &str) {

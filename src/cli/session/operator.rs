@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::cli::outcome::print_error;
-use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
+use crate::session::{Operator, OperatorEvent};
 
 /// An operator whose signals count: the first Ctrl-C (or request to end) stops at the next safe point, the second at once.
 pub(super) struct AtBench {
@@ -33,12 +33,8 @@ impl AtBench {
 }
 
 impl Operator for AtBench {
-    fn show(&mut self, view: &SessionView) {
-        self.inner.show(view);
-    }
-
-    fn prompt(&mut self, prompt: &Prompt) {
-        self.inner.prompt(prompt);
+    fn behind(&mut self) -> Option<&mut dyn Operator> {
+        Some(&mut *self.inner)
     }
 
     fn poll(&mut self, wait: Duration) -> Option<OperatorEvent> {
@@ -52,13 +48,5 @@ impl Operator for AtBench {
             return Some(OperatorEvent::Abort);
         }
         Some(event)
-    }
-
-    fn bell(&mut self, bell: Bell) {
-        self.inner.bell(bell);
-    }
-
-    fn notify(&mut self, line: &str) {
-        self.inner.notify(line);
     }
 }
