@@ -25,6 +25,7 @@ use super::args::{Global, ModelArgs};
 use super::emulated::{BenchOperator, Emulation};
 use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
+use super::numbers::number_that;
 use super::outcome::{Outcome, print_error, print_now};
 use super::procedure::{ProcedureArgs, resolve_procedure};
 
@@ -189,10 +190,11 @@ fn remove_when_stopped(links: Vec<PathBuf>) {
 
 /// A speed from that of the real clock on.
 fn faster(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(speed) if speed.is_finite() && speed >= 1.0 => Ok(speed),
-        _ => Err("it must be a number of at least 1".to_owned()),
-    }
+    number_that(
+        text,
+        |speed| speed >= 1.0,
+        "it must be a number of at least 1",
+    )
 }
 
 fn setup(args: &EmulateArgs) -> EmulatedSetup {

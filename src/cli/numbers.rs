@@ -42,8 +42,17 @@ pub(super) fn three_numbers(text: &str) -> Result<[f64; 3], String> {
 /// # Errors
 /// For anything else, in words.
 pub fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("it must be a positive number of seconds".to_owned()),
-    }
+    let wrong = "it must be a positive number of seconds";
+    number_that(text, |seconds| seconds > 0.0, wrong)
+}
+
+/// A finite number for which something holds; else what is wrong.
+pub(super) fn number_that(
+    text: &str,
+    holds: impl Fn(f64) -> bool,
+    wrong: &str,
+) -> Result<f64, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|number: &f64| number.is_finite() && holds(*number));
+    number.ok_or_else(|| wrong.to_owned())
 }

@@ -6,7 +6,6 @@ use crate::analysis::{
     AnalysisError, ArgumentError, Data, FitData, FitSettings, Inputs, LoadedSession, is_dash,
 };
 use crate::fit::FitOutcome;
-use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
 use crate::report::{

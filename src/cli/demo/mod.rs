@@ -10,7 +10,6 @@ use clap::Args;
 use indexmap::IndexSet;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
-use crate::parameters::ParameterChoice;
 use crate::report::{
     DemoReport, DemoTableVi, Fitted, load_displacement_figure, paper_report, robot_figure,
     stiffness_text,

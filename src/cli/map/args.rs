@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::cli::numbers::{MOST_POSES, count_up_to};
+use crate::cli::numbers::{MOST_POSES, count_up_to, number_that};
 use crate::cli::words::{Word, one_of};
 use crate::distribution::{MapColumn, MatrixKind, PlaneAxis, Sampling, Shard};
 use crate::plot::BinValue;
@@ -101,10 +101,7 @@ fn end_load(text: &str) -> Result<EndLoad, String> {
 
 /// A number above zero.
 fn above_zero(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("a number above zero is needed".to_owned()),
-    }
+    number_that(text, |value| value > 0.0, "a number above zero is needed")
 }
 
 /// Two names with a comma between them.
@@ -299,9 +296,7 @@ fn shard(text: &str) -> Result<Shard, String> {
 
 /// A load above zero.
 fn load(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        // Laws are the same for both signs.
-        Ok(load) if load.is_finite() && load != 0.0 => Ok(load.abs()),
-        _ => Err("a load other than zero is needed, in N".to_owned()),
-    }
+    let wrong = "a load other than zero is needed, in N";
+    // Laws are the same for both signs.
+    number_that(text, |load| load != 0.0, wrong).map(f64::abs)
 }

@@ -286,10 +286,8 @@ fn given(values: &[String], channel: Channel, of_all: bool) -> Option<String> {
 /// A speed that is one.
 #[cfg(unix)]
 fn speed(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(speed) if speed.is_finite() && (1.0..=1000.0).contains(&speed) => Ok(speed),
-        _ => Err("a number from 1 to 1000 is expected".to_owned()),
-    }
+    let holds = |speed| (1.0..=1000.0).contains(&speed);
+    crate::cli::numbers::number_that(text, holds, "a number from 1 to 1000 is expected")
 }
 
 /// When a reading is taken.
