@@ -37,13 +37,7 @@ pub(super) fn sdf(
     );
     pose(&mut xml, subtract(tree.end_m, on.position_m), [0.0; 3]);
     xml.close();
-    xml.open(
-        "joint",
-        &[
-            ("name", "ground.fixed".to_owned()),
-            ("type", "fixed".to_owned()),
-        ],
-    );
+    xml.open_joint("ground.fixed", "fixed");
     xml.text("parent", WORLD);
     xml.text("child", tree.link_name(0, &[WORLD]));
     xml.close();
@@ -95,10 +89,7 @@ fn write_joint(xml: &mut Xml, tree: &KinematicTree, joint: &KinematicJoint) {
         Some(JointMotion::Turns) => "revolute",
         Some(JointMotion::Slides) => "prismatic",
     };
-    xml.open(
-        "joint",
-        &[("name", joint.name.clone()), ("type", kind.to_owned())],
-    );
+    xml.open_joint(&joint.name, kind);
     let [parent, child] = joint.links.map(|place| tree.link_name(place, &[WORLD]));
     xml.text("parent", parent);
     xml.text("child", child);

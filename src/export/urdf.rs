@@ -84,13 +84,7 @@ fn origin(xml: &mut Xml, xyz: [f64; 3], rpy: [f64; 3]) {
 }
 
 fn fixed(xml: &mut Xml, name: &str, [parent, child]: [&str; 2], at: [f64; 3], rpy: [f64; 3]) {
-    xml.open(
-        "joint",
-        &[
-            ("name", format!("{name}.fixed")),
-            ("type", "fixed".to_owned()),
-        ],
-    );
+    xml.open_joint(&format!("{name}.fixed"), "fixed");
     xml.empty("parent", &[("link", parent.to_owned())]);
     xml.empty("child", &[("link", child.to_owned())]);
     origin(xml, at, rpy);
@@ -143,10 +137,7 @@ fn write_joint(xml: &mut Xml, tree: &KinematicTree, joint: &KinematicJoint, link
         (JointMotion::Turns, Some(limits)) => ("revolute", Some(limits)),
         (JointMotion::Slides, limits) => ("prismatic", Some(limits.unwrap_or([-SLIDE_M, SLIDE_M]))),
     };
-    xml.open(
-        "joint",
-        &[("name", joint.name.clone()), ("type", kind.to_owned())],
-    );
+    xml.open_joint(&joint.name, kind);
     if let Some(stiffness) = joint.stiffness {
         let unit = if motion == JointMotion::Turns {
             "N*m/rad"

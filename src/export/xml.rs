@@ -41,6 +41,15 @@ impl Xml {
         self.open.push(name.to_owned());
     }
 
+    /// Begins a joint.
+    pub(super) fn open_joint(&mut self, name: &str, kind: &str) {
+        let attributes = [("name", name), ("type", kind)];
+        self.open(
+            "joint",
+            &attributes.map(|(key, value)| (key, value.to_owned())),
+        );
+    }
+
     /// Ends the element begun last.
     pub(super) fn close(&mut self) {
         if let Some(name) = self.open.pop() {
