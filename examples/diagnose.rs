@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write;
 
 use stiffbench::analysis::{
-    DiagnoseSettings, LoadedSession, ModelChoice, diagnose, named_procedure, resolve,
+    Data, DiagnoseSettings, DiagnosisData, LoadedSession, ModelChoice, named_procedure, resolve,
 };
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 
@@ -19,14 +19,14 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// What the example prints.
 pub(crate) fn report() -> Result<String, Box<dyn Error>> {
-    let mut choice = ModelChoice {
+    let beams = ModelChoice {
         robot: Some("hp-robot".to_owned()),
         mechanism: Some("A".to_owned()),
         ..ModelChoice::default()
     };
-    let beams = resolve(&choice, None)?;
-    choice.effects = vec![PLAY.parse()?];
-    let truth = resolve(&choice, None)?;
+    let mut with_play = beams.clone();
+    with_play.effects = vec![PLAY.parse()?];
+    let truth = resolve(&with_play, None)?;
 
     // Readings as they would come from a bench, with noise.
     let (mut procedure, _) = named_procedure("load-unload")?;
@@ -43,7 +43,8 @@ pub(crate) fn report() -> Result<String, Box<dyn Error>> {
     let session = LoadedSession::from_table("simulated", bench.run(&procedure, "simulated", 5)?)?;
 
     // The search knows the beams only.
-    let report = diagnose(&session, &beams, DiagnoseSettings::default(), &|| ())?;
+    let mut data = DiagnosisData::new(&Data::Readings(vec![session]), &beams)?;
+    let report = data.diagnose(DiagnoseSettings::default(), &|| ())?;
     let mut text = format!("verdict: {}\n", report.diagnosis.verdict);
     for finding in &report.diagnosis.findings {
         writeln!(text, "{}", finding.effect)?;

@@ -229,13 +229,15 @@ impl DiagnosisData {
         }
     }
 
-    /// Finds what the model leaves out; it then has the poses that the report names.
+    /// Finds what the model leaves out; it then has the poses that the report names. The physics of the model is known to act: its values are
+    /// fitted again, and the search asks what is missing beside it.
     ///
     /// # Arguments
-    /// - `step`: as of [`diagnose`].
+    /// - `step`: called after each of three steps: read, search, judge.
     ///
     /// # Errors
-    /// As [`diagnose_together`], and for load cases that cannot be fitted.
+    /// For records without the step of the gauge, an earlier session that is this one, noise that is known for one session only, load cases
+    /// that cannot be fitted, and readings that no search can begin with.
     pub fn diagnose(
         &mut self,
         options: DiagnoseSettings,
@@ -248,32 +250,17 @@ impl DiagnosisData {
     }
 }
 
-/// Finds what a model leaves out of the readings of a session.
+/// Finds what a model leaves out of the readings of sessions: each with its own zeros, runs and noise, all with one structure and physics.
 ///
 /// # Arguments
-/// - `model`: its physics is known to act: its values are fitted again, and the search asks what is missing beside it.
+/// - `model`: with the poses of all sessions; its physics is known to act: its values are fitted again, and the search asks what is missing
+///   beside it.
 /// - `step`: called after each of three steps: read, search, judge.
 ///
 /// # Errors
-/// For records without the step of the gauge, an earlier session that is this one, and readings that no search
-/// can begin with.
-pub fn diagnose(
-    session: &LoadedSession,
-    model: &ResolvedModel,
-    options: DiagnoseSettings,
-    step: &dyn Fn(),
-) -> Result<DiagnosisReport, AnalysisError> {
-    diagnose_together(&[session.observed()], model, options, step)
-}
-
-/// The same of several sessions: each with its own zeros, runs and noise, all with one structure and physics.
-///
-/// # Arguments
-/// - `model`: with the poses of all sessions ([`resolve_together`](super::resolve_together)).
-///
-/// # Errors
-/// As [`diagnose`]; for no session, and for noise that is known for one session only.
-pub fn diagnose_together(
+/// For no session, records without the step of the gauge, an earlier session that is this one, noise that is known for one session only, and
+/// readings that no search can begin with.
+pub(super) fn diagnose_together(
     sessions: &[SessionObservations],
     model: &ResolvedModel,
     options: DiagnoseSettings,

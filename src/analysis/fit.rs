@@ -135,7 +135,7 @@ impl FitData {
     ///
     /// # Errors
     /// For a model that [`resolve`] refuses, values without a named robot, poses, variables and axes that the robot does not have, and
-    /// sessions that do not go together ([`resolve_together`]).
+    /// sessions that do not go together.
     pub fn new(data: Data, choice: &ModelChoice, method: Method) -> Result<Self, AnalysisError> {
         match data {
             Data::Stiffness {

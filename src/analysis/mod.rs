@@ -3,17 +3,18 @@
 //! ```no_run
 //! use std::path::Path;
 //! use stiffbench::analysis::{
-//!     Data, DiagnoseSettings, FitData, FitSettings, ModelChoice, OpenSettings, LoadedSession, diagnose, resolve,
+//!     Data, DiagnoseSettings, DiagnosisData, FitData, FitSettings, LoadedSession, ModelChoice, OpenSettings,
 //! };
 //! use stiffbench::stiffness::{Branches, Method};
 //!
 //! # fn main() -> Result<(), stiffbench::analysis::AnalysisError> {
 //! let session = LoadedSession::open(Path::new("my-session"), &OpenSettings::default())?;
 //! let table = session.stiffness(Branches::LoadingOnly)?;
-//! let model = resolve(&ModelChoice::default(), Some(&session))?;
-//! let diagnosis = diagnose(&session, &model, DiagnoseSettings::default(), &|| ())?;
-//! let data = FitData::new(Data::Readings(vec![session]), &ModelChoice::default(), Method::Regression)?;
-//! let fit = data.fit(&FitSettings::default(), &|| ())?;
+//! let data = Data::Readings(vec![session]);
+//! let mut readings = DiagnosisData::new(&data, &ModelChoice::default())?;
+//! let diagnosis = readings.diagnose(DiagnoseSettings::default(), &|| ())?;
+//! let stiffness = FitData::new(data, &ModelChoice::default(), Method::Regression)?;
+//! let fit = stiffness.fit(&FitSettings::default(), &|| ())?;
 //! # Ok(())
 //! # }
 //! ```
@@ -55,10 +56,7 @@ pub use data::{
 pub use data_check::check_data;
 pub use derived::{DerivedQuantity, derive};
 pub use design::{design, usual_plan};
-pub use diagnose::{
-    DiagnoseSettings, DiagnosisData, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose,
-    diagnose_together,
-};
+pub use diagnose::{DiagnoseSettings, DiagnosisData, DiagnosisReport, NoiseOrigin, NoiseSource};
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
 pub use files::{
@@ -87,8 +85,6 @@ pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use session_table::SessionTable;
-pub use together::{
-    MarkedReading, OpenBefore, SessionObservations, SessionShare, resolve_together,
-};
+pub use together::{MarkedReading, OpenBefore, SessionShare};
 pub use unknown_springs::UnknownSprings;
 pub use vector_stiffness::VectorStiffness;

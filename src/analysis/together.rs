@@ -94,12 +94,11 @@ pub(super) struct LaidOut {
 }
 
 /// Readings as a search takes them, with the session they belong to.
-pub type SessionObservations = SessionTable<Observations>;
+pub(super) type SessionObservations = SessionTable<Observations>;
 
 impl LoadedSession {
     /// Its readings as a search takes them.
-    #[must_use]
-    pub fn observed(&self) -> SessionObservations {
+    pub(super) fn observed(&self) -> SessionObservations {
         self.with_table(Observations::new(&self.table, self.header.as_ref()))
     }
 }
@@ -249,7 +248,7 @@ pub(super) fn names<T>(sessions: &[SessionTable<T>]) -> Vec<String> {
 /// # Errors
 /// For a session that is there already, another robot file, another mechanism, and a pose with other joint values than before; as
 /// [`resolve`] besides.
-pub fn resolve_together(
+pub(super) fn resolve_together(
     sessions: &[LoadedSession],
     choice: &ModelChoice,
 ) -> Result<ResolvedModel, AnalysisError> {
