@@ -178,7 +178,7 @@ enum Observed {
     /// Readings of runs.
     Series(Vec<SessionObservations>),
     /// Load cases, with the first session they belong to.
-    Loads(SessionTable<()>, PosedData),
+    Loads(Box<(SessionTable<()>, PosedData)>),
 }
 
 impl DiagnosisData {
@@ -197,11 +197,8 @@ impl DiagnosisData {
             Data::LoadCases(loaded) => {
                 let (model, posed, warnings) = PosedData::new(loaded, choice)?;
                 let first = loaded.first().ok_or(MismatchError::Empty)?;
-                (
-                    model,
-                    Observed::Loads(first.with_table(()), posed),
-                    warnings,
-                )
+                let loads = Box::new((first.with_table(()), posed));
+                (model, Observed::Loads(loads), warnings)
             }
             Data::Stiffness { name, .. } => {
                 return Err(AnalysisError::NeedsReadings {
@@ -225,7 +222,7 @@ impl DiagnosisData {
     pub fn usual_choice(&self) -> Result<ParameterChoice, AnalysisError> {
         match &self.observed {
             Observed::Series(_) => Ok(self.model.usual_parameters()?),
-            Observed::Loads(_, posed) => posed.usual_choice(&self.model),
+            Observed::Loads(loads) => loads.1.usual_choice(&self.model),
         }
     }
 
@@ -245,7 +242,10 @@ impl DiagnosisData {
     ) -> Result<DiagnosisReport, AnalysisError> {
         match &self.observed {
             Observed::Series(sessions) => diagnose_together(sessions, &self.model, options, step),
-            Observed::Loads(first, posed) => posed.diagnose(first, &mut self.model, options, step),
+            Observed::Loads(loads) => {
+                let (first, posed) = &**loads;
+                posed.diagnose(first, &mut self.model, options, step)
+            }
         }
     }
 }

@@ -159,7 +159,7 @@ impl PosedData {
         mut options: DiagnoseSettings,
         step: &dyn Fn(),
     ) -> Result<DiagnosisReport, AnalysisError> {
-        let choice = match options.parameters.take() {
+        let mut choice = match options.parameters.take() {
             Some(choice) => choice,
             None => self.usual_choice(model)?,
         };
@@ -186,7 +186,6 @@ impl PosedData {
             put_pose(&mut model.robot, &name, pose);
         }
         let session = first.with_table(posed.as_series(self.steps, tracker.as_ref()));
-        let mut choice = choice;
         if tracker.is_some() {
             // Own weight does not load every spring.
             let open = fit.estimates.iter();

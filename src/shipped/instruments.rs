@@ -48,6 +48,7 @@ pub fn unknown_name<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone
 ///
 /// # Arguments
 /// - `there_are`: the words before the list.
+#[must_use]
 pub fn nearest_and_all<'a>(
     name: &str,
     known: impl Iterator<Item = &'a str> + Clone,
