@@ -349,7 +349,7 @@ fn swap<P: ForwardProblem>(problem: &P, mut model: P::Model) -> Result<P::Model,
 ///
 /// # Errors
 /// That of the problem.
-pub(super) fn evidence_of_terms<P: ForwardProblem>(
+fn evidence_of_terms<P: ForwardProblem>(
     problem: &P,
     model: &P::Model,
 ) -> Result<Vec<f64>, P::Error> {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::batched::Batched;
-use super::constants::{ABSORBED, ALTERNATIONS, LEAST_INDEPENDENT};
+use super::constants::{ABSORBED, ALTERNATIONS};
 use super::covariance::Covariance;
 use super::critical_values::CriticalValues;
 use super::engine::{BestAmplitude, NullMaxima, NullShape, NullShapes, ScoreEngine};
@@ -195,26 +195,6 @@ impl<F: Ord + Copy + Sync, C: CovarianceModel> LinearProblem<'_, F, C> {
     /// [`NotIndependent`].
     pub fn start(&self) -> Result<LinearModel, NotIndependent> {
         self.alternate(Vec::new())
-    }
-
-    /// The baseline with candidates, by their places; those that the baseline and those before them contain are left out.
-    ///
-    /// # Errors
-    /// [`NotIndependent`] if the baseline contains itself.
-    pub fn with_terms(&self, terms: &[usize]) -> Result<LinearModel, NotIndependent> {
-        let equal = || Covariance::equal(self.rows.len(), 1.0);
-        let mut known = WhiteSpace::new(equal(), &[], self.baseline);
-        let mut kept: Vec<usize> = Vec::new();
-        for &term in terms {
-            let columns = self.candidates[term].columns.iter();
-            let white = columns.map(|column| RowVector::from(known.white(column)));
-            if known.orthonormal(white, LEAST_INDEPENDENT).is_some() {
-                kept.push(term);
-                let all: Vec<Vec<f64>> = self.columns(&kept).into_iter().cloned().collect();
-                known = WhiteSpace::new(equal(), &[], &all);
-            }
-        }
-        self.alternate(kept)
     }
 
     /// Parameters and covariance of a model, each from the other.

@@ -7,11 +7,9 @@
 //! - [`ScoreEngine`]: scores of shapes and their null samples, fast ([`Batched`]) or plain (in tests).
 //! - [`CriticalValues`]: how large a score must be, from null samples of whole families.
 //! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`]; [`LinearProblem`] is one.
-//! - [`backward_elimination`]: from many terms together to those that the rows need.
 //! - `Information`: what rows say, made or planned: expected standard errors, and which further rows are worth most.
 //! - [`log_bayes`], [`under_known_covariance`], [`distinguishable`]: what a score is worth.
 
-mod backward;
 mod batched;
 pub(crate) mod constants;
 mod covariance;
@@ -30,7 +28,6 @@ mod tests;
 mod vectors;
 mod white_space;
 
-pub use backward::backward_elimination;
 pub use batched::Batched;
 pub use constants::{
     DESIGN_LENGTH, DISTINGUISHABLE, LAW_LEVEL, MOST_READINGS_OF_A_PART, NULL_SAMPLES,
