@@ -21,11 +21,11 @@ use stiffbench_units_and_text::test_point::{Branch, Direction, DirectionName, Po
 use super::bad_runs::ScreenedRuns;
 use super::baseline::Baseline;
 use super::data_screen::ScreenedData;
-use super::deleted_residuals::{repeats_of, testable};
+use super::deleted_residuals::{is_testable, repeats_of};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::observations::Observations;
-use super::reading_screen::{ReadingScreen, SuspectReading, TestedReadings};
+use super::reading_screen::{ReadingScreen, TestedReadings};
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
 
 /// What may have happened to a reading.
@@ -137,16 +137,15 @@ pub(super) fn screen_readings(
         tails_dof,
     };
     let mut cells = 0..observations.cells.len();
-    if cells.all(|cell| testable(observations, cell).is_empty()) {
+    if !cells.any(|cell| is_testable(observations, cell)) {
         return Ok(screened(observations.clone(), Vec::new(), None));
     }
     let screen = ReadingScreen::new(baseline, observations, noise)?;
     let most = (MOST_BAD_READINGS * observations.len() as f64).ceil() as usize;
+    let noise_of_all = runs.noise.unwrap_or_else(|| screen.noise_of_all());
     let all = vec![true; observations.len()];
-    let noise_of_all = runs.noise.unwrap_or_else(|| screen.noise_of(&all, None));
-    let of_all = TestedReadings::new(&screen, all, noise_of_all);
-    let tails_of_all = of_all.tails_dof();
-    let mut tested = of_all;
+    let mut tested = TestedReadings::new(&screen, all, noise_of_all);
+    let tails_of_all = tested.tails_dof();
     let mut suspects: Vec<usize> = Vec::new();
     let mut p: Vec<f64> = Vec::new();
     while suspects.len() < most {
@@ -159,11 +158,12 @@ pub(super) fn screen_readings(
             // What it does to the noise must not speak for it; a reading that passed for good hardly changed it.
             let similar = p.last().filter(|p| **p > BAD_READING_LEVEL);
             let similar = similar.map(|_| tested.noise);
-            let noise = screen.noise_of(tested.kept(), similar.as_ref());
-            tested = TestedReadings::new(&screen, tested.kept().to_vec(), noise);
+            let noise = screen.noise_of(&tested.keep, similar.as_ref());
+            tested = TestedReadings::new(&screen, tested.keep, noise);
             // Those before it that passed for good lie farther out than all others too.
             let passed = p.iter().rev().take_while(|p| **p > BAD_READING_LEVEL);
-            family_p = tested.judged(suspect, 1 + passed.count()).1;
+            let judged = tested.judged(suspect, 1 + passed.count());
+            family_p = judged.map_or(1.0, |judged| judged.p_family);
         }
         suspects.push(suspect);
         p.push(family_p);
@@ -177,19 +177,10 @@ pub(super) fn screen_readings(
     let all_out = good_without(&suspects);
     let found = screen.noise_of(&all_out, None);
     let tested = TestedReadings::new(&screen, all_out, found);
-    let again = suspects.iter().filter_map(|suspect| {
-        let (deviation, alone) = tested.judged(*suspect, 1);
-        let is_bad = alone <= BAD_READING_LEVEL;
-        Some((deviation?, alone)).filter(|_| is_bad)
-    });
-    let (suspects, p): (Vec<SuspectReading>, Vec<f64>) = again.unzip();
-    let places: Vec<usize> = suspects.iter().map(|one| one.reading).collect();
+    let again = suspects.iter().filter_map(|one| tested.judged(*one, 1));
+    let mut bad: Vec<BadReading> = again.filter(BadReading::is_named).collect();
+    let places: Vec<usize> = bad.iter().map(|one| one.reading).collect();
     let good = good_without(&places);
-    let mut bad: Vec<BadReading> = suspects
-        .iter()
-        .zip(p)
-        .map(|(one, p)| BadReading::new(observations, one.reading, (one.shift_m, one.u_m), p))
-        .collect();
     bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family).then(a.line.cmp(&b.line)));
     let others = observations.filtered(&good);
     let tails_dof = TestedReadings::new(&screen, good, found).tails_dof();
@@ -217,11 +208,7 @@ impl BadReading {
         let others = observations.mask(|one| one != self.reading);
         let found = screen.noise_of(&others, None);
         let tested = TestedReadings::new(&screen, others, found);
-        let (Some(deviation), p_family) = tested.judged(self.reading, 1) else {
-            return Ok(self);
-        };
-        let shift = (deviation.shift_m, deviation.u_m);
-        Ok(Self::new(observations, self.reading, shift, p_family))
+        Ok(tested.judged(self.reading, 1).unwrap_or(self))
     }
 
     /// # Arguments
@@ -266,6 +253,9 @@ impl BadReading {
     }
 }
 
+/// Places by which a decimal point is moved, the likeliest first.
+pub(super) const DECIMAL_PLACES: [i32; 6] = [1, -1, 2, -2, 3, -3];
+
 /// What was done to a value that should be another, if it is one of the usual slips of the pen.
 pub(crate) fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
     let agrees = |value: f64| (value - expected).abs() < 4.0 * u;
@@ -276,9 +266,7 @@ pub(crate) fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
     if agrees(-value) {
         return BadReadingKind::Sign;
     }
-    let places = [1, -1, 2, -2, 3, -3];
-    let moved = places
-        .into_iter()
-        .find(|places| agrees(value * 10_f64.powi(*places)));
+    let mut places = DECIMAL_PLACES.into_iter();
+    let moved = places.find(|places| agrees(value * 10_f64.powi(*places)));
     moved.map_or(BadReadingKind::Any, BadReadingKind::DecimalPoint)
 }

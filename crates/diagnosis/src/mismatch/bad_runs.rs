@@ -4,6 +4,8 @@
 //! the scatter of all others is a run read with another sign, another decimal point, another scale or another set-up. What repeats in every run cannot enter,
 //! and neither does a jump or a single reading of the run that explains more. A cell is judged by itself: a structure yields along its load.
 
+use std::collections::BTreeSet;
+
 use stiffbench_numeric::statistics::{mean, normal_upper_tail, root_mean_square};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -11,14 +13,15 @@ use super::bad_readings::{BadReadingKind, slip};
 use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
-use super::noise::{NoiseCovariance, ReadingNoise};
+use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::reading_screen::ReadingScreen;
 use super::tails::{Beside, Tails, chance_if_normal};
 use super::wrong_cells::wrong_cells;
 use crate::search::constants::{
-    AFTER_A_JUMP, BAD_READING_LEVEL, CLEARLY_GOOD, ENOUGH_REPEATS, MOST_BAD_READINGS,
+    AFTER_A_JUMP, BAD_READING_LEVEL, CLEARLY_GOOD, ENOUGH_REPEATS, MOST_BAD_READINGS, ROUNDING,
 };
+use crate::search::{chance_of_any, dot, norm, push_orthonormal, subtract, take_out};
 
 /// A run, or all runs of a cell, with a displacement per force that cannot be.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,23 +112,23 @@ pub(super) fn screen_runs(
             noise: None,
         });
     }
-    let mut found = None;
     let most = (MOST_BAD_READINGS * rest.runs.len() as f64).ceil() as usize;
-    for _ in 0..most {
+    let (mut known, against) = loop {
         let screen = ReadingScreen::new(baseline, &rest, noise)?;
-        let noise_of_all = screen.noise_of(&vec![true; rest.len()], None);
-        let Some((worst, worst_bad)) = worst_run(&rest, &screen, &noise_of_all) else {
-            found = Some(noise_of_all);
-            break;
+        let of_rest = screen.noise_of_all();
+        let worst = if bad.len() < most {
+            worst_run(&rest, &screen, &of_rest)
+        } else {
+            None
+        };
+        let Some((worst, worst_bad)) = worst else {
+            let against = cells_against_their_load(&rest, &screen, &of_rest);
+            break (Some(of_rest), against);
         };
         let run = rest.runs[worst].readings.clone();
         bad.push(worst_bad);
         rest = rest.filtered(&rest.mask(|one| !run.contains(&one)));
-    }
-    let screen = ReadingScreen::new(baseline, &rest, noise)?;
-    let of_rest = found.unwrap_or_else(|| screen.noise_of(&vec![true; rest.len()], None));
-    let against = cells_against_their_load(&rest, &screen, &of_rest);
-    let mut known = Some(of_rest);
+    };
     let mut take = |rest: &mut Observations, cells: Vec<(usize, BadRun)>| {
         if !cells.is_empty() {
             let is_other = |one: usize| cells.iter().all(|(cell, _)| *cell != rest.cell_of(one));
@@ -157,23 +160,22 @@ fn worst_run(
     let slopes = run_slopes(observations, screen, noise_of_all, None);
     let ratio = |one: &RunSlope| one.ratio.abs();
     let suspect = slopes.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
-    let others = slopes.iter().filter(|one| one.run != suspect.run);
-    let others = root_mean_square(others.map(|one| one.ratio))?;
-    let as_far = chance_if_normal(suspect.ratio, others, Beside::NOTHING, slopes.len());
+    let others = |slopes: &[RunSlope]| -> Vec<f64> {
+        let others = slopes.iter().filter(|one| one.run != suspect.run);
+        others.map(|one| one.ratio).collect()
+    };
+    let scatter = root_mean_square(others(&slopes))?;
+    let as_far = chance_if_normal(suspect.ratio, scatter, Beside::NOTHING, slopes.len());
     if as_far > CLEARLY_GOOD * BAD_READING_LEVEL {
         return None;
     }
     // What it does to the noise, and to its neighbours, must not speak for it.
     let readings = observations.runs[suspect.run].readings.clone();
-    let others = observations.mask(|one| !readings.contains(&one));
-    let found = screen.noise_of(&others, None);
+    let kept = observations.mask(|one| !readings.contains(&one));
+    let found = screen.noise_of(&kept, None);
     let slopes = run_slopes(observations, screen, &found, Some(suspect.run));
     let own = slopes.iter().find(|one| one.run == suspect.run)?;
-    let ratios: Vec<f64> = slopes
-        .iter()
-        .filter(|one| one.run != own.run)
-        .map(|one| one.ratio)
-        .collect();
+    let ratios = others(&slopes);
     if ratios.is_empty() || own.is_explained_otherwise {
         return None;
     }
@@ -216,32 +218,19 @@ fn run_slopes(
     noise: &ReadingNoise,
     suspect: Option<usize>,
 ) -> Vec<RunSlope> {
-    let whitening =
-        NoiseCovariance::new(observations, noise, &screen.slope_m, &screen.compliance[..]);
+    let whitening = screen.whitening(noise);
     let weights = whitening.covariance.weights();
-    let mut out = Vec::new();
-    for run in 0..observations.runs.len() {
+    let all = 0..observations.runs.len();
+    let slopes = all.filter_map(|run| {
         let cell = &observations.cells[observations.runs[run].cell];
+        let mut others: Vec<usize> = cell.runs.clone().collect();
+        others.retain(|other| *other != run && Some(*other) != suspect);
         // Across the load a compliance may be nothing, and a share of it tells nothing.
-        if !cell.is_along_load() {
-            continue;
-        }
-        let others = cell
-            .runs
-            .clone()
-            .filter(|other| *other != run && Some(*other) != suspect);
-        let others: Vec<usize> = others.collect();
-        if others.len() + 1 < ENOUGH_REPEATS {
-            continue;
-        }
-        out.extend(run_slope(
-            observations,
-            (run, &others),
-            screen,
-            (weights, noise),
-        ));
-    }
-    out
+        let is_compared = cell.is_along_load() && others.len() + 1 >= ENOUGH_REPEATS;
+        let slope = || run_slope(observations, (run, &others), screen, (weights, noise));
+        is_compared.then(slope).flatten()
+    });
+    slopes.collect()
 }
 
 fn run_slope(
@@ -253,7 +242,7 @@ fn run_slope(
     let key = |reading: usize| observations.load_key(reading);
     let force_n = |reading: usize| observations.loads[reading].force_n;
     // Displacement of this run at the forces of its repeats, less theirs; theirs is what the scale of a run multiplies.
-    let mut rows: Vec<Row> = Vec::new();
+    let (mut rows, mut columns) = (Vec::new(), <[Vec<f64>; 3]>::default());
     for reading in observations.runs[run].readings.clone() {
         let repeats = others
             .iter()
@@ -269,50 +258,51 @@ fn run_slope(
         let more_n = force_n(reading) - of(&force_n)?;
         let repeats_m = of(&|one| observations.displacement_m[one])?;
         let more_m = observations.displacement_m[reading] - repeats_m;
-        rows.push(Row {
-            zero: observations.readings[reading].zero,
-            weight: weights[reading] * weights[reading],
-            more_m,
-            by_force_m: screen.compliance[reading] * more_n,
-            slope_m: repeats_m,
-        });
+        let values = [more_m, screen.compliance[reading] * more_n, repeats_m];
+        for (column, value) in columns.iter_mut().zip(values) {
+            column.push(value);
+        }
+        rows.push(reading);
     }
-    // What a difference of the forces moves has the scale of the run too.
-    let uncentred = rows.clone();
-    let (mut product, mut square, mut scale) = (0.0, 0.0, 1.0);
-    for _ in 0..2 {
-        rows.clone_from(&uncentred);
-        for row in &mut rows {
-            row.more_m -= scale * row.by_force_m;
-        }
-        centre(&mut rows);
-        (product, square) = projection(&rows);
-        if square <= 0.0 {
-            return None;
-        }
-        scale = 1.0 + product / square;
-    }
-    // The repeats scatter as well.
-    let as_many = 1.0 + 1.0 / others.len() as f64;
-    let off = product / square;
-    let u = (as_many * (noise.run_slope_sd.powi(2) + square.recip())).sqrt();
-    let fall = |rows: &[Row], moved: &dyn Fn(usize) -> bool| {
-        let mut column: Vec<Row> = rows.to_vec();
-        for (place, row) in column.iter_mut().enumerate() {
-            row.slope_m = f64::from(u8::from(moved(place)));
-        }
-        centre(&mut column);
-        let (product, square) = projection(&column);
-        if square > 0.0 {
-            product * product / square
-        } else {
-            0.0
-        }
+    let zero_of = |place: usize| observations.readings[rows[place]].zero;
+    let weighed = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let rows = rows.iter().enumerate();
+        rows.map(|(place, row)| weights[*row] * of(place)).collect()
     };
     let count = rows.len();
-    let jumps =
-        (1..count.saturating_sub(AFTER_A_JUMP)).map(|from| fall(&rows, &|place| place >= from));
-    let singles = (0..count).map(|one| fall(&rows, &|place| place == one));
+    let mut zeros = Vec::new();
+    for zero in (0..count).map(zero_of).collect::<BTreeSet<u32>>() {
+        let column = weighed(&|place| f64::from(u8::from(zero_of(place) == zero)));
+        push_orthonormal(&mut zeros, column, 0.0, 0.0);
+    }
+    // A column without the zeros; `None` if they leave nothing of it.
+    let white = |of: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
+        let mut column = weighed(of);
+        let whole = norm(&column);
+        take_out(&zeros, &mut column);
+        (norm(&column) > ROUNDING * whole).then_some(column)
+    };
+    let [more, by_force, slope] = columns.map(|column| white(&|place| column[place]));
+    let slope = slope?;
+    let mut more = more.unwrap_or_else(|| vec![0.0; count]);
+    let square = dot(&slope, &slope);
+    // What a difference of the forces moves has the scale of the run too.
+    if let Some(by_force) = by_force {
+        let scale = 1.0 + (dot(&slope, &more) - dot(&slope, &by_force)) / square;
+        subtract(&mut more, scale, &by_force);
+    }
+    let off = dot(&slope, &more) / square;
+    // The repeats scatter as well.
+    let as_many = 1.0 + 1.0 / others.len() as f64;
+    let u = (as_many * (noise.run_slope_sd.powi(2) + square.recip())).sqrt();
+    let fall = |is_moved: &dyn Fn(usize) -> bool| {
+        let column = white(&|place| f64::from(u8::from(is_moved(place))));
+        column.map_or(0.0, |column| {
+            dot(&column, &more).powi(2) / dot(&column, &column)
+        })
+    };
+    let jumps = (1..count.saturating_sub(AFTER_A_JUMP)).map(|from| fall(&|place| place >= from));
+    let singles = (0..count).map(|one| fall(&|place| place == one));
     let most = jumps.chain(singles).fold(0.0, f64::max);
     Some(RunSlope {
         run,
@@ -320,43 +310,8 @@ fn run_slope(
         off,
         u,
         ratio: off / u,
-        is_explained_otherwise: most > product * product / square,
+        is_explained_otherwise: most > off * off * square,
     })
-}
-
-#[derive(Clone)]
-struct Row {
-    zero: u32,
-    weight: f64,
-    more_m: f64,
-    /// What its force has beyond that of its repeats, times the compliance.
-    by_force_m: f64,
-    slope_m: f64,
-}
-
-/// Takes the zeros out: the weighted means of the rows of each.
-fn centre(rows: &mut [Row]) {
-    let zeros: std::collections::BTreeSet<u32> = rows.iter().map(|row| row.zero).collect();
-    for zero in zeros {
-        let of_zero = || rows.iter().filter(|row| row.zero == zero);
-        let whole: f64 = of_zero().map(|row| row.weight).sum();
-        let more_m = of_zero().map(|row| row.weight * row.more_m).sum::<f64>() / whole;
-        let slope_m = of_zero().map(|row| row.weight * row.slope_m).sum::<f64>() / whole;
-        for row in rows.iter_mut().filter(|row| row.zero == zero) {
-            row.more_m -= more_m;
-            row.slope_m -= slope_m;
-        }
-    }
-}
-
-/// Weighted product of the differences with the slopes, and the square of the slopes.
-fn projection(rows: &[Row]) -> (f64, f64) {
-    let (mut product, mut square) = (0.0, 0.0);
-    for row in rows {
-        product += row.weight * row.slope_m * row.more_m;
-        square += row.weight * row.slope_m * row.slope_m;
-    }
-    (product, square)
 }
 
 /// Cells that yield against their load, where most yield along it: a passive structure yields along every load.
@@ -366,28 +321,25 @@ fn cells_against_their_load(
     found: &ReadingNoise,
 ) -> Vec<(usize, BadRun)> {
     let uncertainties = screen.relative_uncertainties(found);
-    let mut out = Vec::new();
-    for (number, (cell, u_relative)) in observations.cells.iter().zip(uncertainties).enumerate() {
+    let cells = observations.cells.iter().zip(uncertainties).enumerate();
+    let against = cells.filter_map(|(number, (cell, u_relative))| {
         let compliance = screen.compliance[cell.readings.start];
-        if compliance >= 0.0 || !cell.is_along_load() {
-            continue;
-        }
         let p = 2.0 * normal_upper_tail(u_relative.recip());
-        let p_family = -(observations.cells.len() as f64 * (-p).ln_1p()).exp_m1();
-        if p_family <= BAD_READING_LEVEL {
+        let p_family = chance_of_any(p, observations.cells.len() as f64);
+        let is_against = compliance < 0.0 && cell.is_along_load();
+        (is_against && p_family <= BAD_READING_LEVEL).then(|| {
             let values = [compliance, -compliance, u_relative * compliance.abs()];
             let (place, kind) = ((number, None), BadReadingKind::Sign);
-            out.push((
-                number,
-                BadRun::new(observations, place, values, p_family, kind),
-            ));
-        }
-    }
+            let bad = BadRun::new(observations, place, values, p_family, kind);
+            (number, bad)
+        })
+    });
+    let against: Vec<(usize, BadRun)> = against.collect();
     // Where most do, the sign of force or displacement is a convention of the session.
-    let along = observations
-        .cells
-        .iter()
-        .filter(|cell| cell.is_along_load());
-    let is_convention = 2 * out.len() >= along.count();
-    if is_convention { Vec::new() } else { out }
+    let along = observations.cells.iter();
+    let along = along.filter(|cell| cell.is_along_load()).count();
+    if 2 * against.len() >= along {
+        return Vec::new();
+    }
+    against
 }

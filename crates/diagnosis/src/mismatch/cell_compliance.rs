@@ -178,16 +178,13 @@ impl<'a> CellComplianceModel<'a> {
             max_evaluations: 60,
             ..LeastSquaresSettings::for_refits()
         };
-        let mut best: Option<CellFit> = None;
-        for times in starts {
+        let fits = starts.iter().filter_map(|times| {
             let mut parameters = begin.clone();
             parameters.extend(spring.map(|_| {
                 let widest = WIDEST.ln();
                 Parameter::free("spring", times.ln(), -widest, widest)
             }));
-            let Ok(set) = ParameterSet::new(parameters) else {
-                continue;
-            };
+            let set = ParameterSet::new(parameters).ok()?;
             let mut problem = CompliancesOfCells {
                 baseline: self.baseline,
                 solver: &mut *solver,
@@ -196,27 +193,19 @@ impl<'a> CellComplianceModel<'a> {
                 spring,
                 logs: vec![0.0; cells.len()],
             };
-            let Ok(fit) = minimise(&mut problem, &set, &settings) else {
-                continue;
-            };
-            let squares = fit.sum_of_squares();
-            if best.as_ref().is_some_and(|best| best.squares <= squares) {
-                continue;
-            }
+            let fit = minimise(&mut problem, &set, &settings).ok()?;
             // The logarithms of the end: the last evaluation may have been a step that was not taken.
             let mut residuals = vec![0.0; problem.residual_count()];
-            if problem.evaluate(&fit.values, &mut residuals, None).is_err() {
-                continue;
-            }
+            problem.evaluate(&fit.values, &mut residuals, None).ok()?;
             let columns = (0..set.free_indices().len()).filter_map(|one| fit.jacobian_column(one));
-            best = Some(CellFit {
-                squares,
+            Some(CellFit {
+                squares: fit.sum_of_squares(),
                 columns: columns.map(<[f64]>::to_vec).collect(),
                 logs: problem.logs,
                 parameters: fit.values,
-            });
-        }
-        best
+            })
+        });
+        fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 }
 

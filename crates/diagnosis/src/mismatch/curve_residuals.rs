@@ -20,15 +20,13 @@ struct Neighbour {
     weight: f64,
 }
 
-/// Readings of a cell that neighbours can be compared with.
-pub(super) fn with_neighbours(observations: &Observations, cell: usize) -> Vec<usize> {
-    let runs = observations.cells[cell].runs.clone();
-    let stretches = runs.flat_map(|run| stretches(observations, run));
-    let inner = stretches.flat_map(|stretch| {
-        let places = inner(stretch.len());
-        places.map(move |place| stretch[place])
-    });
-    inner.collect()
+/// Whether neighbours can be compared with readings of a cell.
+pub(super) fn has_neighbours(observations: &Observations, cell: usize) -> bool {
+    let mut runs = observations.cells[cell].runs.clone();
+    runs.any(|run| {
+        let stretches = stretches(observations, run);
+        stretches.iter().any(|one| !inner(one.len()).is_empty())
+    })
 }
 
 /// Shifts of the readings of a cell against their neighbours.
@@ -169,8 +167,8 @@ fn shift_at(window: &[Neighbour], at: usize) -> Option<CurveShift> {
         })
     });
     let jumps = (1..count).map(|from| column(&|place, _| f64::from(u8::from(place >= from))));
-    let mut least: Option<CurveShift> = None;
-    for more in std::iter::once(None).chain(kinks.chain(jumps).map(Some)) {
+    let shifts = std::iter::once(None).chain(kinks.chain(jumps).map(Some));
+    let shifts = shifts.map(|more| {
         let mut free = smooth.clone();
         if let Some(column) = more {
             push_orthonormal(&mut free, column, ROUNDING.sqrt(), 0.0);
@@ -189,14 +187,14 @@ fn shift_at(window: &[Neighbour], at: usize) -> Option<CurveShift> {
         }
         let others = (dot(&left, &left) - product * product / square) / rest as f64;
         let ratio = product / (square * others.max(1.0)).sqrt();
-        let shift = CurveShift {
-            shift_m: product / square,
-            ratio,
-            scatter: least.map_or(ratio, |first| first.scatter),
-        };
-        if least.is_none_or(|least| shift.ratio.abs() < least.ratio.abs()) {
-            least = Some(shift);
-        }
-    }
-    least
+        Some((ratio, product / square))
+    });
+    let shifts: Vec<(f64, f64)> = shifts.collect::<Option<_>>()?;
+    let least = |a: &&(f64, f64), b: &&(f64, f64)| a.0.abs().total_cmp(&b.0.abs());
+    let (ratio, shift_m) = *shifts.iter().min_by(least)?;
+    Some(CurveShift {
+        shift_m,
+        ratio,
+        scatter: shifts[0].0,
+    })
 }

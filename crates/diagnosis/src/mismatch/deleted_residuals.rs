@@ -2,15 +2,16 @@
 //!
 //! What is free in one run is taken out of that run alone, so that the work grows with the number of readings.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::curve_residuals::{curve_residuals, with_neighbours};
+use super::curve_residuals::{curve_residuals, has_neighbours};
 use super::free_means::fixed_part;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::constants::{AFTER_A_JUMP, ENOUGH_REPEATS, ROUNDING, UNSEEN_READING};
-use crate::search::{Covariance, dot, push_orthonormal, subtract, take_out};
+use crate::search::{Covariance, RowVector, dot, push_orthonormal_rows, subtract};
 
 /// A reading against its repeats.
 #[derive(Debug, Clone, Copy)]
@@ -39,55 +40,35 @@ fn repeats(observations: &Observations, cell: usize) -> BTreeMap<(u32, u32), Vec
     repeats
 }
 
-/// Readings of a cell that can be tested.
-pub(super) fn testable(observations: &Observations, cell: usize) -> Vec<usize> {
-    let repeated = repeated(observations, cell);
-    if repeated.is_empty() {
-        with_neighbours(observations, cell)
-    } else {
-        repeated
-    }
+/// Whether readings of a cell can be tested.
+pub(super) fn is_testable(observations: &Observations, cell: usize) -> bool {
+    is_repeated(&repeats(observations, cell)) || has_neighbours(observations, cell)
 }
 
-/// Readings of a cell whose load was set at least three times.
-fn repeated(observations: &Observations, cell: usize) -> Vec<usize> {
-    let repeats = repeats(observations, cell).into_values();
-    let enough = repeats.filter(|repeats| repeats.len() >= ENOUGH_REPEATS);
-    let mut readings: Vec<usize> = enough.flatten().collect();
-    readings.sort_unstable();
-    readings
+/// Whether a load of a cell was set at least three times.
+fn is_repeated(repeats: &BTreeMap<(u32, u32), Vec<usize>>) -> bool {
+    repeats.values().any(|own| own.len() >= ENOUGH_REPEATS)
 }
 
 /// The other readings of a cell under the load of one; none where it was set less than three times.
 pub(super) fn repeats_of(observations: &Observations, reading: usize) -> Vec<usize> {
-    let mut all = repeats(observations, observations.cell_of(reading)).into_values();
-    let own = all.find(|repeats| repeats.contains(&reading));
-    let mut others = own
-        .filter(|own| own.len() >= ENOUGH_REPEATS)
-        .unwrap_or_default();
-    others.retain(|other| *other != reading);
-    others
+    let all = repeats(observations, observations.cell_of(reading));
+    let own = &all[&observations.load_key(reading)];
+    if own.len() < ENOUGH_REPEATS {
+        return Vec::new();
+    }
+    let others = own.iter().copied();
+    others.filter(|other| *other != reading).collect()
 }
 
-/// Readings of a cell whose force is larger, or smaller, than that of all their repeats.
-fn outermost(observations: &Observations, cell: usize) -> Vec<usize> {
-    let force_n = |reading: &usize| observations.loads[*reading].force_n;
-    let mut found = Vec::new();
-    for mut repeats in repeats(observations, cell).into_values() {
-        repeats.sort_by(|a, b| force_n(a).total_cmp(&force_n(b)));
-        let ends = [
-            (repeats.first(), repeats.get(1)),
-            (repeats.last(), repeats.iter().rev().nth(1)),
-        ];
-        for (end, next) in ends {
-            let alone = end.filter(|end| {
-                next.is_none_or(|next| force_n(next).total_cmp(&force_n(end)).is_ne())
-            });
-            found.extend(alone);
-        }
-    }
-    found.sort_unstable();
-    found
+/// Whether the force of a reading is larger, or smaller, than that of all its repeats.
+fn is_outermost(observations: &Observations, repeats: &[usize], reading: usize) -> bool {
+    let force_n = |one: usize| observations.loads[one].force_n;
+    let is_beyond = |way: Ordering| {
+        let mut others = repeats.iter().filter(|other| **other != reading);
+        others.all(|other| force_n(*other).total_cmp(&force_n(reading)) == way)
+    };
+    is_beyond(Ordering::Less) || is_beyond(Ordering::Greater)
 }
 
 /// Deleted residuals of the readings of a cell that can be tested.
@@ -99,14 +80,13 @@ pub(super) fn deleted_residuals(
     cell: usize,
     whitening: &NoiseCovariance,
 ) -> Vec<Tested> {
-    let testable = repeated(observations, cell);
-    if testable.is_empty() {
+    let repeats = repeats(observations, cell);
+    if !is_repeated(&repeats) {
         return curve_residuals(observations, cell, whitening);
     }
-    let outermost = outermost(observations, cell);
-    let covariance = &whitening.covariance;
-    let free = FreeMeans::new(observations, cell, covariance, &whitening.slope_m);
-    let mut out = Vec::with_capacity(testable.len());
+    let (covariance, slope_m) = (&whitening.covariance, &whitening.slope_m);
+    let free = FreeMeans::new(observations, cell, covariance, slope_m);
+    let mut out = Vec::new();
     for run in observations.cells[cell].runs.clone() {
         let readings = observations.runs[run].readings.clone();
         let later = readings.start + 1..readings.end.saturating_sub(AFTER_A_JUMP);
@@ -114,7 +94,8 @@ pub(super) fn deleted_residuals(
             .filter_map(|from| free.shift(run, from..readings.end))
             .max_by(|a, b| a.fall().total_cmp(&b.fall()));
         for reading in readings {
-            if testable.binary_search(&reading).is_err() {
+            let repeats = &repeats[&observations.load_key(reading)];
+            if repeats.len() < ENOUGH_REPEATS {
                 continue;
             }
             let own = free.shift(run, reading..reading + 1);
@@ -124,7 +105,7 @@ pub(super) fn deleted_residuals(
                 ratio: own.product / own.square.sqrt(),
                 scatter: own.product / own.square.sqrt(),
                 shift_m: own.product / own.square,
-                is_outermost: outermost.binary_search(&reading).is_ok(),
+                is_outermost: is_outermost(observations, repeats, reading),
                 is_by_curve: false,
                 own_share: whitening.own_share(reading),
             }));
@@ -133,122 +114,100 @@ pub(super) fn deleted_residuals(
     out
 }
 
-/// What is free in a cell: the mean of each load step, and zero and slope of each run.
+/// What is free in a cell, white: the mean of each load step, each zero, and the slope of each run.
 struct FreeMeans<'a> {
+    observations: &'a Observations,
     covariance: &'a Covariance,
-    runs: Vec<FreeRun>,
-    first_run: usize,
-}
-
-/// A run of a cell, white.
-struct FreeRun {
+    /// Readings of the cell.
     rows: Range<usize>,
-    /// Orthonormal columns of what is free in this run alone.
-    own: Vec<Vec<f64>>,
-    /// For each row what it has of the orthonormal columns of what is free in common with other runs.
-    common: Vec<Vec<f64>>,
+    /// Orthonormal columns.
+    free: Vec<RowVector>,
     /// What all of them leave of the readings.
     residual: Vec<f64>,
 }
 
 impl<'a> FreeMeans<'a> {
     fn new(
-        observations: &Observations,
+        observations: &'a Observations,
         cell: usize,
         covariance: &'a Covariance,
         slope_m: &[f64],
     ) -> Self {
-        let cell_rows = observations.cells[cell].readings.clone();
-        let zero = |reading: usize| observations.readings[reading].zero;
-        let mut runs_of_zero: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        for run in observations.cells[cell].runs.clone() {
-            for reading in observations.runs[run].readings.clone() {
-                let runs = runs_of_zero.entry(zero(reading)).or_default();
-                if runs.last() != Some(&run) {
-                    runs.push(run);
-                }
-            }
-        }
-        let is_zero =
-            |wanted: u32| move |reading: usize| f64::from(u8::from(zero(reading) == wanted));
-        let mut runs: Vec<FreeRun> = observations.cells[cell]
-            .runs
-            .clone()
-            .map(|run| {
-                let rows = observations.runs[run].readings.clone();
-                let white = |column: &mut Vec<f64>| covariance.whiten_own(&rows, column);
-                let mut own = Vec::new();
-                let zeros = runs_of_zero.iter().filter(|(_, runs)| runs[..] == [run]);
-                let zeros = zeros.map(|(label, _)| rows.clone().map(is_zero(*label)).collect());
-                for mut column in zeros.chain([slope_m[rows.clone()].to_vec()]) {
-                    white(&mut column);
-                    push_orthonormal(&mut own, column, ROUNDING, 0.0);
-                }
-                let mut residual = observations.displacement_m[rows.clone()].to_vec();
-                white(&mut residual);
-                take_out(&own, &mut residual);
-                FreeRun {
-                    common: vec![Vec::new(); rows.len()],
-                    rows,
-                    own,
-                    residual,
-                }
-            })
-            .collect();
-        let mut columns = fixed_part(observations, cell).columns();
-        let shared = runs_of_zero.iter().filter(|(_, runs)| runs.len() > 1);
-        columns.extend(shared.map(|(label, _)| cell_rows.clone().map(is_zero(*label)).collect()));
-        let mut common: Vec<Vec<f64>> = Vec::new();
-        for mut column in columns {
-            let mut whole = 0.0;
-            for run in &runs {
-                let place = run.rows.start - cell_rows.start..run.rows.end - cell_rows.start;
-                covariance.whiten_own(&run.rows, &mut column[place.clone()]);
-                whole += dot(&column[place.clone()], &column[place.clone()]);
-                take_out(&run.own, &mut column[place]);
-            }
-            push_orthonormal(&mut common, column, ROUNDING, ROUNDING * whole.sqrt());
-        }
-        for unit in &common {
-            let mut product = 0.0;
-            for run in &runs {
-                let start = run.rows.start - cell_rows.start;
-                product += dot(&run.residual, &unit[start..start + run.rows.len()]);
-            }
-            for run in &mut runs {
-                let start = run.rows.start - cell_rows.start;
-                let part = &unit[start..start + run.rows.len()];
-                subtract(&mut run.residual, product, part);
-                for (row, value) in run.common.iter_mut().zip(part) {
-                    row.push(*value);
-                }
-            }
-        }
-        Self {
+        let of_cell = &observations.cells[cell];
+        let mut means = Self {
+            observations,
             covariance,
-            runs,
-            first_run: observations.cells[cell].runs.start,
+            rows: of_cell.readings.clone(),
+            free: Vec::new(),
+            residual: Vec::new(),
+        };
+        // First what is free in one run alone, of which alone it takes work.
+        for run in &observations.runs[of_cell.runs.clone()] {
+            means.set_free(&run.readings, |reading| slope_m[reading]);
         }
+        let mut zeros: BTreeMap<u32, Range<usize>> = BTreeMap::new();
+        for reading in means.rows.clone() {
+            let detail = &observations.readings[reading];
+            let run = &observations.runs[detail.run].readings;
+            let rows = zeros.entry(detail.zero).or_insert_with(|| run.clone());
+            rows.end = run.end;
+        }
+        for (zero, rows) in zeros {
+            let is_of_zero = |reading: usize| observations.readings[reading].zero == zero;
+            means.set_free(&rows, |reading| f64::from(u8::from(is_of_zero(reading))));
+        }
+        for column in fixed_part(observations, cell).columns() {
+            means.set_free(&of_cell.readings, |reading| {
+                column[reading - of_cell.readings.start]
+            });
+        }
+        means.residual = means.white(&of_cell.readings, |one| observations.displacement_m[one]);
+        for unit in &means.free {
+            let product = unit.dot(&means.residual);
+            subtract(&mut means.residual[unit.rows()], product, &unit.values);
+        }
+        means
+    }
+
+    /// Values of readings of whole runs, white.
+    fn white(&self, readings: &Range<usize>, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut values: Vec<f64> = readings.clone().map(of).collect();
+        let mut rest = &mut values[..];
+        while !rest.is_empty() {
+            let run = self.observations.readings[readings.end - rest.len()].run;
+            let run = &self.observations.runs[run].readings;
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(run.len());
+            self.covariance.whiten_own(run, own);
+            rest = others;
+        }
+        values
+    }
+
+    fn column(&self, readings: &Range<usize>, of: impl Fn(usize) -> f64) -> RowVector {
+        RowVector {
+            first: readings.start - self.rows.start,
+            values: self.white(readings, of),
+        }
+    }
+
+    fn set_free(&mut self, readings: &Range<usize>, of: impl Fn(usize) -> f64) {
+        let column = self.column(readings, of);
+        push_orthonormal_rows(&mut self.free, column, ROUNDING);
     }
 
     /// The shift of some readings of a run; `None` if what is free leaves too little of it.
     fn shift(&self, run: usize, shifted: Range<usize>) -> Option<Shift> {
-        let run = &self.runs[run - self.first_run];
-        let inside = |row: usize| f64::from(u8::from(shifted.contains(&row)));
-        let mut column: Vec<f64> = run.rows.clone().map(inside).collect();
-        self.covariance.whiten_own(&run.rows, &mut column);
-        let whole = dot(&column, &column);
-        take_out(&run.own, &mut column);
-        let mut common = vec![0.0; run.common.first().map_or(0, Vec::len)];
-        for (value, row) in column.iter().zip(&run.common) {
-            subtract(&mut common, -value, row);
-        }
+        let readings = &self.observations.runs[run].readings;
+        let inside = |reading: usize| f64::from(u8::from(shifted.contains(&reading)));
+        let column = self.column(readings, inside);
+        let free: Vec<f64> = self.free.iter().map(|one| one.dot_part(&column)).collect();
+        let whole = dot(&column.values, &column.values);
         let shift = Shift {
-            square: dot(&column, &column) - dot(&common, &common),
-            product: dot(&column, &run.residual),
+            square: whole - dot(&free, &free),
+            product: column.dot(&self.residual),
             whole,
-            column,
-            common,
+            column: column.values,
+            free,
         };
         shift.is_seen().then_some(shift)
     }
@@ -256,10 +215,10 @@ impl<'a> FreeMeans<'a> {
 
 /// A shift of some readings of a run, white.
 struct Shift {
-    /// What the run leaves of its column, and what that has of the common columns.
+    /// Its column in the readings of the run, and what that has of what is free.
     column: Vec<f64>,
-    common: Vec<f64>,
-    /// The square of what all leave, and its product with the residuals.
+    free: Vec<f64>,
+    /// The square of what is not free, and its product with the residuals.
     square: f64,
     product: f64,
     /// The square of the whole column.
@@ -281,7 +240,7 @@ impl Shift {
         let Some(step) = step.filter(|step| step.fall() > (1.0 + 1e-9) * self.fall()) else {
             return Some(self);
         };
-        let both = dot(&self.column, &step.column) - dot(&self.common, &step.common);
+        let both = dot(&self.column, &step.column) - dot(&self.free, &step.free);
         self.product -= both / step.square * step.product;
         self.square -= both * both / step.square;
         self.is_seen().then_some(self)

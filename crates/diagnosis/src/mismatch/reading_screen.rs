@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use stiffbench_numeric::statistics::{LeastSquaresLine, mean, median, root_mean_square};
 
+use super::bad_readings::BadReading;
 use super::baseline::Baseline;
 use super::deleted_residuals::{Tested, deleted_residuals};
 use super::error::MismatchError;
@@ -14,15 +15,6 @@ use super::problem::DiagnosisProblem;
 use super::restricted_likelihood::estimate_noise;
 use super::tails::{Beside, Tails, chance_if_normal};
 use crate::search::constants::{BAD_READING_LEVEL, CLEARLY_GOOD};
-
-/// How far a reading is from what the others let expect.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SuspectReading {
-    pub(super) reading: usize,
-    pub(super) shift_m: f64,
-    /// Its standard error by the noise that is estimated without it, m.
-    pub(super) u_m: f64,
-}
 
 /// Median of the slopes of the runs of a cell, m/N: one bad reading does not change it.
 fn measured_compliance(observations: &Observations, cell: usize) -> Option<f64> {
@@ -96,10 +88,20 @@ impl<'a> ReadingScreen<'a> {
         .noise
     }
 
+    /// What makes all readings white under a noise.
+    pub(super) fn whitening(&self, noise: &ReadingNoise) -> NoiseCovariance {
+        let compliance = &self.compliance[..];
+        NoiseCovariance::new(self.observations, noise, &self.slope_m, compliance)
+    }
+
+    /// The noise of all readings.
+    pub(super) fn noise_of_all(&self) -> ReadingNoise {
+        self.noise_of(&vec![true; self.observations.len()], None)
+    }
+
     /// Relative standard uncertainty of the compliance of each cell, by its readings and by the scatter of its runs.
     pub(super) fn relative_uncertainties(&self, noise: &ReadingNoise) -> Vec<f64> {
-        let (slope_m, compliance) = (&self.slope_m, &self.compliance);
-        let whitening = NoiseCovariance::new(self.observations, noise, slope_m, &compliance[..]);
+        let (slope_m, whitening) = (&self.slope_m, self.whitening(noise));
         let weights = whitening.covariance.weights();
         let of_cell = |cell: &ObservedCell| {
             let readings = cell.readings.clone();
@@ -144,7 +146,8 @@ fn kept(values: &[f64], keep: &[bool]) -> Vec<f64> {
 /// The readings that are kept, each against the others, under one noise.
 pub(super) struct TestedReadings<'a> {
     screen: &'a ReadingScreen<'a>,
-    keep: Vec<bool>,
+    /// Whether each reading is kept.
+    pub(super) keep: Vec<bool>,
     pub(super) noise: ReadingNoise,
     /// Those of each cell that can be tested.
     cells: Vec<Vec<Tested>>,
@@ -161,11 +164,6 @@ impl<'a> TestedReadings<'a> {
             noise,
             cells,
         }
-    }
-
-    /// Whether each reading is kept.
-    pub(super) fn kept(&self) -> &[bool] {
-        &self.keep
     }
 
     /// Leaves the reading out that deviates most: what the others of its cell let expect changes, and nothing else.
@@ -193,22 +191,19 @@ impl<'a> TestedReadings<'a> {
         if own.is_empty() { all().collect() } else { own }
     }
 
-    /// How far a reading beside these is off, and the chance that the largest of all is as far off by noise alone.
+    /// How far a reading beside these is off, with the chance that the largest of all is as far off by noise alone; `None` if it cannot be tested.
     ///
     /// # Arguments
     /// - `further`: how many readings, with it, lie farther out than all of these.
-    pub(super) fn judged(&self, suspect: usize, further: usize) -> (Option<SuspectReading>, f64) {
+    pub(super) fn judged(&self, suspect: usize, further: usize) -> Option<BadReading> {
         let cell = self.screen.observations.cell_of(suspect);
         let mut with_it = self.keep.clone();
         with_it[suspect] = true;
         let with_it = self.screen.tested(cell, &with_it, &self.noise);
         let of_others: usize = self.cells.iter().map(Vec::len).sum();
         let count = of_others - self.cells[cell].len() + with_it.len();
-        let Some(own) = with_it.into_iter().find(|one| one.reading == suspect) else {
-            return (None, 1.0);
-        };
-        let (deviation, p) = SuspectBeside::new(self, own, count).judged(self, further);
-        (Some(deviation), p)
+        let own = with_it.into_iter().find(|one| one.reading == suspect)?;
+        Some(SuspectBeside::new(self, own, count).judged(self, further))
     }
 }
 
@@ -242,34 +237,28 @@ impl SuspectBeside {
 
     /// Whether normal noise of this size makes a reading as far off so often that no noise can call it bad.
     pub(super) fn is_clearly_good(&self) -> bool {
-        self.chance_if_normal() > CLEARLY_GOOD * BAD_READING_LEVEL
-    }
-
-    /// Chance that the largest is as far off if errors are normal.
-    fn chance_if_normal(&self) -> f64 {
         let both = [&self.alike[..], &self.unlike[..]].concat();
         let sizes = [&self.alike, &both]
             .into_iter()
             .filter_map(|values| root_mean_square(values.iter().copied()));
         let others = sizes.fold(f64::INFINITY, f64::min);
-        chance_if_normal(self.own.ratio, others, self.beside, self.count)
+        let chance = chance_if_normal(self.own.ratio, others, self.beside, self.count);
+        chance > CLEARLY_GOOD * BAD_READING_LEVEL
     }
 
-    fn judged(&self, others: &TestedReadings<'_>, further: usize) -> (SuspectReading, f64) {
+    fn judged(&self, others: &TestedReadings<'_>, further: usize) -> BadReading {
+        let observations = others.screen.observations;
         // Rounding alone scatters by this much: a gauge that mostly repeats itself is not finer than its step.
-        let step_m = others.screen.observations.steps.displacement_m;
+        let step_m = observations.steps.displacement_m;
         let floor_m = step_m.unwrap_or(0.0) / 12_f64.sqrt();
         let tails = Tails::of_group(&self.alike, &self.unlike, further);
         // Against a curve that follows them good readings scatter less than the noise.
         let least = if self.own.is_by_curve { 1.0 } else { 0.0 };
         let tails = tails.with_scale_at_least((floor_m / others.noise.reading_sd_m).max(least));
         let p = tails.p_of_largest(self.own.ratio, self.beside, self.count);
-        let deviation = SuspectReading {
-            reading: self.own.reading,
-            shift_m: self.own.shift_m,
-            u_m: tails.scale(self.beside) * (self.own.shift_m / self.own.ratio).abs(),
-        };
-        (deviation, p)
+        let shift_m = self.own.shift_m;
+        let u_m = tails.scale(self.beside) * (shift_m / self.own.ratio).abs();
+        BadReading::new(observations, self.own.reading, (shift_m, u_m), p)
     }
 }
 

@@ -11,6 +11,7 @@ use stiffbench_numeric::statistics::{
     chi_squared_quantile, f_upper_tail, normal_upper_tail, student_t_log_density,
 };
 
+use crate::search::chance_of_any;
 use crate::search::constants::ASKED_FOR;
 
 /// Student's t with a scale: normal with many degrees of freedom.
@@ -162,8 +163,7 @@ const FACTORS: usize = 2 * LANES;
 /// - `others`: root mean square of the errors of others.
 pub(super) fn chance_if_normal(value: f64, others: f64, beside: Beside, count: usize) -> f64 {
     let sd = (beside.own * others).hypot(beside.normal_sd);
-    let one = 2.0 * normal_upper_tail(value.abs() / sd);
-    -(count as f64 * (-one).ln_1p()).exp_m1()
+    chance_of_any(2.0 * normal_upper_tail(value.abs() / sd), count as f64)
 }
 
 /// Step of the quadrature over the logarithm of χ²/ν, and where it begins and ends. The trapezoidal rule converges exponentially, the density being
@@ -272,7 +272,7 @@ impl Tails {
                 ..*t
             };
             let one = own.two_sided_beside(beside.normal_sd, value);
-            -(count as f64 * (-one).ln_1p()).exp_m1()
+            chance_of_any(one, count as f64)
         };
         self.mean(p)
     }

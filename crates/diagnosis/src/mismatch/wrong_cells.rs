@@ -14,9 +14,8 @@
 use std::collections::BTreeSet;
 
 use stiffbench_numeric::statistics::f_upper_tail;
-use stiffbench_units_and_text::test_point::Direction;
 
-use super::bad_readings::BadReadingKind;
+use super::bad_readings::{BadReadingKind, DECIMAL_PLACES};
 use super::bad_runs::BadRun;
 use super::baseline::Baseline;
 use super::cell_compliance::{CellCompliance, CellComplianceModel, CellFit};
@@ -28,39 +27,36 @@ use crate::search::constants::{
     BAD_READING_LEVEL, BY_COINCIDENCE, COLUMN_LEFT, LEAST_KNOWN_CELL, MISTAKES_FITTED,
     STRONG_EVIDENCE,
 };
-use crate::search::{dot, push_orthonormal, take_out};
+use crate::search::{chance_of_any, dot, push_orthonormal, take_out};
 
-/// What may have been done to the names or values of cells.
-#[derive(Debug, Clone, PartialEq)]
-enum CellMistake {
-    /// Each pair has the names of the other.
-    Exchanged(Vec<(usize, usize)>),
-    /// The displacements of these have the decimal point so many places too far to the left.
-    DecimalPoint(Vec<usize>, i32),
+/// What may have been done to a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum CellSlip {
+    /// It has the name of another.
+    NameOf(usize),
+    /// Its displacements have the decimal point so many places too far to the left.
+    DecimalPoint(i32),
 }
+
+/// What may have been done to the names or values of cells, of each that it changes.
+#[derive(Debug, Clone, PartialEq)]
+struct CellMistake(Vec<(usize, CellSlip)>);
 
 impl CellMistake {
     /// The cells that it changes.
     fn cells(&self) -> BTreeSet<usize> {
-        match self {
-            Self::Exchanged(pairs) => pairs.iter().flat_map(|(a, b)| [*a, *b]).collect(),
-            Self::DecimalPoint(cells, _) => cells.iter().copied().collect(),
-        }
+        self.0.iter().map(|(cell, _)| *cell).collect()
     }
 
     /// What was measured, put right.
     fn corrected(&self, cells: &[CellCompliance]) -> Vec<CellCompliance> {
         let mut out = cells.to_vec();
-        match self {
-            Self::Exchanged(pairs) => {
-                for (a, b) in pairs {
-                    (out[*a].log, out[*b].log) = (cells[*b].log, cells[*a].log);
-                    (out[*a].u, out[*b].u) = (cells[*b].u, cells[*a].u);
-                }
-            }
-            Self::DecimalPoint(changed, places) => {
-                for cell in changed {
-                    out[*cell].log += f64::from(*places) * std::f64::consts::LN_10;
+        for (cell, change) in &self.0 {
+            let own = &mut out[*cell];
+            match change {
+                CellSlip::NameOf(other) => (own.log, own.u) = (cells[*other].log, cells[*other].u),
+                CellSlip::DecimalPoint(places) => {
+                    own.log += f64::from(*places) * std::f64::consts::LN_10;
                 }
             }
         }
@@ -69,69 +65,67 @@ impl CellMistake {
 
     /// How many values of the same cells would be such a mistake too: the nearest of all decimal points counts on either side.
     fn alike(&self) -> f64 {
-        match self {
-            Self::Exchanged(_) => 1.0,
-            Self::DecimalPoint(..) => 2.0,
+        let mut changes = self.0.iter();
+        if changes.any(|(_, change)| matches!(change, CellSlip::DecimalPoint(_))) {
+            2.0
+        } else {
+            1.0
         }
+    }
+
+    /// Each pair has the names of the other.
+    fn exchanged(pairs: &[(usize, usize)]) -> Self {
+        let both = pairs.iter().flat_map(|(a, b)| [(*a, *b), (*b, *a)]);
+        Self(
+            both.map(|(cell, other)| (cell, CellSlip::NameOf(other)))
+                .collect(),
+        )
     }
 
     /// All that are considered: a pair of cells with a pose or direction in common, all of two poses or two directions; a decimal point of a cell, a
     /// pose, a direction.
     fn all(cells: &[CellCompliance]) -> Vec<Self> {
-        let poses: BTreeSet<usize> = cells.iter().map(|cell| cell.pose).collect();
-        let find = |pose: usize, direction: Direction| {
-            let mut all = cells.iter();
-            all.position(|cell| cell.pose == pose && cell.direction == direction)
-        };
-        let pose_pairs = pairs(&poses.iter().copied().collect::<Vec<_>>());
-        let direction_pairs = pairs(&Direction::ALL);
-        let mut groups: Vec<Vec<(usize, usize)>> = Vec::new();
-        for (a, b) in pose_pairs {
-            let common = Direction::ALL.iter();
-            groups.push(
-                common
-                    .filter_map(|direction| Some((find(a, *direction)?, find(b, *direction)?)))
-                    .collect(),
-            );
-        }
-        for (a, b) in direction_pairs {
-            let common = poses.iter();
-            groups.push(
-                common
-                    .filter_map(|pose| Some((find(*pose, a)?, find(*pose, b)?)))
-                    .collect(),
-            );
-        }
+        let name = |cell: &CellCompliance| [cell.pose, cell.direction.index()];
+        let keys = [0, 1].map(|part| {
+            let keys = cells.iter().map(|cell| name(cell)[part]);
+            keys.collect::<BTreeSet<usize>>()
+        });
         let mut out = Vec::new();
-        for group in groups.into_iter().filter(|group| !group.is_empty()) {
-            out.extend(group.iter().map(|pair| Self::Exchanged(vec![*pair])));
-            if group.len() > 1 {
-                out.push(Self::Exchanged(group));
+        let mut sets: Vec<Vec<usize>> = (0..cells.len()).map(|cell| vec![cell]).collect();
+        for part in 0..2 {
+            let find = |own: usize, other: usize| {
+                let wanted = if part == 0 {
+                    [own, other]
+                } else {
+                    [other, own]
+                };
+                cells.iter().position(|cell| name(cell) == wanted)
+            };
+            for a in &keys[part] {
+                for b in keys[part].range(a + 1..) {
+                    let common = keys[1 - part].iter();
+                    let group = common.filter_map(|one| Some((find(*a, *one)?, find(*b, *one)?)));
+                    let group: Vec<(usize, usize)> = group.collect();
+                    out.extend(group.iter().map(|pair| Self::exchanged(&[*pair])));
+                    if group.len() > 1 {
+                        out.push(Self::exchanged(&group));
+                    }
+                }
+                let own = (0..cells.len()).filter(|cell| name(&cells[*cell])[part] == *a);
+                let own: Vec<usize> = own.collect();
+                if own.len() > 1 && 2 * own.len() <= cells.len() {
+                    sets.push(own);
+                }
             }
         }
-        let one = (0..cells.len()).map(|cell| vec![cell]);
-        let those = |is_there: &dyn Fn(&CellCompliance) -> bool| -> Vec<usize> {
-            let all = (0..cells.len()).filter(|cell| is_there(&cells[*cell]));
-            all.collect()
-        };
-        let of_pose = poses.iter().map(|pose| those(&|cell| cell.pose == *pose));
-        let of_direction = Direction::ALL.map(|one| those(&|cell| cell.direction == one));
-        let several = of_pose.chain(of_direction);
-        let several = several.filter(|set| set.len() > 1 && 2 * set.len() <= cells.len());
-        for set in one.chain(several) {
-            let places = [1, -1, 2, -2, 3, -3];
-            out.extend(places.map(|places| Self::DecimalPoint(set.clone(), places)));
+        for set in sets {
+            out.extend(DECIMAL_PLACES.map(|places| {
+                let change = CellSlip::DecimalPoint(places);
+                Self(set.iter().map(|cell| (*cell, change)).collect())
+            }));
         }
         out
     }
-}
-
-fn pairs<T: Copy>(all: &[T]) -> Vec<(T, T)> {
-    let mut out = Vec::new();
-    for (place, a) in all.iter().enumerate() {
-        out.extend(all[place + 1..].iter().map(|b| (*a, *b)));
-    }
-    out
 }
 
 /// A mistake, fitted.
@@ -151,7 +145,7 @@ pub(super) fn wrong_cells(
     observations: &Observations,
     noise: &KnownNoise,
 ) -> Result<Vec<(usize, BadRun)>, MismatchError> {
-    let (places, cells) = measured(baseline, observations, noise)?;
+    let (cells, places) = measured(baseline, observations, noise)?;
     let free = baseline.parameters().len();
     // One more spring may be free, and one direction is that of the mistake.
     let Some(dof) = cells.len().checked_sub(free + 2).filter(|dof| *dof > 0) else {
@@ -168,8 +162,7 @@ pub(super) fn wrong_cells(
     let chance = |before: f64, after: f64| {
         let after = after.max(dof);
         let ratio = (before - after).max(0.0) / (after / dof);
-        let one = 0.5 * f_upper_tail(ratio, 1.0, dof).unwrap_or(1.0);
-        -(tried * (-one).ln_1p()).exp_m1()
+        chance_of_any(0.5 * f_upper_tail(ratio, 1.0, dof).unwrap_or(1.0), tried)
     };
     if chance(as_recorded.squares, 0.0) > BAD_READING_LEVEL {
         return Ok(Vec::new());
@@ -218,36 +211,24 @@ pub(super) fn wrong_cells(
         return Ok(Vec::new());
     }
     let p_family = p.max(by_coincidence);
-    let bad = |cell: usize, kind: BadReadingKind| {
-        let expected = chosen.fit.logs[cell].exp();
-        let u = chosen.corrected[cell].u * scale.sqrt() * expected;
-        let values = [cells[cell].log.exp(), expected, u];
-        BadRun::new(observations, (places[cell], None), values, p_family, kind)
+    let bad = |(cell, change): &(usize, CellSlip)| {
+        let (kind, exchanged_with) = match change {
+            CellSlip::NameOf(other) => (
+                BadReadingKind::Any,
+                Some(observations.name_of(places[*other])),
+            ),
+            CellSlip::DecimalPoint(moved) => (BadReadingKind::DecimalPoint(*moved), None),
+        };
+        let (place, expected) = (places[*cell], chosen.fit.logs[*cell].exp());
+        let u = chosen.corrected[*cell].u * scale.sqrt() * expected;
+        let values = [cells[*cell].log.exp(), expected, u];
+        let bad = BadRun {
+            exchanged_with,
+            ..BadRun::new(observations, (place, None), values, p_family, kind)
+        };
+        (place, bad)
     };
-    Ok(match chosen.mistake {
-        CellMistake::Exchanged(pairs) => pairs
-            .iter()
-            .flat_map(|(a, b)| [(*a, *b), (*b, *a)])
-            .map(|(cell, with)| {
-                let exchanged_with = Some(observations.name_of(places[with]));
-                let bad = bad(cell, BadReadingKind::Any);
-                let bad = BadRun {
-                    exchanged_with,
-                    ..bad
-                };
-                (places[cell], bad)
-            })
-            .collect(),
-        CellMistake::DecimalPoint(cells, moved) => cells
-            .iter()
-            .map(|cell| {
-                (
-                    places[*cell],
-                    bad(*cell, BadReadingKind::DecimalPoint(*moved)),
-                )
-            })
-            .collect(),
-    })
+    Ok(chosen.mistake.0.iter().map(bad).collect())
 }
 
 /// The fit that leaves least, with one mistake of the model or none.
@@ -256,19 +237,12 @@ fn best_fit(
     cells: &[CellCompliance],
     start: &CellFit,
 ) -> Option<(Option<usize>, CellFit)> {
-    let mut best: Option<(Option<usize>, CellFit)> = None;
-    for suspect in model.alternatives() {
-        let Some(fit) = model.fit(cells, &|_| true, suspect, Some(start)) else {
-            continue;
-        };
-        if best
-            .as_ref()
-            .is_none_or(|(_, best)| fit.squares < best.squares)
-        {
-            best = Some((suspect, fit));
-        }
-    }
-    best
+    let all = model.alternatives();
+    let fitted = all.filter_map(|suspect| {
+        let fit = model.fit(cells, &|_| true, suspect, Some(start))?;
+        Some((suspect, fit))
+    });
+    fitted.min_by(|(_, a), (_, b)| a.squares.total_cmp(&b.squares))
 }
 
 /// The compliances of cells that the readings determine, with the places of the cells.
@@ -276,40 +250,30 @@ fn measured(
     baseline: &dyn Baseline,
     observations: &Observations,
     noise: &KnownNoise,
-) -> Result<(Vec<usize>, Vec<CellCompliance>), MismatchError> {
+) -> Result<(Vec<CellCompliance>, Vec<usize>), MismatchError> {
     let screen = ReadingScreen::new(baseline, observations, noise)?;
-    let found = screen.noise_of(&vec![true; observations.len()], None);
+    let found = screen.noise_of_all();
     let uncertainties = screen.relative_uncertainties(&found);
-    let of_cell = |place: usize| {
-        let cell = &observations.cells[place];
-        let compliance = screen.compliance[cell.readings.start];
-        let cell = CellCompliance {
-            pose: cell.pose,
-            direction: cell.axis(),
-            log: compliance.abs().ln(),
-            u: uncertainties[place],
-        };
-        (place, compliance, cell)
-    };
-    let all: Vec<(usize, f64, CellCompliance)> =
-        (0..observations.cells.len()).map(of_cell).collect();
-    // Where most yield against their load, that is the convention of the session.
-    let along = || {
-        all.iter()
-            .filter(|(place, ..)| observations.cells[*place].is_along_load())
-    };
-    let against = along().filter(|(_, c, _)| *c < 0.0).count();
-    let sign = if 2 * against >= along().count() {
-        -1.0
-    } else {
-        1.0
-    };
+    let compliance = |place: usize| screen.compliance[observations.cells[place].readings.start];
     // Across the load a compliance has either sign.
-    let usable = all.into_iter().filter(|(place, c, cell)| {
-        let is_along = observations.cells[*place].is_along_load();
-        is_along && sign * c > 0.0 && cell.u < LEAST_KNOWN_CELL
+    let mut along: Vec<usize> = (0..observations.cells.len()).collect();
+    along.retain(|place| observations.cells[*place].is_along_load());
+    // Where most yield against their load, that is the convention of the session.
+    let against = along
+        .iter()
+        .filter(|place| compliance(**place) < 0.0)
+        .count();
+    let is_convention = 2 * against >= along.len();
+    let sign = if is_convention { -1.0 } else { 1.0 };
+    let is_usual = |place: &usize| sign * compliance(*place) > 0.0;
+    along.retain(|place| is_usual(place) && uncertainties[*place] < LEAST_KNOWN_CELL);
+    let cells = along.iter().map(|place| CellCompliance {
+        pose: observations.cells[*place].pose,
+        direction: observations.cells[*place].axis(),
+        log: compliance(*place).abs().ln(),
+        u: uncertainties[*place],
     });
-    Ok(usable.map(|(place, _, cell)| (place, cell)).unzip())
+    Ok((cells.collect(), along))
 }
 
 /// The mistakes that leave least if the model is linear about its fit to what was recorded.

@@ -24,6 +24,13 @@ pub fn under_known_covariance(delta_chi2: f64, amplitudes: f64, dof: f64) -> f64
     chi_squared_quantile(1.0 - p, amplitudes).unwrap_or(delta_chi2)
 }
 
+/// Chance that at least one of so many independent events of one chance occurs: of a family of tests that of its least p (Šidák, Journal of
+/// the American Statistical Association 62, 1967).
+#[must_use]
+pub fn chance_of_any(one: f64, count: f64) -> f64 {
+    -(count * (-one).ln_1p()).exp_m1()
+}
+
 /// Logarithm of the Bayes factor of a candidate against no effect.
 ///
 /// The prior of a candidate is such that a Δχ² at its critical value leaves it even: one whose many shapes noise imitates well must be that

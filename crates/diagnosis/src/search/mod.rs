@@ -39,7 +39,7 @@ pub use engine::{
     BestAmplitude, Moments, NullMaxima, NullShape, NullShapes, PairMoments, ScoreEngine,
     without_duplicates,
 };
-pub use evidence::{distinguishable, log_bayes, under_known_covariance};
+pub use evidence::{chance_of_any, distinguishable, log_bayes, under_known_covariance};
 pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
 pub(crate) use information::{Information, Projected};
 pub use linear::{

@@ -89,6 +89,12 @@ impl RowVector {
         self.first..self.first + self.values.len()
     }
 
+    /// What it is in one of its rows; `None` outside them.
+    #[must_use]
+    pub fn at(&self, row: usize) -> Option<f64> {
+        self.values.get(row.checked_sub(self.first)?).copied()
+    }
+
     /// What it is in some rows.
     #[must_use]
     pub fn part(&self, rows: &Range<usize>) -> Cow<'_, [f64]> {

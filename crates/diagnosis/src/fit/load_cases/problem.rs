@@ -7,9 +7,9 @@ use stiffbench_numeric::least_squares::{
     ParameterSet, ResidualFunction,
 };
 
-use crate::fit::FitError;
 use crate::fit::parameters::FitParameters;
 use crate::fit::weighed_problem::WeighedProblem;
+use crate::fit::{FitError, FitOutcome};
 use crate::mismatch::{GaugeSteps, ReadForces};
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
 
@@ -63,21 +63,35 @@ pub(in crate::fit) struct LoadCaseProblem<'a> {
 const COORDINATE_STEP: f64 = 1e-4;
 
 impl<'a> LoadCaseModel<'a> {
-    /// What the model predicts of every displacement and rotation with the values of the start, m and rad, in the order of
-    /// [`PosedLoadCases::rows`].
+    /// What the values and frames of a fit leave of every row, also of those that it did not have: measured less predicted, m and rad, in the
+    /// order of [`PosedLoadCases::rows`].
     ///
     /// # Errors
     /// [`FitError`] for a pose that cannot be reached, or a structure that carries nothing.
-    pub fn predicted(&self) -> Result<Vec<f64>, FitError> {
-        let (start, posed) = (self.start, self.posed);
-        let mut mechanics = self.mechanics(&[])?;
-        let motions = PredictedMotions::of(&mechanics, posed, false);
-        let mut rows = rows_along(posed, &motions.values);
+    pub(in crate::fit) fn left_by(&self, fit: &FitOutcome) -> Result<Vec<f64>, FitError> {
+        let (start, posed) = (&fit.factors, self.posed);
+        let mut mechanics = LoadCaseModel { start, ..*self }.mechanics(&[])?;
+        let motions = PredictedMotions::of(&mechanics, posed, false).values;
+        let frames = PositionFrames::of(self.robot, self.mechanism, posed)?;
+        let there = frames.zip(fit.frames.as_ref().map(|fitted| fitted.frames));
+        let mut rows = match &there {
+            None => rows_along(posed, &motions),
+            Some((frames, there)) => frames.rows(posed, there, &motions),
+        };
         if let Some(mut added) = AddedByLaws::of(self) {
-            let axis_of = |_: &PosedLoad, read: &ReadComponent| read.read_axis();
+            let axis_of = |case: &PosedLoad, read: &ReadComponent| match &there {
+                None => read.read_axis(),
+                Some((frames, there)) => frames.read_axis(there, case, read),
+            };
             add(&mut rows, &added.rows(&mut mechanics, start, &axis_of)?);
         }
-        Ok(rows)
+        let rows = self.measured().into_iter().zip(rows);
+        Ok(rows.map(|(read, predicted)| read - predicted).collect())
+    }
+
+    /// The same robot under other load cases.
+    pub(in crate::fit) fn under<'b>(&'b self, posed: &'b PosedLoadCases) -> LoadCaseModel<'b> {
+        LoadCaseModel { posed, ..*self }
     }
 
     /// The mechanics of the poses with the values of the start.

@@ -46,7 +46,7 @@ impl<'a> LinearRows<'a> {
     /// [`LeastSquaresError`] without columns.
     pub(in crate::fit) fn new(
         rows: &'a [f64],
-        columns: &[(&[f64], [f64; 2])],
+        columns: &[(Vec<f64>, [f64; 2])],
         scatter: RowScatter,
     ) -> Result<(Self, ParameterSet), LeastSquaresError> {
         let (mut scaled, mut parameters) = (Vec::new(), Vec::new());

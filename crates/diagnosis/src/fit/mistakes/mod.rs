@@ -2,9 +2,9 @@
 
 mod bad_positions;
 mod bad_values;
-mod basis;
-mod far_value;
+mod fitted_rows;
 mod table_mistake;
+mod tested_values;
 
 pub use bad_values::bad_load_case_values;
 pub use table_mistake::{TableMistake, table_mistake};

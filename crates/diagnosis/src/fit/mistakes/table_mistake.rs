@@ -3,7 +3,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -11,12 +10,13 @@ use stiffbench_numeric::least_squares::{LeastSquaresSettings, minimise};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::{FitError, FitOptions, FitOutcome};
-use crate::search::constants::{LEAST_INDEPENDENT, MOST_OF_THE_MISFIT};
-use crate::search::{dot, push_orthonormal, take_out};
+use crate::search::constants::MOST_OF_THE_MISFIT;
+use crate::search::dot;
 
-use super::basis::{Basis, moves};
+use super::fitted_rows::{FittedRows, moved_columns, moves, plain_sd};
 use crate::fit::load_cases::fit::fit_load_cases;
 use crate::fit::load_cases::problem::LoadCaseModel;
+use crate::fit::load_cases::scatter::RowScatter;
 use crate::fit::load_cases::white_rows::LinearRows;
 
 /// Values of which a common factor can be seen: two agree with any line by chance.
@@ -31,12 +31,15 @@ const NEAR: f64 = 0.1;
 /// Inch over mm, pound-force over N, kilogram-force over N.
 const OF_UNITS: [f64; 3] = [25.4, 4.448_221_6, 9.806_65];
 
+/// Sets of more rows are tried in full in any case: a table has one for each component.
+const MOST_DELETED: usize = 40;
+
 /// Share of the squares of all readings below which too little is left for a joint to have the other sign (1): then a tenth of every reading is
 /// not left.
 const LEFT_BY_A_SIGN: f64 = 0.01;
 
 /// What a table has wrong, if it agrees with the robot once that is put right.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TableMistake {
     /// The pose; `null` in all poses.
     pub pose: Option<PoseId>,
@@ -51,27 +54,6 @@ pub struct TableMistake {
     /// The variable of the robot whose values have the other sign.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
-}
-
-/// A set of readings of a table.
-#[derive(Debug, Clone, PartialEq)]
-struct ReadingSet {
-    /// `None`: all poses.
-    pose: Option<PoseId>,
-    /// `None`: all components.
-    component: Option<&'static str>,
-}
-
-impl ReadingSet {
-    fn mistake(self, factor: Option<f64>) -> TableMistake {
-        TableMistake {
-            pose: self.pose,
-            component: self.component,
-            factor,
-            exchanged_with: None,
-            joint: None,
-        }
-    }
 }
 
 /// The mistake of a table that explains most of the misfit, if there is one.
@@ -90,13 +72,13 @@ pub fn table_mistake(
     if model.posed.has_positions() || options.train.is_some() || bends {
         return Ok(None);
     }
-    let basis = Basis::of(model, fit)?;
-    if basis.free.is_empty() {
+    let basis = Basis::new(model, fit, fit.residuals())?;
+    if basis.changes.is_empty() {
         return Ok(None);
     }
     let mut found = multiplied(fit, &basis)?;
     found.extend(exchanged(fit, &basis)?);
-    let before = basis.plain_scatter.squares(&basis.residuals);
+    let before = basis.scatter.squares(&basis.residuals);
     let explains = |after: f64| after < (1.0 - MOST_OF_THE_MISFIT) * before;
     found.extend(other_signs(model, options, fit, &basis, &explains));
     found.retain(|(after, _)| explains(*after));
@@ -104,152 +86,143 @@ pub fn table_mistake(
     Ok(best.map(|(_, mistake)| mistake))
 }
 
+/// A fit with the poses solved at its values: what a mistake of the table is compared with.
+struct Basis {
+    residuals: Vec<f64>,
+    /// The column of each parameter that moves, with the smallest and largest change of its value that the bounds allow.
+    changes: Vec<(Vec<f64>, [f64; 2])>,
+    /// The scatter of each kind of rows without a part that grows with the load: a mistake of the table must not pass for it.
+    scatter: RowScatter,
+}
+
+impl Basis {
+    /// # Arguments
+    /// - `residuals`: what the values of the fit leave in the poses of the model.
+    ///
+    /// # Errors
+    /// [`FitError`] for a structure that carries nothing.
+    fn new(
+        model: &LoadCaseModel<'_>,
+        fit: &FitOutcome,
+        residuals: Vec<f64>,
+    ) -> Result<Self, FitError> {
+        let (places, columns) = moved_columns(model, fit, moves)?;
+        let changes = places.into_iter().zip(columns).map(|(place, column)| {
+            let one = &fit.estimates[place];
+            let bounds = one.bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            (column, bounds.map(|end| end - one.value))
+        });
+        Ok(Self {
+            residuals,
+            changes: changes.collect(),
+            scatter: RowScatter::plain(model.posed, model.steps, plain_sd(model.posed, fit)),
+        })
+    }
+
+    /// What a fit without some rows leaves of all rows.
+    fn left_without(&self, without: &[usize], rows: &[f64]) -> Result<Vec<f64>, FitError> {
+        let mut is_out = vec![false; rows.len()];
+        without.iter().for_each(|row| is_out[*row] = true);
+        let scatter = self.scatter.without(|row| is_out[row]);
+        let (mut problem, set) = LinearRows::new(rows, &self.changes, scatter)?;
+        let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
+        let rows = rows.iter().zip(problem.at(&fit.values));
+        Ok(rows.map(|(row, predicted)| row - predicted).collect())
+    }
+
+    /// Weighted squares that a fit leaves of rows.
+    fn squares_left(&self, rows: &[f64]) -> Result<f64, FitError> {
+        Ok(self.scatter.squares(&self.left_without(&[], rows)?))
+    }
+}
+
 /// Readings that agree with all others once they are multiplied by a usual factor, with the squares that are left then.
 fn multiplied(fit: &FitOutcome, basis: &Basis) -> Result<Vec<(f64, TableMistake)>, FitError> {
-    let deleted = DeletedRows::new(basis, fit);
+    let white = |mut rows: Vec<f64>| {
+        basis.scatter.whiten(&mut rows);
+        rows
+    };
+    let read: Vec<f64> = fit.components.iter().map(|one| one.measured).collect();
+    let columns = basis
+        .changes
+        .iter()
+        .map(|(column, _)| white(column.clone()));
+    let fitted = FittedRows::new(white(basis.residuals.clone()), columns).projected();
+    let white_read = white(read.clone());
+    // A factor by which these rows agree with what is measured less left.
+    let factor = |read: &[f64], rows: &[usize], left: &[f64], wide: bool| {
+        let read: Vec<f64> = rows.iter().map(|row| read[*row]).collect();
+        let predicted = read.iter().zip(left).map(|(read, left)| read - left);
+        let (near, proportional) = if wide { (2.0, 0.9) } else { (1.0, 1.0) };
+        let predicted: Vec<f64> = predicted.collect();
+        usual_factor(&read, &predicted, near * NEAR, proportional * PROPORTIONAL)
+    };
     let mut found = Vec::new();
     for (set, rows) in sets(fit) {
-        let others = fit.components.len() - rows.len();
-        if rows.len() < FEWEST
-            || others < basis.free.len().max(FEWEST)
-            || !deleted.may_be_usual(&rows)
-        {
+        let others = read.len() - rows.len();
+        if rows.len() < FEWEST || others < basis.changes.len().max(FEWEST) {
             continue;
         }
-        let mut is_in = vec![false; fit.components.len()];
-        for row in &rows {
-            is_in[*row] = true;
+        // What the fit to the others leaves of them, cheap, and right but for bounds: with a wide margin.
+        let few = rows.len() <= MOST_DELETED;
+        let deleted = few.then(|| fitted.without(&rows, 1.0)).flatten();
+        if deleted.is_some_and(|one| factor(&white_read, &rows, &one.off, true).is_none()) {
+            continue;
         }
-        let left = residuals_without(basis, &is_in, &basis.residuals)?;
-        // Left is measured less predicted, and so is a residual of the baseline.
-        let (read, predicted): (Vec<f64>, Vec<f64>) = rows
-            .iter()
-            .map(|row| {
-                (
-                    fit.components[*row].measured,
-                    fit.components[*row].measured - left[*row],
-                )
-            })
-            .unzip();
-        let Some(factor) = usual_factor(&read, &predicted, NEAR, PROPORTIONAL) else {
+        let left = basis.left_without(&rows, &basis.residuals)?;
+        let left: Vec<f64> = rows.iter().map(|row| left[*row]).collect();
+        let Some(factor) = factor(&read, &rows, &left, false) else {
             continue;
         };
         let mut multiplied = basis.residuals.clone();
         for row in rows {
-            multiplied[row] += (factor - 1.0) * fit.components[row].measured;
+            multiplied[row] += (factor - 1.0) * read[row];
         }
-        found.push((squares_left(basis, &multiplied)?, set.mistake(Some(factor))));
+        let mistake = TableMistake {
+            factor: Some(factor),
+            ..set
+        };
+        found.push((basis.squares_left(&multiplied)?, mistake));
     }
     Ok(found)
 }
 
-/// What a fit without some rows leaves of them, by the rows that all fits have: cheap, and right but for bounds and for what readings of one load
-/// have in common.
-struct DeletedRows {
-    /// White rows as read, and what the fit leaves of them.
-    read: Vec<f64>,
-    residuals: Vec<f64>,
-    /// Orthonormal white columns of the fit.
-    columns: Vec<Vec<f64>>,
-}
-
-impl DeletedRows {
-    /// Sets of more rows are refitted in any case: a table has one for each component.
-    const MOST: usize = 40;
-
-    fn new(basis: &Basis, fit: &FitOutcome) -> Self {
-        let white = |mut rows: Vec<f64>| {
-            basis.plain_scatter.whiten(&mut rows);
-            rows
-        };
-        let mut columns = Vec::new();
-        for column in &basis.columns {
-            push_orthonormal(&mut columns, white(column.clone()), LEAST_INDEPENDENT, 0.0);
-        }
-        let read = fit.components.iter().map(|one| one.measured).collect();
-        let mut residuals = white(basis.residuals.clone());
-        take_out(&columns, &mut residuals);
-        Self {
-            read: white(read),
-            residuals,
-            columns,
-        }
-    }
-
-    /// Whether a usual factor may be what some rows lack: with a wide margin.
-    fn may_be_usual(&self, rows: &[usize]) -> bool {
-        if rows.len() > Self::MOST {
-            return true;
-        }
-        // (1 - H) of these rows (Cook & Weisberg, Residuals and Influence in Regression, 1982, section 3.2).
-        let free = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
-            let hat: f64 = self
-                .columns
-                .iter()
-                .map(|one| one[rows[i]] * one[rows[j]])
-                .sum();
-            f64::from(u8::from(i == j)) - hat
-        });
-        let own = DVector::from_fn(rows.len(), |i, _| self.residuals[rows[i]]);
-        let Some(left) = free.lu().solve(&own) else {
-            return true;
-        };
-        let read: Vec<f64> = rows.iter().map(|row| self.read[*row]).collect();
-        let predicted: Vec<f64> = read
-            .iter()
-            .zip(left.iter())
-            .map(|(read, left)| read - left)
-            .collect();
-        usual_factor(&read, &predicted, 2.0 * NEAR, 0.9 * PROPORTIONAL).is_some()
-    }
-}
-
 /// Two components of a pose, or of all poses, that are exchanged, with the squares that are left then.
 fn exchanged(fit: &FitOutcome, basis: &Basis) -> Result<Vec<(f64, TableMistake)>, FitError> {
-    let scatter = &basis.plain_scatter;
-    let as_read = scatter.squares(&basis.residuals);
-    let others: BTreeSet<(&'static str, bool)> = fit
-        .components
-        .iter()
-        .map(|one| (one.component, one.is_rotation))
-        .collect();
+    let as_read = basis.scatter.squares(&basis.residuals);
+    let all = fit.components.iter();
+    let all: BTreeSet<(&'static str, bool)> =
+        all.map(|one| (one.component, one.is_rotation)).collect();
     let mut found = Vec::new();
     for (set, own) in sets(fit) {
         let Some(component) = set.component else {
             continue;
         };
-        let is_rotation = others.contains(&(component, true));
-        let others = others
-            .iter()
-            .filter(|(other, rotation)| *other > component && *rotation == is_rotation);
-        for (other, _) in others {
-            let pairs = own.iter().filter_map(|&row| {
+        let is_rotation = all.contains(&(component, true));
+        let is_alike = |one: &&(&str, bool)| one.0 > component && one.1 == is_rotation;
+        for (other, _) in all.iter().filter(is_alike) {
+            let mut rows = basis.residuals.clone();
+            for &row in &own {
                 let one = &fit.components[row];
                 // Components of one load stand side by side.
                 let near = fit.components.iter().enumerate();
                 let mut near = near.skip(row.saturating_sub(5)).take(11);
-                let (place, _) = near.find(|(_, with)| {
+                let with = near.find(|(_, with)| {
                     with.component == *other && (with.line, with.repeat) == (one.line, one.repeat)
-                })?;
-                let by = fit.components[place].measured - one.measured;
-                Some([(row, by), (place, -by)])
-            });
-            let changes: Vec<(usize, f64)> = pairs.flatten().collect();
-            let mut rows = basis.residuals.clone();
-            for (row, by) in &changes {
-                rows[*row] += by;
+                });
+                if let Some((place, with)) = with {
+                    rows[row] += with.measured - one.measured;
+                    rows[place] -= with.measured - one.measured;
+                }
             }
             // A fit that was drawn to the exchanged readings is nearer to them put right.
-            if changes.is_empty() || scatter.squares(&rows) >= as_read {
-                continue;
-            }
-            found.push((
-                squares_left(basis, &rows)?,
-                TableMistake {
+            if basis.scatter.squares(&rows) < as_read {
+                let mistake = TableMistake {
                     exchanged_with: Some(other),
-                    ..set.clone().mistake(None)
-                },
-            ));
+                    ..set.clone()
+                };
+                found.push((basis.squares_left(&rows)?, mistake));
+            }
         }
     }
     Ok(found)
@@ -264,81 +237,51 @@ fn other_signs(
     basis: &Basis,
     explains: &dyn Fn(f64) -> bool,
 ) -> Vec<(f64, TableMistake)> {
-    let scatter = &basis.plain_scatter;
-    let read: Vec<f64> = fit.components.iter().map(|one| one.measured).collect();
-    if scatter.squares(&basis.residuals) < LEFT_BY_A_SIGN * scatter.squares(&read) {
+    let scatter = &basis.scatter;
+    if scatter.squares(&basis.residuals) < LEFT_BY_A_SIGN * scatter.squares(&model.measured()) {
         return Vec::new();
     }
-    let mut found = Vec::new();
-    for (variable, named) in model.robot.variables.iter().enumerate() {
-        if !model.robot.moves_tool(variable) {
-            continue;
-        }
-        let Some(posed) = model.posed.with_other_sign(variable) else {
-            continue;
-        };
-        let mirrored = LoadCaseModel {
-            posed: &posed,
-            ..*model
-        };
+    let variables = model.robot.variables.iter().enumerate();
+    let moving = variables.filter(|(variable, _)| model.robot.moves_tool(*variable));
+    let found = moving.filter_map(|(variable, named)| {
+        let posed = model.posed.with_other_sign(variable)?;
+        let mirrored = model.under(&posed);
         // Poses that cannot be reached are none that the robot stood in.
-        let Ok(there) = Basis::in_poses_of(&mirrored, fit) else {
-            continue;
-        };
-        if !squares_left(&there, &there.residuals).is_ok_and(explains) {
-            continue;
+        let left = mirrored.left_by(fit).ok()?;
+        let there = Basis::new(&mirrored, fit, left).ok()?;
+        if !there.squares_left(&there.residuals).is_ok_and(explains) {
+            return None;
         }
-        let Ok(fit) = fit_load_cases(&mirrored, options) else {
-            continue;
+        let fit = fit_load_cases(&mirrored, options).ok()?;
+        let mistake = TableMistake {
+            factor: Some(-1.0),
+            joint: Some(named.name.clone()),
+            ..TableMistake::default()
         };
-        found.push((
-            scatter.squares(&fit.residuals()),
-            TableMistake {
-                pose: None,
-                component: None,
-                factor: Some(-1.0),
-                exchanged_with: None,
-                joint: Some(named.name.clone()),
-            },
-        ));
-    }
-    found
+        Some((scatter.squares(&fit.residuals()), mistake))
+    });
+    found.collect()
 }
 
-/// Each pose, each component, and each component of each pose, with its rows.
-fn sets(fit: &FitOutcome) -> Vec<(ReadingSet, Vec<usize>)> {
-    let mut sets: BTreeMap<(Option<&'static str>, Option<&PoseId>), Vec<usize>> = BTreeMap::new();
+/// Each pose, each component, and each component of each pose, with its rows; of equal ones the narrower comes first.
+fn sets(fit: &FitOutcome) -> Vec<(TableMistake, Vec<usize>)> {
+    let mut sets: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (row, one) in fit.components.iter().enumerate() {
         let (component, pose) = (Some(one.component), Some(&one.pose));
-        for set in [(component, pose), (component, None), (None, pose)] {
-            sets.entry(set).or_default().push(row);
+        for (component, pose) in [(component, pose), (component, None), (None, pose)] {
+            let key = (component.is_none(), pose.is_none(), component, pose);
+            sets.entry(key).or_default().push(row);
         }
     }
-    let named = sets.into_iter().map(|((component, pose), rows)| {
-        let pose = pose.cloned();
-        (ReadingSet { pose, component }, rows)
+    let named = sets.into_iter().map(|((_, _, component, pose), rows)| {
+        let set = TableMistake {
+            pose: pose.cloned(),
+            component,
+            ..TableMistake::default()
+        };
+        (set, rows)
     });
-    let mut named: Vec<(ReadingSet, Vec<usize>)> = named.collect();
-    // Of equal ones the narrower comes first.
-    named.sort_by_key(|(set, _)| (set.component.is_none(), set.pose.is_none()));
-    named
-}
-
-/// Weighted squares that a fit leaves of rows.
-fn squares_left(basis: &Basis, rows: &[f64]) -> Result<f64, FitError> {
-    let none = vec![false; rows.len()];
-    let left = residuals_without(basis, &none, rows)?;
-    Ok(basis.plain_scatter.squares(&left))
-}
-
-/// What a fit without some rows leaves of all rows.
-fn residuals_without(basis: &Basis, without: &[bool], rows: &[f64]) -> Result<Vec<f64>, FitError> {
-    let scatter = basis.plain_scatter.without(|row| without[row]);
-    let (mut problem, set) = LinearRows::new(rows, &basis.changes(), scatter)?;
-    let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
-    let predicted = problem.at(&fit.values);
-    let rows = rows.iter().zip(predicted);
-    Ok(rows.map(|(row, predicted)| row - predicted).collect())
+    named.collect()
 }
 
 /// The usual factor by which readings agree with a prediction, if they are proportional to it.
