@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::mismatch::candidate::candidates;
-use crate::mismatch::candidate_scores::{CANDIDATES_AT_A_TIME, WhiteCandidate};
+use crate::mismatch::candidate_scores::{CANDIDATES_AT_A_TIME, WhiteCandidate, WhiteCandidates};
 use crate::mismatch::critical_values::{LawCriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::estimated_noise::EstimatedNoise;
@@ -172,15 +172,22 @@ impl DesignBench<'_> {
             candidate: one.candidate.clone(),
             shapes: Vec::new(),
         });
-        bench.with_white_shapes(&scores, &state, |searched| {
+        let mut seen: Vec<WhiteCandidate> = hidden.collect();
+        let unseen = seen.len();
+        seen.extend(bench.with_white_shapes(&scores, &state, |searched| {
             let places: Vec<usize> = (0..searched.candidates.len()).collect();
             let white = places
                 .par_chunks(CANDIDATES_AT_A_TIME)
                 .flat_map_iter(|places| (searched.white)(places));
-            let mut seen: Vec<WhiteCandidate> = hidden.collect();
-            seen.par_extend(white.map(|white| white.projected(space)));
-            let critical = critical_values(&observations, space, searched, None, &noise);
-            (seen, critical)
-        })
+            let projected = white.map(|white| white.projected(space));
+            projected.collect::<Vec<WhiteCandidate>>()
+        })?);
+        let shown = &seen[unseen..];
+        let searched = WhiteCandidates {
+            candidates: shown.iter().map(|one| &one.candidate).collect(),
+            white: &|places| places.iter().map(|&place| shown[place].clone()).collect(),
+        };
+        let critical = critical_values(&observations, space, &searched, None, &noise);
+        Ok((seen, critical))
     }
 }
