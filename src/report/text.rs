@@ -76,13 +76,12 @@ pub(super) fn value_and_u(
     none: &str,
 ) -> [String; 2] {
     let both = value.zip(expanded);
-    match both.and_then(|(value, expanded)| format_value_uncertainty(value, expanded)) {
-        Some(rounded) => [rounded.value, rounded.uncertainty],
-        None => {
-            let alone = value.map(|value| significant(value, digits));
-            [alone.unwrap_or_else(|| none.to_owned()), none.to_owned()]
-        }
+    let rounded = both.and_then(|(value, expanded)| format_value_uncertainty(value, expanded));
+    if let Some(rounded) = rounded {
+        return [rounded.value, rounded.uncertainty];
     }
+    let alone = value.map(|value| significant(value, digits));
+    [alone.unwrap_or_else(|| none.to_owned()), none.to_owned()]
 }
 
 /// A name with its unit; that of a plain number is not said.

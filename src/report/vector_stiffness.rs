@@ -120,8 +120,7 @@ fn static_text(rows: &[StaticComplianceRow]) -> String {
     let values = ["x, mm/N", "y, mm/N", "z, mm/N"];
     let table = table_with_u(["pose", "force along", "force, N"], &values, rows);
     format!(
-        "\nStatic compliance (ISO 9283), mm/N in the base frame\n\n{}\nDisplacement at the largest force per that force, averaged over the repeats.\n",
-        table
+        "\nStatic compliance (ISO 9283), mm/N in the base frame\n\n{table}\nDisplacement at the largest force per that force, averaged over the repeats.\n"
     )
 }
 

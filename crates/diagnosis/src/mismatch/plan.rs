@@ -67,8 +67,8 @@ impl Observations {
             temperature: all.peek().is_some() && all.all(|load| load.temperature_deg_c.is_some()),
         };
         let mut out = Self {
-            release_n,
             poses,
+            release_n,
             ..Self::without_readings(steps, recorded)
         };
         let mut zeros = 0;

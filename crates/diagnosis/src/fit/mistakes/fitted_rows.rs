@@ -50,7 +50,9 @@ impl FittedRows {
                 values: vec![(own.len() as f64).sqrt().recip(); own.len()],
             });
             let mean = own.iter().sum::<f64>() / own.len() as f64;
-            own.iter_mut().for_each(|value| *value -= mean);
+            for value in &mut own {
+                *value -= mean;
+            }
             residuals.extend(own);
         }
         Self { residuals, columns }

@@ -122,7 +122,9 @@ impl Basis {
     /// What a fit without some rows leaves of all rows.
     fn left_without(&self, without: &[usize], rows: &[f64]) -> Result<Vec<f64>, FitError> {
         let mut is_out = vec![false; rows.len()];
-        without.iter().for_each(|row| is_out[*row] = true);
+        for row in without {
+            is_out[*row] = true;
+        }
         let scatter = self.scatter.without(|row| is_out[row]);
         let (mut problem, set) = LinearRows::new(rows, &self.changes, scatter)?;
         let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
