@@ -138,6 +138,7 @@ impl Doors<'_> {
                 DoorJudge::Pair | DoorJudge::ThreeGauges => true,
                 DoorJudge::Oblique | DoorJudge::Across => law.is_some_and(Law::is_of_a_joint),
                 DoorJudge::LoadCases => is_first,
+                DoorJudge::Positions => case.bench.instead.contains_key(&case.judge),
             };
             let is_short = case.judge == DoorJudge::Pair
                 && is_first
@@ -151,14 +152,8 @@ impl Doors<'_> {
     fn judge(&self, case: &DoorCase<'_>) -> Result<JudgedCase, Failure> {
         let folder = temporary()?;
         let session = folder.path().join("session");
-        let simulation = case.judge.simulation();
-        let simulated = self.simulate(
-            case.bench,
-            case.effect,
-            simulation,
-            self.benches.seed,
-            &session,
-        );
+        let seed = self.benches.seed;
+        let simulated = self.simulate(case.bench, case.effect, case.judge, seed, &session);
         let effect = case.effect.unwrap_or_default();
         let named = name(effect);
         let row = |session: String, table: String, differs| JudgedCase {
@@ -193,7 +188,7 @@ impl Doors<'_> {
         let folder = temporary()?;
         let session = folder.path().join("session");
         let bench = &self.benches.bench[0];
-        let simulated = self.simulate(bench, None, &[], seed, &session);
+        let simulated = self.simulate(bench, None, DoorJudge::Pair, seed, &session);
         let factors = &simulated.unwrap_or_default()["data"]["factors"];
         let mut truth = Vec::new();
         for class in ["beam", "link"] {
@@ -231,17 +226,16 @@ impl Doors<'_> {
         &self,
         bench: &DoorBench,
         effect: Option<&str>,
-        more: &[&str],
+        judge: DoorJudge,
         seed: u64,
         out: &Path,
     ) -> Result<Value, Value> {
         let seed = seed.to_string();
         let mut words = vec!["simulate", "--robot", &bench.robot, "--seed", &seed];
-        // Load cases follow no procedure.
-        if !more.contains(&"--load-cases") {
+        if !judge.is_of_single_loads() {
             words.extend(["--procedure", &self.benches.procedure]);
         }
-        words.extend(more);
+        words.extend(judge.simulation());
         for (option, value) in [
             ("--mechanism", bench.mechanism.as_deref()),
             ("--effect", effect),

@@ -26,16 +26,19 @@ pub enum DoorJudge {
     Across,
     /// Load cases, drawn anew, find what a session shows.
     LoadCases,
+    /// Absolute positions by a tracker, half of them under a force, find what they show.
+    Positions,
 }
 
 impl DoorJudge {
     /// All, in their order.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Pair,
         Self::ThreeGauges,
         Self::Oblique,
         Self::Across,
         Self::LoadCases,
+        Self::Positions,
     ];
 
     /// Its name in the ledger.
@@ -47,7 +50,14 @@ impl DoorJudge {
             Self::Oblique => "oblique",
             Self::Across => "across",
             Self::LoadCases => "load-cases",
+            Self::Positions => "positions",
         }
+    }
+
+    /// Whether each load is applied by itself, by no procedure.
+    #[must_use]
+    pub fn is_of_single_loads(self) -> bool {
+        matches!(self, Self::LoadCases | Self::Positions)
     }
 
     /// What `simulate` gets beside robot, effect and seed.
@@ -64,6 +74,7 @@ impl DoorJudge {
             ],
             Self::Across => &["--directions", "z", "--displacement-axes", "y"],
             Self::LoadCases => &["--load-cases", "60"],
+            Self::Positions => &["--positions", "60", "--loads-n=-1000"],
         }
     }
 }
