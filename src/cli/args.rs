@@ -23,6 +23,7 @@ use super::model_export::ModelCommandArgs;
 use super::moved::MovedArgs;
 use super::numbers::{MOST_LOAD_CASES, MOST_POSES, MOST_REPLICATES, count_up_to, three_numbers};
 pub use super::numbers::{at_least_one, seconds};
+use super::option_values::{BRANCHES, OptionValue, one_of};
 use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
 use super::predict::PredictArgs;
@@ -31,7 +32,6 @@ use super::report::ReportArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
-use super::words::{BRANCHES, Word, one_of};
 use crate::analysis::{ArgumentError, BootstrapOver};
 use crate::report::VERSION;
 
@@ -247,7 +247,7 @@ pub(super) enum MethodArg {
 }
 
 /// Where the standard deviation of the residuals comes from.
-const SIGMAS: [Word<SigmaMode>; 2] = [
+const SIGMAS: [OptionValue<SigmaMode>; 2] = [
     (
         "known",
         "The stated or pooled uncertainties of the stiffnesses",
@@ -398,7 +398,7 @@ pub(super) struct PlotArgs {
 }
 
 /// How errors are distributed.
-const NOISE_SHAPES: [Word<NoiseShape>; 2] = [
+const NOISE_SHAPES: [OptionValue<NoiseShape>; 2] = [
     ("normal", "Normal", NoiseShape::Normal),
     (
         "skewed",

@@ -22,8 +22,8 @@ use crate::stiffness::Branches;
 use super::args::{Global, LogArgs};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
+use super::option_values::{BRANCHES, one_of};
 use super::outcome::Outcome;
-use super::words::{BRANCHES, one_of};
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]

@@ -114,7 +114,7 @@ fn finished(
     let note = note.transpose()?;
     report.next = plan.planned;
     let text = report.text(outcome);
-    warnings.extend(fitted.doubts);
+    warnings.extend(fitted.failed_checks);
     // The text has them already.
     if global.json {
         warnings.extend(outcome.warnings.iter().cloned());

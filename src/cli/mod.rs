@@ -38,6 +38,7 @@ mod model_export;
 mod moved;
 pub mod names;
 mod numbers;
+mod option_values;
 pub mod outcome;
 mod parameter_args;
 mod plot;
@@ -61,7 +62,6 @@ mod sketch;
 mod specimen_args;
 mod stiffness;
 mod trace;
-mod words;
 
 use std::any::Any;
 use std::ffi::OsString;

@@ -6,7 +6,7 @@ use crate::readings::DecimalSign;
 use crate::specimen::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 use crate::table_files::TableFileOptions;
 
-use super::words::{Word, decimal_signs, one_of};
+use super::option_values::{OptionValue, decimal_signs, one_of};
 
 /// Options of a table of force against displacement that has no robot.
 #[derive(Debug, Clone, Args)]
@@ -69,7 +69,7 @@ pub(super) struct SpecimenArgs {
 }
 
 /// Which quantity answers.
-const RESPONSES: [Word<ResponseVariable>; 2] = [
+const RESPONSES: [OptionValue<ResponseVariable>; 2] = [
     (
         "displacement",
         "Loads were set, the displacement read",

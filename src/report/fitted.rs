@@ -22,7 +22,7 @@ pub struct Fitted {
     /// Its figures, each with the name of its file.
     pub figures: Vec<(&'static str, Figure)>,
     /// What is doubtful about data and fit: units that make an implausible robot, mistakes of a table, bad values.
-    pub doubts: Vec<String>,
+    pub failed_checks: Vec<String>,
 }
 
 impl Fitted {
@@ -35,7 +35,7 @@ impl Fitted {
         settings: &FitSettings,
         outcome: FitOutcome,
     ) -> Result<Self, AnalysisError> {
-        let (figures, mut doubts) = if let Some(posed) = &data.posed {
+        let (figures, mut failed_checks) = if let Some(posed) = &data.posed {
             (
                 component_figures(&outcome, &posed.posed, &data.model.robot),
                 doubts_about_load_case_fit(&posed.posed, &outcome),
@@ -50,12 +50,12 @@ impl Fitted {
             )
         };
         let (mistake, bad) = data.mistakes(settings, &outcome)?;
-        doubts.extend(mistake.as_ref().map(table_mistake_words));
-        doubts.extend(bad_value_words(&bad));
+        failed_checks.extend(mistake.as_ref().map(table_mistake_words));
+        failed_checks.extend(bad_value_words(&bad));
         Ok(Self {
             report: FitReport::from(&outcome).of_data(data),
             figures,
-            doubts,
+            failed_checks,
             outcome,
         })
     }

@@ -4,7 +4,7 @@ use crate::source_text::SourceText;
 
 /// A file that comes with the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ShippedFile {
+pub struct ShippedText {
     /// Its name.
     pub name: &'static str,
     /// Its text.
@@ -13,7 +13,7 @@ pub struct ShippedFile {
 
 macro_rules! shipped {
     ($folder:literal: $($name:literal),* $(,)?) => {
-        &[$(ShippedFile {
+        &[$(ShippedText {
             name: $name,
             text: include_str!(concat!("../../", $folder, "/", $name, ".toml")),
         }),*]
@@ -21,7 +21,7 @@ macro_rules! shipped {
 }
 
 /// The first is the default.
-const ROBOTS: &[ShippedFile] = shipped![
+const ROBOTS: &[ShippedText] = shipped![
     "data/robots":
     "hp-robot",
     "hp-robot-host-dominant",
@@ -36,7 +36,7 @@ const ROBOTS: &[ShippedFile] = shipped![
 /// The shipped procedure that is followed where none is named.
 pub const DEFAULT_PROCEDURE: &str = "sweeps";
 
-const PROCEDURES: &[ShippedFile] = shipped![
+const PROCEDURES: &[ShippedText] = shipped![
     "protocols/procedures":
     "paper",
     "sweeps",
@@ -47,7 +47,7 @@ const PROCEDURES: &[ShippedFile] = shipped![
 ];
 
 /// In the order in which they are listed: force gauges, then displacement gauges, each with the best known first.
-const INSTRUMENTS: &[ShippedFile] = shipped![
+const INSTRUMENTS: &[ShippedText] = shipped![
     "protocols/instruments":
     "mark10-series5",
     "sauter-fh",
@@ -68,7 +68,7 @@ const INSTRUMENTS: &[ShippedFile] = shipped![
     "generic-ascii-displacement",
 ];
 
-fn source(files: &[ShippedFile], name: &str) -> Option<SourceText> {
+fn source(files: &[ShippedText], name: &str) -> Option<SourceText> {
     let found = files.iter().find(|file| file.name == name)?;
     Some(SourceText::new(found.name, found.text))
 }
@@ -97,6 +97,6 @@ pub fn shipped_procedure(name: &str) -> Option<SourceText> {
 
 /// The shipped instrument descriptions.
 #[must_use]
-pub fn shipped_instruments() -> &'static [ShippedFile] {
+pub fn shipped_instruments() -> &'static [ShippedText] {
     INSTRUMENTS
 }

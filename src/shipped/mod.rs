@@ -6,7 +6,7 @@ mod instruments;
 
 pub use explanations::{Explanation, error_explanations, verdict_explanations};
 pub use files::{
-    DEFAULT_PROCEDURE, ShippedFile, shipped_instruments, shipped_procedure, shipped_procedures,
+    DEFAULT_PROCEDURE, ShippedText, shipped_instruments, shipped_procedure, shipped_procedures,
     shipped_robot, shipped_robots,
 };
 pub use instruments::{RegistryError, nearest_and_all, shipped_instrument, unknown_name};

@@ -9,8 +9,8 @@ use clap::Args;
 use crate::analysis::{ArgumentError, read_text};
 use crate::cli::failure::Failure;
 use crate::cli::gauge_lines::{GaugeLineArgs, table_of};
+use crate::cli::option_values::{OptionValue, decimal_signs, one_of, word_of};
 use crate::cli::outcome::shell_word;
-use crate::cli::words::{Word, decimal_signs, one_of, word_of};
 use crate::import::{ImportMapping, ImportedQuantity, MarkWord};
 use crate::quantity::Kind;
 use crate::table_files::FieldDelimiter;
@@ -83,7 +83,7 @@ pub(in crate::cli) struct ImportArgs {
 }
 
 /// A quantity whose sign is turned.
-const FLIPS: [Word<ImportedQuantity>; 2] = [
+const FLIPS: [OptionValue<ImportedQuantity>; 2] = [
     ("force", "Every force", ImportedQuantity::Force),
     (
         "displacement",
@@ -93,7 +93,7 @@ const FLIPS: [Word<ImportedQuantity>; 2] = [
 ];
 
 /// What delimits fields.
-const DELIMITERS: [Word<FieldDelimiter>; 4] = [
+const DELIMITERS: [OptionValue<FieldDelimiter>; 4] = [
     ("tab", "A tab", FieldDelimiter::Tab),
     ("semicolon|;", ";", FieldDelimiter::Semicolon),
     ("comma|,", ",", FieldDelimiter::Comma),
@@ -105,12 +105,12 @@ const DELIMITERS: [Word<FieldDelimiter>; 4] = [
 ];
 
 /// The decimal sign.
-fn decimals() -> [Word<MarkWord>; 2] {
+fn decimals() -> [OptionValue<MarkWord>; 2] {
     decimal_signs(MarkWord::Point, MarkWord::Comma)
 }
 
 /// The mark between thousands.
-const THOUSANDS: [Word<MarkWord>; 3] = [
+const THOUSANDS: [OptionValue<MarkWord>; 3] = [
     ("point", "1.000,5", MarkWord::Point),
     ("comma", "1,000.5", MarkWord::Comma),
     ("none", "1.000 is one", MarkWord::None),

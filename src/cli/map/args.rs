@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::cli::numbers::{MOST_POSES, count_up_to, number_that};
-use crate::cli::words::{Word, one_of};
+use crate::cli::option_values::{OptionValue, one_of};
 use crate::distribution::{MapColumn, MatrixKind, PlaneAxis, Sampling, Shard};
 use crate::plot::BinValue;
 
@@ -200,7 +200,7 @@ pub(super) struct StudyArgs {
 }
 
 /// Which matrix of the end.
-const MATRICES: [Word<MatrixKind>; 2] = [
+const MATRICES: [OptionValue<MatrixKind>; 2] = [
     (
         "stiffness",
         "Force and moment per displacement and rotation",
@@ -214,7 +214,7 @@ const MATRICES: [Word<MatrixKind>; 2] = [
 ];
 
 /// What a square of a figure shows.
-const CELLS: [Word<BinValue>; 4] = [
+const CELLS: [OptionValue<BinValue>; 4] = [
     ("mean", "The mean of its poses", BinValue::Mean),
     ("median", "The median", BinValue::Median),
     ("least", "The least", BinValue::Least),
@@ -236,7 +236,7 @@ fn plane(text: &str) -> Result<PlaneChoice, String> {
 }
 
 /// How poses are chosen.
-const SAMPLINGS: [Word<Sampling>; 3] = [
+const SAMPLINGS: [OptionValue<Sampling>; 3] = [
     ("monte-carlo", "At random, evenly", Sampling::MonteCarlo),
     ("grid", "Middles of equal cells", Sampling::Grid),
     (

@@ -169,10 +169,10 @@ fn add_fit(page: &mut ReportPage, fitted: Fitted, data: &DiagnosisData, at_load_
     let axes: Vec<Direction> = along.chain(across).chain(components).collect();
     add_map(page, &mapped, &axes);
     // Of stiffness they say what the page shows.
-    let doubts = fitted.doubts.into_iter();
-    let doubts = doubts.filter(|_| !outcome.components.is_empty());
+    let failed_checks = fitted.failed_checks.into_iter();
+    let failed_checks = failed_checks.filter(|_| !outcome.components.is_empty());
     if let Some(session) = page.sessions.first_mut() {
-        session.deviations.extend(doubts);
+        session.deviations.extend(failed_checks);
     }
 }
 

@@ -1,26 +1,26 @@
-//! Words of the command line that stand for values.
+//! Values of options, by the words that stand for them.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::stiffness::Branches;
 
 /// A word with others that mean the same behind bars, what help says of it, and its value.
-pub(super) type Word<T> = (&'static str, &'static str, T);
+pub(super) type OptionValue<T> = (&'static str, &'static str, T);
 
 /// Branches that count.
-pub(super) const BRANCHES: [Word<Branches>; 2] = [
+pub(super) const BRANCHES: [OptionValue<Branches>; 2] = [
     ("loading", "Loading only", Branches::LoadingOnly),
     ("both", "Loading and unloading", Branches::Both),
 ];
 
 /// The decimal sign, as two values.
-pub(super) fn decimal_signs<T>(point: T, comma: T) -> [Word<T>; 2] {
+pub(super) fn decimal_signs<T>(point: T, comma: T) -> [OptionValue<T>; 2] {
     [("point|.", "1.5", point), ("comma|,", "1,5", comma)]
 }
 
 /// Takes one of the words.
 pub(super) fn one_of<T: Clone + Send + Sync + 'static, const N: usize>(
-    words: [Word<T>; N],
+    words: [OptionValue<T>; N],
 ) -> impl TypedValueParser<Value = T> {
     let possible: Vec<PossibleValue> = words
         .iter()
@@ -39,7 +39,7 @@ pub(super) fn one_of<T: Clone + Send + Sync + 'static, const N: usize>(
 
 /// The word of a value.
 pub(super) fn word_of<T: PartialEq, const N: usize>(
-    words: [Word<T>; N],
+    words: [OptionValue<T>; N],
     value: &T,
 ) -> Option<String> {
     let (word, ..) = words.into_iter().find(|(.., known)| known == value)?;
