@@ -1,18 +1,15 @@
 //! Time and temperature counted from the gauge zero.
 
-use stiffbench_numeric::statistics::median;
-
 use super::table::ReadingTable;
 
-/// What has passed since a reading's gauge was zeroed; `None` where it was not recorded.
+/// What has passed since the first accepted reading on a reading's gauge zero; `None` where it was not recorded.
 ///
-/// The moment of zeroing is not in a table. It is taken to lie before the first accepted reading on the zero by the median time
-/// between the readings on it: the first load is set and settles like the others. A fast drift has moved on by then, in every run alike.
+/// The moment of zeroing itself is not in a table. The difference is the same for all readings of one zero and goes into its offset.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SinceZero {
     /// Time, s.
     pub time_s: Option<f64>,
-    /// Temperature since the first accepted reading, K.
+    /// Temperature, K.
     pub warming_k: Option<f64>,
 }
 
@@ -24,19 +21,22 @@ impl ReadingTable {
             .readings
             .iter()
             .map(|reading| reading.zero as usize + 1);
-        // Times of the readings on each zero, with their temperatures.
-        let mut times = vec![Vec::new(); count.max().unwrap_or(0)];
-        for reading in self.accepted() {
-            if let Some(time_s) = reading.time_s {
-                times[reading.zero as usize].push((time_s, reading.temperature_deg_c));
+        // Time of the earliest reading on each zero, with its temperature.
+        let mut first: Vec<Option<(f64, Option<f64>)>> = vec![None; count.max().unwrap_or(0)];
+        for reading in &self.readings {
+            let Some(time_s) = reading.time_s.filter(|_| reading.is_accepted()) else {
+                continue;
+            };
+            let known = &mut first[reading.zero as usize];
+            if known.is_none_or(|(earliest_s, _)| time_s < earliest_s) {
+                *known = Some((time_s, reading.temperature_deg_c));
             }
         }
-        let zeros: Vec<_> = times.into_iter().map(moment_of_zero).collect();
         let since = |now: Option<f64>, then: Option<f64>| Some(now? - then?);
         self.readings
             .iter()
             .map(|reading| {
-                let (zero_s, zero_deg_c) = zeros[reading.zero as usize].unzip();
+                let (zero_s, zero_deg_c) = first[reading.zero as usize].unzip();
                 SinceZero {
                     time_s: since(reading.time_s, zero_s),
                     warming_k: since(reading.temperature_deg_c, zero_deg_c.flatten()),
@@ -44,14 +44,6 @@ impl ReadingTable {
             })
             .collect()
     }
-}
-
-/// When a gauge was zeroed, s, and the temperature of the first reading on the zero; `None` without readings.
-fn moment_of_zero(mut readings: Vec<(f64, Option<f64>)>) -> Option<(f64, Option<f64>)> {
-    readings.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut apart: Vec<f64> = readings.windows(2).map(|two| two[1].0 - two[0].0).collect();
-    let (first_s, first_deg_c) = *readings.first()?;
-    Some((first_s - median(&mut apart).unwrap_or(0.0), first_deg_c))
 }
 
 #[cfg(test)]
@@ -69,8 +61,7 @@ mod tests {
         let table = read_readings("r.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
         let since = table.since_zero();
         let times: Vec<f64> = since.iter().filter_map(|s| s.time_s).collect();
-        // Readings on either zero are 15 s apart.
-        assert_eq!(times, [14.0, 15.0, 30.0, 15.0, 30.0]);
+        assert_eq!(times, [-1.0, 0.0, 15.0, 0.0, 15.0]);
         let warming: Vec<Option<f64>> = since.iter().map(|s| s.warming_k).collect();
         assert_eq!(warming, [Some(-1.0), Some(0.0), Some(0.5), Some(0.0), None]);
         let bare = "pose,direction,repeat,force_N,displacement_um\nP1,x,1,-10,-200\n";
