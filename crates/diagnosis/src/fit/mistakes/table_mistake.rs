@@ -166,8 +166,8 @@ fn multiplied(fit: &FitOutcome, basis: &Basis) -> Result<Vec<(f64, TableMistake)
             continue;
         }
         // What the fit to the others leaves of them, cheap, and right but for bounds: with a wide margin.
-        let few = rows.len() <= MOST_DELETED;
-        let deleted = few.then(|| fitted.without(&rows, 1.0)).flatten();
+        let is_small = rows.len() <= MOST_DELETED;
+        let deleted = is_small.then(|| fitted.without(&rows, 1.0)).flatten();
         if deleted.is_some_and(|one| factor(&white_read, &rows, &one.off, true).is_none()) {
             continue;
         }
