@@ -115,7 +115,15 @@ impl EffectProblem {
             }
             // Few and short: the whole list is more helpful than the nearest.
             Self::UnknownParameter { law, .. } => {
-                let known: Vec<&str> = law.parameters.iter().map(|p| p.name).collect();
+                let mut known: Vec<&str> = law.parameters.iter().map(|p| p.name).collect();
+                // A second law of the name may have one parameter more.
+                let richer = Law::named(law.name).filter(|other| other.contains(*law));
+                let own = known.len();
+                known.extend(
+                    richer
+                        .flat_map(|other| &other.parameters[own..])
+                        .map(|p| p.name),
+                );
                 Some(if known.is_empty() {
                     format!("{law} has none")
                 } else {
@@ -279,15 +287,19 @@ pub(super) fn with_parameters(
     for &law in laws {
         match values(law, given) {
             Ok(values) => return Ok(Effect::new(law, place, values)?),
+            // Of a law that has all these parameters it is the number or the unit that is wrong.
             Err(problem) => {
+                let is_other_law = matches!(problem, EffectProblem::UnknownParameter { .. });
                 let problem = with_units_of_all(problem, laws);
-                first_problem.get_or_insert(problem);
+                first_problem = first_problem.filter(|(other, _)| is_other_law || !other);
+                first_problem.get_or_insert((is_other_law, problem));
             }
         }
     }
-    Err(first_problem.unwrap_or(EffectProblem::Law {
+    let nothing = || EffectProblem::Law {
         name: String::new(),
-    }))
+    };
+    Err(first_problem.map_or_else(nothing, |(_, problem)| problem))
 }
 
 fn values(law: Law, given: &[(&str, f64, &str)]) -> Result<Vec<f64>, EffectProblem> {
@@ -387,6 +399,9 @@ mod tests {
             laws::DRIFT_PER_SECOND
         );
         assert_eq!(drift("thermal-drift:rate=-2um/K"), laws::DRIFT_PER_KELVIN);
+        let late = effect("thermal-drift:rate=1000um/h,zeroed_before=0.25min");
+        assert_eq!(late.law, laws::DRIFT_SINCE_ZEROING);
+        assert_eq!(late.values[1], 15.0);
         assert_eq!(effect("slip@P3.z.2.5:jump=-30um").values, [-3e-5]);
         assert_eq!(effect("load-misalignment@y>z:angle=0.01rad").values, [0.01]);
         assert!(effect("loose-member@B1B2").values.is_empty());
@@ -421,6 +436,14 @@ mod tests {
         assert!(help(unit).contains("mrad"));
         assert!(help("thermal-drift:rate=1K").contains("um/h"));
         assert!(help("thermal-drift:rate=1K").contains("um/K"));
+        assert!(help("thermal-drift:rate=1um/h,zeroed=1s").contains("zeroed_before"));
+        assert!(matches!(
+            problem("thermal-drift:rate=1um/h,zeroed_before=1K"),
+            EffectProblem::Unit {
+                name: "zeroed_before",
+                ..
+            }
+        ));
         assert!(matches!(
             problem("joint-backlash@A3:play=1mrad"),
             EffectProblem::Missing {

@@ -30,7 +30,7 @@ pub struct LawDefinition {
     pub place_kind: PlaceKind,
     /// Its parameters; the first is its size, the others its shape.
     pub parameters: &'static [ParameterSpec],
-    /// Names of simpler laws at the same place that it contains.
+    /// Simpler laws at the same place that it contains, by their names in tables.
     pub contains: &'static [&'static str],
     /// What it does to a run.
     pub action: LawAction,
@@ -278,7 +278,7 @@ impl Law {
     /// Whether this law contains `simpler` at the same place, as friction and nonlinearity contain compliance.
     #[must_use]
     pub fn contains(self, simpler: Self) -> bool {
-        self.contains.contains(&simpler.name)
+        self.contains.contains(&simpler.row)
     }
 
     /// Place in the library, from 0.

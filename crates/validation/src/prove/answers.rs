@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use stiffbench_beams::physics::{Effect, Law};
+use stiffbench_beams::physics::{Effect, Law, ParameterSpec};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::read_types;
 
@@ -83,19 +83,22 @@ impl TrueEffect {
     /// Whether this is an effect's law and place; the unit tells the two drifts apart.
     #[must_use]
     pub fn is(&self, effect: &Effect) -> bool {
-        self.law() == Some(effect.law) && self.place == json!(effect.place)
+        let size = effect.law.parameters.first();
+        self.physics == effect.law.name
+            && size.is_none_or(|size| self.has_size(size))
+            && self.place == json!(effect.place)
     }
 
     /// Its law; `None` outside the library.
     #[must_use]
     pub fn law(&self) -> Option<Law> {
-        Law::named(&self.physics).find(|law| {
-            law.parameters.first().is_none_or(|size| {
-                self.parameters
-                    .get(size.name)
-                    .is_some_and(|given| given.unit == size.unit())
-            })
-        })
+        let size = |law: &Law| law.parameters.first();
+        Law::named(&self.physics).find(|law| size(law).is_none_or(|size| self.has_size(size)))
+    }
+
+    fn has_size(&self, size: &ParameterSpec) -> bool {
+        let given = self.parameters.get(size.name);
+        given.is_some_and(|given| given.unit == size.unit())
     }
 
     /// Its value of a parameter, SI.

@@ -14,21 +14,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     kind: LawKind::Physics,
     equation: "displacement += rate (t - t at the zero)",
     place_kind: PlaceKind::Clock,
-    parameters: &[ParameterSpec {
-        name: "rate",
-        word: "rate",
-        dimension: Dimension::LengthPerTime,
-        sign: SignConstraint::Either,
-        plausible: PlausibleRange {
-            bounds: |scale, _| [-1.0, 1.0].map(|side| side * scale.displacement_m / scale.time_s),
-            reason: MOST_DRIFT,
-        },
-        typical: Typical {
-            value: |_| 1e-13,
-            spread: 1.0,
-        },
-        fit: OF_A_SIZE,
-    }],
+    parameters: &[RATE],
     contains: &[],
     action: LawAction::Added(|&[rate, ..], load| rate * load.since_zero_s),
     search: SearchSpec {
@@ -57,6 +43,65 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         explanation: "The displacement reading moves with the clock, loaded or not.",
     },
     check: Some(BESIDE_A_THERMOMETER),
+};
+
+/// The same drift where it moved the gauge by much between its zeroing and the first reading, which no table records.
+pub(super) static DUAL: LawDefinition = LawDefinition {
+    row: "thermal-drift (time since zeroing)",
+    equation: "displacement += rate (t - t of the first reading + zeroed_before)",
+    parameters: &[RATE, ZEROED_BEFORE],
+    contains: &["thermal-drift (time)"],
+    action: LawAction::Added(|&[rate, zeroed_before_s, ..], load| rate * (load.since_zero_s + zeroed_before_s)),
+    search: SearchSpec {
+        shapes: |scale| {
+            let of_share = |share: f64| Shape::of_either_sign(vec![1e-6 / scale.time_s, share * scale.time_s]);
+            let shares = SHARES_BEFORE.into_iter().filter(|_| scale.time_s > 0.0);
+            shares.map(of_share).collect()
+        },
+        // The zero of a part is its first reading.
+        on: SearchedOn::ROBOTS,
+        ..LAW.search
+    },
+    words: LawWording {
+        explanation: "The displacement reading moves with the clock, loaded or not, and had moved before the first reading.",
+        ..LAW.words
+    },
+    ..LAW
+};
+
+/// Times between zeroing and the first reading, as shares of the longest time on one zero.
+const SHARES_BEFORE: [f64; 3] = [0.1, 0.3, 1.0];
+
+const RATE: ParameterSpec = ParameterSpec {
+    name: "rate",
+    word: "rate",
+    dimension: Dimension::LengthPerTime,
+    sign: SignConstraint::Either,
+    plausible: PlausibleRange {
+        bounds: |scale, _| [-1.0, 1.0].map(|side| side * scale.displacement_m / scale.time_s),
+        reason: MOST_DRIFT,
+    },
+    typical: Typical {
+        value: |_| 1e-13,
+        spread: 1.0,
+    },
+    fit: OF_A_SIZE,
+};
+
+const ZEROED_BEFORE: ParameterSpec = ParameterSpec {
+    name: "zeroed_before",
+    word: "time from the zeroing to the first reading",
+    dimension: Dimension::Time,
+    sign: SignConstraint::Positive,
+    plausible: PlausibleRange {
+        bounds: |scale, _| [0.0, scale.time_s],
+        reason: "no longer than the readings on one zero take",
+    },
+    typical: Typical {
+        value: |scale| 0.1 * scale.time_s,
+        spread: 3.0,
+    },
+    fit: OF_A_SIZE,
 };
 
 pub(super) const MOST_DRIFT: &str =

@@ -49,7 +49,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
         GROWTH,
     ],
-    contains: &["joint-friction"],
+    contains: &["joint-friction (of a part)"],
     action: LawAction::History(&GrowingFriction::ByForce),
     search: SearchSpec {
         shapes: |scale| {
@@ -96,6 +96,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             fit: OF_A_SIZE,
         },
     ],
+    contains: &["joint-friction (force read)"],
     action: LawAction::History(&GrowingFriction::ByDisplacement),
     search: SearchSpec {
         shapes: by_displacement,

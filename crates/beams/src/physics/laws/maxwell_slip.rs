@@ -29,7 +29,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             ..LEVEL
         },
     ],
-    contains: &["joint-friction"],
+    contains: &["joint-friction (of a part)"],
     action: LawAction::History(&Sliders::ByForce),
     search: SearchSpec {
         shapes: |scale| at_levels(scale, 1e-3 * mean_slope(scale)),
@@ -62,6 +62,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             ..LEVEL
         },
     ],
+    contains: &["joint-friction (force read)"],
     action: LawAction::History(&Sliders::ByDisplacement),
     search: SearchSpec {
         shapes: |scale| at_levels(scale, 1e-6),

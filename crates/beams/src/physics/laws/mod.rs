@@ -6,7 +6,7 @@
 use super::law::Law;
 
 /// Declares the files, the list of laws in their order, and a name for each; a second name where a file holds the same law for another kind of place,
-/// or as a part without a robot file shows it.
+/// with one more parameter, or as a part without a robot file shows it.
 macro_rules! library {
     ($($file:ident $law:ident $($other:ident)?,)*) => {
         $(mod $file;)*
@@ -38,7 +38,7 @@ library! {
     loose_member LOOSE_MEMBER,
     force_gauge_nonlinearity FORCE_GAUGE_NONLINEARITY,
     creep CREEP,
-    drift_per_second DRIFT_PER_SECOND,
+    drift_per_second DRIFT_PER_SECOND DRIFT_SINCE_ZEROING,
     drift_per_kelvin DRIFT_PER_KELVIN,
     setting_in SETTING_IN PART_SETTING_IN,
     slip SLIP,

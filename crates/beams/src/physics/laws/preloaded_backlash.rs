@@ -66,7 +66,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             ..LEVEL
         },
     ],
-    contains: &["joint-backlash"],
+    contains: &["joint-backlash (force read)"],
     action: LawAction::History(&Play::ByDisplacement),
     search: SearchSpec {
         shapes: |scale| shapes(scale, 1e-3 * mean_slope(scale)),

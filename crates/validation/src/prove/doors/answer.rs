@@ -252,14 +252,17 @@ fn sizes(name: &str, finding: &Value) -> Vec<DoorEstimate> {
 /// The law of a finding: of those of one name, that with these parameters in these units.
 fn law_of(finding: &Value) -> Option<Law> {
     let name = text(&finding["physics"]);
+    let parameters = finding["parameters"].as_object();
     Law::named(&name).find(|law| {
-        law.parameters.iter().all(|parameter| {
-            let unit = match &finding["parameters"] {
-                Value::Null => &finding["unit"],
-                parameters => &parameters[parameter.name]["unit"],
-            };
-            *unit == parameter.unit()
-        })
+        let as_many = parameters.is_none_or(|given| given.len() == law.parameters.len());
+        as_many
+            && law.parameters.iter().all(|parameter| {
+                let unit = match parameters {
+                    None => &finding["unit"],
+                    Some(_) => &finding["parameters"][parameter.name]["unit"],
+                };
+                *unit == parameter.unit()
+            })
     })
 }
 
