@@ -2,12 +2,12 @@
 
 use crate::fit::{
     FactorStatus, FitOptions, FitOutcome, LoadCaseModel, PosedLoadCases, TableMistake,
-    TrackedPoses, bad_load_case_values, fit_load_cases, table_mistake, usual_choice,
+    bad_load_case_values, fit_load_cases, table_mistake, usual_choice,
 };
 use crate::mismatch::{BadReading, GaugeSteps, MismatchError};
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{ActingPhysics, Needs};
-use crate::robot::FittingFactors;
+use crate::robot::{FittingFactors, TrackedPoses};
 use crate::stiffness::read_off_words;
 
 use super::data::LoadedLoadCases;
@@ -117,13 +117,7 @@ impl PosedData {
         &self,
         model: &ResolvedModel,
     ) -> Result<ParameterChoice, AnalysisError> {
-        let problem = self.problem(model);
-        Ok(usual_choice(
-            problem.robot,
-            problem.mechanism,
-            problem.start,
-            problem.posed,
-        )?)
+        Ok(usual_choice(&self.problem(model))?)
     }
 
     /// Readings of a pose or a component that would agree with all others if they were multiplied by a usual factor, else values that
@@ -212,7 +206,8 @@ impl PosedData {
     ) -> Result<Option<TrackedPoses>, AnalysisError> {
         let frames = fit.frames.as_ref().map(|fitted| fitted.frames);
         let (robot, mechanism) = (&model.robot, model.mechanism()?);
-        let tracked = frames.map(|frames| self.posed.tracked(robot, mechanism, frames));
+        let tracked =
+            frames.map(|frames| TrackedPoses::new(robot, mechanism, &self.posed.poses, frames));
         Ok(tracked.transpose()?)
     }
 }

@@ -33,6 +33,7 @@ mod springs;
 mod structure_parts;
 mod sweep;
 mod tool_pose;
+mod tracked_poses;
 mod tracker_frames;
 mod weight;
 
@@ -68,6 +69,7 @@ pub use springs::{
 };
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 pub use tool_pose::ToolPose;
+pub use tracked_poses::TrackedPoses;
 pub use tracker_frames::{TRACKER_PARAMETERS, TrackerFrames};
 pub use weight::{GRAVITY_M_PER_S2, Masses};
 

@@ -1,13 +1,13 @@
 //! Which parameters are free unless the user says.
 
-use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RoleInFit};
+use stiffbench_beams::robot::{Mechanism, ModelParameter, Robot, RoleInFit};
 
 use crate::fit::FitError;
 use crate::parameters::{FitRole, ParameterChoice};
+use crate::search::norm;
 
-use super::load_cases::frames::PositionFrames;
-use super::load_cases::posed::PosedLoadCases;
-use super::load_cases::prediction::{PredictedMotions, mechanics_of, rows_along};
+use super::load_cases::prediction::{PredictedMotions, SeenRows};
+use super::load_cases::problem::LoadCaseModel;
 
 /// Links whose own compliance gives less than this share of what was measured, or of what the rigid robot leaves of positions, are rigid: the
 /// share is far below any gauge.
@@ -34,30 +34,23 @@ fn is_about_springs(robot: &Robot, mechanism: &Mechanism) -> bool {
 ///
 /// # Errors
 /// [`FitError`] for a pose that cannot be reached, or a structure that carries nothing.
-pub fn usual_choice(
-    robot: &Robot,
-    mechanism: &Mechanism,
-    start: &FittingFactors,
-    posed: &PosedLoadCases,
-) -> Result<ParameterChoice, FitError> {
+pub fn usual_choice(model: &LoadCaseModel<'_>) -> Result<ParameterChoice, FitError> {
+    let (robot, mechanism, posed) = (model.robot, model.mechanism, model.posed);
     if is_about_springs(robot, mechanism) {
         return Ok(spring_choice(robot, mechanism));
     }
-    let mut structure = start.clone();
+    let mut structure = model.start.clone();
     let own = robot.own_springs().map(|(spring, _)| spring);
-    for spring in own.chain(start.springs()) {
+    for spring in own.chain(model.start.springs()) {
         structure.set(&spring, 0.0);
     }
-    let mechanics = mechanics_of((robot, mechanism), posed, &[], &structure)?;
-    let predicted = PredictedMotions::of(&mechanics, posed, false).values;
-    let predicted = rows_along(posed, &predicted);
-    let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
-    let own = squares(&predicted);
-    let measured = match PositionFrames::of(robot, mechanism, posed)? {
-        Some(frames) => squares(&frames.left_by_rigid_robot(posed)),
-        None => posed.rows().map(|(_, read)| read.value * read.value).sum(),
-    };
-    if own > RIGID_SHARE * RIGID_SHARE * measured {
+    let start = &structure;
+    let mechanics = LoadCaseModel { start, ..*model }.mechanics(&[])?;
+    let motions = PredictedMotions::of(&mechanics, posed, false);
+    let own = SeenRows::of(posed, None).changed(&motions.values);
+    let seen = SeenRows::of(posed, model.tracker()?.as_ref());
+    let measured = seen.left_by_rigid_robot(&model.measured());
+    if norm(&own) > RIGID_SHARE * norm(&measured) {
         return Ok(ParameterChoice::default());
     }
     Ok(spring_choice(robot, mechanism))

@@ -49,7 +49,6 @@ pub use fixed_physics::FixedPhysics;
 pub use load_cases::fit::fit_load_cases;
 pub use load_cases::posed::{PosedLoad, PosedLoadCases, ReadComponent};
 pub use load_cases::problem::LoadCaseModel;
-pub use load_cases::series::TrackedPoses;
 pub use measured::{
     LnUncertainty, MeasuredCell, MeasuredCompliance, MeasuredStiffness, WeightBasis,
 };

@@ -8,7 +8,7 @@ use stiffbench_beams::physics::{
 };
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Predictor, Robot,
-    TRACKER_PARAMETERS, ToolPose, TrackerFrames,
+    TRACKER_PARAMETERS, TrackedPoses, TrackerFrames,
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -45,16 +45,8 @@ pub struct RobotBaseline<'a> {
     springs: Vec<Effect>,
     joints: Vec<String>,
     unloaded: Vec<ModelParameter>,
-    tracked: Option<TrackedTools>,
-}
-
-/// The tools that a tracker sees: where it stands, and which point of them it measures, is free, and own weight moves them.
-#[derive(Debug)]
-pub(super) struct TrackedTools {
-    /// The tool of the rigid robot in each pose.
-    pub(super) tools: Vec<ToolPose>,
-    /// For each pose the motions of the tool that show as much as one unit of each of the nine parameters.
-    pub(super) motions: Vec<[[f64; 6]; TRACKER_PARAMETERS.len()]>,
+    /// A tracker: where it stands, and which point of the tool it measures, is free, and own weight moves the tool.
+    tracked: Option<TrackedPoses>,
 }
 
 /// What distinguishes a structure from the one of the session.
@@ -206,9 +198,7 @@ impl<'a> RobotBaseline<'a> {
     /// [`MismatchError::Robot`] for a pose that cannot be reached.
     pub fn track(&mut self, frames: &TrackerFrames) -> Result<(), MismatchError> {
         let mechanism = &self.mechanisms[0].1;
-        let tools = self.poses.iter();
-        let tools = tools.map(|pose| self.robot.end_pose(mechanism, pose));
-        let tools: Vec<ToolPose> = tools.collect::<Result<_, _>>()?;
+        let tracked = TrackedPoses::new(self.robot, mechanism, &self.poses, *frames)?;
         self.parameters
             .extend(TRACKER_PARAMETERS.map(|name| BaselineParameter {
                 name: name.to_owned(),
@@ -218,15 +208,12 @@ impl<'a> RobotBaseline<'a> {
                 upper: TRACKER_RANGE,
                 prior_sd: TRACKER_RANGE / PRIOR_WIDTHS,
             }));
-        self.tracked = Some(TrackedTools {
-            motions: tools.iter().map(|tool| frames.motions(tool)).collect(),
-            tools,
-        });
+        self.tracked = Some(tracked);
         Ok(())
     }
 
     /// What a tracker sees of it.
-    pub(super) fn tracked(&self) -> Option<&TrackedTools> {
+    pub(super) fn tracked(&self) -> Option<&TrackedPoses> {
         self.tracked.as_ref()
     }
 

@@ -129,7 +129,8 @@ impl<'a> RobotSolver<'a> {
             return;
         };
         let values = &parameters[self.values.free.len()..];
-        for (index, motions) in tracked.motions.iter().enumerate() {
+        for (index, tool) in tracked.tools.iter().enumerate() {
+            let motions = tracked.frames.motions(tool);
             let pose = match (&mut self.changed, &mut self.sprung) {
                 (Some(changed), _) => &mut changed[index],
                 (None, Some((_, sprung))) => sprung.pose_mut(index),

@@ -1,6 +1,6 @@
 //! The fit of parameters to load cases.
 
-use stiffbench_beams::robot::ModelParameter;
+use stiffbench_beams::robot::{ModelParameter, TrackedPoses};
 use stiffbench_numeric::least_squares::{
     CovarianceSettings, LeastSquaresError, LeastSquaresFit, LikelihoodSetSettings,
     ParameterCovariance, ParameterSet, ParameterStatus, SigmaMode, minima, spread,
@@ -18,7 +18,6 @@ use crate::fit::{
 use crate::mismatch::{ForceReading, ReadingNoise, estimate_noise};
 use crate::search::constants::ALTERNATIONS;
 
-use super::frames::PositionFrames;
 use super::posed::PosedLoadCases;
 use super::positions::{RigidRobot, fitted_frames, why_open};
 use super::problem::{LoadCaseModel, LoadCaseProblem, coordinates};
@@ -55,10 +54,10 @@ pub fn fit_load_cases(
     model: &LoadCaseModel<'_>,
     options: &FitOptions,
 ) -> Result<FitOutcome, FitError> {
-    let frames = PositionFrames::of(model.robot, model.mechanism, model.posed)?;
-    let frames = frames.as_ref();
-    let (parameters, unloaded) = model.parameters(&options.choice, frames)?;
-    let set = coordinates(&parameters, frames)?;
+    let tracker = model.tracker()?;
+    let tracker = tracker.as_ref();
+    let (parameters, unloaded) = model.parameters(&options.choice, tracker)?;
+    let set = coordinates(&parameters, tracker)?;
     let takes_part = training(model, options.train.as_deref());
     let components = takes_part.iter().filter(|takes_part| **takes_part).count();
     let free = set.free_indices().len();
@@ -66,10 +65,10 @@ pub fn fit_load_cases(
         return Err(FitError::TooFew { components, free });
     }
     let (fit, mut problem, known) =
-        weighed_fit(model, (&parameters, frames), &set, &takes_part, options)?;
+        weighed_fit(model, (&parameters, tracker), &set, &takes_part, options)?;
     let covariance_at = |fit: &LeastSquaresFit| covariance_of(&set, fit, &known, components);
     let scatter = problem.scatter().clone();
-    let again = || LoadCaseProblem::new(*model, &parameters, scatter.clone(), frames).ok();
+    let again = || LoadCaseProblem::new(*model, &parameters, scatter.clone(), tracker).ok();
     let settings = LikelihoodSetSettings {
         fold_starts: 0,
         draws: 0,
@@ -81,7 +80,7 @@ pub fn fit_load_cases(
     let factors = parameters.values(&fit.values);
     let predicted = problem.predictions(&fit.values)?;
     let leave_out = options.train.is_none();
-    let rigid = match frames {
+    let rigid = match tracker {
         None => None,
         Some(_) => Some(RigidRobot::fit(model, &mut problem, leave_out)?),
     };
@@ -98,9 +97,9 @@ pub fn fit_load_cases(
             .map_or_else(Vec::new, |physics| physics.effects.clone()),
         correlation: covariance
             .map(|covariance| FactorCorrelations::of(&parameters, &set, covariance)),
-        frames: frames.zip(rigid.as_ref()).map(|(frames, rigid)| {
+        frames: tracker.zip(rigid.as_ref()).map(|(tracker, rigid)| {
             let own = parameters.parameters().len();
-            fitted_frames(model, frames, &fit.values, own, covariance, rigid)
+            fitted_frames(model, tracker, &fit.values, own, covariance, rigid)
         }),
         agreement: covariance.map(|covariance| agreement(fit, &known, covariance, components)),
         components: fitted_components(model, [&of_rigid, &before, &predicted], &takes_part),
@@ -182,7 +181,7 @@ fn training(model: &LoadCaseModel<'_>, train: Option<&[PoseId]>) -> Vec<bool> {
 /// Parameters and scatter, each from the other.
 fn weighed_fit<'a>(
     model: &LoadCaseModel<'a>,
-    (parameters, frames): (&FitParameters, Option<&PositionFrames>),
+    (parameters, tracker): (&FitParameters, Option<&TrackedPoses>),
     set: &ParameterSet,
     takes_part: &[bool],
     options: &FitOptions,
@@ -198,7 +197,7 @@ fn weighed_fit<'a>(
     }
     let by_repeats = has_repeats && options.sigma != Some(SigmaMode::Estimated);
     let mut known = KnownScatter::default();
-    let mut problem = LoadCaseProblem::new(*model, parameters, plain.clone(), frames)?;
+    let mut problem = LoadCaseProblem::new(*model, parameters, plain.clone(), tracker)?;
     let mut set = set.clone();
     let mut fit = lowest(&mut problem, &set)?;
     let mut warm_start = None;

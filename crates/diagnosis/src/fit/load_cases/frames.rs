@@ -9,17 +9,18 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use stiffbench_beams::robot::{Mechanism, Robot, TRACKER_PARAMETERS, ToolPose, TrackerFrames};
+use stiffbench_beams::robot::{
+    Mechanism, Robot, TRACKER_PARAMETERS, ToolPose, TrackedPoses, TrackerFrames,
+};
 use stiffbench_numeric::least_squares::Parameter;
-use stiffbench_numeric::vector::{cross, norm};
-use stiffbench_units_and_text::read_axis::ReadAxis;
+use stiffbench_numeric::vector::{cross, dot6, norm};
 use stiffbench_units_and_text::test_point::Direction;
 
 use crate::fit::FitError;
 use crate::search::{self, push_orthonormal};
 
-use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
-use super::prediction::{ToolMotion, along, rows_of};
+use super::posed::PosedLoadCases;
+use super::prediction::{SeenRows, ToolMotion};
 
 /// Whole positions without which a start for the frames cannot be found.
 const FEWEST_POSITIONS: usize = 4;
@@ -33,132 +34,77 @@ const STILL_M: f64 = 1e-10;
 /// Singular values below this share of the largest carry no component of the tool point.
 const UNSEEN: f64 = 1e-9;
 
-/// Rigid robot and frames near those of the least squares.
-#[derive(Debug, Clone)]
-pub(in crate::fit) struct PositionFrames {
-    start: TrackerFrames,
-    /// The tool of the rigid robot in each distinct pose.
-    tools: Vec<ToolPose>,
+/// The tools of load cases as a tracker sees them whose frames fit the rigid robot nearly best; `None` without positions.
+///
+/// # Errors
+/// [`FitError::TooFewPositions`]; a pose that cannot be reached.
+pub(in crate::fit) fn nearest_tracker(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    posed: &PosedLoadCases,
+) -> Result<Option<TrackedPoses>, FitError> {
+    if !posed.has_positions() {
+        return Ok(None);
+    }
+    let start = TrackerFrames::IDENTITY;
+    let mut tracker = TrackedPoses::new(robot, mechanism, &posed.poses, start)?;
+    tracker.frames = first_frames(posed, &tracker.tools)?;
+    Ok(Some(tracker))
 }
 
-impl PositionFrames {
-    /// Frames that fit the rigid robot nearly best; `None` without positions.
-    ///
-    /// # Errors
-    /// [`FitError::TooFewPositions`]; a pose that cannot be reached.
-    pub(in crate::fit) fn of(
-        robot: &Robot,
-        mechanism: &Mechanism,
-        posed: &PosedLoadCases,
-    ) -> Result<Option<Self>, FitError> {
-        if !posed.has_positions() {
-            return Ok(None);
-        }
-        let poses = posed.poses.iter();
-        let tools = poses
-            .map(|pose| robot.end_pose(mechanism, pose))
-            .collect::<Result<Vec<_>, _>>()?;
-        Ok(Some(Self {
-            start: first_frames(posed, &tools)?,
-            tools,
-        }))
-    }
+/// The nine parameters of a tracker, beginning where it stands, which is zero.
+pub(in crate::fit) fn frame_parameters() -> impl Iterator<Item = Parameter> {
+    TRACKER_PARAMETERS
+        .into_iter()
+        .map(|name| Parameter::unbounded(name, 0.0))
+}
 
-    /// The nine parameters, beginning at the start, which is zero.
-    pub(in crate::fit) fn parameters() -> impl Iterator<Item = Parameter> {
-        TRACKER_PARAMETERS
-            .into_iter()
-            .map(|name| Parameter::unbounded(name, 0.0))
+/// A tracker at nine coordinates: shift, rotation vector, change of the tool point.
+pub(in crate::fit) fn moved_tracker(tracker: &TrackedPoses, coordinates: &[f64]) -> TrackedPoses {
+    let mut moved = tracker.clone();
+    if let [x, y, z, rx, ry, rz, bx, by, bz] = *coordinates {
+        let frames = tracker.frames.turned([rx, ry, rz]);
+        let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i] + b[i]);
+        moved.frames = TrackerFrames {
+            base_m: sum(frames.base_m, [x, y, z]),
+            tool_point_m: sum(frames.tool_point_m, [bx, by, bz]),
+            ..frames
+        };
     }
+    moved
+}
 
-    /// The frames at nine coordinates: shift, rotation vector from the start, change of the tool point.
-    pub(in crate::fit) fn at(&self, coordinates: &[f64]) -> TrackerFrames {
-        let mut frames = self.start;
-        if let [x, y, z, rx, ry, rz, bx, by, bz] = *coordinates {
-            frames = frames.turned([rx, ry, rz]);
-            for (value, change) in frames.base_m.iter_mut().zip([x, y, z]) {
-                *value += change;
+/// Derivatives of positions to the nine coordinates.
+///
+/// # Arguments
+/// - `motions`: of the tool centre, one a load case.
+pub(in crate::fit) fn frame_columns(
+    posed: &PosedLoadCases,
+    tracker: &TrackedPoses,
+    coordinates: &[f64],
+    motions: &[ToolMotion],
+) -> Vec<Vec<f64>> {
+    let there = moved_tracker(tracker, coordinates);
+    let turn = coordinates
+        .get(3..6)
+        .map_or([0.0; 3], |turn| std::array::from_fn(|i| turn[i]));
+    let turning = left_jacobian(turn);
+    let rows = SeenRows::of(posed, Some(&there));
+    let column = |place: usize| {
+        let axis = place % 3;
+        rows.each(motions, |row, motion| {
+            let tool = there.tools[row.pose].moved(*motion);
+            let shown = there.frames.read_unit(&tool, row.axis.axis());
+            let motions = there.frames.motions(&tool);
+            match place / 3 {
+                1 => (0..3)
+                    .map(|turn| turning[turn][axis] * dot6(shown, motions[3 + turn]))
+                    .sum(),
+                _ => dot6(shown, motions[place]),
             }
-            for (value, change) in frames.tool_point_m.iter_mut().zip([bx, by, bz]) {
-                *value += change;
-            }
-        }
-        frames
-    }
-
-    /// What a position reads of motions of the tool centre.
-    pub(in crate::fit) fn read_axis(
-        &self,
-        frames: &TrackerFrames,
-        case: &PosedLoad,
-        read: &ReadComponent,
-    ) -> ReadAxis {
-        let unit = frames.read_unit(&self.tools[case.pose], read.axis());
-        ReadAxis::new(read.axis(), false, unit)
-    }
-
-    /// Predicted positions, one a row.
-    pub(in crate::fit) fn rows(
-        &self,
-        posed: &PosedLoadCases,
-        frames: &TrackerFrames,
-        motions: &[ToolMotion],
-    ) -> Vec<f64> {
-        let position = |pose: usize, read: &ReadComponent, motion: &ToolMotion| {
-            frames.position_m(&self.tools[pose], motion)[read.component % 3]
-        };
-        rows_of(posed, motions, position)
-    }
-
-    /// Positions of the rigid robot at the start less the measured ones, m.
-    pub(in crate::fit) fn left_by_rigid_robot(&self, posed: &PosedLoadCases) -> Vec<f64> {
-        let rigid = self.rows(posed, &self.start, &vec![[0.0; 6]; posed.cases.len()]);
-        let pairs = rigid.iter().zip(posed.rows());
-        pairs.map(|(rigid, (_, read))| rigid - read.value).collect()
-    }
-
-    /// Derivatives of the positions where motions of the tool centre change so.
-    pub(in crate::fit) fn column(
-        &self,
-        posed: &PosedLoadCases,
-        frames: &TrackerFrames,
-        changes: &[ToolMotion],
-    ) -> Vec<f64> {
-        let moved = |pose: usize, read: &ReadComponent, change: &ToolMotion| {
-            along(&frames.read_unit(&self.tools[pose], read.axis()), change)
-        };
-        rows_of(posed, changes, moved)
-    }
-
-    /// Derivatives of the positions to the nine coordinates.
-    pub(in crate::fit) fn frame_columns(
-        &self,
-        posed: &PosedLoadCases,
-        coordinates: &[f64],
-        motions: &[ToolMotion],
-    ) -> Vec<Vec<f64>> {
-        let frames = self.at(coordinates);
-        let turn = coordinates
-            .get(3..6)
-            .map_or([0.0; 3], |turn| std::array::from_fn(|i| turn[i]));
-        let turning = left_jacobian(turn);
-        let column = |place: usize| {
-            let axis = place % 3;
-            let derivative = |pose: usize, read: &ReadComponent, motion: &ToolMotion| {
-                let tool = self.tools[pose].moved(*motion);
-                let (shown, motions) =
-                    (frames.read_unit(&tool, read.axis()), frames.motions(&tool));
-                match place / 3 {
-                    1 => (0..3)
-                        .map(|turn| turning[turn][axis] * along(&shown, &motions[3 + turn]))
-                        .sum(),
-                    _ => along(&shown, &motions[place]),
-                }
-            };
-            rows_of(posed, motions, derivative)
-        };
-        (0..TRACKER_PARAMETERS.len()).map(column).collect()
-    }
+        })
+    };
+    (0..TRACKER_PARAMETERS.len()).map(column).collect()
 }
 
 /// J with exp(ω + dω) = exp(J dω) exp(ω), row by row.

@@ -1,6 +1,6 @@
 //! Load cases of one robot: poses, loads and what was read, all in the axes of the base.
 
-use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot, Variable};
+use stiffbench_beams::robot::{JointMotion, Mechanism, Pose, Robot, TrackedPoses, Variable};
 use stiffbench_measurement::load_cases::{
     JointUnit, LoadAxes, LoadCase, LoadCaseNote, LoadCaseTable,
 };
@@ -82,11 +82,6 @@ impl ReadComponent {
     pub fn axis(&self) -> Direction {
         Direction::ALL[self.component % 3]
     }
-
-    /// What was read, in the axes of the base.
-    pub(in crate::fit) fn read_axis(&self) -> ReadAxis {
-        ReadAxis::new(self.axis(), self.is_rotation(), self.unit)
-    }
 }
 
 /// A load in a pose with what was read.
@@ -112,6 +107,22 @@ impl PosedLoad {
     pub fn force_n(&self) -> f64 {
         let [x, y, z, ..] = self.load;
         dot([x, y, z], [x, y, z]).sqrt()
+    }
+
+    /// What a component reads of motions of the tool centre, in the axes of the base, and what it reads of the rigid robot: nothing unless a
+    /// tracker sees its position, m.
+    pub(super) fn seen(
+        &self,
+        read: &ReadComponent,
+        tracker: Option<&TrackedPoses>,
+    ) -> (ReadAxis, f64) {
+        match tracker {
+            Some(tracker) if read.is_position() => tracker.seen(self.pose, read.axis()),
+            _ => {
+                let axis = ReadAxis::new(read.axis(), read.is_rotation(), read.unit);
+                (axis, 0.0)
+            }
+        }
     }
 
     /// Direction and amount of its load; without a load an amount of zero along z.

@@ -1,11 +1,11 @@
 //! What belongs to absolute positions alone: the rigid robot as it was before, the frames, and springs that own weight does not load.
 
-use stiffbench_beams::robot::{ModelParameter, TRACKER_PARAMETERS};
+use stiffbench_beams::robot::{ModelParameter, TRACKER_PARAMETERS, TrackedPoses};
 use stiffbench_numeric::least_squares::{ParameterCovariance, minimise};
 use stiffbench_numeric::statistics::{root_mean_square, student_t_quantile};
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::frames::PositionFrames;
+use super::frames::moved_tracker;
 use super::problem::{LoadCaseModel, LoadCaseProblem, frames_alone};
 use crate::fit::weighed_problem::{WeighedProblem, leave_poses_out};
 use crate::fit::{FitError, FittedFrames, FrameParameter};
@@ -69,7 +69,7 @@ impl RigidRobot {
 /// - `parameters`: how many of them are no frames.
 pub(in crate::fit) fn fitted_frames(
     model: &LoadCaseModel<'_>,
-    frames: &PositionFrames,
+    tracker: &TrackedPoses,
     coordinates: &[f64],
     parameters: usize,
     covariance: Option<&ParameterCovariance>,
@@ -93,8 +93,8 @@ pub(in crate::fit) fn fitted_frames(
         }
     };
     FittedFrames {
-        frames: frames.at(&coordinates[parameters..]),
-        rigid: frames.at(&rigid.coordinates[parameters..]),
+        frames: moved_tracker(tracker, &coordinates[parameters..]).frames,
+        rigid: moved_tracker(tracker, &rigid.coordinates[parameters..]).frames,
         parameters: std::array::from_fn(parameter),
         rigid_unseen_m: rigid.unseen_m(&model.measured()),
     }

@@ -1,11 +1,11 @@
 //! What a model says of every load case and component, and how it changes with the parameters.
 
 use stiffbench_beams::physics::{JointRotations, LawSet, LoadPoint, Mechanics, RunLoads};
-use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
+use stiffbench_beams::robot::{FittingFactors, RobotError, TrackedPoses};
 use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 
-use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
+use super::posed::{PosedLoad, PosedLoadCases};
 use super::problem::LoadCaseModel;
 
 /// Displacement, m, and rotation, rad, of the tool centre in the axes of the base.
@@ -56,55 +56,74 @@ impl PredictedMotions {
     }
 }
 
-/// A mechanism in the poses of load cases, under own weight where positions were read.
-///
-/// # Arguments
-/// - `parameters`: to which its motions are differentiated; springs among them may be rigid.
-///
-/// # Errors
-/// [`RobotError`] for a pose that cannot be reached, or in which the structure carries nothing.
-pub(in crate::fit) fn mechanics_of<'a>(
-    (robot, mechanism): (&'a Robot, &'a Mechanism),
-    posed: &PosedLoadCases,
-    parameters: &[ModelParameter],
-    factors: &FittingFactors,
-) -> Result<Mechanics<'a>, RobotError> {
-    let poses = &posed.poses;
-    let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, factors, poses)?;
-    if !parameters.is_empty() {
-        mechanics.differentiate_whole()?;
-    }
-    if posed.has_positions() {
-        mechanics.weigh(parameters)?;
-    }
-    Ok(mechanics)
+/// What a component reads.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::fit) struct SeenRow {
+    /// Number of its load case.
+    pub(in crate::fit) case: usize,
+    /// Number of its pose.
+    pub(in crate::fit) pose: usize,
+    /// What it reads of motions of the tool centre.
+    pub(in crate::fit) axis: ReadAxis,
+    /// What it reads of the rigid robot, m; nothing of displacements.
+    rigid_m: f64,
 }
 
-/// One value a component, each from the motion of its load case.
-pub(in crate::fit) fn rows_of(
-    posed: &PosedLoadCases,
-    motions: &[ToolMotion],
-    row: impl Fn(usize, &ReadComponent, &ToolMotion) -> f64,
-) -> Vec<f64> {
-    let cases = posed.cases.iter().zip(motions);
-    cases
-        .flat_map(|(case, motion)| {
-            let row = &row;
-            let components = case.components.iter();
-            components.map(move |read| row(case.pose, read, motion))
+/// What all components of load cases read, in the order of the rows.
+#[derive(Debug, Clone)]
+pub(in crate::fit) struct SeenRows(Vec<SeenRow>);
+
+impl SeenRows {
+    /// # Arguments
+    /// - `tracker`: sees the positions.
+    pub(in crate::fit) fn of(posed: &PosedLoadCases, tracker: Option<&TrackedPoses>) -> Self {
+        let cases = posed.cases.iter().enumerate();
+        let rows = cases.flat_map(|(number, case)| {
+            case.components.iter().map(move |read| {
+                let (axis, rigid_m) = case.seen(read, tracker);
+                SeenRow {
+                    case: number,
+                    pose: case.pose,
+                    axis,
+                    rigid_m,
+                }
+            })
+        });
+        Self(rows.collect())
+    }
+
+    /// The rows.
+    pub(in crate::fit) fn iter(&self) -> impl Iterator<Item = &SeenRow> {
+        self.0.iter()
+    }
+
+    /// One value a row, each from the motion of its load case.
+    pub(in crate::fit) fn each(
+        &self,
+        motions: &[ToolMotion],
+        value: impl Fn(&SeenRow, &ToolMotion) -> f64,
+    ) -> Vec<f64> {
+        let rows = self.iter();
+        rows.map(|row| value(row, &motions[row.case])).collect()
+    }
+
+    /// What is read, m and rad.
+    pub(in crate::fit) fn read(&self, motions: &[ToolMotion]) -> Vec<f64> {
+        self.each(motions, |row, motion| {
+            row.rigid_m + dot6(row.axis.unit(), *motion)
         })
-        .collect()
-}
+    }
 
-/// Component of a motion along a unit vector of six.
-pub(in crate::fit) fn along(unit: &[f64; 6], motion: &ToolMotion) -> f64 {
-    let shares = unit.iter().zip(motion).filter(|(unit, _)| **unit != 0.0);
-    shares.map(|(unit, motion)| unit * motion).sum()
-}
+    /// What changes of the motions change of that.
+    pub(in crate::fit) fn changed(&self, changes: &[ToolMotion]) -> Vec<f64> {
+        self.each(changes, |row, change| dot6(row.axis.unit(), *change))
+    }
 
-/// The motion of its load case along the unit vector of each component.
-pub(in crate::fit) fn rows_along(posed: &PosedLoadCases, motions: &[ToolMotion]) -> Vec<f64> {
-    rows_of(posed, motions, |_, read, motion| along(&read.unit, motion))
+    /// What the rigid robot leaves of measured values, m and rad.
+    pub(in crate::fit) fn left_by_rigid_robot(&self, measured: &[f64]) -> Vec<f64> {
+        let rows = self.iter().zip(measured);
+        rows.map(|(row, measured)| row.rigid_m - measured).collect()
+    }
 }
 
 /// What laws add to the linear structure in load cases, each load from the unloaded state.
@@ -125,10 +144,7 @@ impl<'a> AddedByLaws<'a> {
         })
     }
 
-    /// One value a component, m or rad, in the order of [`PosedLoadCases::rows`].
-    ///
-    /// # Arguments
-    /// - `axis_of`: what a position reads of motions.
+    /// One value a row, m or rad.
     ///
     /// # Errors
     /// [`RobotError::Structure`].
@@ -136,34 +152,32 @@ impl<'a> AddedByLaws<'a> {
         &mut self,
         mechanics: &mut Mechanics<'_>,
         factors: &FittingFactors,
-        axis_of: &dyn Fn(&PosedLoad, &ReadComponent) -> ReadAxis,
+        seen: &SeenRows,
     ) -> Result<Vec<f64>, RobotError> {
         mechanics.set_factors(factors)?;
         let mut added = Vec::new();
-        for case in &self.posed.cases {
+        for row in seen.iter() {
+            let case = &self.posed.cases[row.case];
             let (load, amount) = case.load_along();
-            let pose = mechanics.pose(case.pose);
-            for read in &case.components {
-                let read = axis_of(case, read);
-                let applied = LoadPoint {
-                    force_n: amount,
-                    step: 1,
-                    ..LoadPoint::default()
-                };
-                let run = RunLoads {
-                    pose: &self.posed.labels[case.label],
-                    load: &load,
-                    read,
-                    repeat: case.repeat,
-                    release_n: None,
-                    loads: &[applied],
-                };
-                let mut moved = [0.0];
-                self.laws
-                    .displacements_m(pose, &run, &mut self.joint_rotations, &mut moved);
-                let unloaded = dot6(read.unit(), pose.unloaded.motion);
-                added.push(moved[0] - unloaded - amount * pose.compliance(&read, &load));
-            }
+            let pose = mechanics.pose(row.pose);
+            let applied = LoadPoint {
+                force_n: amount,
+                step: 1,
+                ..LoadPoint::default()
+            };
+            let run = RunLoads {
+                pose: &self.posed.labels[case.label],
+                load: &load,
+                read: row.axis,
+                repeat: case.repeat,
+                release_n: None,
+                loads: &[applied],
+            };
+            let mut moved = [0.0];
+            self.laws
+                .displacements_m(pose, &run, &mut self.joint_rotations, &mut moved);
+            let unloaded = dot6(row.axis.unit(), pose.unloaded.motion);
+            added.push(moved[0] - unloaded - amount * pose.compliance(&row.axis, &load));
         }
         Ok(added)
     }

@@ -1,7 +1,9 @@
 //! Load cases as a least-squares problem.
 
 use stiffbench_beams::physics::{ActingPhysics, Mechanics, PlaceScale};
-use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
+use stiffbench_beams::robot::{
+    FittingFactors, Mechanism, ModelParameter, Robot, RobotError, TrackedPoses,
+};
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresSettings, Parameter,
     ParameterSet, ResidualFunction,
@@ -12,12 +14,13 @@ use crate::fit::weighed_problem::WeighedProblem;
 use crate::fit::{FitError, FitOutcome};
 use crate::mismatch::{GaugeSteps, ReadForces};
 use crate::parameters::{FitRole, ParameterChoice, UNLOADED};
+use crate::search::norm;
 
-use super::frames::{PositionFrames, lengths_beside};
-use super::posed::{PosedLoad, PosedLoadCases, ReadComponent};
-use super::prediction::{
-    AddedByLaws, PredictedMotions, ToolMotion, along, mechanics_of, rows_along,
+use super::frames::{
+    frame_columns, frame_parameters, lengths_beside, moved_tracker, nearest_tracker,
 };
+use super::posed::PosedLoadCases;
+use super::prediction::{AddedByLaws, PredictedMotions, SeenRows, ToolMotion};
 use super::scatter::RowScatter;
 use super::white_rows::fill_white;
 
@@ -53,8 +56,8 @@ pub(in crate::fit) struct LoadCaseProblem<'a> {
     used: RowScatter,
     /// Where motions are linear in the coordinates of the parameters: motions and columns at all coordinates zero.
     linear: Option<PredictedMotions>,
-    /// Of absolute positions: the frames, whose coordinates follow those of the parameters.
-    frames: Option<PositionFrames>,
+    /// Of absolute positions: the tracker, whose coordinates follow those of the parameters.
+    tracker: Option<TrackedPoses>,
     added: Option<AddedByLaws<'a>>,
 }
 
@@ -71,19 +74,13 @@ impl<'a> LoadCaseModel<'a> {
     pub(in crate::fit) fn left_by(&self, fit: &FitOutcome) -> Result<Vec<f64>, FitError> {
         let (start, posed) = (&fit.factors, self.posed);
         let mut mechanics = LoadCaseModel { start, ..*self }.mechanics(&[])?;
-        let motions = PredictedMotions::of(&mechanics, posed, false).values;
-        let frames = PositionFrames::of(self.robot, self.mechanism, posed)?;
-        let there = frames.zip(fit.frames.as_ref().map(|fitted| fitted.frames));
-        let mut rows = match &there {
-            None => rows_along(posed, &motions),
-            Some((frames, there)) => frames.rows(posed, there, &motions),
-        };
+        let frames = fit.frames.as_ref().map(|fitted| fitted.frames);
+        let tracker = frames
+            .map(|frames| TrackedPoses::new(self.robot, self.mechanism, &posed.poses, frames));
+        let seen = SeenRows::of(posed, tracker.transpose()?.as_ref());
+        let mut rows = seen.read(&PredictedMotions::of(&mechanics, posed, false).values);
         if let Some(mut added) = AddedByLaws::of(self) {
-            let axis_of = |case: &PosedLoad, read: &ReadComponent| match &there {
-                None => read.read_axis(),
-                Some((frames, there)) => frames.read_axis(there, case, read),
-            };
-            add(&mut rows, &added.rows(&mut mechanics, start, &axis_of)?);
+            add(&mut rows, &added.rows(&mut mechanics, start, &seen)?);
         }
         let rows = self.measured().into_iter().zip(rows);
         Ok(rows.map(|(read, predicted)| read - predicted).collect())
@@ -94,16 +91,34 @@ impl<'a> LoadCaseModel<'a> {
         LoadCaseModel { posed, ..*self }
     }
 
-    /// The mechanics of the poses with the values of the start.
+    /// The mechanism in its poses with the values of the start, under own weight where positions were read.
+    ///
+    /// # Arguments
+    /// - `parameters`: to which its motions are differentiated; springs among them may be rigid.
     ///
     /// # Errors
-    /// As [`mechanics_of`].
+    /// [`RobotError`] for a pose that cannot be reached, or in which the structure carries nothing.
     pub(in crate::fit) fn mechanics(
         &self,
         parameters: &[ModelParameter],
     ) -> Result<Mechanics<'a>, RobotError> {
-        let robot = (self.robot, self.mechanism);
-        mechanics_of(robot, self.posed, parameters, self.start)
+        let (robot, mechanism, poses) = (self.robot, self.mechanism, &self.posed.poses);
+        let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, self.start, poses)?;
+        if !parameters.is_empty() {
+            mechanics.differentiate_whole()?;
+        }
+        if self.posed.has_positions() {
+            mechanics.weigh(parameters)?;
+        }
+        Ok(mechanics)
+    }
+
+    /// The tools as a tracker sees them whose frames fit the rigid robot nearly best; `None` without positions.
+    ///
+    /// # Errors
+    /// As of [`nearest_tracker`].
+    pub(in crate::fit) fn tracker(&self) -> Result<Option<TrackedPoses>, FitError> {
+        nearest_tracker(self.robot, self.mechanism, self.posed)
     }
 
     /// What was measured, in the order of the rows.
@@ -119,29 +134,21 @@ impl<'a> LoadCaseModel<'a> {
     pub(in crate::fit) fn parameters(
         &self,
         choice: &ParameterChoice,
-        frames: Option<&PositionFrames>,
+        tracker: Option<&TrackedPoses>,
     ) -> Result<(FitParameters, Vec<ModelParameter>), FitError> {
         let list = choice.parameters();
         let springs: Vec<ModelParameter> =
             list.into_iter().filter(|one| !one.is_factor()).collect();
         let posed = self.posed;
         let motions = PredictedMotions::of(&self.mechanics(&springs)?, posed, true);
-        let rows = |motions: &[ToolMotion]| match frames {
-            None => rows_along(posed, motions),
-            Some(frames) => frames.column(posed, &frames.at(&[]), motions),
-        };
-        let columns: Vec<Vec<f64>> = motions.columns.iter().map(|column| rows(column)).collect();
-        let length = |vector: &[f64]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let lengths: Vec<f64> = columns.iter().map(|column| length(column)).collect();
-        let (measured, beside) = match frames {
-            None => (length(&self.measured()), lengths.clone()),
-            Some(frames) => {
-                let rigid = vec![[0.0; 6]; posed.cases.len()];
-                let by_frames = frames.frame_columns(posed, &[], &rigid);
-                let left = length(&frames.left_by_rigid_robot(posed));
-                (left, lengths_beside(&by_frames, &columns))
-            }
-        };
+        let seen = SeenRows::of(posed, tracker);
+        let columns = motions.columns.iter();
+        let columns: Vec<Vec<f64>> = columns.map(|column| seen.changed(column)).collect();
+        let lengths: Vec<f64> = columns.iter().map(|column| norm(column)).collect();
+        let measured = norm(&seen.left_by_rigid_robot(&self.measured()));
+        let rigid = vec![[0.0; 6]; posed.cases.len()];
+        let by_frames = tracker.map(|tracker| frame_columns(posed, tracker, &[], &rigid));
+        let beside = lengths_beside(&by_frames.unwrap_or_default(), &columns);
         let scale = |parameter: &ModelParameter| {
             let place = springs.iter().position(|spring| spring == parameter);
             let own = place.map_or(0.0, |place| {
@@ -194,10 +201,8 @@ pub(in crate::fit) fn unloaded_springs(
 
 /// Length of the column of a spring that every load moves along itself.
 pub(in crate::fit) fn unit_length(posed: &PosedLoadCases) -> f64 {
-    let rows = posed
-        .rows()
-        .map(|(case, read)| along(&read.unit, &case.load));
-    rows.map(|row| row * row).sum::<f64>().sqrt()
+    let loads: Vec<ToolMotion> = posed.cases.iter().map(|case| case.load).collect();
+    norm(&SeenRows::of(posed, None).changed(&loads))
 }
 
 impl<'a> LoadCaseProblem<'a> {
@@ -207,7 +212,7 @@ impl<'a> LoadCaseProblem<'a> {
         model: LoadCaseModel<'a>,
         parameters: &FitParameters,
         scatter: RowScatter,
-        frames: Option<&PositionFrames>,
+        tracker: Option<&TrackedPoses>,
     ) -> Result<Self, FitError> {
         let list = parameters.parameters();
         let mut mechanics = model.mechanics(list)?;
@@ -229,7 +234,7 @@ impl<'a> LoadCaseProblem<'a> {
             used: scatter.clone(),
             scatter,
             linear,
-            frames: frames.cloned(),
+            tracker: tracker.cloned(),
         })
     }
 
@@ -264,32 +269,26 @@ impl<'a> LoadCaseProblem<'a> {
     ) -> Result<Vec<[f64; 3]>, RobotError> {
         let factors = self.parameters.values(point);
         self.mechanics.set_factors_rigid(&factors)?;
-        let posed = self.model.posed;
+        let (posed, is_position) = (self.model.posed, self.tracker.is_some());
         let forces = ReadForces::of(posed.cases.iter().map(|case| case.load));
-        let rows = posed.rows().map(|(case, read)| {
-            if read.is_position() {
+        let seen = self.seen(point);
+        let rows = seen.iter().map(|row| {
+            if is_position {
                 return [0.0; 3];
             }
-            let pose = self.mechanics.pose(case.pose);
-            pose.compliance_by_components(&read.read_axis(), forces.components(case.load))
+            let components = forces.components(posed.cases[row.case].load);
+            let pose = self.mechanics.pose(row.pose);
+            pose.compliance_by_components(&row.axis, components)
         });
         Ok(rows.collect())
     }
 
     /// What laws add to the rows; nothing without laws.
     fn added(&mut self, point: &[f64]) -> Result<Option<Vec<f64>>, RobotError> {
-        let factors = self.parameters.values(point);
-        let there = self
-            .frames
-            .as_ref()
-            .map(|frames| (frames, frames.at(self.of_frames(point))));
-        let axis_of = |case: &PosedLoad, read: &ReadComponent| match &there {
-            Some((frames, there)) => frames.read_axis(there, case, read),
-            None => read.read_axis(),
-        };
+        let (factors, seen) = (self.parameters.values(point), self.seen(point));
         let (added, mechanics) = (self.added.as_mut(), &mut self.mechanics);
         added
-            .map(|added| added.rows(mechanics, &factors, &axis_of))
+            .map(|added| added.rows(mechanics, &factors, &seen))
             .transpose()
     }
 
@@ -360,17 +359,20 @@ impl<'a> LoadCaseProblem<'a> {
         Ok(motions)
     }
 
-    /// Coordinates of the frames.
-    fn of_frames<'p>(&self, point: &'p [f64]) -> &'p [f64] {
+    /// Coordinates of the tracker.
+    fn of_tracker<'p>(&self, point: &'p [f64]) -> &'p [f64] {
         &point[self.parameters.parameters().len()..]
     }
 
+    /// What the rows read at a point.
+    fn seen(&self, point: &[f64]) -> SeenRows {
+        let tracker = self.tracker.as_ref();
+        let there = tracker.map(|tracker| moved_tracker(tracker, self.of_tracker(point)));
+        SeenRows::of(self.model.posed, there.as_ref())
+    }
+
     fn rows(&mut self, point: &[f64], motions: &[ToolMotion]) -> Result<Vec<f64>, RobotError> {
-        let posed = self.model.posed;
-        let mut rows = match &self.frames {
-            None => rows_along(posed, motions),
-            Some(frames) => frames.rows(posed, &frames.at(self.of_frames(point)), motions),
-        };
+        let mut rows = self.seen(point).read(motions);
         if let Some(added) = self.added(point)? {
             add(&mut rows, &added);
         }
@@ -379,17 +381,14 @@ impl<'a> LoadCaseProblem<'a> {
 
     /// Derivatives of all rows to every coordinate.
     fn columns(&self, point: &[f64], motions: &PredictedMotions) -> Vec<Vec<f64>> {
-        let posed = self.model.posed;
-        let linear = self.linear.as_ref().unwrap_or(motions);
-        let changes = linear.columns.iter();
-        let Some(frames) = &self.frames else {
-            return changes.map(|changes| rows_along(posed, changes)).collect();
-        };
-        let coordinates = self.of_frames(point);
-        let there = frames.at(coordinates);
-        let columns = changes.map(|changes| frames.column(posed, &there, changes));
-        let of_frames = frames.frame_columns(posed, coordinates, &motions.values);
-        columns.chain(of_frames).collect()
+        let (posed, seen) = (self.model.posed, self.seen(point));
+        let changes = self.linear.as_ref().unwrap_or(motions).columns.iter();
+        let mut columns: Vec<Vec<f64>> = changes.map(|changes| seen.changed(changes)).collect();
+        if let Some(tracker) = &self.tracker {
+            let coordinates = self.of_tracker(point);
+            columns.extend(frame_columns(posed, tracker, coordinates, &motions.values));
+        }
+        columns
     }
 }
 
@@ -399,11 +398,11 @@ impl<'a> LoadCaseProblem<'a> {
 /// [`LeastSquaresError`] if ties go in a circle or nothing is free.
 pub(in crate::fit) fn coordinates(
     parameters: &FitParameters,
-    frames: Option<&PositionFrames>,
+    tracker: Option<&TrackedPoses>,
 ) -> Result<ParameterSet, LeastSquaresError> {
     let mut list = parameters.list();
-    if frames.is_some() {
-        list.extend(PositionFrames::parameters());
+    if tracker.is_some() {
+        list.extend(frame_parameters());
     }
     ParameterSet::new(list)
 }
@@ -418,7 +417,7 @@ pub(in crate::fit) fn frames_alone(
     let list = parameters.list().into_iter();
     let rigid = list.zip(parameters.coordinates_of_rigid());
     let rigid = rigid.map(|(one, coordinate)| Parameter::fixed(one.name, coordinate));
-    ParameterSet::new(rigid.chain(PositionFrames::parameters()).collect())
+    ParameterSet::new(rigid.chain(frame_parameters()).collect())
 }
 
 /// Adds one vector of rows to another.

@@ -2,10 +2,9 @@
 
 use indexmap::IndexMap;
 use stiffbench_beams::physics::LoadPoint;
-use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, ToolPose, TrackerFrames};
+use stiffbench_beams::robot::{Pose, TrackedPoses};
 use stiffbench_numeric::vector::dot6;
 use stiffbench_units_and_text::load_direction::LoadDirection;
-use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
 use super::posed::{COMPONENTS, PosedLoad, PosedLoadCases, ReadComponent};
@@ -14,24 +13,6 @@ use crate::mismatch::{GaugeSteps, Observations, ObservedReading, Recorded};
 
 /// Loads whose directions differ by less are one load applied again, rad: what they do differs by less than a thousandth of the displacement.
 const SAME_DIRECTION: f64 = 1e-3;
-
-/// A tracker, with the tool of the rigid robot in each of the distinct poses.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrackedPoses {
-    frames: TrackerFrames,
-    tools: Vec<ToolPose>,
-}
-
-impl TrackedPoses {
-    /// What a component reads of motions, and its value from where the rigid robot stands.
-    fn seen(&self, case: &PosedLoad, read: &ReadComponent) -> (ReadAxis, f64) {
-        let (tool, axis) = (&self.tools[case.pose], read.axis());
-        let unit = self.frames.read_unit(tool, axis);
-        let rigid_m = self.frames.position_m(tool, &[0.0; 6]);
-        let read_axis = ReadAxis::new(axis, false, unit);
-        (read_axis, read.value - rigid_m[axis.index()])
-    }
-}
 
 /// The load cases of a pose under loads of one direction.
 struct LoadSeries<'p> {
@@ -65,22 +46,6 @@ impl PosedLoadCases {
         }
     }
 
-    /// The tools of a robot as a tracker sees them.
-    ///
-    /// # Errors
-    /// [`RobotError`] for a pose that cannot be reached.
-    pub fn tracked(
-        &self,
-        robot: &Robot,
-        mechanism: &Mechanism,
-        frames: TrackerFrames,
-    ) -> Result<TrackedPoses, RobotError> {
-        let tools = self.poses.iter();
-        let tools = tools.map(|pose| robot.end_pose(mechanism, pose));
-        let tools = tools.collect::<Result<_, _>>()?;
-        Ok(TrackedPoses { frames, tools })
-    }
-
     /// The same with the place of each reading among [`PosedLoadCases::rows`].
     pub(in crate::fit) fn series_and_rows(
         &self,
@@ -99,11 +64,7 @@ impl PosedLoadCases {
         let mut rows = Vec::new();
         for (place, cases) in self.by_pose().values().enumerate() {
             for series in series_of(cases) {
-                let seen = |case: &PosedLoad, read: &ReadComponent| match tracker {
-                    Some(tracker) if read.is_position() => tracker.seen(case, read),
-                    _ => (read.read_axis(), read.value),
-                };
-                series.add_to(&mut observations, place, &seen, |number, component| {
+                series.add_to(&mut observations, place, tracker, |number, component| {
                     rows.push(first_rows[number] + component);
                 });
             }
@@ -193,13 +154,12 @@ impl<'p> LoadSeries<'p> {
     }
 
     /// # Arguments
-    /// - `seen`: what a component reads, and its value.
     /// - `added`: is told the number of the case of each reading and the place among its components.
     fn add_to(
         &self,
         observations: &mut Observations,
         pose: usize,
-        seen: &dyn Fn(&PosedLoad, &ReadComponent) -> (ReadAxis, f64),
+        tracker: Option<&TrackedPoses>,
         mut added: impl FnMut(usize, usize),
     ) {
         for component in 0..COMPONENTS.len() {
@@ -212,7 +172,7 @@ impl<'p> LoadSeries<'p> {
             let Some((case, first)) = first.next() else {
                 continue;
             };
-            observations.begin_cell(pose, self.load.clone(), seen(case, first).0);
+            observations.begin_cell(pose, self.load.clone(), case.seen(first, tracker).0);
             for (repeat, case) in (1..).zip(&self.cases) {
                 let Some((place, one)) = read(case.case) else {
                     continue;
@@ -236,7 +196,8 @@ impl<'p> LoadSeries<'p> {
                     step: case.step as u32 + 1,
                     ..LoadPoint::default()
                 };
-                observations.push(reading, load, seen(case.case, one).1);
+                let (_, rigid_m) = case.case.seen(one, tracker);
+                observations.push(reading, load, one.value - rigid_m);
             }
         }
     }

@@ -4,14 +4,14 @@ use nalgebra::{DMatrix, DVector};
 
 use stiffbench_beams::robot::ModelParameter;
 
-use crate::fit::load_cases::frames::PositionFrames;
+use crate::fit::load_cases::frames::frame_columns;
 use crate::fit::load_cases::posed::PosedLoadCases;
-use crate::fit::load_cases::prediction::{PredictedMotions, rows_along};
+use crate::fit::load_cases::prediction::{PredictedMotions, SeenRows};
 use crate::fit::load_cases::problem::{LoadCaseModel, unit_length, unloaded_springs};
 use crate::fit::load_cases::scatter::sizes;
 use crate::fit::{FactorStatus, FitError, FitOutcome};
 use crate::search::constants::LEAST_INDEPENDENT;
-use crate::search::{RowVector, dot, push_orthonormal, subtract};
+use crate::search::{RowVector, dot, norm, push_orthonormal, subtract};
 
 /// Rows, all of one scatter, and what a fit may make of them.
 pub(super) struct FittedRows {
@@ -136,14 +136,11 @@ pub(super) fn moved_columns(
     let mechanics = LoadCaseModel { start, ..*model }.mechanics(&parameters)?;
     let motions = PredictedMotions::of(&mechanics, posed, true);
     // Frames that fit the rigid robot nearly best are near enough to those of the fit: rotations between them are small.
-    let frames = PositionFrames::of(model.robot, model.mechanism, posed)?;
-    let frames = frames.map(|frames| (frames.at(&[]), frames));
-    let all = motions.columns.iter().map(|column| match &frames {
-        None => rows_along(posed, column),
-        Some((there, frames)) => frames.column(posed, there, column),
-    });
-    let all: Vec<Vec<f64>> = all.collect();
-    let lengths: Vec<f64> = all.iter().map(|one| dot(one, one).sqrt()).collect();
+    let tracker = model.tracker()?;
+    let seen = SeenRows::of(posed, tracker.as_ref());
+    let all = motions.columns.iter();
+    let all: Vec<Vec<f64>> = all.map(|column| seen.changed(column)).collect();
+    let lengths: Vec<f64> = all.iter().map(|one| norm(one)).collect();
     let unloaded = unloaded_springs(&parameters, &lengths, unit_length(posed));
     let (mut free, mut columns, mut units) = (Vec::new(), Vec::new(), Vec::new());
     let loaded = all.into_iter().zip(places).zip(unloaded);
@@ -154,8 +151,8 @@ pub(super) fn moved_columns(
             columns.push(column);
         }
     }
-    if let Some((_, frames)) = frames {
-        columns.extend(frames.frame_columns(posed, &[], &motions.values));
+    if let Some(tracker) = &tracker {
+        columns.extend(frame_columns(posed, tracker, &[], &motions.values));
     }
     Ok((free, columns))
 }

@@ -41,10 +41,10 @@ fn worst(robot: &Robot, table: &LoadCaseTable, choice: &ParameterChoice) -> (f64
         steps: GaugeSteps::default(),
         physics: None,
     };
-    let frames = PositionFrames::of(robot, mechanism, &posed).unwrap();
-    let (parameters, _) = model.parameters(choice, frames.as_ref()).unwrap();
+    let tracker = model.tracker().unwrap();
+    let (parameters, _) = model.parameters(choice, tracker.as_ref()).unwrap();
     let scatter = RowScatter::plain(&posed, model.steps, [1.0; 2]);
-    let mut problem = LoadCaseProblem::new(model, &parameters, scatter, frames.as_ref()).unwrap();
+    let mut problem = LoadCaseProblem::new(model, &parameters, scatter, tracker.as_ref()).unwrap();
     let list = parameters.parameters().iter().enumerate();
     let mut point: Vec<f64> = list
         .map(
@@ -55,7 +55,7 @@ fn worst(robot: &Robot, table: &LoadCaseTable, choice: &ParameterChoice) -> (f64
             },
         )
         .collect();
-    if frames.is_some() {
+    if tracker.is_some() {
         point.extend(FRAMES);
     }
     let motions = problem.motions(&point, true).unwrap();
