@@ -8,7 +8,7 @@ use stiffbench_beams::physics::{
 };
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Predictor, Robot,
-    TRACKER_PARAMETERS, TrackedPoses, TrackerFrames,
+    RobotError, TRACKER_PARAMETERS, TrackedPoses, TrackerFrames,
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -238,6 +238,25 @@ impl<'a> RobotBaseline<'a> {
         }
     }
 
+    /// A mechanism in poses, differentiated to the free parameters in their units, under own weight where a tracker sees it.
+    ///
+    /// # Errors
+    /// [`RobotError`] for a pose that cannot be reached, or in which the structure carries nothing.
+    pub(super) fn mechanics<'m>(
+        &self,
+        (robot, mechanism): (&'m Robot, &'m Mechanism),
+        factors: &FittingFactors,
+        poses: &[Pose],
+    ) -> Result<Mechanics<'m>, RobotError> {
+        let free = &self.values.free;
+        let mut mechanics = Mechanics::rigid_with(robot, mechanism, free, factors, poses)?;
+        mechanics.differentiate_in(self.values.units());
+        if self.tracked.is_some() {
+            mechanics.weigh(free)?;
+        }
+        Ok(mechanics)
+    }
+
     /// The mechanism of the session.
     pub(super) fn mechanism(&self) -> &Mechanism {
         &self.mechanisms[0].1
@@ -375,13 +394,7 @@ impl Baseline for RobotBaseline<'_> {
 
     fn solver(&self, variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
         let mechanism = &self.mechanisms[variant].1;
-        let (values, poses) = (&self.values, &self.poses);
-        let mut mechanics =
-            Mechanics::rigid_with(self.robot, mechanism, &values.free, &values.at, poses)?;
-        mechanics.differentiate_in(values.units());
-        if self.tracked.is_some() {
-            mechanics.weigh(&values.free)?;
-        }
+        let mechanics = self.mechanics((self.robot, mechanism), &self.values.at, &self.poses)?;
         Ok(Box::new(RobotSolver::new(self, mechanism, mechanics)))
     }
 

@@ -154,19 +154,10 @@ impl<'a> RobotSolver<'a> {
         self.sprung = None;
         let springs: Vec<ModelParameter> = self.edit.springs().cloned().collect();
         if !springs.is_empty() {
-            let (baseline, values) = (self.baseline, &self.values);
-            let factors = self.edit.factors(&values.at);
-            let mut sprung = Mechanics::rigid_with(
-                baseline.robot,
-                self.mechanism,
-                &values.free,
-                &factors,
-                &baseline.poses,
-            )?;
-            sprung.differentiate_in(values.units());
-            if baseline.tracked().is_some() {
-                sprung.weigh(&values.free)?;
-            }
+            let baseline = self.baseline;
+            let factors = self.edit.factors(&self.values.at);
+            let own = (baseline.robot, self.mechanism);
+            let mut sprung = baseline.mechanics(own, &factors, &baseline.poses)?;
             if self.is_whole {
                 sprung.differentiate_whole()?;
             }
@@ -191,17 +182,11 @@ impl<'a> RobotSolver<'a> {
                 None => pose.clone(),
             });
         let poses: Vec<Pose> = poses.collect();
-        let free = &self.values.free;
-        let mut mechanics = Mechanics::rigid_with(&robot, self.mechanism, free, factors, &poses)?;
-        if self.values.springs_rad_per_nm.iter().any(Option::is_some) {
-            mechanics.differentiate_in(self.values.units());
-            mechanics.set_factors_rigid(factors)?;
-        }
+        let mut mechanics = baseline.mechanics((&robot, self.mechanism), factors, &poses)?;
         if self.is_whole {
             mechanics.differentiate_whole()?;
-        }
-        if baseline.tracked().is_some() {
-            mechanics.weigh(free)?;
+        } else if self.values.springs_rad_per_nm.iter().any(Option::is_some) {
+            mechanics.set_factors_rigid(factors)?;
         }
         if *joints != JointsSolved::None {
             mechanics.solve_joints(|joint| joints.contains(joint))?;
