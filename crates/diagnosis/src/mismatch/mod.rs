@@ -111,6 +111,7 @@ pub use opposite_slips::reading_between_slips;
 pub use part_model::{PartBand, PartConfiguration, PartModel};
 pub use part_units::{PartUnit, PartUnits};
 pub use plan::{PlannedCell, PlannedLoad};
+pub(crate) use reading_screen::kept;
 pub(crate) use restricted_likelihood::estimate_noise;
 pub use robot_baseline::RobotBaseline;
 pub use search::SearchOptions;

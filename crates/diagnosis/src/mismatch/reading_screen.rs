@@ -135,7 +135,7 @@ impl<'a> ReadingScreen<'a> {
 }
 
 /// Values of what is kept.
-fn kept(values: &[f64], keep: &[bool]) -> Vec<f64> {
+pub(crate) fn kept<T: Copy>(values: &[T], keep: &[bool]) -> Vec<T> {
     let pairs = values.iter().zip(keep);
     pairs
         .filter(|(_, keep)| **keep)

@@ -218,7 +218,7 @@ fn weighed_fit<'a>(
             &plain,
             (posed, takes_part),
             &predicted,
-            by_force,
+            &by_force,
             columns,
             &mut warm_start,
         );
@@ -239,7 +239,7 @@ fn scatter_of(
     plain: &RowScatter,
     (posed, takes_part): (&PosedLoadCases, &[bool]),
     predicted: &[f64],
-    by_force: Vec<[f64; 3]>,
+    by_force: &[[f64; 3]],
     columns: Option<Vec<Vec<f64>>>,
     warm_start: &mut Option<ReadingNoise>,
 ) -> (KnownScatter, RowScatter) {
@@ -252,25 +252,16 @@ fn scatter_of(
         predicted.to_vec()
     };
     let slope_m = plain.of_readings(&moved_m);
-    let by_force_of_readings: Vec<[f64; 3]> = plain.rows.iter().map(|row| by_force[*row]).collect();
+    let by_force: Vec<[f64; 3]> = plain.rows.iter().map(|row| by_force[*row]).collect();
     let read = plain.series.displacement_m.iter();
     let read = read.zip(plain.of_readings(predicted));
     let residual_m: Vec<f64> = read.map(|(read, predicted)| read - predicted).collect();
-    let linear = (
-        &slope_m[..],
-        ForceReading::ByComponents(&by_force_of_readings),
-    );
-    let found = estimate_noise(
-        &plain.series,
-        &residual_m,
-        linear,
-        warm_start.as_ref(),
-        None,
-        columns,
-    );
+    let linear = (&slope_m[..], ForceReading::ByComponents(&by_force));
+    let warm = warm_start.as_ref();
+    let found = estimate_noise(&plain.series, &residual_m, linear, warm, None, columns);
     *warm_start = Some(found.noise);
     let noise = found.noise;
-    let scatter = plain.with_noise(noise, moved_m, by_force);
+    let scatter = plain.with_noise(noise, slope_m, by_force);
     let common = scatter.common_share();
     let kinds = kinds(posed);
     let ratios = [1.0, noise.gauges.rotation_ratio];

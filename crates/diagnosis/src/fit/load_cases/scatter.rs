@@ -4,7 +4,9 @@ use indexmap::IndexMap;
 use stiffbench_numeric::statistics::root_mean_square;
 
 use super::posed::{PosedLoadCases, ReadComponent};
-use crate::mismatch::{ForceReading, GaugeSteps, NoiseCovariance, Observations, ReadingNoise};
+use crate::mismatch::{
+    ForceReading, GaugeNoise, GaugeSteps, NoiseCovariance, Observations, ReadingNoise, kept,
+};
 use crate::search::constants::ROUNDING;
 use crate::search::{Covariance, dot, largest};
 
@@ -66,21 +68,12 @@ pub(crate) struct RowScatter {
     pub(in crate::fit) series: Observations,
     /// The row of the table of each reading.
     pub(in crate::fit) rows: Vec<usize>,
-    noise: RowNoise,
+    noise: ReadingNoise,
+    /// What each reading is without error, m.
+    slope_m: Vec<f64>,
+    /// What each component of the force moves it by, as of [`ForceReading::ByComponents`].
+    by_force: Vec<[f64; 3]>,
     covariance: Covariance,
-}
-
-/// What makes rows scatter.
-#[derive(Debug, Clone, PartialEq)]
-enum RowNoise {
-    /// Standard deviations of displacements, m, and of rotations, rad.
-    Kinds([f64; 2]),
-    /// The noise of a session, with what each row moves by without error and by each component of the force, of every row of the table.
-    Readings {
-        noise: ReadingNoise,
-        moved_m: Vec<f64>,
-        by_force: Vec<[f64; 3]>,
-    },
 }
 
 impl RowScatter {
@@ -90,34 +83,44 @@ impl RowScatter {
     /// - `sd`: standard deviations of displacements, m, and of rotations, rad.
     pub(in crate::fit) fn plain(posed: &PosedLoadCases, steps: GaugeSteps, sd: [f64; 2]) -> Self {
         let (series, rows) = posed.series_and_rows(steps, None);
-        Self::new(series, rows, RowNoise::Kinds(sd))
+        let noise = ReadingNoise {
+            reading_sd_m: sd[0],
+            gauges: GaugeNoise {
+                rotation_ratio: sd[1] / sd[0],
+                ..GaugeNoise::ALIKE
+            },
+            ..ReadingNoise::default()
+        };
+        let none = vec![0.0; rows.len()];
+        let by_force = vec![[0.0; 3]; rows.len()];
+        Self::new(series, rows, noise, none, by_force)
     }
 
-    fn new(series: Observations, rows: Vec<usize>, noise: RowNoise) -> Self {
-        let gathered =
-            |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
-        let covariance = match &noise {
-            RowNoise::Kinds(sd) => {
-                let readings = 0..series.len();
-                let kind =
-                    |reading| usize::from(series.cells[series.cell_of(reading)].read.is_rotation());
-                let variances: Vec<f64> = readings.map(|one| sd[kind(one)].powi(2)).collect();
-                Covariance::new(&variances, [])
-            }
-            RowNoise::Readings {
-                noise,
-                moved_m,
-                by_force,
-            } => {
-                let by_force: Vec<[f64; 3]> = rows.iter().map(|row| by_force[*row]).collect();
-                let force = ForceReading::ByComponents(&by_force);
-                NoiseCovariance::new(&series, noise, &gathered(moved_m), force).covariance
-            }
+    fn new(
+        series: Observations,
+        rows: Vec<usize>,
+        noise: ReadingNoise,
+        slope_m: Vec<f64>,
+        by_force: Vec<[f64; 3]>,
+    ) -> Self {
+        // A load that moves nothing has no error that the rows of a case have in common, which is most of the work.
+        let covariance = if slope_m.iter().all(|moved| *moved == 0.0) {
+            let own = |reading| {
+                let read = &series.cells[series.cell_of(reading)].read;
+                noise.own_variance(read, 0.0)
+            };
+            let own: Vec<f64> = (0..series.len()).map(own).collect();
+            Covariance::new(&own, [])
+        } else {
+            let force = ForceReading::ByComponents(&by_force);
+            NoiseCovariance::new(&series, &noise, &slope_m, force).covariance
         };
         Self {
             series,
             rows,
             noise,
+            slope_m,
+            by_force,
             covariance,
         }
     }
@@ -125,43 +128,31 @@ impl RowScatter {
     /// The same rows under the noise of a session: of each row its own, and what an error of the load moves, common to the rows of a case.
     ///
     /// # Arguments
-    /// - `moved_m`: every row of the table as it is without error.
-    /// - `by_force`: what each component of the force moves it by, as of [`ForceReading::ByComponents`].
+    /// - `slope_m`, `by_force`: what each reading is without error, and what each component of the force moves it by.
     pub(in crate::fit) fn with_noise(
         &self,
         noise: ReadingNoise,
-        moved_m: Vec<f64>,
+        slope_m: Vec<f64>,
         by_force: Vec<[f64; 3]>,
     ) -> Self {
-        let noise = RowNoise::Readings {
-            noise,
-            moved_m,
-            by_force,
-        };
-        Self::new(self.series.clone(), self.rows.clone(), noise)
+        let (series, rows) = (self.series.clone(), self.rows.clone());
+        Self::new(series, rows, noise, slope_m, by_force)
     }
 
     /// Mean share of what a case has in common in the variance of its rows.
     pub(in crate::fit) fn common_share(&self) -> f64 {
-        let RowNoise::Readings {
-            noise,
-            moved_m,
-            by_force,
-        } = &self.noise
-        else {
-            return 0.0;
-        };
+        let noise = &self.noise;
         let step_n = self.series.steps.force_n.unwrap_or(0.0);
         let force_variance = step_n * step_n / 12.0 + noise.gauges.force_sd_n.powi(2);
-        let share = |(reading, &row): (usize, &usize)| {
-            let moved = moved_m[row];
+        let readings = self.slope_m.iter().zip(&self.by_force).enumerate();
+        let shares = readings.map(|(reading, (moved, by_force))| {
             let read = &self.series.cells[self.series.cell_of(reading)].read;
-            let own = noise.own_variance(read, moved) + (noise.gauges.own_slope_sd * moved).powi(2);
-            let common = (noise.run_slope_sd * moved).powi(2)
-                + force_variance * dot(&by_force[row], &by_force[row]);
+            let own =
+                noise.own_variance(read, *moved) + (noise.gauges.own_slope_sd * moved).powi(2);
+            let common =
+                (noise.run_slope_sd * moved).powi(2) + force_variance * dot(by_force, by_force);
             common / (own + common)
-        };
-        let shares = self.rows.iter().enumerate().map(share);
+        });
         shares.sum::<f64>() / self.rows.len().max(1) as f64
     }
 
@@ -171,9 +162,10 @@ impl RowScatter {
         if keep.iter().all(|keep| *keep) {
             return self.clone();
         }
-        let rows = self.rows.iter().zip(&keep).filter(|(_, keep)| **keep);
-        let rows = rows.map(|(row, _)| *row).collect();
-        Self::new(self.series.filtered(&keep), rows, self.noise.clone())
+        let series = self.series.filtered(&keep);
+        let rows = kept(&self.rows, &keep);
+        let (slope_m, by_force) = (kept(&self.slope_m, &keep), kept(&self.by_force, &keep));
+        Self::new(series, rows, self.noise, slope_m, by_force)
     }
 
     /// A column of all rows in the order of the readings.
