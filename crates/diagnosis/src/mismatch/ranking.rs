@@ -449,7 +449,8 @@ pub(super) fn kinked(effect: &Effect) -> Option<usize> {
     (1..effect.values.len()).find(|&value| !effect.law.parameters[value].is_smooth())
 }
 
-/// Candidates to fit in full: the best, and those near enough to be its rivals; of slips only the best few.
+/// Candidates to fit in full: the best, and those near enough to be its rivals, or that contain it, wherever the shapes that were scored lie; of
+/// slips only the best few.
 fn select(
     seen: &[ScoredCandidate],
     screened: &[Option<BestShape>],
@@ -471,9 +472,13 @@ fn select(
             .total_cmp(&a.1.best.delta_chi2)
             .then(a.0.cmp(&b.0))
     });
-    let best = all
+    let Some((first, best)) = all
         .first()
-        .map_or(0.0, |(_, screened)| screened.best.delta_chi2);
+        .map(|(place, best)| (*place, best.best.delta_chi2))
+    else {
+        return all;
+    };
+    let first = &seen[first].candidate;
     let mut slips = 0;
     all.retain(|(place, _)| {
         let slip = seen[*place].candidate.law.is_of_one_run();
@@ -481,13 +486,15 @@ fn select(
         !slip || slips <= MOST_SLIPS_FITTED
     });
     all.retain(|(place, screened)| {
-        let of_a_part = seen[*place].candidate.law.history().is_some();
+        let candidate = &seen[*place].candidate;
+        let of_a_part = candidate.law.history().is_some();
+        let contains_best = candidate.law.contains(first.law) && candidate.place == first.place;
         let within = if of_a_part {
             FAR_FROM_ITS_BEST * best
         } else {
             0.0
         };
-        screened.best.delta_chi2 > best - within.max(FITTED_WITHIN)
+        contains_best || screened.best.delta_chi2 > best - within.max(FITTED_WITHIN)
     });
     all.truncate(MOST_FITTED);
     all
