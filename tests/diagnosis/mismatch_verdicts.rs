@@ -22,7 +22,7 @@ const DRIFT: &str = "thermal-drift:rate=4.534891e-9m/s";
 type HiddenEffect = (&'static str, &'static str, &'static str, f64);
 
 /// All effects that can be hidden in the readings.
-const EFFECTS: [HiddenEffect; 19] = [
+const EFFECTS: [HiddenEffect; 20] = [
     (
         "joint-compliance",
         r#"{"joint":"S2"}"#,
@@ -126,6 +126,13 @@ const EFFECTS: [HiddenEffect; 19] = [
         r#"{"tool":"z"}"#,
         "tool-compliance@z:c=0.07um/N",
         7e-8,
+    ),
+    // So fast that the gauge moves by much between its zeroing and the first reading.
+    (
+        "thermal-drift",
+        r#"{"clock":true}"#,
+        "thermal-drift:rate=0.28um/s",
+        2.8e-7,
     ),
 ];
 
