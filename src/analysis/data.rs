@@ -94,6 +94,9 @@ pub enum Data {
     },
 }
 
+const LOAD_CASES: &str = "load cases (loads and displacements as vectors)";
+const SERIES: &str = "readings of one direction over several loads";
+
 impl Data {
     /// Opens a session folder, a readings file, a list of stiffness values or a shipped list
     /// (`paper-experiment`, `paper-reference`, `calculix-reference`).
@@ -139,18 +142,14 @@ impl Data {
     /// # Errors
     /// As [`open`](Self::open), for data of another kind, and for stiffness values, which are fitted alone.
     pub fn with(self, further: &[PathBuf], options: &OpenSettings) -> Result<Self, AnalysisError> {
+        const OF_ONE_KIND: &str = "name data of one kind";
         match self {
             Self::Readings(mut all) => {
                 for path in further {
                     if LoadedLoadCases::is_at(path) {
                         let first = all.first().map_or("the first data", |one| &one.name);
-                        return ArgumentError::refuse(
-                            path.display().to_string(),
-                            format!(
-                                "it holds load cases (loads and displacements as vectors), {first} readings of one direction over several loads"
-                            ),
-                            "name data of one kind",
-                        );
+                        let problem = format!("it holds {LOAD_CASES}, {first} {SERIES}");
+                        return ArgumentError::refuse(shown(path), problem, OF_ONE_KIND);
                     }
                     all.push(LoadedSession::open_series(path, options)?);
                 }
@@ -159,11 +158,9 @@ impl Data {
             Self::LoadCases(mut all) => {
                 for path in further {
                     if is_there(path) && !LoadedLoadCases::is_at(path) {
-                        return ArgumentError::refuse(
-                            path.display().to_string(),
-                            "no load cases are there: loads and displacements as vectors, which the first data are",
-                            "name a table of load cases; sessions are fitted with sessions",
-                        );
+                        let first = all.first().map_or("the first data", |one| &one.name);
+                        let problem = format!("it holds no {LOAD_CASES}, as {first} does");
+                        return ArgumentError::refuse(shown(path), problem, OF_ONE_KIND);
                     }
                     all.push(LoadedLoadCases::open(path, options)?);
                 }

@@ -342,7 +342,7 @@ fn tables_of_one_robot_are_diagnosed_together() {
     assert_eq!(names(&parts), names(&whole));
     desk.run("simulate session").succeeds();
     for (data, words) in [
-        ("first.csv session", "no load cases are there"),
+        ("first.csv session", "session: it holds no load cases"),
         ("session first.csv", "first.csv: it holds load cases"),
     ] {
         let run = format!("diagnose {data} --robot fanuc.toml");
