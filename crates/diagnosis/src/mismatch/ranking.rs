@@ -450,7 +450,7 @@ pub(super) fn kinked(effect: &Effect) -> Option<usize> {
 }
 
 /// Candidates to fit in full: the best, and those near enough to be its rivals, or that contain it, wherever the shapes that were scored lie; of
-/// slips only the best few.
+/// slips only the best ones.
 fn select(
     seen: &[ScoredCandidate],
     screened: &[Option<BestShape>],
