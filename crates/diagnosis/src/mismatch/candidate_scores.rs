@@ -210,7 +210,8 @@ fn scored_shape(
     let [first, second] = &scratch.change_m;
     let (moments, quarter, peak_m) = match change {
         ShapeChange::BothPhases => {
-            let pair = engine.pair_moments([first, second], &mut scratch.products);
+            let pair =
+                engine.pair_moments([first, second], &(0..first.len()), &mut scratch.products);
             let peak_m = peak(first).max(peak(second));
             (pair.first, Some(pair.second), peak_m)
         }

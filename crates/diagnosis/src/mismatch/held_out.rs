@@ -1,5 +1,7 @@
 //! How well a model predicts poses it was not fitted to.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::Place;
@@ -10,6 +12,7 @@ use super::observations::ObservedCell;
 use super::problem::DiagnosisProblem;
 use super::refit::{FittedModel, Model, WeightedFit};
 use super::state::State;
+use crate::search::RowVector;
 use crate::search::constants::ONE_POSE;
 
 /// Most poses of which each is left out by itself.
@@ -28,7 +31,6 @@ impl DiagnosisProblem<'_> {
     pub(super) fn quality(&self, state: &State) -> Result<Quality, MismatchError> {
         let model = &state.fitted.model;
         let residuals = self.raw_residuals(model)?;
-        let all = vec![true; residuals.len()];
         let free: usize =
             model.parameters.len() + model.effects.iter().map(|e| e.values.len()).sum::<usize>();
         let poses = self.observations.poses.len();
@@ -63,7 +65,11 @@ impl DiagnosisProblem<'_> {
         let mean = predicted.iter().map(|(rms, ..)| rms * rms).sum::<f64>()
             / predicted.len().max(1) as f64;
         Ok(Quality {
-            rms_m: self.rms_about_zeros(&residuals, &all),
+            rms_m: self.rms_about_zeros(
+                &residuals,
+                &vec![true; residuals.len()],
+                0..residuals.len(),
+            ),
             held_out_rms_m: (poses > 1).then(|| mean.sqrt()),
             held_out_noise_units: (poses > 1).then(|| (squares / residuals.len() as f64).sqrt()),
             held_out,
@@ -161,20 +167,27 @@ impl DiagnosisProblem<'_> {
 
     /// Root mean square, m, and weighted squares of some residuals.
     fn shown(&self, state: &State, residuals: &[f64], held: &[bool]) -> (f64, f64) {
-        let rms_m = self.rms_about_zeros(residuals, held);
+        let is_held = |held: &bool| *held;
+        let first = held.iter().position(is_held).unwrap_or(0);
+        let rows = first
+            ..held
+                .iter()
+                .rposition(is_held)
+                .map_or(first, |last| last + 1);
+        let rms_m = self.rms_about_zeros(residuals, held, rows.clone());
         if self.observations.free_zeros {
             let weights = state.whitening.covariance.weights();
             let left = self.about_kept_zeros(state, residuals, held).into_iter();
             let squares = left.map(|(reading, residual)| (residual * weights[reading]).powi(2));
             return (rms_m, squares.sum());
         }
-        let mut white: Vec<f64> = residuals
-            .iter()
-            .zip(held)
-            .map(|(residual, held)| if *held { *residual } else { 0.0 })
-            .collect();
-        state.whitening.covariance.whiten(&mut white);
-        (rms_m, white.iter().map(|x| x * x).sum())
+        let of_held = |row: usize| if held[row] { residuals[row] } else { 0.0 };
+        let values = RowVector {
+            first,
+            values: rows.map(of_held).collect(),
+        };
+        let white = state.whitening.covariance.whiten_vector(&values);
+        (rms_m, white.values.iter().map(|x| x * x).sum())
     }
 
     /// A model fitted to the readings that were kept, of zeros that others of their run do not know.
@@ -270,19 +283,16 @@ impl DiagnosisProblem<'_> {
         Ok(residuals)
     }
 
-    /// Root mean square about the mean of each gauge zero.
-    fn rms_about_zeros(&self, residuals: &[f64], counted: &[bool]) -> f64 {
+    /// Root mean square of the readings in a range that count, about the mean of each gauge zero.
+    fn rms_about_zeros(&self, residuals: &[f64], counted: &[bool], rows: Range<usize>) -> f64 {
         let mut sums = vec![(0.0, 0.0, 0.0); self.observations.zero_count()];
         let is_rotation = |run: usize| {
             let cell = self.observations.runs[run].cell;
             self.observations.cells[cell].read.is_rotation()
         };
-        for ((residual, reading), counted) in residuals
-            .iter()
-            .zip(&self.observations.readings)
-            .zip(counted)
-        {
-            if *counted && !is_rotation(reading.run) {
+        for row in rows {
+            let (reading, residual) = (&self.observations.readings[row], residuals[row]);
+            if counted[row] && !is_rotation(reading.run) {
                 let sum = &mut sums[reading.zero as usize];
                 sum.0 += 1.0;
                 sum.1 += residual;

@@ -315,11 +315,8 @@ impl<'a> Patterns<'a> {
         if pattern.form.vectors() == 1 {
             return engine.moments(first, &range, products).delta_chi2();
         }
-        for values in [&mut *first, &mut *second] {
-            values[..range.start].fill(0.0);
-            values[range.end..].fill(0.0);
-        }
-        engine.pair_moments([first, second], products).delta_chi2()
+        let pair = engine.pair_moments([first, second], &range, products);
+        pair.delta_chi2()
     }
 
     /// The largest pattern of each stratum in white residuals, and its gain; of equal ones the first.

@@ -158,11 +158,16 @@ pub trait ScoreEngine: Sync {
     /// - `scratch`: memory.
     fn moments(&self, shape: &[f64], rows: &Range<usize>, scratch: &mut Vec<f64>) -> Moments;
 
-    /// Moments of two shapes, the second made orthogonal to the first.
+    /// Moments of two shapes that are zero outside some rows, a union of blocks, the second made orthogonal to the first.
     ///
     /// # Arguments
     /// - `scratch`: memory.
-    fn pair_moments(&self, shapes: [&[f64]; 2], scratch: &mut Vec<f64>) -> PairMoments;
+    fn pair_moments(
+        &self,
+        shapes: [&[f64]; 2],
+        rows: &Range<usize>,
+        scratch: &mut Vec<f64>,
+    ) -> PairMoments;
 
     /// Maxima of families over their shapes in samples of noise.
     ///

@@ -254,7 +254,7 @@ impl<F: Ord + Copy + Sync, C: CovarianceModel> ForwardProblem for LinearProblem<
         let mut scratch = Vec::new();
         let mut score = |candidate: &LinearCandidate<F>| match &candidate.columns[..] {
             [first, second] => {
-                let pair = engine.pair_moments([first, second], &mut scratch);
+                let pair = engine.pair_moments([first, second], &rows, &mut scratch);
                 BestAmplitude {
                     multiple: pair.first.product / pair.first.square,
                     delta_chi2: pair.delta_chi2(),

@@ -1,9 +1,14 @@
 //! Products of blocks of numbers with many vectors, in single precision.
 
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
-/// Registers that stand side by side: with four vectors at a time as many sums as hide how long one takes.
+/// Registers that stand side by side: with [`ABREAST`] vectors as many sums as hide how long one takes.
 const REGISTERS: usize = 5;
+
+/// Vectors that share the reading of the blocks.
+const ABREAST: usize = 4;
 
 /// Blocks that are summed before their sum is added: as many as stay in the cache.
 const TOGETHER: usize = 512;
@@ -40,48 +45,53 @@ impl<const N: usize, F: FnMut(&[f32; N])> WithSimd for BlockSums<'_, N, F> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let count = self.blocks.len();
-        let mut fours = self.vectors.chunks_exact(4 * count);
-        for four in fours.by_ref() {
-            self.take::<S, 4>(simd, four);
-        }
-        let rest = fours.remainder();
-        match rest.len() / count {
-            3 => self.take::<S, 3>(simd, rest),
-            2 => self.take::<S, 2>(simd, rest),
-            1 => self.take::<S, 1>(simd, rest),
-            _ => (),
+        // Blocks that do not stay in the cache are read once for all vectors.
+        let at_once = if count > TOGETHER {
+            self.vectors.len()
+        } else {
+            ABREAST * count
+        };
+        let mut sums = Vec::new();
+        for vectors in self.vectors.chunks(at_once.max(1)) {
+            sums.clear();
+            sums.resize(vectors.len() / count, [0.0; N]);
+            for start in (0..count).step_by(TOGETHER) {
+                let rows = start..count.min(start + TOGETHER);
+                for (vectors, sums) in vectors
+                    .chunks(ABREAST * count)
+                    .zip(sums.chunks_mut(ABREAST))
+                {
+                    match sums.len() {
+                        1 => self.add::<S, 1>(simd, &rows, vectors, sums),
+                        2 => self.add::<S, 2>(simd, &rows, vectors, sums),
+                        3 => self.add::<S, 3>(simd, &rows, vectors, sums),
+                        _ => self.add::<S, ABREAST>(simd, &rows, vectors, sums),
+                    }
+                }
+            }
+            sums.iter().for_each(&mut self.each);
         }
     }
 }
 
-impl<const N: usize, F: FnMut(&[f32; N])> BlockSums<'_, N, F> {
-    /// Hands on the sums for `V` vectors.
+impl<const N: usize, F> BlockSums<'_, N, F> {
+    /// Adds the sums over some blocks for `V` vectors.
     #[inline(always)]
-    fn take<S: Simd, const V: usize>(&mut self, simd: S, vectors: &[f32]) {
+    fn add<S: Simd, const V: usize>(
+        &self,
+        simd: S,
+        rows: &Range<usize>,
+        vectors: &[f32],
+        out: &mut [[f32; N]],
+    ) {
+        let strip = REGISTERS * S::F32_LANES;
+        assert!(N.is_multiple_of(strip), "blocks fill whole registers");
         let count = self.blocks.len();
-        let vectors = std::array::from_fn(|place| &vectors[place * count..][..count]);
-        for sums in &sums::<S, N, V>(simd, self.blocks, vectors) {
-            (self.each)(sums);
-        }
-    }
-}
-
-/// Sums for a few vectors, which share the reading of the blocks.
-#[inline(always)]
-fn sums<S: Simd, const N: usize, const V: usize>(
-    simd: S,
-    blocks: &[[f32; N]],
-    vectors: [&[f32]; V],
-) -> [[f32; N]; V] {
-    let strip = REGISTERS * S::F32_LANES;
-    assert!(N.is_multiple_of(strip), "blocks fill whole registers");
-    let mut out = [[0.0; N]; V];
-    for start in (0..blocks.len()).step_by(TOGETHER) {
-        let end = blocks.len().min(start + TOGETHER);
-        let vectors = vectors.map(|vector| &vector[start..end]);
+        let vectors: [&[f32]; V] =
+            std::array::from_fn(|place| &vectors[place * count..][rows.clone()]);
         for first in (0..N).step_by(strip) {
             let mut sums = [[simd.splat_f32s(0.0); REGISTERS]; V];
-            for (place, block) in blocks[start..end].iter().enumerate() {
+            for (place, block) in self.blocks[rows.clone()].iter().enumerate() {
                 let (part, _) = S::as_simd_f32s(&block[first..first + strip]);
                 for (sums, vector) in sums.iter_mut().zip(&vectors) {
                     let share = simd.splat_f32s(vector[place]);
@@ -93,16 +103,11 @@ fn sums<S: Simd, const N: usize, const V: usize>(
             for (out, sums) in out.iter_mut().zip(sums) {
                 let (out, _) = S::as_mut_simd_f32s(&mut out[first..first + strip]);
                 for (out, sum) in out.iter_mut().zip(sums) {
-                    *out = if start == 0 {
-                        sum
-                    } else {
-                        simd.add_f32s(*out, sum)
-                    };
+                    *out = simd.add_f32s(*out, sum);
                 }
             }
         }
     }
-    out
 }
 
 #[cfg(test)]

@@ -112,10 +112,11 @@ impl<'a> Batched<'a> {
         }
     }
 
-    fn white_moments(&self, values: &[f64], range: &Range<usize>) -> Moments {
+    /// White and projected.
+    fn projected(&self, shape: &[f64], rows: &Range<usize>) -> Vec<f64> {
         let mut whole = vec![0.0; self.weights.len()];
-        whole[range.clone()].copy_from_slice(&values[range.clone()]);
-        Moments::of_white(&self.space.projected(&whole), self.white_residual)
+        whole[rows.clone()].copy_from_slice(&shape[rows.clone()]);
+        self.space.projected(&whole)
     }
 }
 
@@ -125,7 +126,7 @@ impl ScoreEngine for Batched<'_> {
         let whole = self.shares(shape, rows, scratch);
         let square = whole - dot(scratch, scratch);
         if square < CANCELLED * whole {
-            return self.white_moments(shape, rows);
+            return Moments::of_white(&self.projected(shape, rows), self.white_residual);
         }
         Moments {
             square,
@@ -133,20 +134,25 @@ impl ScoreEngine for Batched<'_> {
         }
     }
 
-    fn pair_moments(&self, shapes: [&[f64]; 2], scratch: &mut Vec<f64>) -> PairMoments {
-        let rows = 0..shapes[0].len();
+    fn pair_moments(
+        &self,
+        shapes: [&[f64]; 2],
+        rows: &Range<usize>,
+        scratch: &mut Vec<f64>,
+    ) -> PairMoments {
         scratch.clear();
-        let wholes = shapes.map(|shape| self.shares(shape, &rows, scratch));
+        let wholes = shapes.map(|shape| self.shares(shape, rows, scratch));
         let mut squares = wholes;
         let columns = scratch.len() / 2;
         let (of_first, of_second) = scratch.split_at(columns);
         squares[0] -= dot(of_first, of_first);
         squares[1] -= dot(of_second, of_second);
-        let both = self.own_product(shapes, &rows) - dot(of_first, of_second);
-        let [first, second] = shapes.map(|shape| dot(shape, &self.residual));
+        let both = self.own_product(shapes, rows) - dot(of_first, of_second);
+        let residual = &self.residual[rows.clone()];
+        let [first, second] = shapes.map(|shape| dot(&shape[rows.clone()], residual));
         let square = squares[1] - both * both / squares[0];
         if squares[0] < CANCELLED * wholes[0] || square.is_nan() || square < CANCELLED * wholes[1] {
-            let [first, second] = shapes.map(|shape| self.space.projected(shape));
+            let [first, second] = shapes.map(|shape| self.projected(shape, rows));
             return PairMoments::of_white(&first, &second, self.white_residual, CANCELLED);
         }
         PairMoments {

@@ -107,8 +107,13 @@ impl ScoreEngine for Plain {
         self.moments_of(&self.in_rows(shape, rows))
     }
 
-    fn pair_moments(&self, shapes: [&[f64]; 2], _: &mut Vec<f64>) -> PairMoments {
-        let [first, second] = shapes.map(|shape| self.in_rows(shape, &(0..self.rows)));
+    fn pair_moments(
+        &self,
+        shapes: [&[f64]; 2],
+        rows: &Range<usize>,
+        _: &mut Vec<f64>,
+    ) -> PairMoments {
+        let [first, second] = shapes.map(|shape| self.in_rows(shape, rows));
         let share = self.product(&first, &second) / self.product(&first, &first);
         PairMoments {
             first: self.moments_of(&first),
