@@ -31,7 +31,7 @@ pub(super) use phrases::{listed, short_phrase};
 pub(super) use summary::STEPPED;
 pub use summary::{
     ComponentShares, Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport,
-    FindingReport, FittedParameter, QualityReport, RejectedLaw, RivalReport, Strata,
+    FindingReport, FittedParameter, IntervalEnd, QualityReport, RejectedLaw, RivalReport, Strata,
     UnexplainedReport, UntestedContrast,
 };
 

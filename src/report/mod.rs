@@ -49,10 +49,10 @@ pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
 pub use design::design_text;
 pub use diagnosis::{
     ComponentShares, DetectionLimitReport, Determination, DiagnosisResult, DiagnosisSummary,
-    EarlierReport, FactorChangeReport, FindingReport, FittedParameter, KnownEffectReport,
-    KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport, QualityReport,
-    RejectedLaw, RivalReport, SearchLevels, SeenLimit, Strata, UnexplainedReport, UnseenReason,
-    UntestedContrast, diagnosis_appendix, diagnosis_page,
+    EarlierReport, FactorChangeReport, FindingReport, FittedParameter, IntervalEnd,
+    KnownEffectReport, KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport,
+    QualityReport, RejectedLaw, RivalReport, SearchLevels, SeenLimit, Strata, UnexplainedReport,
+    UnseenReason, UntestedContrast, diagnosis_appendix, diagnosis_page,
 };
 pub use diagnosis_figures::diagnosis_figures;
 pub use doctor::{CheckReport, CheckState, DoctorReport};

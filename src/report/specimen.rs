@@ -15,8 +15,8 @@ use crate::physics::ParameterSpec;
 use crate::specimen::SpecimenTable;
 use crate::table_files::FileLayout;
 
-use super::diagnosis::{FittedParameter, RivalReport, STEPPED, value_interval};
-use super::text::{share_of_tables, significant, table_of, unit_behind};
+use super::diagnosis::{FittedParameter, IntervalEnd, RivalReport, STEPPED, value_interval};
+use super::text::{open_interval, share_of_tables, significant, table_of, unit_behind};
 
 /// What a table without times costs.
 const NO_CLOCK: &str = "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.\n";
@@ -225,7 +225,7 @@ fn parameter(
     let value = unit.in_table(fitted.value);
     let si = SiValue::new(&unit, fitted.value, interval);
     SpecimenParameter {
-        fitted: FittedParameter::new(value, unit.name, in_table, STEPPED),
+        fitted: FittedParameter::new(value, unit.name, in_table, STEPPED).with_open_ends(fitted),
         si,
     }
 }
@@ -344,9 +344,10 @@ impl SpecimenSummary {
     }
 
     fn findings_table(&self) -> String {
-        let interval = |ends: Option<[f64; 2]>| {
-            let [low, high] = ends?.map(|end| significant(end, 5));
-            Some(format!("{low} to {high}"))
+        let interval = |fitted: &FittedParameter| {
+            let is_open = [IntervalEnd::Lower, IntervalEnd::Upper];
+            let is_open = is_open.map(|end| fitted.open_ends.contains(&end));
+            open_interval(fitted.ci95, is_open, 5)
         };
         let rows = self.findings.iter().flat_map(|finding| {
             let parameters = finding.parameters.iter();
@@ -358,9 +359,7 @@ impl SpecimenSummary {
                 ("law", &|(finding, ..)| finding.law.to_string()),
                 ("parameter", &|(_, name, _)| (**name).to_owned()),
                 ("value", &|(.., fitted)| significant(fitted.value, 6)),
-                ("95 % interval", &|(.., fitted)| {
-                    interval(fitted.ci95).unwrap_or_default()
-                }),
+                ("95 % interval", &|(.., fitted)| interval(fitted)),
                 ("unit", &|(.., fitted)| fitted.unit.clone()),
                 ("log Bayes factor", &|(finding, ..)| {
                     format!("{:.1}", finding.log_bayes_factor)

@@ -179,6 +179,17 @@ pub(super) fn interval(ends: Option<[f64; 2]>, digits: usize) -> String {
     })
 }
 
+/// The interval of a value of a law, of which an end may be open: the bound of what is plausible.
+pub(super) fn open_interval(ends: Option<[f64; 2]>, is_open: [bool; 2], digits: usize) -> String {
+    let [lower, upper] = [0, 1].map(|end| or_dash(ends, |ends| significant(ends[end], digits)));
+    match is_open {
+        [false, false] => interval(ends, digits),
+        [true, false] => format!("at most {upper}"),
+        [false, true] => format!("at least {lower}"),
+        [true, true] => "not determined".to_owned(),
+    }
+}
+
 /// A share with two decimals, or its bound where these would be zero.
 pub(super) fn share_of_tables(share: f64) -> String {
     if share < 1e-4 {

@@ -30,11 +30,7 @@ fn joint(law: Law, name: &str, size: f64) -> Effect {
 }
 
 fn finding(effect: Effect, group: Option<u32>) -> Finding {
-    let value = |&value: &f64| EstimatedValue {
-        value,
-        u: Some(0.1 * value.abs()),
-        dof: 1e6,
-    };
+    let value = |&value: &f64| EstimatedValue::of_covariance(value, (Some(0.1 * value.abs()), 1e6));
     Finding {
         values: effect.values.iter().map(value).collect(),
         effect,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::mismatch::{DetectionLimit, ExplainedShare, Finding, Observations, Spot};
 use crate::physics::{Law, Place};
-use crate::report::text::{AlignedTable, or_dash, significant, table_of};
+use crate::report::text::{AlignedTable, open_interval, or_dash, significant, table_of};
 use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
@@ -125,7 +125,7 @@ fn findings(findings: &[Finding]) -> String {
                 [
                     spec.name.to_owned(),
                     significant(factor * value.value, 4),
-                    crate::report::text::interval(interval, 3),
+                    open_interval(interval, value.is_open(), 3),
                     unit.to_owned(),
                 ]
             })

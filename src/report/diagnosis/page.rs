@@ -6,7 +6,7 @@ use crate::mismatch::{
     ExplainedShare, Finding, Location, MisfitShares, NoiseBasis, Verdict, VerdictGrade,
 };
 use crate::physics::{FileLine, Law, ParameterSpec, Place};
-use crate::report::significant;
+use crate::report::{significant, text::open_interval};
 
 use super::answer::{Accused, DiagnosisAnswer, phrase_of};
 use super::data_findings::{bad_readings, bad_readings_first};
@@ -263,16 +263,14 @@ fn described(finding: &Finding, with_law: bool) -> String {
     let sizes = law.parameters.iter().enumerate().zip(&finding.values);
     for ((place, spec), value) in sizes {
         let (factor, unit) = spec.dimension.printed(value.value);
-        let interval = parameter_interval(finding, place).map_or_else(
-            || "no interval can be given".to_owned(),
-            |[low, high]| {
-                format!(
-                    "95 % interval {} to {}",
-                    significant(factor * low, 3),
-                    significant(factor * high, 3)
-                )
-            },
-        );
+        let interval = parameter_interval(finding, place).map(|ends| ends.map(|end| factor * end));
+        let is_open = value.is_open();
+        let words = open_interval(interval, is_open, 3);
+        let interval = match (interval, is_open) {
+            (None, _) => "no interval can be given".to_owned(),
+            (Some(_), [false, false]) => format!("95 % interval {words}"),
+            (Some(_), _) => format!("95 %: {words}"),
+        };
         let _ = write!(
             text,
             " {}: {} {unit} ({interval}).",

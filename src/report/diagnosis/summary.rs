@@ -160,9 +160,22 @@ pub struct FittedParameter {
     pub unit: String,
     /// 95 % interval in `unit`.
     pub ci95: Option<[f64; 2]>,
+    /// Ends of the interval that are bounds of what is plausible: the readings do not reach them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub open_ends: Vec<IntervalEnd>,
     /// Why there is no interval.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<&'static str>,
+}
+
+/// An end of an interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum IntervalEnd {
+    /// The lower one.
+    Lower,
+    /// The upper one.
+    Upper,
 }
 
 /// A rival of a finding.
@@ -395,9 +408,20 @@ pub(in crate::report) const STEPPED: &str =
 
 impl FittedParameter {
     /// A value of a law.
-    pub(super) fn of_law(spec: &ParameterSpec, value: &EstimatedValue) -> Self {
+    #[must_use]
+    pub fn of_law(spec: &ParameterSpec, value: &EstimatedValue) -> Self {
         let interval = value_interval(spec, value);
-        Self::new(value.value, spec.unit().to_owned(), interval, STEPPED)
+        Self::new(value.value, spec.unit().to_owned(), interval, STEPPED).with_open_ends(value)
+    }
+
+    /// The same with the ends of its interval that readings do not reach.
+    pub(in crate::report) fn with_open_ends(self, value: &EstimatedValue) -> Self {
+        let ends = [IntervalEnd::Lower, IntervalEnd::Upper].into_iter();
+        let open = ends.zip(value.is_open()).filter(|(_, is_open)| *is_open);
+        Self {
+            open_ends: open.map(|(end, _)| end).collect(),
+            ..self
+        }
     }
 
     /// A value with its interval, or the reason why there is none.
@@ -412,6 +436,7 @@ impl FittedParameter {
             value,
             unit,
             ci95,
+            open_ends: Vec::new(),
             reason: ci95.is_none().then_some(why_none),
         }
     }

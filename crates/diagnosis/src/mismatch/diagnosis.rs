@@ -49,12 +49,43 @@ pub struct EstimatedValue {
     pub u: Option<f64>,
     /// Degrees of freedom of that uncertainty.
     pub dof: f64,
+    /// Its 95 % likelihood interval, where it was followed.
+    pub followed: Option<FollowedInterval>,
+}
+
+/// All values that readings allow: those at which the weighted squares, all other values refitted, rise by at most F(0.95; 1, dof).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowedInterval {
+    /// Its ends, SI.
+    pub ends: [f64; 2],
+    /// Whether an end is the bound of what is plausible, which the readings do not reach.
+    pub is_open: [bool; 2],
 }
 
 impl EstimatedValue {
-    /// 95 % interval: Student's t with the degrees of freedom of the noise.
+    /// A value with its standard uncertainty and the degrees of freedom of that.
+    #[must_use]
+    pub fn of_covariance(value: f64, (u, dof): (Option<f64>, f64)) -> Self {
+        Self {
+            value,
+            u,
+            dof,
+            followed: None,
+        }
+    }
+
+    /// Whether an end of the interval is the bound of what is plausible.
+    #[must_use]
+    pub fn is_open(&self) -> [bool; 2] {
+        self.followed.map_or([false; 2], |found| found.is_open)
+    }
+
+    /// 95 % interval: that of the likelihood, else Student's t with the degrees of freedom of the noise.
     #[must_use]
     pub fn interval_95(&self) -> Option<[f64; 2]> {
+        if let Some(followed) = &self.followed {
+            return Some(followed.ends);
+        }
         let t = student_t_quantile(0.975, self.dof)?;
         let u = self.u?;
         Some([self.value - t * u, self.value + t * u])

@@ -76,11 +76,8 @@ mod tests {
 
     fn finding(effect: &str, alternative_group: Option<u32>) -> Finding {
         let effect: stiffbench_beams::physics::Effect = effect.parse().unwrap();
-        let value = |&value: &f64| EstimatedValue {
-            value,
-            u: Some(0.1 * value.abs()),
-            dof: 300.0,
-        };
+        let value =
+            |&value: &f64| EstimatedValue::of_covariance(value, (Some(0.1 * value.abs()), 300.0));
         Finding {
             values: effect.values.iter().map(value).collect(),
             effect,

@@ -206,7 +206,7 @@ impl DiagnosisProblem<'_> {
             scales: self.scales(),
             ..part.refit(&whitening)
         };
-        Ok(refit.fit(&mut predictor, model, true))
+        Ok(refit.fit(&mut predictor, model))
     }
 
     /// Readings that were left out minus a model that was fitted to the others, about their zeros, m.
@@ -236,7 +236,7 @@ impl DiagnosisProblem<'_> {
                 kept: Some(&kept),
                 ..self.refit(&state.whitening)
             };
-            refit.fit(&mut self.predictor(), model, true)
+            refit.fit(&mut self.predictor(), model)
         };
         self.raw_residuals(fitted.as_ref().map_or(model, |fitted| &fitted.model))
     }

@@ -51,7 +51,7 @@ impl DiagnosisProblem<'_> {
                 .iter()
                 .map(|effect| {
                     let own = effect.values.iter().zip(uncertainties.by_ref());
-                    own.map(|(&value, (u, dof))| EstimatedValue { value, u, dof })
+                    own.map(|(&value, (u, dof))| EstimatedValue::of_covariance(value, (u, dof)))
                         .collect()
                 })
                 .collect())

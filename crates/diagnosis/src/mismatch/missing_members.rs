@@ -78,7 +78,7 @@ impl DiagnosisProblem<'_> {
                     observations: &exact,
                     ..self.refit(&state.whitening)
                 };
-                let fitted = refit.fit(&mut predictor, &start, true);
+                let fitted = refit.fit(&mut predictor, &start);
                 let change_m = fitted
                     .map(|fitted| {
                         let mut with = self.predicted(&mut predictor, &fitted.model)?;
@@ -149,7 +149,7 @@ impl DiagnosisProblem<'_> {
             warm_start: Some(WarmStart::Start),
             ..self.refit(&state.whitening)
         };
-        let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
+        let Some(fitted) = refit.fit(&mut predictor, &start) else {
             return Ok(None);
         };
         let delta_chi2 = state.fitted.squares - fitted.squares;

@@ -88,8 +88,8 @@ pub use design::{
     USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
-    DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, HeldOut, Impossible,
-    KnownEffect, Location, Quality, Rival, Verdict,
+    DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, FollowedInterval, HeldOut,
+    Impossible, KnownEffect, Location, Quality, Rival, Verdict,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;

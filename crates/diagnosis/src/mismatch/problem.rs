@@ -155,7 +155,7 @@ impl<'a> DiagnosisProblem<'a> {
             }
             let Some(noise) = found else { return Ok(None) };
             let whitening = self.whitening(&mut predictor, &model, &noise)?;
-            let Some(fitted) = self.refit(&whitening).fit(&mut predictor, &model, true) else {
+            let Some(fitted) = self.refit(&whitening).fit(&mut predictor, &model) else {
                 return Ok(None);
             };
             model = fitted.model.clone();
@@ -284,13 +284,7 @@ impl<'a> DiagnosisProblem<'a> {
         for place in 0..effects.len() {
             for value in 0..effects[place].values.len() {
                 let before = effects[place].values[value];
-                // A moment or a time moves readings by kinks: a twentieth averages over them.
-                let smooth = effects[place].law.parameters[value].is_smooth();
-                let step = if smooth {
-                    step_of(&effects[place], value)
-                } else {
-                    0.05 * before.abs().max(1e-12)
-                };
+                let step = step_of(&effects[place], value);
                 effects[place].values[value] = before + step;
                 predictor.predict(&model.parameters, &effects, &mut up)?;
                 effects[place].values[value] = before;

@@ -278,7 +278,7 @@ impl DiagnosisProblem<'_> {
             warm_start: Some(WarmStart::Known(field.changes.linearised())),
             ..refit
         };
-        let mut fitted = first.fit(predictor, &start, true)?;
+        let mut fitted = first.fit(predictor, &start)?;
         // A shape that matters is searched with full fits.
         if state.fitted.squares - fitted.squares > WORTH_A_SHAPE_SEARCH {
             fitted = search_shape(&refit, predictor, bounds, fitted);
@@ -437,7 +437,7 @@ fn search_shape(
         let mut trial = best.model.clone();
         let moved = &mut trial.effects[last].values[value];
         *moved = (*moved * factor).clamp(lower, upper);
-        let fitted = refit.fit(predictor, &trial, true);
+        let fitted = refit.fit(predictor, &trial);
         let better = fitted.filter(|fitted| fitted.squares < best.squares);
         better.map(|better| best = better).is_some()
     });

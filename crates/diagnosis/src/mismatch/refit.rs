@@ -2,8 +2,8 @@
 
 use stiffbench_beams::physics::{Effect, FitBy, ParameterSpec, Place};
 use stiffbench_numeric::least_squares::{
-    EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet,
-    ResidualFunction, minimise,
+    EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet, ProfileEnd,
+    ProfileSettings, ResidualFunction, minimise, profile,
 };
 
 use super::baseline::Baseline;
@@ -45,8 +45,14 @@ pub(super) struct FittedModel {
     pub(super) squares: f64,
 }
 
-/// A reduction of the weighted squares below this decides nothing.
-const NEGLIGIBLE: f64 = 1e-3;
+/// How every model is fitted: a reduction of the weighted squares below a thousandth decides nothing.
+fn settings() -> LeastSquaresSettings {
+    LeastSquaresSettings {
+        max_evaluations: 40,
+        negligible_reduction: 1e-3,
+        ..LeastSquaresSettings::for_refits()
+    }
+}
 
 /// Readings used by a fit: those where `weight` is not zero (held-out readings have none).
 #[derive(Clone, Copy)]
@@ -79,7 +85,6 @@ impl WeightedFit<'_> {
         &self,
         predictor: &mut ReadingPredictor<'_>,
         start: &Model,
-        move_effects: bool,
     ) -> Option<FittedModel> {
         let in_a_joint = |effect: &Effect| matches!(effect.place, Place::Joint(_));
         let warm_start = self
@@ -92,35 +97,18 @@ impl WeightedFit<'_> {
                     .hold_joints_as_at(&start.parameters, &start.effects)
                     .ok()?,
             }
-            let first = self.fit_from(predictor, start, move_effects);
+            let first = self.fit_from(predictor, start);
             predictor.hold_joints(None);
             first
         });
         let start = first.as_ref().map_or(start, |first| &first.model);
-        self.fit_from(predictor, start, move_effects)
+        self.fit_from(predictor, start)
     }
 
-    fn fit_from(
-        &self,
-        predictor: &mut ReadingPredictor<'_>,
-        start: &Model,
-        move_effects: bool,
-    ) -> Option<FittedModel> {
-        let mut problem = FitResiduals {
-            refit: self,
-            predictor,
-            effects: start.effects.clone(),
-            scratch: vec![0.0; self.observations.len()],
-            shifted: vec![0.0; self.observations.len()],
-            gradient: vec![0.0; self.observations.len() * self.baseline.parameters().len()],
-        };
-        let set = self.parameter_set(start, move_effects);
-        let settings = LeastSquaresSettings {
-            max_evaluations: 40,
-            negligible_reduction: NEGLIGIBLE,
-            ..LeastSquaresSettings::for_refits()
-        };
-        let fit = minimise(&mut problem, &set.ok()?, &settings).ok()?;
+    fn fit_from(&self, predictor: &mut ReadingPredictor<'_>, start: &Model) -> Option<FittedModel> {
+        let mut problem = FitResiduals::new(self, predictor, start);
+        let set = self.parameter_set(start, ParameterSpec::is_smooth).ok()?;
+        let fit = minimise(&mut problem, &set, &settings()).ok()?;
         let parameters = self.baseline.parameters().len();
         let mut effects = start.effects.clone();
         put_values(&mut effects, &fit.values[parameters..]);
@@ -133,10 +121,37 @@ impl WeightedFit<'_> {
         })
     }
 
+    /// Values of the last effect at which the weighted squares, all else refitted, rise by `rise` over their least; `None` where they cannot be
+    /// followed at all.
+    ///
+    /// # Arguments
+    /// - `value`: its place among those of the effect.
+    pub(super) fn profile_of_last(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+        value: usize,
+        rise: f64,
+    ) -> Option<[ProfileEnd; 2]> {
+        let mut problem = FitResiduals::new(self, predictor, model);
+        let set = self.parameter_set(model, |_| true).ok()?;
+        let fit = minimise(&mut problem, &set, &settings()).ok()?;
+        let of_last = model.effects.last()?.values.len();
+        let parameter = set.parameters().len() - of_last + value;
+        // A three-hundredth of a half-length is less than an interval is read to.
+        let settings = ProfileSettings {
+            refits: settings(),
+            tolerance: 3e-3,
+            max_refits: 20,
+        };
+        let found = profile(&mut problem, &set, &fit, parameter, rise, &settings).ok()?;
+        Some([found.lower, found.upper])
+    }
+
     fn parameter_set(
         &self,
         start: &Model,
-        move_effects: bool,
+        moves: fn(&ParameterSpec) -> bool,
     ) -> Result<ParameterSet, stiffbench_numeric::least_squares::LeastSquaresError> {
         let of_baseline = self
             .baseline
@@ -160,7 +175,7 @@ impl WeightedFit<'_> {
                     let (parameter, value): (&ParameterSpec, f64) = (parameter, value);
                     let name = format!("{place}.{}", parameter.name);
                     // Where loads do not act on a place nothing can be fitted.
-                    if move_effects && parameter.is_smooth() && lower < upper {
+                    if moves(parameter) && lower < upper {
                         Parameter::free(name, value.clamp(lower, upper), lower, upper)
                     } else {
                         Parameter::fixed(name, value)
@@ -280,6 +295,24 @@ struct FitResiduals<'r, 'a, 'p> {
     gradient: Vec<f64>,
 }
 
+impl<'r, 'a, 'p> FitResiduals<'r, 'a, 'p> {
+    fn new(
+        refit: &'r WeightedFit<'a>,
+        predictor: &'r mut ReadingPredictor<'p>,
+        start: &Model,
+    ) -> Self {
+        let (rows, parameters) = (refit.observations.len(), refit.baseline.parameters().len());
+        Self {
+            refit,
+            predictor,
+            effects: start.effects.clone(),
+            scratch: vec![0.0; rows],
+            shifted: vec![0.0; rows],
+            gradient: vec![0.0; rows * parameters],
+        }
+    }
+}
+
 /// The structure does not exist with these effects.
 #[derive(Debug, thiserror::Error)]
 #[error("there is no such structure")]
@@ -383,16 +416,18 @@ impl FitResiduals<'_, '_, '_> {
 pub(super) fn step_of(effect: &Effect, value: usize) -> f64 {
     /// Step from zero of a value with a unit.
     const FROM_ZERO: f64 = 1e-9;
-    /// Share by which a ratio, or a value that is searched, is moved.
+    /// Share by which a ratio is moved.
     const SHARE: f64 = 1e-3;
+    /// Share by which a value that is searched is moved: a moment or a time moves readings by kinks, and a twentieth averages over them.
+    const OVER_KINKS: f64 = 0.05;
     let now = effect.values[value];
     match effect.law.parameters[value].fit {
         FitBy::FixedStep { step } => step,
         // From zero the step is a share of the first value.
         FitBy::RatioToFirst => SHARE * now.abs().max(SHARE * effect.values[0]),
-        FitBy::Derivative { .. } | FitBy::Search if now == 0.0 => FROM_ZERO,
+        FitBy::Derivative { .. } if now == 0.0 => FROM_ZERO,
         FitBy::Derivative { relative_step } => relative_step * now,
-        FitBy::Search => SHARE * now,
+        FitBy::Search => OVER_KINKS * now.abs().max(1e-12),
     }
 }
 

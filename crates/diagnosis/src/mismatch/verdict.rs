@@ -1,6 +1,10 @@
 //! From what a search found to what is to be said.
 
+use rayon::prelude::*;
+
 use stiffbench_beams::physics::{Effect, TestObject};
+use stiffbench_numeric::least_squares::ProfileEnd;
+use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::count::counted;
 
 use super::baseline::{is_near, prior_sd};
@@ -8,7 +12,7 @@ use super::changes::end_effect_m;
 use super::configurations::ConfigurationSizes;
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::{
-    Diagnosis, EstimatedValue, FactorChange, Finding, Location, Rival, Verdict,
+    Diagnosis, EstimatedValue, FactorChange, Finding, FollowedInterval, Location, Rival, Verdict,
 };
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
@@ -307,7 +311,7 @@ impl DiagnosisProblem<'_> {
         })
     }
 
-    /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation.
+    /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation and likelihood intervals.
     fn values(&self, state: &State, ranked: &Ranked) -> Result<Vec<EstimatedValue>, MismatchError> {
         let model = &ranked.fitted.model;
         let covariance = self.covariance(state, model)?;
@@ -315,19 +319,58 @@ impl DiagnosisProblem<'_> {
         // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
         let wider =
             independent.map_or(1.0, |count| (ranked.fitted.squares / count).max(1.0).sqrt());
+        let dof = independent.unwrap_or(ranked.evidence.dof).max(2.0);
         let own = ranked.effect.values.len();
-        let first = covariance.len() - own;
-        Ok(ranked
+        let of_last = covariance[covariance.len() - own..].iter();
+        let values: Vec<EstimatedValue> = ranked
             .effect
             .values
             .iter()
-            .enumerate()
-            .map(|(index, &value)| EstimatedValue {
-                value,
-                u: covariance[first + index].0.map(|u| u * wider),
-                dof: independent.unwrap_or(ranked.evidence.dof).max(2.0),
+            .zip(of_last)
+            .map(|(&value, (u, _))| {
+                EstimatedValue::of_covariance(value, (u.map(|u| u * wider), dof))
             })
-            .collect())
+            .collect();
+        let values = values.into_par_iter().enumerate();
+        let followed = values.map(|(index, value)| EstimatedValue {
+            followed: self.followed(state, ranked, (index, &value), wider),
+            ..value
+        });
+        Ok(followed.collect())
+    }
+
+    /// The likelihood interval of a value of the last effect of a ranked model; `None` of a ratio, which the fit moves with the first value.
+    ///
+    /// # Arguments
+    /// - `wider`: factor of all standard uncertainties.
+    fn followed(
+        &self,
+        state: &State,
+        ranked: &Ranked,
+        (index, value): (usize, &EstimatedValue),
+        wider: f64,
+    ) -> Option<FollowedInterval> {
+        if ranked.effect.law.parameters[index].is_ratio() {
+            return None;
+        }
+        let rise = (student_t_quantile(0.975, value.dof)? * wider).powi(2);
+        let (refit, model) = (self.refit(&state.whitening), &ranked.fitted.model);
+        let found = refit.profile_of_last(&mut self.predictor(), model, index, rise)?;
+        // Where a profile could not be followed to its end the interval is as wide as its linearisation at least.
+        let linear = value.interval_95();
+        let end = |end: usize| match found[end] {
+            ProfileEnd::Closed { value } | ProfileEnd::OpenAtBound { value, .. } => Some(value),
+            ProfileEnd::Open { value, .. } | ProfileEnd::NotFollowed { value, .. } => {
+                let linear = linear?[end];
+                Some([value.min(linear), value.max(linear)][end])
+            }
+        };
+        // Values that move readings by kinks were searched for, and may stand beside the lowest point.
+        let ends = [end(0)?.min(value.value), end(1)?.max(value.value)];
+        Some(FollowedInterval {
+            ends,
+            is_open: found.map(|end| matches!(end, ProfileEnd::OpenAtBound { .. })),
+        })
     }
 
     /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
@@ -379,10 +422,9 @@ impl DiagnosisProblem<'_> {
             .iter()
             .enumerate()
             .map(|(index, parameter)| {
-                let value = |state: &State, covariance: &[(Option<f64>, f64)]| EstimatedValue {
-                    value: state.fitted.model.parameters[index],
-                    u: covariance[index].0,
-                    dof: covariance[index].1,
+                let value = |state: &State, covariance: &[(Option<f64>, f64)]| {
+                    let value = state.fitted.model.parameters[index];
+                    EstimatedValue::of_covariance(value, covariance[index])
                 };
                 let after_value = value(&found.after, &after);
                 let at_bound = is_near(after_value.value, [parameter.lower, parameter.upper]);

@@ -15,7 +15,7 @@ use super::minima::spread;
 use super::minimise::{LeastSquaresFit, LeastSquaresSettings, minimise};
 use super::parameter::{Bound, ParameterSet};
 use super::profile::{
-    Conditional, LowerMinimum, ProfileEnd, ProfileSettings, Walk, bounds_of, others, threshold,
+    Conditional, LowerMinimum, ProfileEnd, ProfileSettings, Walk, bounds_of, others, rise_at_95,
 };
 use super::residual_function::{EvaluationFailure, JacobianView, ResidualFunction};
 use crate::statistics::{chi_squared_quantile, normal_quantile};
@@ -110,7 +110,7 @@ where
         parameter: usize,
     ) -> Result<LikelihoodSet, LeastSquaresError> {
         let lowest = self.minima.first().ok_or(LeastSquaresError::NoResiduals)?;
-        let common = threshold(lowest, self.covariance)?;
+        let common = rise_at_95(lowest, self.covariance)?;
         let near = self.settings.near * self.variance();
         let minima = self.minima.iter();
         let near: Vec<&LeastSquaresFit> = minima

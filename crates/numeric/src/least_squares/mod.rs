@@ -58,7 +58,9 @@ pub use minima::{minima, spread};
 pub use minimise::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
 pub use optimise::{GlobalSearch, SearchOutcome, SearchSettings, search_for_lower_minimum};
 pub use parameter::{Bound, Parameter, ParameterRole, ParameterSet};
-pub use profile::{LowerMinimum, ProfileEnd, ProfileInterval, ProfileSettings, profile};
+pub use profile::{
+    LowerMinimum, ProfileEnd, ProfileInterval, ProfileSettings, profile, rise_at_95,
+};
 pub use residual_function::{
     DerivativeCheck, EvaluationFailure, JacobianView, ResidualFunction, check_derivatives,
 };

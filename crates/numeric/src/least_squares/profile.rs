@@ -112,8 +112,6 @@ pub struct ProfileInterval {
     pub upper: ProfileEnd,
     /// Rise of ‖r‖² at a closed end.
     pub threshold: f64,
-    /// The interval from the covariance, if there is one.
-    pub quadratic: Option<[f64; 2]>,
     /// A lower minimum than the one profiled, if the refits found one; the interval is then worth nothing.
     pub lower_minimum: Option<LowerMinimum>,
     /// Evaluations of the problem.
@@ -122,11 +120,11 @@ pub struct ProfileInterval {
 
 /// Follows the profile of free parameter number `parameter` (index in the full vector) to both sides.
 ///
-/// The threshold is the 95 % point for one parameter: Δ‖r‖² = 3.841 with exactly known standard deviations, s² F(0.95; 1, n − p) with
-/// estimated ones, which is s² t² with Student's t for 0.975.
+/// # Arguments
+/// - `threshold`: rise of ‖r‖² at the ends; that of a 95 % interval is [`rise_at_95`].
 ///
 /// # Errors
-/// `UnknownParameter`; `NotFree` for a fixed or tied parameter; `NoDegreesOfFreedom` as for the covariance.
+/// `UnknownParameter`; `NotFree` for a fixed or tied parameter.
 ///
 /// # Source
 /// Bates and Watts, Nonlinear Regression Analysis and Its Applications (1988), section 6.1.2.
@@ -134,26 +132,22 @@ pub fn profile(
     problem: &mut dyn ResidualFunction,
     set: &ParameterSet,
     fit: &LeastSquaresFit,
-    covariance: &ParameterCovariance,
     parameter: usize,
+    threshold: f64,
     settings: &ProfileSettings,
 ) -> Result<ProfileInterval, LeastSquaresError> {
     let (lower_bound, upper_bound) = bounds_of(set, parameter)?;
-    let threshold = threshold(fit, covariance)?;
-    let quadratic = covariance.estimates[parameter].interval_95;
-    let estimate = fit.values[parameter];
     let mut walk = Walk::new(problem, set, fit, parameter, threshold, settings);
-    let distance = quadratic.map_or_else(|| walk.first_distance(), |[_, upper]| upper - estimate);
+    let distance = walk.first_distance();
     let lower = walk.end(walk.start(), -distance, lower_bound, Bound::Lower)?;
     let upper = walk.end(walk.start(), distance, upper_bound, Bound::Upper)?;
     Ok(ProfileInterval {
         parameter,
         name: set.parameters()[parameter].name.clone(),
-        estimate,
+        estimate: fit.values[parameter],
         lower,
         upper,
         threshold,
-        quadratic,
         lower_minimum: walk.lower_minimum,
         evaluations: walk.evaluations,
     })
@@ -186,11 +180,12 @@ pub(super) fn bounds_of(
     })
 }
 
-/// Rise of ‖r‖² at the ends of a 95 % interval, by the F law.
+/// Rise of ‖r‖² at the ends of the 95 % interval of one parameter: 3.841 with exactly known standard deviations, s² F(0.95; 1, n − p) with
+/// estimated ones, which is s² t² with Student's t for 0.975.
 ///
 /// # Errors
-/// `NoDegreesOfFreedom`.
-pub(super) fn threshold(
+/// `NoDegreesOfFreedom` as for the covariance.
+pub fn rise_at_95(
     fit: &LeastSquaresFit,
     covariance: &ParameterCovariance,
 ) -> Result<f64, LeastSquaresError> {

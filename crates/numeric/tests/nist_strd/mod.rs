@@ -17,6 +17,7 @@ use stiffbench_numeric::least_squares::{
     Bound, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit,
     LeastSquaresSettings, Parameter, ParameterCovariance, ParameterSet, ParameterStatus,
     ProfileSettings, ResidualFunction, SigmaMode, check_derivatives, covariance, minimise, profile,
+    rise_at_95,
 };
 
 /// Correct digits asked for.
@@ -417,7 +418,8 @@ fn profile_intervals_are_those_of_lmfit() {
         let set = unbounded(&problem.certified.parameters);
         let (fit, covariance) = solve(&mut problem, &set);
         let settings = ProfileSettings::default();
-        let found = profile(&mut problem, &set, &fit, &covariance, parameter, &settings).unwrap();
+        let rise = rise_at_95(&fit, &covariance).unwrap();
+        let found = profile(&mut problem, &set, &fit, parameter, rise, &settings).unwrap();
         for (end, expected) in [(&found.lower, cells[2]), (&found.upper, cells[3])] {
             let expected: f64 = expected.parse().unwrap();
             let share = end.closed().map_or(f64::NAN, |end| {

@@ -41,18 +41,14 @@ fn profiled(
     parameters: Vec<Parameter>,
     mode: SigmaMode,
     parameter: usize,
-) -> Result<ProfileInterval, LeastSquaresError> {
+) -> Result<(ProfileInterval, Option<[f64; 2]>), LeastSquaresError> {
     let set = ParameterSet::new(parameters)?;
     let fit = minimise(problem, &set, &LeastSquaresSettings::default())?;
     let covariance = covariance(&set, &fit, mode, &CovarianceSettings::default())?;
-    profile(
-        problem,
-        &set,
-        &fit,
-        &covariance,
-        parameter,
-        &ProfileSettings::default(),
-    )
+    let rise = rise_at_95(&fit, &covariance)?;
+    let settings = ProfileSettings::default();
+    let found = profile(problem, &set, &fit, parameter, rise, &settings)?;
+    Ok((found, covariance.estimates[parameter].interval_95))
 }
 
 /// ln of a quantity measured once as 5 ± sigma: the exact ends are ln(5 ± 1.96 sigma).
@@ -75,8 +71,8 @@ fn of_a_line_the_profile_is_the_quadratic_interval() {
             Parameter::unbounded("a", 0.0),
             Parameter::unbounded("b", 0.0),
         ];
-        let found = profiled(&mut line, parameters, mode, 1).unwrap();
-        let [lower, upper] = found.quadratic.unwrap();
+        let (found, quadratic) = profiled(&mut line, parameters, mode, 1).unwrap();
+        let [lower, upper] = quadratic.unwrap();
         assert!((found.lower.closed().unwrap() - lower).abs() < 1e-4 * (upper - lower));
         assert!((found.upper.closed().unwrap() - upper).abs() < 1e-4 * (upper - lower));
         assert_eq!(found.lower_minimum, None);
@@ -85,7 +81,7 @@ fn of_a_line_the_profile_is_the_quadratic_interval() {
 
 #[test]
 fn a_curved_model_has_exact_interval_ends_beside_those_of_the_covariance() {
-    let found = profiled(
+    let (found, quadratic) = profiled(
         &mut logarithm(2.0),
         vec![Parameter::unbounded("u", 1.0)],
         SigmaMode::Known,
@@ -96,13 +92,13 @@ fn a_curved_model_has_exact_interval_ends_beside_those_of_the_covariance() {
     assert!((found.lower.closed().unwrap() - (5.0 - 2.0 * K).ln()).abs() < 1e-3);
     assert!((found.upper.closed().unwrap() - (5.0 + 2.0 * K).ln()).abs() < 1e-4);
     // The covariance knows no curvature: its half-length is 1.96 * 2/5.
-    let [lower, upper] = found.quadratic.unwrap();
+    let [lower, upper] = quadratic.unwrap();
     assert!((0.5 * (upper - lower) - K * 0.4).abs() < 1e-6);
 }
 
 #[test]
 fn an_end_that_does_not_exist_is_open() {
-    let found = profiled(
+    let (found, _) = profiled(
         &mut logarithm(3.0),
         vec![Parameter::unbounded("u", 1.0)],
         SigmaMode::Known,
@@ -123,7 +119,7 @@ fn an_end_that_does_not_exist_is_open() {
 #[test]
 fn a_bound_ends_the_walk_and_is_named() {
     let parameters = vec![Parameter::free("u", 1.0, -2.0, 2.0)];
-    let found = profiled(&mut logarithm(2.0), parameters, SigmaMode::Known, 0).unwrap();
+    let (found, _) = profiled(&mut logarithm(2.0), parameters, SigmaMode::Known, 0).unwrap();
     let ProfileEnd::OpenAtBound {
         bound: Bound::Upper,
         value,
@@ -139,7 +135,8 @@ fn a_bound_ends_the_walk_and_is_named() {
 #[test]
 fn a_parameter_on_its_bound_is_open_there_and_profiled_to_the_other_side() {
     let parameters = vec![Parameter::free("u", 2.5, 2.0, 9.0)];
-    let found = profiled(&mut logarithm(2.0), parameters, SigmaMode::Known, 0).unwrap();
+    let (found, quadratic) =
+        profiled(&mut logarithm(2.0), parameters, SigmaMode::Known, 0).unwrap();
     assert!(matches!(
         found.lower,
         ProfileEnd::OpenAtBound {
@@ -148,7 +145,7 @@ fn a_parameter_on_its_bound_is_open_there_and_profiled_to_the_other_side() {
             ..
         }
     ));
-    assert_eq!(found.quadratic, None);
+    assert_eq!(quadratic, None);
     // Rise counts from the minimum within the bounds: (x-5)²/4 = ((e²-5)/2)² + k².
     let exact = (5.0 + 2.0 * (((2.0_f64.exp() - 5.0) / 2.0).powi(2) + K * K).sqrt()).ln();
     assert!((found.upper.closed().unwrap() - exact).abs() < 1e-4);
@@ -160,7 +157,7 @@ fn a_region_without_a_value_stops_the_walk_at_its_edge() {
         let value = if p[0] > 0.5 { f64::NAN } else { p[0] };
         (value, vec![1.0])
     });
-    let found = profiled(
+    let (found, _) = profiled(
         &mut edge,
         vec![Parameter::unbounded("p", 0.2)],
         SigmaMode::Known,
@@ -192,15 +189,11 @@ fn a_lower_minimum_met_while_profiling_is_reported() {
     let fit = minimise(&mut line, &set, &settings).unwrap();
     let covariance =
         covariance(&set, &fit, SigmaMode::Known, &CovarianceSettings::default()).unwrap();
-    let found = profile(
-        &mut line,
-        &set,
-        &fit,
-        &covariance,
-        1,
-        &ProfileSettings::default(),
-    )
-    .unwrap();
+    let (rise, settings) = (
+        rise_at_95(&fit, &covariance).unwrap(),
+        ProfileSettings::default(),
+    );
+    let found = profile(&mut line, &set, &fit, 1, rise, &settings).unwrap();
     let lower = found.lower_minimum.unwrap();
     assert!(lower.sum_of_squares < fit.sum_of_squares() - 100.0);
     assert!((lower.values[0] + lower.values[1] - 10.0).abs() < 1e-9);

@@ -178,15 +178,8 @@ impl From<&Finding> for NamedFinding {
     fn from(finding: &Finding) -> Self {
         let law = finding.effect.law;
         let parameters = law.parameters.iter().zip(&finding.values);
-        let parameters = parameters.map(|(parameter, value)| {
-            let fitted = FittedParameter {
-                value: value.value,
-                unit: parameter.unit().to_owned(),
-                ci95: value.interval_95(),
-                reason: None,
-            };
-            (parameter.name, fitted)
-        });
+        let parameters =
+            parameters.map(|(spec, value)| (spec.name, FittedParameter::of_law(spec, value)));
         Self {
             physics: law,
             place: finding.effect.place.clone(),
