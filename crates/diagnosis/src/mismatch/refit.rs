@@ -121,8 +121,8 @@ impl WeightedFit<'_> {
         })
     }
 
-    /// Values of the last effect at which the weighted squares, all else refitted, rise by `rise` over their least; `None` where they cannot be
-    /// followed at all.
+    /// Values of the last effect at which the weighted squares, all else refitted, rise by at most `rise` over their least: the ends of one value,
+    /// and all values at the points between; `None` where they cannot be followed at all.
     ///
     /// # Arguments
     /// - `value`: its place among those of the effect.
@@ -132,20 +132,21 @@ impl WeightedFit<'_> {
         model: &Model,
         value: usize,
         rise: f64,
-    ) -> Option<[ProfileEnd; 2]> {
+    ) -> Option<([ProfileEnd; 2], Vec<Vec<f64>>)> {
         let mut problem = FitResiduals::new(self, predictor, model);
         let set = self.parameter_set(model, |_| true).ok()?;
         let fit = minimise(&mut problem, &set, &settings()).ok()?;
         let of_last = model.effects.last()?.values.len();
-        let parameter = set.parameters().len() - of_last + value;
+        let first = set.parameters().len() - of_last;
         // A three-hundredth of a half-length is less than an interval is read to.
         let settings = ProfileSettings {
             refits: settings(),
             tolerance: 3e-3,
             max_refits: 20,
         };
-        let found = profile(&mut problem, &set, &fit, parameter, rise, &settings).ok()?;
-        Some([found.lower, found.upper])
+        let found = profile(&mut problem, &set, &fit, first + value, rise, &settings).ok()?;
+        let inside = found.inside.iter().map(|all| all[first..].to_vec());
+        Some(([found.lower, found.upper], inside.collect()))
     }
 
     fn parameter_set(

@@ -331,46 +331,26 @@ impl DiagnosisProblem<'_> {
                 EstimatedValue::of_covariance(value, (u.map(|u| u * wider), dof))
             })
             .collect();
-        let values = values.into_par_iter().enumerate();
-        let followed = values.map(|(index, value)| EstimatedValue {
-            followed: self.followed(state, ranked, (index, &value), wider),
-            ..value
-        });
-        Ok(followed.collect())
-    }
-
-    /// The likelihood interval of a value of the last effect of a ranked model; `None` of a ratio, which the fit moves with the first value.
-    ///
-    /// # Arguments
-    /// - `wider`: factor of all standard uncertainties.
-    fn followed(
-        &self,
-        state: &State,
-        ranked: &Ranked,
-        (index, value): (usize, &EstimatedValue),
-        wider: f64,
-    ) -> Option<FollowedInterval> {
-        if ranked.effect.law.parameters[index].is_ratio() {
-            return None;
-        }
-        let rise = (student_t_quantile(0.975, value.dof)? * wider).powi(2);
-        let (refit, model) = (self.refit(&state.whitening), &ranked.fitted.model);
-        let found = refit.profile_of_last(&mut self.predictor(), model, index, rise)?;
-        // Where a profile could not be followed to its end the interval is as wide as its linearisation at least.
-        let linear = value.interval_95();
-        let end = |end: usize| match found[end] {
-            ProfileEnd::Closed { value } | ProfileEnd::OpenAtBound { value, .. } => Some(value),
-            ProfileEnd::Open { value, .. } | ProfileEnd::NotFollowed { value, .. } => {
-                let linear = linear?[end];
-                Some([value.min(linear), value.max(linear)][end])
-            }
+        let Some(t) = student_t_quantile(0.975, dof) else {
+            return Ok(values);
         };
-        // Values that move readings by kinks were searched for, and may stand beside the lowest point.
-        let ends = [end(0)?.min(value.value), end(1)?.max(value.value)];
-        Some(FollowedInterval {
-            ends,
-            is_open: found.map(|end| matches!(end, ProfileEnd::OpenAtBound { .. })),
-        })
+        let (refit, rise) = (self.refit(&state.whitening), (t * wider).powi(2));
+        let profiles = (0..own).into_par_iter();
+        let profiles: Vec<_> = profiles
+            .map(|value| refit.profile_of_last(&mut self.predictor(), model, value, rise))
+            .collect();
+        let inside: Vec<&Vec<f64>> = profiles.iter().flatten().flat_map(|(_, all)| all).collect();
+        let specs = ranked.effect.law.parameters.iter();
+        let all = values.iter().zip(&profiles).zip(specs).enumerate();
+        Ok(all
+            .map(|(index, ((value, found), spec))| {
+                // A ratio is moved with the first value, and is not what is stated.
+                let ends = found.as_ref().filter(|_| !spec.is_ratio());
+                let inside = inside.iter().map(|all| all[index]);
+                let followed = ends.and_then(|(ends, _)| followed(value, ends, inside));
+                EstimatedValue { followed, ..*value }
+            })
+            .collect())
     }
 
     /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
@@ -473,6 +453,35 @@ impl DiagnosisProblem<'_> {
             size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
         }
     }
+}
+
+/// The likelihood interval of a value; `None` without an end.
+///
+/// # Arguments
+/// - `inside`: where the profiles of it and of the other values were inside: past a kink another's may find a way that its own does not.
+fn followed(
+    value: &EstimatedValue,
+    ends: &[ProfileEnd; 2],
+    inside: impl Iterator<Item = f64> + Clone,
+) -> Option<FollowedInterval> {
+    let linear = value.interval_95();
+    let found = |end: usize| match ends[end] {
+        ProfileEnd::Closed { value } | ProfileEnd::OpenAtBound { value, .. } => Some(value),
+        // Where a profile could not be followed to its end the interval is as wide as its linearisation at least.
+        ProfileEnd::Open { value, .. } | ProfileEnd::NotFollowed { value, .. } => {
+            let linear = linear?[end];
+            Some([value.min(linear), value.max(linear)][end])
+        }
+    };
+    // Values that move readings by kinks were searched for, and may stand beside the lowest point.
+    let inside = inside.chain([value.value]);
+    Some(FollowedInterval {
+        ends: [
+            inside.clone().fold(found(0)?, f64::min),
+            inside.fold(found(1)?, f64::max),
+        ],
+        is_open: [0, 1].map(|end| matches!(ends[end], ProfileEnd::OpenAtBound { .. })),
+    })
 }
 
 /// Places in the ranking of the first and of those that cannot be distinguished from the likeliest.

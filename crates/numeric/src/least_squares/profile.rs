@@ -112,6 +112,8 @@ pub struct ProfileInterval {
     pub upper: ProfileEnd,
     /// Rise of ‖r‖² at a closed end.
     pub threshold: f64,
+    /// All parameters at the points on the way whose rise is at most the threshold.
+    pub inside: Vec<Vec<f64>>,
     /// A lower minimum than the one profiled, if the refits found one; the interval is then worth nothing.
     pub lower_minimum: Option<LowerMinimum>,
     /// Evaluations of the problem.
@@ -148,6 +150,7 @@ pub fn profile(
         lower,
         upper,
         threshold,
+        inside: walk.inside,
         lower_minimum: walk.lower_minimum,
         evaluations: walk.evaluations,
     })
@@ -223,6 +226,7 @@ pub(super) struct Walk<'a> {
     parameter: usize,
     pub(super) threshold: f64,
     settings: &'a ProfileSettings,
+    inside: Vec<Vec<f64>>,
     pub(super) lower_minimum: Option<LowerMinimum>,
     pub(super) evaluations: usize,
 }
@@ -244,6 +248,7 @@ impl<'a> Walk<'a> {
             parameter,
             threshold,
             settings,
+            inside: Vec::new(),
             lower_minimum: None,
             evaluations: 0,
         }
@@ -434,9 +439,13 @@ impl<'a> Walk<'a> {
                 sum_of_squares: fit.sum_of_squares(),
             });
         }
+        let height = (rise.max(0.0) / self.threshold).sqrt();
+        if height <= 1.0 {
+            self.inside.push(fit.values.clone());
+        }
         Ok(Ok(Conditional {
             value,
-            height: (rise.max(0.0) / self.threshold).sqrt(),
+            height,
             others: fit.free_values,
             full: fit.values,
         }))
