@@ -1,7 +1,9 @@
 //! What is doubtful about load cases and a fit to them, in words.
 
-use crate::fit::TableMistake;
-use crate::mismatch::{BadReading, BadReadingKind, OtherJointValue, ReadQuantity};
+use crate::fit::{ExchangedWith, TableMistake};
+use crate::mismatch::{BadReading, OtherJointValue, ReadQuantity};
+
+use super::diagnosis::DataFindingKind;
 
 use super::text::{reading_shown, share_of_tables, significant};
 
@@ -57,11 +59,9 @@ fn value_words(bad: &BadReading) -> String {
         let (value, unit) = reading_shown(value, bad.quantity, 4);
         format!("{value} {unit}")
     };
-    let hint = match bad.kind {
-        BadReadingKind::Sign => "; with the other sign it would agree",
-        BadReadingKind::DecimalPoint(_) => "; with its decimal point moved it would agree",
-        BadReadingKind::Any => "",
-    };
+    let hint = bad.factor.map_or_else(String::new, |factor| {
+        format!("; {} it would agree", factor_words(factor))
+    });
     let lines: Vec<String> = bad.repeats.iter().map(ToString::to_string).collect();
     let who = match &lines[..] {
         [] => "the fit to all others lets expect".to_owned(),
@@ -94,41 +94,63 @@ pub(super) fn table_mistake_words(mistake: &TableMistake) -> String {
         );
     }
     let component = mistake.component.unwrap_or("what was read");
-    if let Some(other) = mistake.exchanged_with {
-        let place = mistake
-            .pose
-            .as_ref()
-            .map_or_else(String::new, |pose| format!(" of pose {pose}"));
+    let pose = mistake.pose.as_ref();
+    let of_pose = pose.map_or_else(String::new, |pose| format!(" of pose {pose}"));
+    let both = match &mistake.exchanged_with {
+        Some(ExchangedWith::Component(other)) => {
+            Some(format!("{component} and {other}{of_pose} agree"))
+        }
+        Some(ExchangedWith::Pose(other)) => {
+            Some(format!("{component}{of_pose} and of pose {other} agree"))
+        }
+        None => None,
+    };
+    if let Some(both) = both {
         return format!(
-            "{component} and {other}{place} agree with all other readings only if they are exchanged: is one under the name of the other?"
+            "{both} with all other readings only if they are exchanged: is one under the name of the other?"
         );
     }
-    let what = match (&mistake.pose, mistake.component) {
+    let what = match (pose, mistake.component) {
         (Some(pose), None) => format!("the readings of pose {pose} agree with the other poses"),
         (None, Some(component)) => format!("{component} agrees with the other components"),
-        (pose, _) => {
-            let pose = pose.as_ref().map_or_else(String::new, ToString::to_string);
-            format!("{component} of pose {pose} agrees with all other readings")
-        }
+        _ => format!("{component}{of_pose} agrees with all other readings"),
     };
-    let own = mistake.factor.unwrap_or(1.0);
-    if own < 0.0 {
-        return format!("{what} only with the other sign: is an axis or a gauge turned?");
+    let factor = mistake.factor.unwrap_or(1.0);
+    let guess = match usual_unit(factor) {
+        _ if factor < 0.0 => "is an axis or a gauge turned?".to_owned(),
+        Some(unit) => format!("{unit}?"),
+        None => "are units and decimal points right?".to_owned(),
+    };
+    format!("{what} only {}: {guess}", factor_words(factor))
+}
+
+/// How a value is put right by a factor.
+#[must_use]
+pub(super) fn factor_words(factor: f64) -> String {
+    let times = significant(factor, 4);
+    match DataFindingKind::of_factor(factor) {
+        DataFindingKind::Sign => "with the other sign".to_owned(),
+        DataFindingKind::DecimalPoint => format!("with its decimal point moved (times {times})"),
+        _ => format!("if multiplied by {times}"),
     }
-    let is = |factor: f64| (own / factor - 1.0).abs() < 1e-3;
-    let guess = if is(1e3) {
-        "is the unit another one, such as mm under a column for um?"
-    } else if is(25.4) {
-        "is the unit another one, such as mil (0.001 in) under a column for um?"
-    } else if is(1.0 / 4.448_221_6) {
-        "are the forces in lbf under a column for N?"
-    } else if is(1.0 / 9.806_65) {
-        "are the forces in kgf under a column for N?"
-    } else {
-        "are units and decimal points right?"
-    };
-    format!(
-        "{what} only if multiplied by {}: {guess}",
-        significant(own, 4)
-    )
+}
+
+/// The unit that explains a factor by which displacements under loads must be multiplied.
+#[must_use]
+pub(super) fn usual_unit(factor: f64) -> Option<&'static str> {
+    let is = |other: f64| (factor / other - 1.0).abs() < 1e-3;
+    let known = [
+        (1e3, "are they mm where um are stated"),
+        (
+            25.4,
+            "are they in inches where mm are stated, or mil (0.001 in) where um are",
+        ),
+        (
+            1.0 / 4.448_221_6,
+            "are the forces in lbf where N are stated",
+        ),
+        (1.0 / 9.806_65, "are the forces in kgf where N are stated"),
+    ];
+    let known = known.into_iter().find(|(other, _)| is(*other));
+    known.map(|(_, words)| words)
 }

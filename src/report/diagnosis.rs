@@ -23,6 +23,7 @@ use crate::test_point::Direction;
 
 pub(super) use answer::DiagnosisAnswer;
 pub use appendix::diagnosis_appendix;
+pub(super) use data_findings::DataFindingKind;
 pub use detection_limits::{DetectionLimitReport, LawLevel, SearchLevels, SeenLimit, UnseenReason};
 pub use known_effects::{KnownEffectReport, KnownParameter};
 pub use noise::{EarlierReport, NoiseDeviation, NoiseDeviations, NoiseReport};

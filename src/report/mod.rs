@@ -43,7 +43,7 @@ mod vector_stiffness;
 pub use axis_words::plane_column_heads;
 pub use compare::{CellDifference, CellNotCompared, ComparisonReport, MeasuredDifference};
 pub use config::{ConfigFileReport, ConfigReport, SettingOrigin, SettingReport};
-use data_checks::table_mistake_words;
+use data_checks::{factor_words, table_mistake_words, usual_unit};
 pub use data_export::{DataExportReport, ExportedFile, ExportedTable, TableFormat};
 pub use demo::{DemoConcealed, DemoFinding, DemoReport, DemoTableVi};
 pub use design::design_text;

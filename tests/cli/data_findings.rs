@@ -106,7 +106,7 @@ fn a_cell_with_its_decimal_point_moved_is_named() {
     let words: Vec<&str> = page.split_whitespace().collect();
     let page = words.join(" ");
     assert!(
-        page.contains("with its decimal point moved it agrees"),
+        page.contains("with its decimal point moved (times 0.1000) it agrees"),
         "{page}"
     );
 }

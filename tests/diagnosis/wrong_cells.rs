@@ -109,6 +109,41 @@ fn a_cell_with_another_decimal_point_is_named_with_what_it_should_have_been() {
     }
 }
 
+/// A gauge that shows inches, forces in pounds. One cell would have to agree to a six-hundredth, and four times the compliance of a whole direction
+/// other sections have too.
+#[test]
+fn cells_in_another_unit_are_named_with_its_factor() {
+    let of_cells = |table: &Table, [pose, direction]: [Option<&str>; 2], factor: f64| {
+        let mut out = table.clone();
+        for row in 0..table.len() {
+            let is = |column: &str, name: Option<&str>| {
+                name.is_none_or(|name| table.word(row, column) == name)
+            };
+            if is("pose", pose) && is("direction", direction) {
+                out.change(row, "displacement_um", |read| read / factor);
+            }
+        }
+        out
+    };
+    let (pose, direction) = ([Some("P3"), None], [None, Some("z")]);
+    let cases = [
+        (pose, 25.4, 3),
+        (pose, 1.0 / 4.448_221_6, 3),
+        (direction, 25.4, 4),
+    ];
+    for (seed, (place, factor, count)) in cases.into_iter().enumerate() {
+        let good = session(PROCEDURE, &[], 50 + seed as u64);
+        let found = screened(&of_cells(&good, place, factor));
+        let bad = data_findings(&found);
+        assert_eq!(bad.len(), count, "{place:?}, {factor}: {bad:?}");
+        for one in bad {
+            assert_eq!(one["kind"], "unit", "{place:?}, {factor}");
+            let said = number(&one["factor"]);
+            assert!((said / factor - 1.0).abs() < 1e-9, "{place:?}: {said}");
+        }
+    }
+}
+
 /// One joint or all of them as soft as an industrial arm's, or far softer; loose play; nothing.
 #[test]
 fn good_cells_are_left_alone_however_soft_the_joints() {

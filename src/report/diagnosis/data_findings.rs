@@ -4,8 +4,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
-use crate::mismatch::{BadReading, BadReadingKind, BadRun};
-use crate::report::{micro, reading_shown, significant, table_mistake_words};
+use crate::mismatch::{BadReading, BadRun};
+use crate::report::{
+    factor_words, micro, reading_shown, significant, table_mistake_words, usual_unit,
+};
 use crate::test_point::{Branch, Cell, Direction, DirectionName, PoseId};
 
 use super::phrases::paragraph;
@@ -27,6 +29,20 @@ pub enum DataFindingKind {
     Sign,
     /// A decimal point.
     DecimalPoint,
+    /// A unit.
+    Unit,
+}
+
+impl DataFindingKind {
+    /// What values have wrong that agree once they are multiplied by a usual factor.
+    pub(in crate::report) fn of_factor(factor: f64) -> Self {
+        let is_power_of_ten = (factor.log10() - factor.log10().round()).abs() < 1e-9;
+        match factor {
+            _ if factor < 0.0 => Self::Sign,
+            _ if is_power_of_ten => Self::DecimalPoint,
+            _ => Self::Unit,
+        }
+    }
 }
 
 /// A reading or run that its repeats contradict, or a cell that yields against its load or has the name of another.
@@ -40,6 +56,9 @@ pub struct DataFindingReport {
     pub lines: Vec<u32>,
     /// Where it stands in the session.
     pub place: DataPlace,
+    /// By what it must be multiplied to agree, if that is usual: -1, a power of ten, a factor between units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factor: Option<f64>,
     /// The cell whose readings it has, and that has its own; only of the kind `exchanged`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exchanged_with: Option<DataPlace>,
@@ -108,11 +127,11 @@ impl DataFindingReport {
     fn of_run(report: &DiagnosisReport, bad: &BadRun) -> Self {
         let (pose, direction) = (bad.pose.clone(), bad.direction);
         Self {
-            kind: match bad.kind {
-                _ if bad.exchanged_with.is_some() => DataFindingKind::Exchanged,
-                BadReadingKind::Any => DataFindingKind::BadRun,
-                BadReadingKind::Sign => DataFindingKind::Sign,
-                BadReadingKind::DecimalPoint(_) => DataFindingKind::DecimalPoint,
+            kind: if bad.exchanged_with.is_some() {
+                DataFindingKind::Exchanged
+            } else {
+                bad.factor
+                    .map_or(DataFindingKind::BadRun, DataFindingKind::of_factor)
             },
             file: file_of(report, &bad.pose),
             lines: bad.lines.clone(),
@@ -124,6 +143,7 @@ impl DataFindingReport {
                 },
                 None => DataPlace::Cell { pose, direction },
             },
+            factor: bad.factor,
             exchanged_with: bad
                 .exchanged_with
                 .clone()
@@ -139,11 +159,9 @@ impl DataFindingReport {
 
     fn new(report: &DiagnosisReport, bad: &BadReading) -> Self {
         Self {
-            kind: match bad.kind {
-                BadReadingKind::Any => DataFindingKind::BadReading,
-                BadReadingKind::Sign => DataFindingKind::Sign,
-                BadReadingKind::DecimalPoint(_) => DataFindingKind::DecimalPoint,
-            },
+            kind: bad
+                .factor
+                .map_or(DataFindingKind::BadReading, DataFindingKind::of_factor),
             file: file_of(report, &bad.pose),
             lines: vec![bad.line],
             place: DataPlace::Reading {
@@ -154,6 +172,7 @@ impl DataFindingReport {
                 step: bad.step,
                 branch: bad.branch,
             },
+            factor: bad.factor,
             exchanged_with: None,
             value: micro(bad.value_m),
             expected: micro(bad.expected_m),
@@ -296,13 +315,12 @@ fn run_name(bad: &BadRun) -> String {
     )
 }
 
-/// What a slip of the pen would explain.
-fn kind_of_slip(kind: BadReadingKind) -> &'static str {
-    match kind {
-        BadReadingKind::Any => "",
-        BadReadingKind::Sign => ": with the other sign it agrees",
-        BadReadingKind::DecimalPoint(_) => ": with its decimal point moved it agrees",
-    }
+/// What a usual factor would explain.
+fn put_right(factor: Option<f64>) -> String {
+    factor.map_or_else(String::new, |factor| {
+        let unit = usual_unit(factor).map_or_else(String::new, |words| format!(" ({words}?)"));
+        format!(": {} it agrees{unit}", factor_words(factor))
+    })
 }
 
 fn bad_run(bad: &BadRun) -> String {
@@ -318,14 +336,14 @@ fn bad_run(bad: &BadRun) -> String {
         (None, Some((pose, direction))) => {
             format!("{}: with the readings of {pose} {direction} it agrees", of_cells())
         }
-        (None, None) if bad.kind != BadReadingKind::Sign => {
-            format!("{}{}", of_cells(), kind_of_slip(bad.kind))
+        (None, None) if bad.factor.is_none_or(|factor| factor > 0.0) => {
+            format!("{}{}", of_cells(), put_right(bad.factor))
         }
         (Some(_), _) => format!(
             "where the other repeats predict {} ± {} um/N (k = 2){}",
             um_per_n(bad.expected),
             significant(micro(2.0 * bad.u), 2),
-            kind_of_slip(bad.kind)
+            put_right(bad.factor)
         ),
         (None, None) => "against its load; no structure does that: look at the sign of force and displacement there".to_owned(),
     };
@@ -350,7 +368,7 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
         let (value, unit) = reading_shown(one.value_m, one.quantity, 4);
         let (expected, _) = reading_shown(one.expected_m, one.quantity, 4);
         let (twice_u, _) = reading_shown(2.0 * one.u_m, one.quantity, 2);
-        let slip = kind_of_slip(one.kind);
+        let slip = put_right(one.factor);
         let is_of_run = report.observations.has_series();
         let others = match (&one.repeats[..], is_of_run) {
             ([], true) => "its neighbours",

@@ -52,7 +52,7 @@ pub use load_cases::problem::LoadCaseModel;
 pub use measured::{
     LnUncertainty, MeasuredCell, MeasuredCompliance, MeasuredStiffness, WeightBasis,
 };
-pub use mistakes::{TableMistake, bad_load_case_values, table_mistake};
+pub use mistakes::{ExchangedWith, TableMistake, bad_load_case_values, table_mistake};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
     BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitMethod,

@@ -26,18 +26,8 @@ use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::observations::Observations;
 use super::reading_screen::{ReadingScreen, TestedReadings};
+use super::usual_factor::slip;
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
-
-/// What may have happened to a reading.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BadReadingKind {
-    /// Anything.
-    Any,
-    /// With the other sign it agrees.
-    Sign,
-    /// With the decimal point moved by so many places to the right it agrees.
-    DecimalPoint(i32),
-}
 
 /// What a reading is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,8 +107,8 @@ pub struct BadReading {
     pub u_m: f64,
     /// Chance that the largest of all readings is as far off by noise alone.
     pub p_family: f64,
-    /// What may have happened.
-    pub kind: BadReadingKind,
+    /// By what it must be multiplied to agree, if that is usual: -1, a power of ten, a factor between units.
+    pub factor: Option<f64>,
     /// Of absolute positions: the value of one joint with which this coordinate and all others that are off with it agree.
     pub joint: Option<OtherJointValue>,
 }
@@ -247,26 +237,8 @@ impl BadReading {
             expected_m,
             u_m,
             p_family,
-            kind: slip(value_m, expected_m, u_m),
+            factor: slip(value_m, expected_m, u_m),
             joint: None,
         }
     }
-}
-
-/// Places by which a decimal point is moved, the likeliest first.
-pub(super) const DECIMAL_PLACES: [i32; 6] = [1, -1, 2, -2, 3, -3];
-
-/// What was done to a value that should be another, if it is one of the usual slips of the pen.
-pub(crate) fn slip(value: f64, expected: f64, u: f64) -> BadReadingKind {
-    let agrees = |value: f64| (value - expected).abs() < 4.0 * u;
-    // A value that lies near zero agrees with itself of any sign.
-    if expected.abs() < 10.0 * u {
-        return BadReadingKind::Any;
-    }
-    if agrees(-value) {
-        return BadReadingKind::Sign;
-    }
-    let mut places = DECIMAL_PLACES.into_iter();
-    let moved = places.find(|places| agrees(value * 10_f64.powi(*places)));
-    moved.map_or(BadReadingKind::Any, BadReadingKind::DecimalPoint)
 }

@@ -9,7 +9,6 @@ use std::collections::BTreeSet;
 use stiffbench_numeric::statistics::{mean, normal_upper_tail, root_mean_square};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::bad_readings::{BadReadingKind, slip};
 use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
@@ -17,6 +16,7 @@ use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::reading_screen::ReadingScreen;
 use super::tails::{Beside, Tails, chance_if_normal};
+use super::usual_factor::slip;
 use super::wrong_cells::wrong_cells;
 use crate::search::constants::{
     AFTER_A_JUMP, BAD_READING_LEVEL, CLEARLY_GOOD, ENOUGH_REPEATS, MOST_BAD_READINGS, ROUNDING,
@@ -39,14 +39,14 @@ pub struct BadRun {
     /// Displacement per force, m/N.
     pub compliance: f64,
     /// What the other repeats let expect, m/N; of a cell that yields against its load the same with the sign that it must have, of one
-    /// that is exchanged or has a wrong decimal point what the other cells let expect.
+    /// that is exchanged or has another unit or decimal point what the other cells let expect.
     pub expected: f64,
     /// Standard error of the difference, m/N.
     pub u: f64,
     /// Chance that the worst of all good runs is as far off.
     pub p_family: f64,
-    /// What may have happened.
-    pub kind: BadReadingKind,
+    /// By what it must be multiplied to agree, if that is usual: -1, a power of ten, a factor between units.
+    pub factor: Option<f64>,
 }
 
 /// Readings without bad runs.
@@ -69,7 +69,7 @@ impl BadRun {
         (cell, run): (usize, Option<usize>),
         [compliance, expected, u]: [f64; 3],
         p_family: f64,
-        kind: BadReadingKind,
+        factor: Option<f64>,
     ) -> Self {
         let (own, run) = (
             &observations.cells[cell],
@@ -89,7 +89,7 @@ impl BadRun {
             expected,
             u,
             p_family,
-            kind,
+            factor,
         }
     }
 }
@@ -188,9 +188,9 @@ fn worst_run(
     let u = tails.scale(Beside::NOTHING) * own.u * expected.abs();
     let compliance = expected * (1.0 + own.off);
     let place = (observations.runs[own.run].cell, Some(own.run));
-    let kind = slip(compliance, expected, u);
+    let factor = slip(compliance, expected, u);
     let values = [compliance, expected, u];
-    let bad = BadRun::new(observations, place, values, p_family, kind);
+    let bad = BadRun::new(observations, place, values, p_family, factor);
     Some((own.run, bad))
 }
 
@@ -329,8 +329,8 @@ fn cells_against_their_load(
         let is_against = compliance < 0.0 && cell.is_along_load();
         (is_against && p_family <= BAD_READING_LEVEL).then(|| {
             let values = [compliance, -compliance, u_relative * compliance.abs()];
-            let (place, kind) = ((number, None), BadReadingKind::Sign);
-            let bad = BadRun::new(observations, place, values, p_family, kind);
+            let (place, factor) = ((number, None), Some(-1.0));
+            let bad = BadRun::new(observations, place, values, p_family, factor);
             (number, bad)
         })
     });

@@ -1,24 +1,12 @@
 //! Compliances of cells: those that the readings show, beside those of the baseline with one more spring, or of another structure.
 
+use super::baseline::{Baseline, PoseSolver, start};
+use super::error::MismatchError;
+use super::misread::{MisreadValues, NamedValue, ValueFit, ValueName, ValueScale};
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet,
     ResidualFunction, minimise,
 };
-use stiffbench_units_and_text::test_point::Direction;
-
-use super::baseline::{Baseline, PoseSolver, start};
-use super::error::MismatchError;
-
-/// Displacement per force of a cell.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct CellCompliance {
-    /// Index of its pose among those of the baseline.
-    pub(super) pose: usize,
-    pub(super) direction: Direction,
-    /// Logarithm of the compliance in m/N, and its standard error.
-    pub(super) log: f64,
-    pub(super) u: f64,
-}
 
 /// What a single mistake of the model may be.
 enum SuspectOfCells {
@@ -48,58 +36,50 @@ const WIDEST: f64 = 1e4;
 /// How far beyond its bounds a factor may go, in its logarithm: a hundred times.
 const BEYOND_BOUNDS: f64 = 4.6;
 
-/// The baseline as a model of the compliances of cells.
-pub(super) struct CellComplianceModel<'a> {
+/// Compliances of cells, their logarithms in m/N, with the baseline as a model of them.
+pub(super) struct CellCompliances<'a> {
     baseline: &'a dyn Baseline,
     solver: Box<dyn PoseSolver + 'a>,
+    /// Poses among those of the baseline; components are directions of loads.
+    cells: Vec<ValueName>,
+    logs: Vec<NamedValue>,
     suspects: Vec<SuspectOfCells>,
 }
 
-/// A fit to compliances.
-#[derive(Debug, Clone)]
-pub(super) struct CellFit {
-    /// Weighted squares.
-    pub(super) squares: f64,
-    /// Logarithms of the compliances, one for each cell.
-    pub(super) logs: Vec<f64>,
-    /// Derivatives of the weighted residuals to the parameters, one column each.
-    pub(super) columns: Vec<Vec<f64>>,
-    parameters: Vec<f64>,
-}
-
-impl<'a> CellComplianceModel<'a> {
+impl<'a> CellCompliances<'a> {
     /// # Errors
     /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
     pub(super) fn new(
         baseline: &'a dyn Baseline,
-        cells: &[CellCompliance],
+        cells: Vec<ValueName>,
+        logs: Vec<NamedValue>,
     ) -> Result<Self, MismatchError> {
         let mut solver = baseline.solver(0)?;
         solver.solve(&start(baseline))?;
-        let pose = |cell: &CellCompliance| solver.pose(cell.pose);
+        let pose = |cell: &ValueName| solver.pose(cell.pose);
         let mut springs: Vec<Vec<[f64; 2]>> = Vec::new();
         for joint in 0..baseline.joints().len() {
-            let of_cell = |cell: &CellCompliance| {
+            let of_cell = |cell: &ValueName| {
                 let influence = &pose(cell).influence;
-                let lever_m = influence.levers[joint][cell.direction.index()];
+                let lever_m = influence.levers[joint][cell.component];
                 [lever_m * lever_m, influence.stiffness(joint, joint)]
             };
             springs.push(cells.iter().map(of_cell).collect());
         }
         for axis in 0..3 {
-            let of_cell = |cell: &CellCompliance| {
-                let lever_m = pose(cell).base_levers[axis][cell.direction.index()];
+            let of_cell = |cell: &ValueName| {
+                let lever_m = pose(cell).base_levers[axis][cell.component];
                 [lever_m * lever_m, 0.0]
             };
             springs.push(cells.iter().map(of_cell).collect());
         }
-        for direction in Direction::ALL {
+        for direction in 0..3 {
             let is_here =
-                |cell: &CellCompliance| [f64::from(u8::from(cell.direction == direction)), 0.0];
+                |cell: &ValueName| [f64::from(u8::from(cell.component == direction)), 0.0];
             springs.push(cells.iter().map(is_here).collect());
         }
-        let own = |cell: &CellCompliance| {
-            let axis = cell.direction.index();
+        let own = |cell: &ValueName| {
+            let axis = cell.component;
             pose(cell).influence.compliance[axis][axis]
         };
         let own: Vec<f64> = cells.iter().map(own).collect();
@@ -118,26 +98,49 @@ impl<'a> CellComplianceModel<'a> {
         Ok(Self {
             baseline,
             solver,
+            cells,
+            logs,
             suspects,
         })
     }
+}
 
-    /// How many single mistakes of the model there may be, and none.
-    pub(super) fn alternatives(&self) -> impl Iterator<Item = Option<usize>> + use<> {
-        std::iter::once(None).chain((0..self.suspects.len()).map(Some))
+impl MisreadValues for CellCompliances<'_> {
+    fn names(&self) -> &[ValueName] {
+        &self.cells
     }
 
-    /// Fits the baseline, with one mistake of it or none, to some of the cells.
-    ///
-    /// # Arguments
-    /// - `start`: a fit from which to start.
-    pub(super) fn fit(
+    fn values(&self) -> &[NamedValue] {
+        &self.logs
+    }
+
+    fn scale(&self) -> ValueScale {
+        ValueScale::Logarithmic
+    }
+
+    fn fewest(&self) -> usize {
+        1
+    }
+
+    fn free(&self) -> usize {
+        self.baseline.parameters().len()
+    }
+
+    fn alternatives(&self) -> usize {
+        self.suspects.len()
+    }
+
+    fn least_variance(&self) -> f64 {
+        1.0
+    }
+
+    fn fit(
         &mut self,
-        cells: &[CellCompliance],
+        logs: &[NamedValue],
         keep: &dyn Fn(usize) -> bool,
         suspect: Option<usize>,
-        start: Option<&CellFit>,
-    ) -> Option<CellFit> {
+        start: Option<&ValueFit>,
+    ) -> Option<ValueFit> {
         let mut other;
         let mut spring = None;
         let solver: &mut dyn PoseSolver = match suspect.map(|one| &self.suspects[one]) {
@@ -152,10 +155,10 @@ impl<'a> CellComplianceModel<'a> {
             None => &mut *self.solver,
         };
         let own = self.baseline.parameters();
-        let weights: Vec<f64> = cells
+        let weights: Vec<f64> = logs
             .iter()
             .enumerate()
-            .map(|(place, cell)| if keep(place) { cell.u.recip() } else { 0.0 })
+            .map(|(place, one)| if keep(place) { one.u.recip() } else { 0.0 })
             .collect();
         let begin = own.iter().enumerate().map(|(place, parameter)| {
             let value = start.map_or(parameter.start, |start| start.parameters[place]);
@@ -188,20 +191,21 @@ impl<'a> CellComplianceModel<'a> {
             let mut problem = CompliancesOfCells {
                 baseline: self.baseline,
                 solver: &mut *solver,
-                cells,
+                cells: &self.cells,
+                logs,
                 weights: &weights,
                 spring,
-                logs: vec![0.0; cells.len()],
+                predicted: vec![0.0; logs.len()],
             };
             let fit = minimise(&mut problem, &set, &settings).ok()?;
             // The logarithms of the end: the last evaluation may have been a step that was not taken.
             let mut residuals = vec![0.0; problem.residual_count()];
             problem.evaluate(&fit.values, &mut residuals, None).ok()?;
             let columns = (0..set.free_indices().len()).filter_map(|one| fit.jacobian_column(one));
-            Some(CellFit {
+            Some(ValueFit {
                 squares: fit.sum_of_squares(),
                 columns: columns.map(<[f64]>::to_vec).collect(),
-                logs: problem.logs,
+                predicted: problem.predicted,
                 parameters: fit.values,
             })
         });
@@ -212,11 +216,12 @@ impl<'a> CellComplianceModel<'a> {
 struct CompliancesOfCells<'a> {
     baseline: &'a dyn Baseline,
     solver: &'a mut dyn PoseSolver,
-    cells: &'a [CellCompliance],
+    cells: &'a [ValueName],
+    logs: &'a [NamedValue],
     weights: &'a [f64],
     spring: Option<&'a Spring>,
-    /// Those of the last evaluation.
-    logs: Vec<f64>,
+    /// Logarithms of the last evaluation.
+    predicted: Vec<f64>,
 }
 
 /// A structure yields against its load.
@@ -241,7 +246,7 @@ impl ResidualFunction for CompliancesOfCells<'_> {
             .solve_for(own, &[])
             .map_err(EvaluationFailure::of_model)?;
         for (place, cell) in self.cells.iter().enumerate() {
-            let axis = cell.direction.index();
+            let axis = cell.component;
             let pose = self.solver.pose(cell.pose);
             let mut compliance = pose.influence.compliance[axis][axis];
             let mut by_spring = 0.0;
@@ -257,8 +262,8 @@ impl ResidualFunction for CompliancesOfCells<'_> {
                 return Err(EvaluationFailure::of_model(NotPositive));
             }
             let weight = self.weights[place];
-            self.logs[place] = compliance.ln();
-            residuals[place] = weight * (self.logs[place] - cell.log);
+            self.predicted[place] = compliance.ln();
+            residuals[place] = weight * (self.predicted[place] - self.logs[place].value);
             if let Some(jacobian) = jacobian.as_deref_mut() {
                 for (parameter, gradient) in pose.gradient.iter().enumerate() {
                     jacobian.set(place, parameter, weight * gradient[axis][axis] / compliance);

@@ -32,6 +32,7 @@ mod joined_sessions;
 mod known_effects;
 mod known_noise;
 mod memo;
+mod misread;
 mod missing_members;
 mod next_measurement;
 mod noise;
@@ -70,13 +71,13 @@ mod tails;
 mod trace;
 mod trial;
 mod unloaded_zero;
+mod usual_factor;
 mod verdict;
 mod white_laws;
 mod wrong_cells;
 
 pub use crate::search::MOST_READINGS_OF_A_PART;
-pub(crate) use bad_readings::slip;
-pub use bad_readings::{BadReading, BadReadingKind, OtherJointValue, ReadQuantity};
+pub use bad_readings::{BadReading, OtherJointValue, ReadQuantity};
 pub use bad_runs::BadRun;
 pub use baseline::{Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn};
 pub use cell_slopes::{CellSlopes, SeriesSlopes};
@@ -99,6 +100,10 @@ pub use grade::VerdictGrade;
 pub(crate) use held_out::folds_of;
 pub use joined_sessions::{ObservedSession, noise_alone};
 pub use known_noise::KnownNoise;
+pub(crate) use misread::{
+    Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
+    ValueScale, find_mistake,
+};
 pub use next_measurement::NextMeasurement;
 pub(crate) use noise::{ForceReading, NoiseCovariance, ReadForces};
 pub use noise::{GaugeNoise, ReadingNoise};
@@ -127,6 +132,7 @@ pub use trial::{
     TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between,
     standard_errors_of_readings,
 };
+pub(crate) use usual_factor::slip;
 pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};
 
 use problem::DiagnosisProblem;

@@ -86,7 +86,7 @@ pub(super) fn bad_value(
         expected_m: expected,
         u_m: standard_error,
         p_family,
-        kind: slip(read.value, expected, standard_error),
+        factor: slip(read.value, expected, standard_error),
         joint: None,
     })
 }

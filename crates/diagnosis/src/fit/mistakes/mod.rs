@@ -7,4 +7,4 @@ mod table_mistake;
 mod tested_values;
 
 pub use bad_values::bad_load_case_values;
-pub use table_mistake::{TableMistake, table_mistake};
+pub use table_mistake::{ExchangedWith, TableMistake, table_mistake};
