@@ -14,9 +14,7 @@ mod summary;
 mod tables;
 
 use crate::analysis::DiagnosisReport;
-use crate::mismatch::{
-    EstimatedValue, FactorChange, Finding, Impossible, LawCriticalValues, ReadingTrace,
-};
+use crate::mismatch::{EstimatedValue, FactorChange, Impossible, LawCriticalValues, ReadingTrace};
 use crate::physics::{Effect, FileLine, Law, ParameterSpec, SignConstraint};
 use crate::search::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
@@ -36,13 +34,7 @@ pub use summary::{
     UnexplainedReport, UntestedContrast,
 };
 
-/// The 95 % interval of a parameter of a finding; where physics forbids negative values it ends at zero.
-fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
-    let spec = finding.effect.law.parameters.get(place)?;
-    value_interval(spec, finding.values.get(place)?)
-}
-
-/// The same of a value of a law.
+/// The 95 % interval of a value of a law; where physics forbids negative values it ends at zero.
 pub(super) fn value_interval(spec: &ParameterSpec, value: &EstimatedValue) -> Option<[f64; 2]> {
     let [low, high] = value.interval_95()?;
     Some(match spec.sign {

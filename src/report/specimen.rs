@@ -82,6 +82,9 @@ pub struct SpecimenFinding {
     pub shares: MisfitShares,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, SpecimenParameter>,
+    /// By its name what readings determine where they do not tell the parameters apart, if the law has such a number.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub combination: IndexMap<&'static str, SpecimenParameter>,
     /// Findings of one group exclude each other and are indistinguishable; `null` of one that stands alone.
     pub alternative_group: Option<u32>,
     /// Largest change of a reading, in the unit of `rms`.
@@ -231,16 +234,16 @@ fn parameter(
 }
 
 fn finding(units: &PartUnits, finding: &Finding) -> SpecimenFinding {
-    let specs = finding.effect.law.parameters.iter();
-    let parameters = specs
-        .zip(&finding.values)
-        .map(|(spec, value)| (spec.name, parameter(units, spec, value)));
+    let stated = finding.stated();
+    let mut stated = stated.map(|(spec, value)| (spec.name, parameter(units, spec, value)));
+    let parameters = stated.by_ref().take(finding.values.len()).collect();
     let end_effect = answer(units, finding.end_effect_m);
     SpecimenFinding {
         law: (&finding.effect).into(),
         grade: finding.grade,
         shares: finding.shares,
-        parameters: parameters.collect(),
+        parameters,
+        combination: stated.collect(),
         alternative_group: finding.alternative_group,
         end_effect: end_effect.value,
         end_effect_si: end_effect.si.value,
@@ -350,7 +353,7 @@ impl SpecimenSummary {
             open_interval(fitted.ci95, is_open, 5)
         };
         let rows = self.findings.iter().flat_map(|finding| {
-            let parameters = finding.parameters.iter();
+            let parameters = finding.parameters.iter().chain(&finding.combination);
             parameters.map(move |(name, one)| (finding, name, &one.fitted))
         });
         table_of(

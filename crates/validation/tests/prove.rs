@@ -33,6 +33,7 @@ fn finding(effect: Effect, group: Option<u32>) -> Finding {
     let value = |&value: &f64| EstimatedValue::of_covariance(value, (Some(0.1 * value.abs()), 1e6));
     Finding {
         values: effect.values.iter().map(value).collect(),
+        combination: None,
         effect,
         grade: VerdictGrade::Is,
         shares: MisfitShares::default(),

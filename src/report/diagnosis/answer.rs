@@ -170,6 +170,7 @@ mod tests {
             grade: VerdictGrade::Is,
             shares: MisfitShares::default(),
             values: Vec::new(),
+            combination: None,
             at_bound: false,
             spans_range: false,
             alternative_group: Some(1),

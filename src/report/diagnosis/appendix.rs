@@ -8,8 +8,8 @@ use crate::report::text::{AlignedTable, open_interval, or_dash, significant, tab
 use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
-use super::parameter_interval;
 use super::phrases::{listed, paragraph, um};
+use super::value_interval;
 use crate::analysis::DiagnosisReport;
 use crate::count::counted;
 
@@ -113,15 +113,11 @@ fn findings(findings: &[Finding]) -> String {
             significant(finding.absorbed_share, 2),
             significant(finding.p_family, 2),
         ];
-        let mut parameters: Vec<[String; 4]> = effect
-            .law
-            .parameters
-            .iter()
-            .enumerate()
-            .zip(&finding.values)
-            .map(|((place, spec), value)| {
+        let mut parameters: Vec<[String; 4]> = finding
+            .stated()
+            .map(|(spec, value)| {
                 let (factor, unit) = spec.dimension.printed(value.value);
-                let interval = parameter_interval(finding, place).map(|e| e.map(|x| factor * x));
+                let interval = value_interval(spec, value).map(|e| e.map(|x| factor * x));
                 [
                     spec.name.to_owned(),
                     significant(factor * value.value, 4),

@@ -17,7 +17,7 @@ use super::phrases::{
 };
 use super::sessions::sessions;
 use super::tables::{errors, factors, upper_limits};
-use super::{check, least_law_p, parameter_interval};
+use super::{check, least_law_p, value_interval};
 use crate::analysis::DiagnosisReport;
 
 /// Parts of the structure that look alike and are named beside the first.
@@ -70,13 +70,21 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
 /// Size of a finding at its place, and at the end.
 fn size(finding: &Finding) -> String {
     let law = finding.effect.law;
-    let at_place = law
-        .parameters
-        .first()
-        .zip(finding.values.first())
-        // Where another term grows with it the first alone is no size.
-        .filter(|_| !law.parameters.iter().any(ParameterSpec::is_ratio) && !finding.spans_range)
-        .map(|(spec, value)| format!("{}, ", printed(spec.dimension, value.value)));
+    let made = law.combination.as_ref().zip(finding.combination);
+    let first = law.parameters.first().zip(finding.values.first());
+    // Where another term grows with it the first alone is no size.
+    let is_size = !law.parameters.iter().any(ParameterSpec::is_ratio) && !finding.spans_range;
+    let at_place = match (made, first) {
+        (Some((combination, value)), _) => {
+            let spec = &combination.spec;
+            let value = printed(spec.dimension, value.value);
+            Some(format!("{} {value}, ", spec.word))
+        }
+        (None, Some((spec, value))) if is_size => {
+            Some(format!("{}, ", printed(spec.dimension, value.value)))
+        }
+        _ => None,
+    };
     format!(
         "{}up to {} at the end",
         at_place.unwrap_or_default(),
@@ -260,10 +268,9 @@ fn described(finding: &Finding, with_law: bool) -> String {
     if with_law {
         let _ = write!(text, " {}", law.words.explanation);
     }
-    let sizes = law.parameters.iter().enumerate().zip(&finding.values);
-    for ((place, spec), value) in sizes {
+    for (spec, value) in finding.stated() {
         let (factor, unit) = spec.dimension.printed(value.value);
-        let interval = parameter_interval(finding, place).map(|ends| ends.map(|end| factor * end));
+        let interval = value_interval(spec, value).map(|ends| ends.map(|end| factor * end));
         let is_open = value.is_open();
         let words = open_interval(interval, is_open, 3);
         let interval = match (interval, is_open) {

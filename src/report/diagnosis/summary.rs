@@ -131,6 +131,9 @@ pub struct FindingReport {
     pub file_line: Option<FileLine>,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, FittedParameter>,
+    /// By its name what readings determine where they do not tell the parameters apart, if the law has such a number.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub combination: IndexMap<&'static str, FittedParameter>,
     /// Whether its size stands at the bound of what is plausible.
     pub at_bound: bool,
     /// Largest change of a reading, µm.
@@ -378,10 +381,10 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
 
 impl From<&Finding> for FindingReport {
     fn from(finding: &Finding) -> Self {
-        let specs = finding.effect.law.parameters.iter();
-        let parameters = specs.zip(&finding.values);
-        let parameters =
-            parameters.map(|(spec, value)| (spec.name, FittedParameter::of_law(spec, value)));
+        let stated = finding.stated();
+        let mut stated =
+            stated.map(|(spec, value)| (spec.name, FittedParameter::of_law(spec, value)));
+        let parameters = stated.by_ref().take(finding.values.len()).collect();
         Self {
             law: (&finding.effect).into(),
             kind: finding.effect.law.into(),
@@ -389,7 +392,8 @@ impl From<&Finding> for FindingReport {
             shares: finding.shares,
             check: check(&finding.effect),
             file_line: None,
-            parameters: parameters.collect(),
+            parameters,
+            combination: stated.collect(),
             at_bound: finding.at_bound,
             end_effect_um: micro(finding.end_effect_m),
             absorbed_share: finding.absorbed_share,

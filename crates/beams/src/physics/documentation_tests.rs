@@ -47,6 +47,16 @@ fn ranges() -> Vec<String> {
     Law::ALL.iter().flat_map(of_law).collect()
 }
 
+/// The rows of the table of numbers made of parameters, as the program has them.
+fn combinations() -> Vec<String> {
+    let of_law = |law: &Law| {
+        let spec = &law.combination.as_ref()?.spec;
+        let (name, unit, word) = (spec.name, spec.unit(), spec.word);
+        Some(format!("| {} | `{name}` | {unit} | {word} |", law.row))
+    };
+    Law::ALL.iter().filter_map(of_law).collect()
+}
+
 /// The rows of the table of mistakes, as the program has them.
 fn mistakes() -> Vec<String> {
     let of_law = |law: &Law| {
@@ -83,6 +93,12 @@ fn the_table_of_laws_is_the_programs() {
 fn the_table_of_plausible_ranges_is_the_programs() {
     let head = "| law | parameter | plausible range and its reason |\n| --- | --- | --- |\n";
     compare(head, &ranges());
+}
+
+#[test]
+fn the_table_of_numbers_made_of_parameters_is_the_programs() {
+    let head = "| law | number | unit | meaning |\n| --- | --- | --- | --- |\n";
+    compare(head, &combinations());
 }
 
 #[test]

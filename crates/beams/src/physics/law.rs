@@ -9,11 +9,24 @@ use std::ops::Deref;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
-use super::action::{HistoryLaw, LawAction, SimulatedRotation, values_of};
+use super::action::{HistoryLaw, LawAction, SimulatedRotation, Values, values_of};
 use super::laws::LAWS;
 use super::parameter::ParameterSpec;
 use super::place::{Place, PlaceKind};
-use super::search::{SearchSpec, TestObject};
+use super::search::{PlaceScale, SearchSpec, TestObject};
+
+/// A number made of the values of an effect, which readings determine where they do not tell the values apart.
+#[derive(Debug, Clone, Copy)]
+pub struct Combination {
+    /// How it is named and measured.
+    pub spec: ParameterSpec,
+    /// The number, SI; in proportion to the first value.
+    ///
+    /// # Arguments
+    /// - The values of the law's parameters.
+    /// - The scales of the place.
+    pub of: fn(&Values, &PlaceScale) -> f64,
+}
 
 /// All properties of a law; each has a file of its own in `laws`.
 #[derive(Debug)]
@@ -32,6 +45,8 @@ pub struct LawDefinition {
     pub parameters: &'static [ParameterSpec],
     /// Simpler laws at the same place that it contains, by their names in tables.
     pub contains: &'static [&'static str],
+    /// What readings determine where they do not tell the values of its parameters apart.
+    pub combination: Option<Combination>,
     /// What it does to a run.
     pub action: LawAction,
     /// How it is searched for.

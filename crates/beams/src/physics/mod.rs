@@ -33,7 +33,8 @@ pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
 pub use law::{
-    Check, Curve, Driving, Law, LawDefinition, LawFigure, LawKind, LawWording, MistakePrior,
+    Check, Combination, Curve, Driving, Law, LawDefinition, LawFigure, LawKind, LawWording,
+    MistakePrior,
 };
 pub use law_set::{LawSet, LoadPoint, RunLoads, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics, Unloaded};

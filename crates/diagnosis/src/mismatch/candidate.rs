@@ -79,11 +79,15 @@ impl PlaceScales {
         out
     }
 
-    /// Bounds of the values of an effect, as a fit moves them; those of the session where the place has no scale of its own.
+    /// The scale of a place; that of the session where it has none of its own.
+    pub(super) fn at(&self, place: &Place) -> &PlaceScale {
+        let own = self.places.iter().find(|(other, _)| other == place);
+        own.map_or(&self.session, |(_, scale)| scale)
+    }
+
+    /// Bounds of the values of an effect, as a fit moves them.
     pub(super) fn bounds(&self, effect: &Effect) -> Vec<[f64; 2]> {
-        let own = self.places.iter().find(|(place, _)| *place == effect.place);
-        let scale = own.map_or(&self.session, |(_, scale)| scale);
-        plausible_bounds(effect.law, scale, &effect.values)
+        plausible_bounds(effect.law, self.at(&effect.place), &effect.values)
     }
 
     /// The places of a kind that these loads act on, with their scales.

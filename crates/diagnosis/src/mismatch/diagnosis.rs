@@ -4,7 +4,7 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_beams::physics::{Effect, Law, ParameterSpec, Place};
 use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
@@ -114,6 +114,8 @@ pub struct Finding {
     pub shares: MisfitShares,
     /// Its values with uncertainty, in the order of the law's parameters.
     pub values: Vec<EstimatedValue>,
+    /// What readings determine where they do not tell those apart, if the law has such a number.
+    pub combination: Option<EstimatedValue>,
     /// Whether its size stands at the bound of what is plausible.
     pub at_bound: bool,
     /// Whether the interval of its size reaches both ends of what is plausible: the readings do not determine it.
@@ -132,6 +134,16 @@ pub struct Finding {
     pub p_family: f64,
     /// Rivals that are distinguished, the nearest first.
     pub rivals: Vec<Rival>,
+}
+
+impl Finding {
+    /// What is stated of the effect: the values of its parameters, and the number made of them.
+    pub fn stated(&self) -> impl Iterator<Item = (&ParameterSpec, &EstimatedValue)> {
+        let law = &self.effect.law;
+        let made = law.combination.as_ref().zip(self.combination.as_ref());
+        let made = made.map(|(combination, value)| (&combination.spec, value));
+        law.parameters.iter().zip(&self.values).chain(made)
+    }
 }
 
 /// A place where the baseline fails.

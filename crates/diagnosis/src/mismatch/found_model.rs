@@ -80,6 +80,7 @@ mod tests {
             |&value: &f64| EstimatedValue::of_covariance(value, (Some(0.1 * value.abs()), 300.0));
         Finding {
             values: effect.values.iter().map(value).collect(),
+            combination: None,
             effect,
             grade: VerdictGrade::Is,
             shares: MisfitShares::default(),

@@ -54,6 +54,38 @@ fn settings() -> LeastSquaresSettings {
     }
 }
 
+/// What of the last effect is followed.
+#[derive(Clone, Copy)]
+pub(super) enum Followed<'f> {
+    /// One of its values, as a fit moves it.
+    Value(usize),
+    /// A number made of its values.
+    Made(MadeOfValues<'f>),
+}
+
+/// A number made of the values of an effect, in proportion to one of them.
+#[derive(Clone, Copy)]
+pub(super) struct MadeOfValues<'f> {
+    pub(super) of: &'f (dyn Fn(&Effect) -> f64 + Sync),
+    /// The value that it is in proportion to, as a fit moves it.
+    pub(super) value: usize,
+}
+
+impl MadeOfValues<'_> {
+    /// Gives an effect the value that makes the number this one, and says how much of it a value of one makes.
+    fn put(&self, effect: &mut Effect, number: f64) -> f64 {
+        let mut moved: Vec<f64> = moved_values(effect).collect();
+        let mut put = |value: f64| {
+            moved[self.value] = value;
+            put_values(std::slice::from_mut(effect), &moved);
+            (self.of)(effect)
+        };
+        let of_one = put(1.0);
+        put(number / of_one);
+        of_one
+    }
+}
+
 /// Readings used by a fit: those where `weight` is not zero (held-out readings have none).
 #[derive(Clone, Copy)]
 pub(super) struct WeightedFit<'a> {
@@ -121,32 +153,71 @@ impl WeightedFit<'_> {
         })
     }
 
-    /// Values of the last effect at which the weighted squares, all else refitted, rise by at most `rise` over their least: the ends of one value,
-    /// and all values at the points between; `None` where they cannot be followed at all.
-    ///
-    /// # Arguments
-    /// - `value`: its place among those of the effect.
+    /// Values of the last effect at which the weighted squares, all else refitted, rise by at most `rise` over their least: the ends of what is
+    /// followed, and the effect at the points between; `None` where it cannot be followed at all.
     pub(super) fn profile_of_last(
         &self,
         predictor: &mut ReadingPredictor<'_>,
         model: &Model,
-        value: usize,
+        followed: Followed<'_>,
         rise: f64,
-    ) -> Option<([ProfileEnd; 2], Vec<Vec<f64>>)> {
+    ) -> Option<([ProfileEnd; 2], Vec<Effect>)> {
         let mut problem = FitResiduals::new(self, predictor, model);
         let set = self.parameter_set(model, |_| true).ok()?;
-        let fit = minimise(&mut problem, &set, &settings()).ok()?;
-        let of_last = model.effects.last()?.values.len();
-        let first = set.parameters().len() - of_last;
+        let mut fit = minimise(&mut problem, &set, &settings()).ok()?;
+        let last = model.effects.last()?;
+        let first = set.parameters().len() - last.values.len();
         // A three-hundredth of a half-length is less than an interval is read to.
-        let settings = ProfileSettings {
+        let follow = ProfileSettings {
             refits: settings(),
             tolerance: 3e-3,
             max_refits: 20,
         };
-        let found = profile(&mut problem, &set, &fit, first + value, rise, &settings).ok()?;
-        let inside = found.inside.iter().map(|all| all[first..].to_vec());
+        let at = |moved: &[f64]| {
+            let mut effect = [last.clone()];
+            put_values(&mut effect, &moved[first..]);
+            let [effect] = effect;
+            effect
+        };
+        let (place, set) = match followed {
+            Followed::Value(value) => (first + value, set),
+            Followed::Made(made) => {
+                let [low, high] = self.bounds_of(last, made.of);
+                let number = (made.of)(&at(&fit.values)).clamp(low, high);
+                let place = first + made.value;
+                let mut parameters = set.with_start(&fit.free_values).ok()?.parameters().to_vec();
+                parameters[place] = Parameter::free("made", number, low, high);
+                problem.made = Some(made);
+                let set = ParameterSet::new(parameters).ok()?;
+                fit = minimise(&mut problem, &set, &settings()).ok()?;
+                (place, set)
+            }
+        };
+        let found = profile(&mut problem, &set, &fit, place, rise, &follow).ok()?;
+        let inside = found.inside.iter().map(|all| {
+            let mut effect = at(all);
+            if let Some(made) = problem.made {
+                made.put(&mut effect, all[place]);
+            }
+            effect
+        });
         Some(([found.lower, found.upper], inside.collect()))
+    }
+
+    /// Least and largest number that plausible values of an effect make.
+    fn bounds_of(&self, effect: &Effect, of: &dyn Fn(&Effect) -> f64) -> [f64; 2] {
+        let bounds = self.scales.bounds(effect);
+        let corners = (0..1_usize << bounds.len()).map(|corner| {
+            let moved = bounds.iter().enumerate();
+            let moved = moved.map(|(value, ends)| ends[corner >> value & 1]);
+            let mut effect = [effect.clone()];
+            put_values(&mut effect, &moved.collect::<Vec<f64>>());
+            of(&effect[0])
+        });
+        let corners = corners.chain([of(effect)]).filter(|made| made.is_finite());
+        corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], made| {
+            [low.min(made), high.max(made)]
+        })
     }
 
     fn parameter_set(
@@ -289,6 +360,8 @@ fn step_on(effect: &mut Effect, value: usize) -> f64 {
 
 struct FitResiduals<'r, 'a, 'p> {
     refit: &'r WeightedFit<'a>,
+    /// What is moved in place of a value of the last effect, if anything.
+    made: Option<MadeOfValues<'r>>,
     predictor: &'r mut ReadingPredictor<'p>,
     effects: Vec<Effect>,
     scratch: Vec<f64>,
@@ -305,6 +378,7 @@ impl<'r, 'a, 'p> FitResiduals<'r, 'a, 'p> {
         let (rows, parameters) = (refit.observations.len(), refit.baseline.parameters().len());
         Self {
             refit,
+            made: None,
             predictor,
             effects: start.effects.clone(),
             scratch: vec![0.0; rows],
@@ -333,6 +407,14 @@ impl ResidualFunction for FitResiduals<'_, '_, '_> {
         let count = self.refit.baseline.parameters().len();
         let (of_baseline, of_effects) = parameters.split_at(count);
         put_values(&mut self.effects, of_effects);
+        if let Some(made) = self.made
+            && let Some(last) = self.effects.last_mut()
+        {
+            let number = of_effects[of_effects.len() - last.values.len() + made.value];
+            if !made.put(last, number).is_normal() {
+                return Err(EvaluationFailure::of_model(NoStructure));
+            }
+        }
         let n = self.scratch.len();
         let there = self
             .predictor
@@ -388,11 +470,20 @@ impl FitResiduals<'_, '_, '_> {
     ) -> Result<(), EvaluationFailure> {
         let mut parameter = count;
         for effect in 0..self.effects.len() {
+            let made = self.made.filter(|_| effect + 1 == self.effects.len());
             for value in 0..self.effects[effect].values.len() {
                 if let Some(out) = jacobian.column_mut(parameter) {
                     let own = &mut self.effects[effect];
                     let before = own.values.clone();
-                    let step = step_on(own, value);
+                    let number = made.map_or(0.0, |made| (made.of)(own));
+                    let mut step = step_on(own, value);
+                    match made {
+                        Some(made) if made.value == value => step = (made.of)(own) - number,
+                        Some(made) => {
+                            made.put(own, number);
+                        }
+                        None => {}
+                    }
                     self.predictor
                         .predict(of_baseline, &self.effects, &mut self.shifted)
                         .map_err(EvaluationFailure::of_model)?;
@@ -465,5 +556,20 @@ mod tests {
     fn without_a_linear_term_the_ratio_has_no_derivative() {
         let mut effect = nonlinear([0.0, 0.0]);
         assert!(step_on(&mut effect, 1).is_infinite());
+    }
+
+    #[test]
+    fn a_number_made_of_values_is_held_while_others_move() {
+        let quadratic = |effect: &Effect| effect.values[1];
+        let made = MadeOfValues {
+            of: &quadratic,
+            value: 1,
+        };
+        let mut effect = nonlinear([2e-6, -6e-7]);
+        step_on(&mut effect, 0);
+        let linear = effect.values[0];
+        let of_one = made.put(&mut effect, -6e-7);
+        assert!((effect.values[1] + 6e-7).abs() < 1e-20 && effect.values[0] == linear);
+        assert!((of_one - linear).abs() < 1e-18);
     }
 }

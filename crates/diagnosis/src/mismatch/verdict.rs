@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, TestObject};
+use stiffbench_beams::physics::{Effect, TestObject, values_of};
 use stiffbench_numeric::least_squares::ProfileEnd;
 use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::count::counted;
@@ -19,6 +19,7 @@ use super::estimated_noise::NoiseBasis;
 use super::grade::{GradeBasis, VerdictGrade};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
+use super::refit::{Followed, MadeOfValues};
 use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
@@ -218,7 +219,7 @@ impl DiagnosisProblem<'_> {
         let ranked = &self.as_it_acts(found, place, &resolved.ranked[member])?;
         let model = &ranked.fitted.model;
         let last = model.effects.len() - 1;
-        let values = self.values(&found.after, ranked)?;
+        let (values, combination) = self.values(&found.after, ranked)?;
         let linearised = self
             .predictor()
             .linearised(&model.parameters, &model.effects)?;
@@ -256,6 +257,7 @@ impl DiagnosisProblem<'_> {
             at_bound: self.is_at_bound(&ranked.effect),
             spans_range: self.spans_range(&ranked.effect, values.first()),
             values,
+            combination,
             alternative_group,
             end_effect_m: end_effect,
             absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
@@ -311,9 +313,14 @@ impl DiagnosisProblem<'_> {
         })
     }
 
-    /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation and likelihood intervals.
-    fn values(&self, state: &State, ranked: &Ranked) -> Result<Vec<EstimatedValue>, MismatchError> {
-        let model = &ranked.fitted.model;
+    /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation and likelihood intervals; and the number made
+    /// of them that its law declares.
+    fn values(
+        &self,
+        state: &State,
+        ranked: &Ranked,
+    ) -> Result<(Vec<EstimatedValue>, Option<EstimatedValue>), MismatchError> {
+        let (model, law) = (&ranked.fitted.model, ranked.effect.law);
         let covariance = self.covariance(state, model)?;
         let independent = self.independent_values(state, &mut self.predictor(), model)?;
         // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
@@ -322,35 +329,50 @@ impl DiagnosisProblem<'_> {
         let dof = independent.unwrap_or(ranked.evidence.dof).max(2.0);
         let own = ranked.effect.values.len();
         let of_last = covariance[covariance.len() - own..].iter();
-        let values: Vec<EstimatedValue> = ranked
+        let linear = ranked
             .effect
             .values
             .iter()
             .zip(of_last)
-            .map(|(&value, (u, _))| {
-                EstimatedValue::of_covariance(value, (u.map(|u| u * wider), dof))
-            })
-            .collect();
-        let Some(t) = student_t_quantile(0.975, dof) else {
-            return Ok(values);
-        };
-        let (refit, rise) = (self.refit(&state.whitening), (t * wider).powi(2));
-        let profiles = (0..own).into_par_iter();
-        let profiles: Vec<_> = profiles
-            .map(|value| refit.profile_of_last(&mut self.predictor(), model, value, rise))
-            .collect();
-        let inside: Vec<&Vec<f64>> = profiles.iter().flatten().flat_map(|(_, all)| all).collect();
-        let specs = ranked.effect.law.parameters.iter();
-        let all = values.iter().zip(&profiles).zip(specs).enumerate();
-        Ok(all
-            .map(|(index, ((value, found), spec))| {
-                // A ratio is moved with the first value, and is not what is stated.
-                let ends = found.as_ref().filter(|_| !spec.is_ratio());
-                let inside = inside.iter().map(|all| all[index]);
-                let followed = ends.and_then(|(ends, _)| followed(value, ends, inside));
-                EstimatedValue { followed, ..*value }
-            })
-            .collect())
+            .map(|(value, (u, _))| {
+                EstimatedValue::of_covariance(*value, (u.map(|u| u * wider), dof))
+            });
+        let scales = self.scales();
+        let scale = scales.at(&ranked.effect.place);
+        let combination = law.combination.map(|combination| {
+            move |effect: &Effect| (combination.of)(&values_of(&effect.values), scale)
+        });
+        let made = combination
+            .iter()
+            .map(|of| EstimatedValue::of_covariance(of(&ranked.effect), (None, dof)));
+        let mut values: Vec<EstimatedValue> = linear.chain(made).collect();
+        if let Some(t) = student_t_quantile(0.975, dof) {
+            let (refit, rise) = (self.refit(&state.whitening), (t * wider).powi(2));
+            let stated = |place: usize, effect: &Effect| match &combination {
+                Some(of) if place == own => of(effect),
+                _ => effect.values[place],
+            };
+            let profile = |place: usize| {
+                let made = |effect: &Effect| stated(place, effect);
+                let made = |value: usize| Followed::Made(MadeOfValues { of: &made, value });
+                let followed = match law.parameters.get(place) {
+                    Some(spec) if !spec.is_ratio() => Followed::Value(place),
+                    // A ratio is moved with the first value, and is not what is stated.
+                    Some(_) => made(place),
+                    None => made(0),
+                };
+                refit.profile_of_last(&mut self.predictor(), model, followed, rise)
+            };
+            let profiles: Vec<_> = (0..values.len()).into_par_iter().map(profile).collect();
+            let inside: Vec<&Effect> = profiles.iter().flatten().flat_map(|(_, all)| all).collect();
+            for (place, (value, found)) in values.iter_mut().zip(&profiles).enumerate() {
+                let inside = inside.iter().map(|effect| stated(place, effect));
+                let ends = found.as_ref();
+                value.followed = ends.and_then(|(ends, _)| followed(value, ends, inside));
+            }
+        }
+        let made = combination.and_then(|_| values.pop());
+        Ok((values, made))
     }
 
     /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.

@@ -29,6 +29,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
+    combination: None,
     action: LawAction::Base,
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],

@@ -33,6 +33,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
+    combination: None,
     action: LawAction::Force(|&[w, ..], load| if load.is_unloaded { 0.0 } else { w }),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_either_sign(vec![VISIBLE_SHARE * scale.force_n])],

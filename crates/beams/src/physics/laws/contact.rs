@@ -5,7 +5,7 @@
 use super::preloaded_backlash::STEP;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Combination, LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::part::{ANSWER, FIGURE, SEARCH};
 use crate::physics::place::PlaceKind;
@@ -19,6 +19,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     place_kind: PlaceKind::Structure,
     parameters: &[ANSWER, FULL, POWER],
     contains: &[],
+    combination: None,
     action: LawAction::History(&ByForce),
     search: SearchSpec {
         shapes: |scale| {
@@ -105,6 +106,16 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
             ..FULL
         },
     ],
+    // Onset, power and size trade against each other where little was set beyond the onset.
+    combination: Some(Combination {
+        spec: ParameterSpec {
+            name: "at_end_of_travel",
+            word: "force at the end of travel",
+            sign: SignConstraint::Either,
+            ..ANSWER
+        },
+        of: |values, scale| force(values, values[1].signum() * scale.force_n),
+    }),
     action: LawAction::History(&ByDisplacement),
     search: SearchSpec {
         shapes,
@@ -139,13 +150,17 @@ impl HistoryLaw for ByForce {
     }
 }
 
+fn force(&[size, full, power, onset]: &Values, displacement: f64) -> f64 {
+    size * ((displacement - onset) / full).max(0.0).powf(power)
+}
+
 #[derive(Debug)]
 struct ByDisplacement;
 
 impl HistoryLaw for ByDisplacement {
-    fn answers(&self, &[size, full, power, onset]: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
+    fn answers(&self, values: &Values, path: DrivenPath<'_>, out: &mut [f64]) {
         for (answer, displacement) in out.iter_mut().zip(path.driver) {
-            *answer = size * ((displacement - onset) / full).max(0.0).powf(power);
+            *answer = force(values, *displacement);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
+use crate::physics::law::{Combination, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{
     OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
@@ -17,21 +17,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     equation: "displacement * (1 + k log10(1 + hold/t0))",
     place_kind: PlaceKind::Structure,
     parameters: &[
-        ParameterSpec {
-            name: "k",
-            word: "growth",
-            dimension: Dimension::PerDecade,
-            sign: SignConstraint::Positive,
-            plausible: PlausibleRange {
-                bounds: |_, _| [0.0, 0.3],
-                reason: "up to 30 % a decade of time: metals creep by less than 1 %, plastics by up to a third",
-            },
-            typical: Typical {
-                value: |_| 1e-7,
-                spread: 1.0,
-            },
-            fit: OF_A_SIZE,
-        },
+        GROWTH,
         ParameterSpec {
             name: "t0",
             word: "t0",
@@ -49,6 +35,16 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    // A large k with a late t0 makes the same of holds that are alike as a small one with an early t0.
+    combination: Some(Combination {
+        spec: ParameterSpec {
+            name: "growth_5_to_60_s",
+            word: "growth from 5 to 60 s under load",
+            dimension: Dimension::Share,
+            ..GROWTH
+        },
+        of: |&[k, t0, ..], _| k * (log_time(60.0, t0) - log_time(5.0, t0)),
+    }),
     action: LawAction::Growth(|&[k, t0, ..], load, _| k * log_time(load.hold_s, t0)),
     search: SearchSpec {
         shapes,
@@ -77,6 +73,22 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     },
     // Holds under load are the check, and any plan may have them.
     check: None,
+};
+
+const GROWTH: ParameterSpec = ParameterSpec {
+    name: "k",
+    word: "growth",
+    dimension: Dimension::PerDecade,
+    sign: SignConstraint::Positive,
+    plausible: PlausibleRange {
+        bounds: |_, _| [0.0, 0.3],
+        reason: "up to 30 % a decade of time: metals creep by less than 1 %, plastics by up to a third",
+    },
+    typical: Typical {
+        value: |_| 1e-7,
+        spread: 1.0,
+    },
+    fit: OF_A_SIZE,
 };
 
 /// Times from which creep is counted, s.

@@ -32,6 +32,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
+    combination: None,
     action: LawAction::Growth(|&[scale, ..], _, _| scale),
     search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],

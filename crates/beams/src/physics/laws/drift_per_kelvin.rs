@@ -31,6 +31,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
+    combination: None,
     action: LawAction::Added(|&[rate, ..], load| rate * load.warming_k),
     search: SearchSpec {
         shapes: |scale| {

@@ -16,6 +16,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     place_kind: PlaceKind::Clock,
     parameters: &[RATE],
     contains: &[],
+    combination: None,
     action: LawAction::Added(|&[rate, ..], load| rate * load.since_zero_s),
     search: SearchSpec {
         shapes: |scale| {
@@ -51,6 +52,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     equation: "displacement += rate (t - t of the first reading + zeroed_before)",
     parameters: &[RATE, ZEROED_BEFORE],
     contains: &["thermal-drift (time)"],
+    combination: None,
     action: LawAction::Added(|&[rate, zeroed_before_s, ..], load| rate * (load.since_zero_s + zeroed_before_s)),
     search: SearchSpec {
         shapes: |scale| {

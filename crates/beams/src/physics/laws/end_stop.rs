@@ -27,6 +27,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    combination: None,
     action: LawAction::History(&Stop { side: -1.0 }),
     search: SearchSpec {
         shapes,

@@ -74,6 +74,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    combination: None,
     action: LawAction::Gauge(&Periodic),
     search: SearchSpec {
         shapes: nominal,

@@ -30,6 +30,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
+    combination: None,
     action: LawAction::Added(|&[c, ..], load| c * load.force_n),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],

@@ -57,6 +57,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    combination: None,
     action: LawAction::Joint(&Backlash),
     search: SearchSpec {
         shapes,

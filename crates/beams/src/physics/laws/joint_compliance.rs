@@ -16,6 +16,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     place_kind: PlaceKind::Joint,
     parameters: &[COMPLIANCE],
     contains: &[],
+    combination: None,
     action: LawAction::Joint(&LinearRotation),
     search: SearchSpec {
         shapes: PlaceScale::compliances,

@@ -38,6 +38,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-compliance"],
+    combination: None,
     action: LawAction::Joint(&Friction),
     search: SearchSpec {
         shapes,

@@ -39,6 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-compliance"],
+    combination: None,
     action: LawAction::Joint(&Nonlinearity),
     search: SearchSpec {
         shapes,

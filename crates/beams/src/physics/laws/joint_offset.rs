@@ -33,6 +33,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
+    combination: None,
     action: LawAction::Structure,
     search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],

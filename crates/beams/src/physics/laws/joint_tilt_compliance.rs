@@ -30,6 +30,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
+    combination: None,
     action: LawAction::Structure,
     search: SearchSpec {
         shapes: PlaceScale::compliances,

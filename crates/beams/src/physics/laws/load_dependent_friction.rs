@@ -50,6 +50,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         GROWTH,
     ],
     contains: &["joint-friction (of a part)"],
+    combination: None,
     action: LawAction::History(&GrowingFriction::ByForce),
     search: SearchSpec {
         shapes: |scale| {
@@ -97,6 +98,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-friction (force read)"],
+    combination: None,
     action: LawAction::History(&GrowingFriction::ByDisplacement),
     search: SearchSpec {
         shapes: by_displacement,

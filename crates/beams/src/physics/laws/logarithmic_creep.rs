@@ -5,7 +5,7 @@
 
 use super::relaxation::{self, delayed};
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
-use crate::physics::law::{LawDefinition, LawKind, LawWording};
+use crate::physics::law::{Combination, LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::ParameterSpec;
 use crate::physics::part::{OVER_TIME, SLOPE, TIME_CONSTANT};
 use crate::physics::place::PlaceKind;
@@ -26,6 +26,15 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         TIME_CONSTANT,
     ],
     contains: &[],
+    // Later times with more a decade make the same of a short record.
+    combination: Some(Combination {
+        spec: ParameterSpec {
+            name: "growth_5_to_60_s",
+            word: "growth from 5 to 60 s after a step, per unit of it",
+            ..SLOPE
+        },
+        of: |values, _| growth(values),
+    }),
     action: LawAction::History(&Decades { side: 1.0 }),
     search: relaxation::LAW.search,
     figure: OVER_TIME,
@@ -63,6 +72,15 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
 
 /// Retardation times: two a decade.
 const TIMES: usize = 10;
+
+/// What a unit step is answered with from 5 to 60 s after it.
+fn growth(&[slope, tau, ..]: &Values) -> f64 {
+    let after = |time_s: f64| -> f64 {
+        let taus = (0..TIMES).map(|i| tau * 10_f64.powf(0.5 * i as f64));
+        taus.map(|tau| -(-time_s / tau).exp_m1()).sum()
+    };
+    0.5 * slope * (after(60.0) - after(5.0))
+}
 
 #[derive(Debug)]
 struct Decades {

@@ -14,6 +14,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     place_kind: PlaceKind::Element,
     parameters: &[],
     contains: &[],
+    combination: None,
     action: LawAction::Missing,
     search: SearchSpec {
         // It has no size: each structure without an element is solved.

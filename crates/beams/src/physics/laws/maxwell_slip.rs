@@ -30,6 +30,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-friction (of a part)"],
+    combination: None,
     action: LawAction::History(&Sliders::ByForce),
     search: SearchSpec {
         shapes: |scale| at_levels(scale, 1e-3 * mean_slope(scale)),
@@ -63,6 +64,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-friction (force read)"],
+    combination: None,
     action: LawAction::History(&Sliders::ByDisplacement),
     search: SearchSpec {
         shapes: |scale| at_levels(scale, 1e-6),

@@ -51,6 +51,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    combination: None,
     action: LawAction::History(&OddPowers),
     search: SearchSpec {
         shapes,

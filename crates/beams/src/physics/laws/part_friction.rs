@@ -28,6 +28,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    combination: None,
     // Friction that does not grow with the load.
     action: LawAction::History(&GrowingFriction::ByForce),
     search: SearchSpec {

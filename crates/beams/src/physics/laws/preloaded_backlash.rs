@@ -29,6 +29,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    combination: None,
     action: LawAction::History(&Play::ByForce),
     search: SearchSpec {
         shapes: |scale| shapes(scale, 1e-6),
@@ -67,6 +68,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-backlash (force read)"],
+    combination: None,
     action: LawAction::History(&Play::ByDisplacement),
     search: SearchSpec {
         shapes: |scale| shapes(scale, 1e-3 * mean_slope(scale)),

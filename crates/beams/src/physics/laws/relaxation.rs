@@ -24,6 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         TIME_CONSTANT,
     ],
     contains: &[],
+    combination: None,
     action: LawAction::History(&LinearSolid::ByForce),
     search: SearchSpec {
         shapes: |scale| at_times(scale, 1e-3 * mean_slope(scale)),

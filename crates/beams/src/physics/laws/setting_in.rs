@@ -50,6 +50,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
+    combination: None,
     action: LawAction::Growth(|&[k, decay, ..], _, repeat| {
         k * (-(f64::from(repeat) - 1.0) / decay).exp()
     }),

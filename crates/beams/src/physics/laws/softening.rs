@@ -21,6 +21,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         ..SLOPE
     }],
     contains: &[],
+    combination: None,
     action: LawAction::History(&Softer { side: 1.0 }),
     search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![1e-3 * mean_slope(scale)])],

@@ -48,7 +48,7 @@ fn laws_of_one_name_differ_in_place_or_unit_and_rows_are_unique() {
 }
 
 #[test]
-fn every_shape_and_every_typical_value_is_plausible() {
+fn shapes_are_plausible_and_combinations_in_proportion_to_their_first_value() {
     let scale = crate::physics::PlaceScale {
         force_n: 70.0,
         displacement_m: 1e-3,
@@ -85,6 +85,14 @@ fn every_shape_and_every_typical_value_is_plausible() {
                         "{law} {} = {value}: {low} to {high}",
                         parameter.name
                     );
+                }
+                if let Some(combination) = law.combination {
+                    let number = |share: f64| {
+                        let values = [&[share * shape.values[0]], &shape.values[1..]].concat();
+                        (combination.of)(&crate::physics::values_of(&values), &scale)
+                    };
+                    let [one, two] = [number(1.0), number(2.0)];
+                    assert!(one.is_finite() && (two - 2.0 * one).abs() <= 1e-12 * one.abs());
                 }
             }
         }

@@ -52,6 +52,7 @@ const OF_THE_TOOL: LawDefinition = LawDefinition {
     place_kind: PlaceKind::ToolAbout,
     parameters: &[],
     contains: &[],
+    combination: None,
     action: LawAction::Structure,
     search: SearchSpec {
         shapes: PlaceScale::compliances,

@@ -25,6 +25,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         TIME_CONSTANT,
     ],
     contains: &[],
+    combination: None,
     action: LawAction::History(&WarmingUp),
     search: SearchSpec {
         shapes: |scale| {

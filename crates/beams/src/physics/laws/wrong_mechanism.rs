@@ -14,6 +14,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     place_kind: PlaceKind::Mechanism,
     parameters: &[],
     contains: &[],
+    combination: None,
     action: LawAction::Mechanism,
     search: SearchSpec {
         // It has no size: each mechanism is solved.

@@ -417,6 +417,7 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
         grade: VerdictGrade::Is,
         shares: MisfitShares::default(),
         values: Vec::new(),
+        combination: None,
         at_bound: false,
         spans_range: false,
         alternative_group: group,
