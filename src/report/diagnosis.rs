@@ -15,7 +15,7 @@ mod tables;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{EstimatedValue, FactorChange, Impossible, LawCriticalValues, ReadingTrace};
-use crate::physics::{Effect, FileLine, Law, ParameterSpec, SignConstraint};
+use crate::physics::{Effect, FileLine, Law};
 use crate::search::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
@@ -33,15 +33,6 @@ pub use summary::{
     FindingReport, FittedParameter, IntervalEnd, QualityReport, RejectedLaw, RivalReport, Strata,
     UnexplainedReport, UntestedContrast,
 };
-
-/// The 95 % interval of a value of a law; where physics forbids negative values it ends at zero.
-pub(super) fn value_interval(spec: &ParameterSpec, value: &EstimatedValue) -> Option<[f64; 2]> {
-    let [low, high] = value.interval_95()?;
-    Some(match spec.sign {
-        SignConstraint::Positive | SignConstraint::AboveZero => [low.max(0.0), high.max(0.0)],
-        SignConstraint::Either => [low, high],
-    })
-}
 
 impl DiagnosisReport {
     /// The line of the robot file that a finding accuses.

@@ -15,8 +15,8 @@ use crate::physics::ParameterSpec;
 use crate::specimen::SpecimenTable;
 use crate::table_files::FileLayout;
 
-use super::diagnosis::{FittedParameter, IntervalEnd, RivalReport, STEPPED, value_interval};
-use super::text::{open_interval, share_of_tables, significant, table_of, unit_behind};
+use super::diagnosis::{FittedParameter, RivalReport, STEPPED};
+use super::text::{share_of_tables, significant, table_of, unit_behind};
 
 /// What a table without times costs.
 const NO_CLOCK: &str = "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.\n";
@@ -223,7 +223,7 @@ fn parameter(
     fitted: &EstimatedValue,
 ) -> SpecimenParameter {
     let unit = units.of(spec);
-    let interval = value_interval(spec, fitted);
+    let interval = fitted.interval_95();
     let in_table = interval.map(|ends| ends.map(|end| unit.in_table(end)));
     let value = unit.in_table(fitted.value);
     let si = SiValue::new(&unit, fitted.value, interval);
@@ -347,11 +347,6 @@ impl SpecimenSummary {
     }
 
     fn findings_table(&self) -> String {
-        let interval = |fitted: &FittedParameter| {
-            let is_open = [IntervalEnd::Lower, IntervalEnd::Upper];
-            let is_open = is_open.map(|end| fitted.open_ends.contains(&end));
-            open_interval(fitted.ci95, is_open, 5)
-        };
         let rows = self.findings.iter().flat_map(|finding| {
             let parameters = finding.parameters.iter().chain(&finding.combination);
             parameters.map(move |(name, one)| (finding, name, &one.fitted))
@@ -362,7 +357,7 @@ impl SpecimenSummary {
                 ("law", &|(finding, ..)| finding.law.to_string()),
                 ("parameter", &|(_, name, _)| (**name).to_owned()),
                 ("value", &|(.., fitted)| significant(fitted.value, 6)),
-                ("95 % interval", &|(.., fitted)| interval(fitted)),
+                ("95 % interval", &|(.., fitted)| fitted.interval_in_words(5)),
                 ("unit", &|(.., fitted)| fitted.unit.clone()),
                 ("log Bayes factor", &|(finding, ..)| {
                     format!("{:.1}", finding.log_bayes_factor)

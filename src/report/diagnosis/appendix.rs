@@ -9,7 +9,6 @@ use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
 use super::phrases::{listed, paragraph, um};
-use super::value_interval;
 use crate::analysis::DiagnosisReport;
 use crate::count::counted;
 
@@ -117,7 +116,7 @@ fn findings(findings: &[Finding]) -> String {
             .stated()
             .map(|(spec, value)| {
                 let (factor, unit) = spec.dimension.printed(value.value);
-                let interval = value_interval(spec, value).map(|e| e.map(|x| factor * x));
+                let interval = value.interval_95().map(|e| e.map(|x| factor * x));
                 [
                     spec.name.to_owned(),
                     significant(factor * value.value, 4),

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{KnownEffect, LawAtPlace};
-use crate::report::{AlignedTable, significant, text::interval};
+use crate::report::{AlignedTable, significant};
 
 use super::page::head;
 use super::phrases::paragraph;
@@ -73,7 +73,7 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> String {
                 format!("{parameter}, {}", value.after.unit),
                 significant(value.given, 4),
                 significant(value.after.value, 4),
-                interval(value.after.ci95, 3),
+                value.after.interval_in_words(3),
             ]);
         }
     }

@@ -17,7 +17,7 @@ use super::phrases::{
 };
 use super::sessions::sessions;
 use super::tables::{errors, factors, upper_limits};
-use super::{check, least_law_p, value_interval};
+use super::{check, least_law_p};
 use crate::analysis::DiagnosisReport;
 
 /// Parts of the structure that look alike and are named beside the first.
@@ -270,7 +270,7 @@ fn described(finding: &Finding, with_law: bool) -> String {
     }
     for (spec, value) in finding.stated() {
         let (factor, unit) = spec.dimension.printed(value.value);
-        let interval = value_interval(spec, value).map(|ends| ends.map(|end| factor * end));
+        let interval = value.interval_95().map(|ends| ends.map(|end| factor * end));
         let is_open = value.is_open();
         let words = open_interval(interval, is_open, 3);
         let interval = match (interval, is_open) {

@@ -15,7 +15,7 @@ use crate::mismatch::{
     Stratum, StratumTest, Verdict, VerdictGrade,
 };
 use crate::physics::{FileLine, Law, ParameterSpec};
-use crate::report::{SpecimenSummary, micro};
+use crate::report::{SpecimenSummary, micro, text::open_interval};
 use crate::test_point::{Direction, PoseId};
 
 use super::answer::FindingKind;
@@ -25,7 +25,7 @@ use super::known_effects::KnownEffectReport;
 use super::noise::NoiseReport;
 use super::page::headline;
 use super::sessions::SessionReport;
-use super::{check, factor_value, phrases, value_interval};
+use super::{check, factor_value, phrases};
 
 /// What `diagnose` gives: of sessions and load cases, or of a table without a robot.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -414,7 +414,7 @@ impl FittedParameter {
     /// A value of a law.
     #[must_use]
     pub fn of_law(spec: &ParameterSpec, value: &EstimatedValue) -> Self {
-        let interval = value_interval(spec, value);
+        let interval = value.interval_95();
         Self::new(value.value, spec.unit().to_owned(), interval, STEPPED).with_open_ends(value)
     }
 
@@ -426,6 +426,13 @@ impl FittedParameter {
             open_ends: open.map(|(end, _)| end).collect(),
             ..self
         }
+    }
+
+    /// Its interval in words.
+    pub(in crate::report) fn interval_in_words(&self, digits: usize) -> String {
+        let ends = [IntervalEnd::Lower, IntervalEnd::Upper];
+        let is_open = ends.map(|end| self.open_ends.contains(&end));
+        open_interval(self.ci95, is_open, digits)
     }
 
     /// A value with its interval, or the reason why there is none.
@@ -506,7 +513,7 @@ impl FactorChangeReport {
         let [before, after] = [&factor.before, &factor.after].map(|fitted| {
             let (value, interval) = factor_value(factor, fitted);
             let reason = "the data do not determine this factor";
-            FittedParameter::new(value, unit.to_owned(), interval, reason)
+            FittedParameter::new(value, unit.to_owned(), interval, reason).with_open_ends(fitted)
         });
         let change_percent = match factor.spring_rad_per_nm {
             None => Some(100.0 * (factor.after.value - factor.before.value).exp_m1()),

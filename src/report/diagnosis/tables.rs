@@ -2,7 +2,7 @@
 
 use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
-use crate::report::text::{AlignedTable, TextColumn, interval, significant, table_of, with_unit};
+use crate::report::text::{AlignedTable, TextColumn, significant, table_of, with_unit};
 
 use super::page::head;
 use super::phrases::{paragraph, um};
@@ -43,7 +43,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
         ("without", &|one| significant(one.before.value, 4)),
         ("with", &|one| significant(one.after.value, 4)),
         ("change", &change),
-        ("95 % interval", &|one| interval(one.after.ci95, 4)),
+        ("95 % interval", &|one| one.after.interval_in_words(4)),
         ("determined", &determined),
     ];
     if !found {

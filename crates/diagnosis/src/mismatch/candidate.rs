@@ -57,7 +57,7 @@ fn plausible_bounds(law: Law, scale: &PlaceScale, values: &[f64]) -> Vec<[f64; 2
 }
 
 /// Scales of all places of a session, by which every fit is bounded.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct PlaceScales {
     session: PlaceScale,
     places: Vec<(Place, PlaceScale)>,

@@ -5,7 +5,6 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiffbench_beams::physics::{Effect, Law, ParameterSpec, Place};
-use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -15,6 +14,7 @@ use super::grade::VerdictGrade;
 use super::noise::ReadingNoise;
 use super::omnibus::Omnibus;
 use super::shares::{MisfitShares, MisfitSteps};
+use super::stated_values::EstimatedValue;
 use super::stratum::Stratum;
 
 /// What is to be said of a session.
@@ -37,58 +37,6 @@ pub enum Verdict {
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)
-    }
-}
-
-/// A value with its standard uncertainty.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EstimatedValue {
-    /// The value, SI.
-    pub value: f64,
-    /// Its standard uncertainty, SI; `None` where the readings change by steps and a derivative carries no information.
-    pub u: Option<f64>,
-    /// Degrees of freedom of that uncertainty.
-    pub dof: f64,
-    /// Its 95 % likelihood interval, where it was followed.
-    pub followed: Option<FollowedInterval>,
-}
-
-/// All values that readings allow: those at which the weighted squares, all other values refitted, rise by at most F(0.95; 1, dof).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FollowedInterval {
-    /// Its ends, SI.
-    pub ends: [f64; 2],
-    /// Whether an end is the bound of what is plausible, which the readings do not reach.
-    pub is_open: [bool; 2],
-}
-
-impl EstimatedValue {
-    /// A value with its standard uncertainty and the degrees of freedom of that.
-    #[must_use]
-    pub fn of_covariance(value: f64, (u, dof): (Option<f64>, f64)) -> Self {
-        Self {
-            value,
-            u,
-            dof,
-            followed: None,
-        }
-    }
-
-    /// Whether an end of the interval is the bound of what is plausible.
-    #[must_use]
-    pub fn is_open(&self) -> [bool; 2] {
-        self.followed.map_or([false; 2], |found| found.is_open)
-    }
-
-    /// 95 % interval: that of the likelihood, else Student's t with the degrees of freedom of the noise.
-    #[must_use]
-    pub fn interval_95(&self) -> Option<[f64; 2]> {
-        if let Some(followed) = &self.followed {
-            return Some(followed.ends);
-        }
-        let t = student_t_quantile(0.975, self.dof)?;
-        let u = self.u?;
-        Some([self.value - t * u, self.value + t * u])
     }
 }
 

@@ -3,7 +3,8 @@
 use stiffbench_beams::physics::{Effect, FoundEffect, ModelFile, ParameterUncertainty, Provenance};
 use stiffbench_beams::robot::FittingFactors;
 
-use super::diagnosis::{Diagnosis, EstimatedValue, Finding};
+use super::diagnosis::{Diagnosis, Finding};
+use super::stated_values::EstimatedValue;
 
 impl Diagnosis {
     /// The final model as a file holds it: factors, the effects that act, and the alternatives that these data do not distinguish from them.

@@ -1,12 +1,15 @@
 //! Physics that is known before the search: part of every model, its values fitted again.
 
-use super::diagnosis::{EstimatedValue, KnownEffect};
+use stiffbench_beams::physics::Effect;
+
+use super::diagnosis::KnownEffect;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::problem::DiagnosisProblem;
 use super::ranking::kinked;
-use super::search::{SearchOptions, SearchResult};
+use super::search::SearchOptions;
 use super::state::State;
+use super::stated_values::EstimatedValue;
 
 impl DiagnosisProblem<'_> {
     /// The model that the search starts from, fitted. Of known effects that bend or jump at some load it is searched where.
@@ -35,38 +38,27 @@ impl DiagnosisProblem<'_> {
     }
 
     /// What became of the physics that was known beforehand.
+    ///
+    /// # Arguments
+    /// - What is stated of it without and with what was found, one effect after the other.
     pub(super) fn known_effects(
         &self,
-        found: &SearchResult,
-    ) -> Result<Vec<KnownEffect>, MismatchError> {
-        if self.known_effects.is_empty() {
-            return Ok(Vec::new());
-        }
-        let parameters = self.baseline.parameters().len();
-        let values = |state: &State| -> Result<Vec<Vec<EstimatedValue>>, MismatchError> {
-            let model = &state.fitted.model;
-            let mut uncertainties = self.covariance(state, model)?.into_iter().skip(parameters);
-            let known = &model.effects[..self.known_effects.len()];
-            Ok(known
-                .iter()
-                .map(|effect| {
-                    let own = effect.values.iter().zip(uncertainties.by_ref());
-                    own.map(|(&value, (u, dof))| EstimatedValue::of_covariance(value, (u, dof)))
-                        .collect()
-                })
-                .collect())
-        };
-        let (before, after) = (values(&found.before)?, values(&found.after)?);
-        let both = before.into_iter().zip(after);
-        Ok(self
-            .known_effects
-            .iter()
-            .zip(both)
-            .map(|(given, (before, after))| KnownEffect {
+        [mut before, mut after]: [&[EstimatedValue]; 2],
+    ) -> Vec<KnownEffect> {
+        let known = self.known_effects.iter();
+        let effect = |given: &Effect| {
+            let values = given.values.len();
+            let own = |all: &mut &[EstimatedValue]| {
+                let own;
+                (own, *all) = all.split_at(values);
+                own.to_vec()
+            };
+            KnownEffect {
                 given: given.clone(),
-                before,
-                after,
-            })
-            .collect())
+                before: own(&mut before),
+                after: own(&mut after),
+            }
+        };
+        known.map(effect).collect()
     }
 }

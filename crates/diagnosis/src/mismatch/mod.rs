@@ -65,6 +65,7 @@ mod sharpness;
 mod specimen;
 mod stand_ins;
 mod state;
+mod stated_values;
 mod strata;
 mod stratum;
 mod tails;
@@ -89,8 +90,8 @@ pub use design::{
     USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
-    DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, FollowedInterval, HeldOut,
-    Impossible, KnownEffect, Location, Quality, Rival, Verdict,
+    DetectionLimit, Diagnosis, FactorChange, Finding, HeldOut, Impossible, KnownEffect, Location,
+    Quality, Rival, Verdict,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
@@ -122,6 +123,7 @@ pub use robot_baseline::RobotBaseline;
 pub use search::SearchOptions;
 pub use shares::{MisfitShares, MisfitSteps};
 pub use specimen::{SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench, test_object};
+pub use stated_values::{EstimatedValue, ValueInterval};
 pub use strata::{
     Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,
     SuspectComponent, Untested, locate,

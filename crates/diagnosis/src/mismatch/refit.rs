@@ -2,8 +2,8 @@
 
 use stiffbench_beams::physics::{Effect, FitBy, ParameterSpec, Place};
 use stiffbench_numeric::least_squares::{
-    EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet, ProfileEnd,
-    ProfileSettings, ResidualFunction, minimise, profile,
+    EvaluationFailure, JacobianView, LeastSquaresFit, LeastSquaresSettings, Parameter,
+    ParameterRole, ParameterSet, ProfileEnd, ProfileSettings, ResidualFunction, minimise, profile,
 };
 
 use super::baseline::Baseline;
@@ -13,6 +13,7 @@ use super::error::MismatchError;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
+use super::stated_values::Stated;
 
 /// A model of the readings: values of the baseline's parameters, and effects.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +36,33 @@ impl Model {
         rest.effects.remove(effect);
         rest
     }
+
+    /// The same with other values, as a fit moves them.
+    fn with_moved(&self, values: &[f64]) -> Self {
+        let (parameters, of_effects) = values.split_at(self.parameters.len());
+        let mut effects = self.effects.clone();
+        put_values(&mut effects, of_effects);
+        Self {
+            parameters: parameters.to_vec(),
+            effects,
+        }
+    }
+}
+
+/// What of a model lies within a rise of the weighted squares.
+pub(super) struct ValueProfile {
+    /// Ends of what is stated.
+    pub(super) ends: [ProfileEnd; 2],
+    /// Its bounds.
+    pub(super) bounds: [f64; 2],
+    /// Models between them.
+    pub(super) inside: Vec<Model>,
+}
+
+/// Where the weighted squares of a model are least.
+pub(super) struct LowestPoint {
+    set: ParameterSet,
+    fit: LeastSquaresFit,
 }
 
 /// A model fitted to the readings.
@@ -51,38 +79,6 @@ fn settings() -> LeastSquaresSettings {
         max_evaluations: 40,
         negligible_reduction: 1e-3,
         ..LeastSquaresSettings::for_refits()
-    }
-}
-
-/// What of the last effect is followed.
-#[derive(Clone, Copy)]
-pub(super) enum Followed<'f> {
-    /// One of its values, as a fit moves it.
-    Value(usize),
-    /// A number made of its values.
-    Made(MadeOfValues<'f>),
-}
-
-/// A number made of the values of an effect, in proportion to one of them.
-#[derive(Clone, Copy)]
-pub(super) struct MadeOfValues<'f> {
-    pub(super) of: &'f (dyn Fn(&Effect) -> f64 + Sync),
-    /// The value that it is in proportion to, as a fit moves it.
-    pub(super) value: usize,
-}
-
-impl MadeOfValues<'_> {
-    /// Gives an effect the value that makes the number this one, and says how much of it a value of one makes.
-    fn put(&self, effect: &mut Effect, number: f64) -> f64 {
-        let mut moved: Vec<f64> = moved_values(effect).collect();
-        let mut put = |value: f64| {
-            moved[self.value] = value;
-            put_values(std::slice::from_mut(effect), &moved);
-            (self.of)(effect)
-        };
-        let of_one = put(1.0);
-        put(number / of_one);
-        of_one
     }
 }
 
@@ -141,80 +137,89 @@ impl WeightedFit<'_> {
         let mut problem = FitResiduals::new(self, predictor, start);
         let set = self.parameter_set(start, ParameterSpec::is_smooth).ok()?;
         let fit = minimise(&mut problem, &set, &settings()).ok()?;
-        let parameters = self.baseline.parameters().len();
-        let mut effects = start.effects.clone();
-        put_values(&mut effects, &fit.values[parameters..]);
         Some(FittedModel {
-            model: Model {
-                parameters: fit.values[..parameters].to_vec(),
-                effects,
-            },
+            model: start.with_moved(&fit.values),
             squares: fit.sum_of_squares(),
         })
     }
 
-    /// Values of the last effect at which the weighted squares, all else refitted, rise by at most `rise` over their least: the ends of what is
-    /// followed, and the effect at the points between; `None` where it cannot be followed at all.
-    pub(super) fn profile_of_last(
+    /// The lowest point about a model, from which profiles go out; every value moves.
+    pub(super) fn lowest(
         &self,
         predictor: &mut ReadingPredictor<'_>,
         model: &Model,
-        followed: Followed<'_>,
-        rise: f64,
-    ) -> Option<([ProfileEnd; 2], Vec<Effect>)> {
-        let mut problem = FitResiduals::new(self, predictor, model);
+    ) -> Option<LowestPoint> {
         let set = self.parameter_set(model, |_| true).ok()?;
-        let mut fit = minimise(&mut problem, &set, &settings()).ok()?;
-        let last = model.effects.last()?;
-        let first = set.parameters().len() - last.values.len();
+        let mut problem = FitResiduals::new(self, predictor, model);
+        let fit = minimise(&mut problem, &set, &settings()).ok()?;
+        Some(LowestPoint { set, fit })
+    }
+
+    /// The models at which the weighted squares, all but what is stated refitted, rise by at most `rise` over their least; `None` where it cannot be
+    /// followed at all.
+    pub(super) fn profile(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        (model, lowest): (&Model, &LowestPoint),
+        stated: Stated,
+        rise: f64,
+    ) -> Option<ValueProfile> {
         // A three-hundredth of a half-length is less than an interval is read to.
         let follow = ProfileSettings {
             refits: settings(),
             tolerance: 3e-3,
             max_refits: 20,
         };
-        let at = |moved: &[f64]| {
-            let mut effect = [last.clone()];
-            put_values(&mut effect, &moved[first..]);
-            let [effect] = effect;
-            effect
-        };
-        let (place, set) = match followed {
-            Followed::Value(value) => (first + value, set),
-            Followed::Made(made) => {
-                let [low, high] = self.bounds_of(last, made.of);
-                let number = (made.of)(&at(&fit.values)).clamp(low, high);
-                let place = first + made.value;
-                let mut parameters = set.with_start(&fit.free_values).ok()?.parameters().to_vec();
-                parameters[place] = Parameter::free("made", number, low, high);
-                problem.made = Some(made);
-                let set = ParameterSet::new(parameters).ok()?;
-                fit = minimise(&mut problem, &set, &settings()).ok()?;
-                (place, set)
-            }
-        };
-        let found = profile(&mut problem, &set, &fit, place, rise, &follow).ok()?;
+        let mut problem = FitResiduals::new(self, predictor, model);
+        let place = stated.place(model.parameters.len(), &model.effects);
+        let made_of = stated.made_of(&model.effects);
+        let (mut set, mut moved_fit) = (&lowest.set, None);
+        let of_made;
+        if let Some((effect, _)) = made_of {
+            let there = model.with_moved(&lowest.fit.values);
+            let [low, high] = self.bounds_of(&there.effects[effect], stated);
+            let number = stated.of_effect(&there.effects[effect], self.scales);
+            let start = lowest.set.with_start(&lowest.fit.free_values).ok()?;
+            let mut parameters = start.parameters().to_vec();
+            parameters[place] = Parameter::free("made", number.clamp(low, high), low, high);
+            of_made = ParameterSet::new(parameters).ok()?;
+            set = &of_made;
+            problem.made = Some(stated);
+            moved_fit = Some(minimise(&mut problem, set, &settings()).ok()?);
+        }
+        let fit = moved_fit.as_ref().unwrap_or(&lowest.fit);
+        let found = profile(&mut problem, set, fit, place, rise, &follow).ok()?;
         let inside = found.inside.iter().map(|all| {
-            let mut effect = at(all);
-            if let Some(made) = problem.made {
-                made.put(&mut effect, all[place]);
+            let mut inside = model.with_moved(all);
+            if let Some((effect, _)) = made_of {
+                stated.put(&mut inside.effects[effect], self.scales, all[place]);
             }
-            effect
+            inside
         });
-        Some(([found.lower, found.upper], inside.collect()))
+        let ParameterRole::Free { lower, upper, .. } = set.parameters()[place].role else {
+            return None;
+        };
+        Some(ValueProfile {
+            inside: inside.collect(),
+            ends: [found.lower, found.upper],
+            bounds: [lower, upper],
+        })
     }
 
     /// Least and largest number that plausible values of an effect make.
-    fn bounds_of(&self, effect: &Effect, of: &dyn Fn(&Effect) -> f64) -> [f64; 2] {
+    fn bounds_of(&self, effect: &Effect, stated: Stated) -> [f64; 2] {
         let bounds = self.scales.bounds(effect);
         let corners = (0..1_usize << bounds.len()).map(|corner| {
             let moved = bounds.iter().enumerate();
-            let moved = moved.map(|(value, ends)| ends[corner >> value & 1]);
-            let mut effect = [effect.clone()];
-            put_values(&mut effect, &moved.collect::<Vec<f64>>());
-            of(&effect[0])
+            let moved: Vec<f64> = moved
+                .map(|(value, ends)| ends[corner >> value & 1])
+                .collect();
+            let mut effect = effect.clone();
+            put_values(std::slice::from_mut(&mut effect), &moved);
+            stated.of_effect(&effect, self.scales)
         });
-        let corners = corners.chain([of(effect)]).filter(|made| made.is_finite());
+        let corners = corners.chain([stated.of_effect(effect, self.scales)]);
+        let corners = corners.filter(|made| made.is_finite());
         corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], made| {
             [low.min(made), high.max(made)]
         })
@@ -305,7 +310,7 @@ impl WeightedFit<'_> {
 }
 
 /// The values of an effect as a fit moves them: some as their ratio to the first, for it is that which has bounds.
-fn moved_values(effect: &Effect) -> impl Iterator<Item = f64> + '_ {
+pub(super) fn moved_values(effect: &Effect) -> impl Iterator<Item = f64> + '_ {
     let first = effect.values.first().copied().unwrap_or_default();
     let values = effect.law.parameters.iter().zip(&effect.values);
     values.map(move |(parameter, &value)| {
@@ -318,7 +323,7 @@ fn moved_values(effect: &Effect) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// Puts values as a fit moves them into effects.
-fn put_values(effects: &mut [Effect], values: &[f64]) {
+pub(super) fn put_values(effects: &mut [Effect], values: &[f64]) {
     let all = effects.iter_mut().flat_map(|effect| &mut effect.values);
     for (target, value) in all.zip(values) {
         *target = *value;
@@ -360,8 +365,8 @@ fn step_on(effect: &mut Effect, value: usize) -> f64 {
 
 struct FitResiduals<'r, 'a, 'p> {
     refit: &'r WeightedFit<'a>,
-    /// What is moved in place of a value of the last effect, if anything.
-    made: Option<MadeOfValues<'r>>,
+    /// What is moved in place of the value of an effect that it is in proportion to, if anything.
+    made: Option<Stated>,
     predictor: &'r mut ReadingPredictor<'p>,
     effects: Vec<Effect>,
     scratch: Vec<f64>,
@@ -370,6 +375,13 @@ struct FitResiduals<'r, 'a, 'p> {
 }
 
 impl<'r, 'a, 'p> FitResiduals<'r, 'a, 'p> {
+    /// What is moved in place of which value of which effect.
+    fn made(&self) -> Option<(Stated, usize, usize)> {
+        let stated = self.made?;
+        let (effect, value) = stated.made_of(&self.effects)?;
+        Some((stated, effect, value))
+    }
+
     fn new(
         refit: &'r WeightedFit<'a>,
         predictor: &'r mut ReadingPredictor<'p>,
@@ -407,11 +419,10 @@ impl ResidualFunction for FitResiduals<'_, '_, '_> {
         let count = self.refit.baseline.parameters().len();
         let (of_baseline, of_effects) = parameters.split_at(count);
         put_values(&mut self.effects, of_effects);
-        if let Some(made) = self.made
-            && let Some(last) = self.effects.last_mut()
-        {
-            let number = of_effects[of_effects.len() - last.values.len() + made.value];
-            if !made.put(last, number).is_normal() {
+        if let Some((stated, effect, _)) = self.made() {
+            let number = parameters[stated.place(count, &self.effects)];
+            let of_one = stated.put(&mut self.effects[effect], self.refit.scales, number);
+            if !of_one.is_normal() {
                 return Err(EvaluationFailure::of_model(NoStructure));
             }
         }
@@ -470,17 +481,19 @@ impl FitResiduals<'_, '_, '_> {
     ) -> Result<(), EvaluationFailure> {
         let mut parameter = count;
         for effect in 0..self.effects.len() {
-            let made = self.made.filter(|_| effect + 1 == self.effects.len());
+            let made = self.made().filter(|(_, of, _)| *of == effect);
             for value in 0..self.effects[effect].values.len() {
                 if let Some(out) = jacobian.column_mut(parameter) {
                     let own = &mut self.effects[effect];
-                    let before = own.values.clone();
-                    let number = made.map_or(0.0, |made| (made.of)(own));
+                    let (before, scales) = (own.values.clone(), self.refit.scales);
+                    let number = made.map_or(0.0, |(stated, ..)| stated.of_effect(own, scales));
                     let mut step = step_on(own, value);
                     match made {
-                        Some(made) if made.value == value => step = (made.of)(own) - number,
-                        Some(made) => {
-                            made.put(own, number);
+                        Some((stated, _, moved)) if moved == value => {
+                            step = stated.of_effect(own, scales) - number;
+                        }
+                        Some((stated, ..)) => {
+                            stated.put(own, scales, number);
                         }
                         None => {}
                     }
@@ -556,20 +569,5 @@ mod tests {
     fn without_a_linear_term_the_ratio_has_no_derivative() {
         let mut effect = nonlinear([0.0, 0.0]);
         assert!(step_on(&mut effect, 1).is_infinite());
-    }
-
-    #[test]
-    fn a_number_made_of_values_is_held_while_others_move() {
-        let quadratic = |effect: &Effect| effect.values[1];
-        let made = MadeOfValues {
-            of: &quadratic,
-            value: 1,
-        };
-        let mut effect = nonlinear([2e-6, -6e-7]);
-        step_on(&mut effect, 0);
-        let linear = effect.values[0];
-        let of_one = made.put(&mut effect, -6e-7);
-        assert!((effect.values[1] + 6e-7).abs() < 1e-20 && effect.values[0] == linear);
-        assert!((of_one - linear).abs() < 1e-18);
     }
 }

@@ -1,33 +1,26 @@
 //! From what a search found to what is to be said.
 
-use rayon::prelude::*;
-
-use stiffbench_beams::physics::{Effect, TestObject, values_of};
-use stiffbench_numeric::least_squares::ProfileEnd;
-use stiffbench_numeric::statistics::student_t_quantile;
+use stiffbench_beams::physics::{Effect, TestObject};
 use stiffbench_units_and_text::count::counted;
 
-use super::baseline::{is_near, prior_sd};
+use super::baseline::{BaselineParameter, is_near};
 use super::changes::end_effect_m;
 use super::configurations::ConfigurationSizes;
 use super::critical_values::LawCriticalValues;
-use super::diagnosis::{
-    Diagnosis, EstimatedValue, FactorChange, Finding, FollowedInterval, Location, Rival, Verdict,
-};
+use super::diagnosis::{Diagnosis, FactorChange, Finding, Location, Rival, Verdict};
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
 use super::grade::{GradeBasis, VerdictGrade};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
-use super::refit::{Followed, MadeOfValues};
 use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
-use super::state::State;
+use super::stated_values::{EstimatedValue, Stated};
 use super::stratum::Stratum;
 use crate::search::constants::{
     AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, FEWEST_LEFT, FEWEST_POSES, IDENTIFIED, RIVALS,
     UNEXPLAINED_LEVEL,
 };
-use crate::search::{Information, distinguishable, dot, largest};
+use crate::search::{distinguishable, dot, largest};
 
 impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
@@ -95,6 +88,18 @@ impl DiagnosisProblem<'_> {
             }
         }
         let effects = &found.after.fitted.model.effects;
+        let factors = self.baseline.described().len();
+        let known = self.known_effects.iter().enumerate();
+        let of_known = known.flat_map(|(effect, given)| {
+            (0..given.values.len()).map(move |value| Stated::Value { effect, value })
+        });
+        let stated: Vec<Stated> = (0..factors)
+            .map(Stated::Parameter)
+            .chain(of_known)
+            .collect();
+        let stated = found.both(|state| self.estimated(state, &state.fitted, &stated, None))?;
+        let of_factors = stated.each_ref().map(|all| &all[..factors]);
+        let of_known = stated.each_ref().map(|all| &all[factors..]);
         let [before, after] = found.both(|state| self.quality(state))?;
         Ok(Diagnosis {
             verdict,
@@ -110,8 +115,8 @@ impl DiagnosisProblem<'_> {
             misfit_steps: found.shares.steps.clone(),
             before,
             after,
-            known_effects: self.known_effects(found)?,
-            factors: self.factor_shifts(found)?,
+            known_effects: self.known_effects(of_known),
+            factors: self.factor_shifts(of_factors),
             noise: found.after.noise.noise,
             noise_basis: found.after.noise.basis,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -219,7 +224,11 @@ impl DiagnosisProblem<'_> {
         let ranked = &self.as_it_acts(found, place, &resolved.ranked[member])?;
         let model = &ranked.fitted.model;
         let last = model.effects.len() - 1;
-        let (values, combination) = self.values(&found.after, ranked)?;
+        let stated: Vec<Stated> = Stated::of_an_effect(model, last).collect();
+        let dof = Some(ranked.evidence.dof);
+        let mut values = self.estimated(&found.after, &ranked.fitted, &stated, dof)?;
+        let has_combination = ranked.effect.law.combination.is_some();
+        let combination = has_combination.then(|| values.pop()).flatten();
         let linearised = self
             .predictor()
             .linearised(&model.parameters, &model.effects)?;
@@ -313,135 +322,25 @@ impl DiagnosisProblem<'_> {
         })
     }
 
-    /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation and likelihood intervals; and the number made
-    /// of them that its law declares.
-    fn values(
-        &self,
-        state: &State,
-        ranked: &Ranked,
-    ) -> Result<(Vec<EstimatedValue>, Option<EstimatedValue>), MismatchError> {
-        let (model, law) = (&ranked.fitted.model, ranked.effect.law);
-        let covariance = self.covariance(state, model)?;
-        let independent = self.independent_values(state, &mut self.predictor(), model)?;
-        // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
-        let wider =
-            independent.map_or(1.0, |count| (ranked.fitted.squares / count).max(1.0).sqrt());
-        let dof = independent.unwrap_or(ranked.evidence.dof).max(2.0);
-        let own = ranked.effect.values.len();
-        let of_last = covariance[covariance.len() - own..].iter();
-        let linear = ranked
-            .effect
-            .values
-            .iter()
-            .zip(of_last)
-            .map(|(value, (u, _))| {
-                EstimatedValue::of_covariance(*value, (u.map(|u| u * wider), dof))
-            });
-        let scales = self.scales();
-        let scale = scales.at(&ranked.effect.place);
-        let combination = law.combination.map(|combination| {
-            move |effect: &Effect| (combination.of)(&values_of(&effect.values), scale)
-        });
-        let made = combination
-            .iter()
-            .map(|of| EstimatedValue::of_covariance(of(&ranked.effect), (None, dof)));
-        let mut values: Vec<EstimatedValue> = linear.chain(made).collect();
-        if let Some(t) = student_t_quantile(0.975, dof) {
-            let (refit, rise) = (self.refit(&state.whitening), (t * wider).powi(2));
-            let stated = |place: usize, effect: &Effect| match &combination {
-                Some(of) if place == own => of(effect),
-                _ => effect.values[place],
-            };
-            let profile = |place: usize| {
-                let made = |effect: &Effect| stated(place, effect);
-                let made = |value: usize| Followed::Made(MadeOfValues { of: &made, value });
-                let followed = match law.parameters.get(place) {
-                    Some(spec) if !spec.is_ratio() => Followed::Value(place),
-                    // A ratio is moved with the first value, and is not what is stated.
-                    Some(_) => made(place),
-                    None => made(0),
-                };
-                refit.profile_of_last(&mut self.predictor(), model, followed, rise)
-            };
-            let profiles: Vec<_> = (0..values.len()).into_par_iter().map(profile).collect();
-            let inside: Vec<&Effect> = profiles.iter().flatten().flat_map(|(_, all)| all).collect();
-            for (place, (value, found)) in values.iter_mut().zip(&profiles).enumerate() {
-                let inside = inside.iter().map(|effect| stated(place, effect));
-                let ends = found.as_ref();
-                value.followed = ends.and_then(|(ends, _)| followed(value, ends, inside));
+    /// The parameters of the baseline without and with what was found.
+    fn factor_shifts(&self, [before, after]: [&[EstimatedValue]; 2]) -> Vec<FactorChange> {
+        let described = self.baseline.described().iter();
+        let values = before.iter().zip(after);
+        let change = |(parameter, (before, after)): (
+            &BaselineParameter,
+            (&EstimatedValue, &EstimatedValue),
+        )| {
+            let at_bound = is_near(after.value, [parameter.lower, parameter.upper]);
+            let is_sharp = after.u.is_some_and(|u| u < IDENTIFIED * parameter.prior_sd);
+            FactorChange {
+                name: parameter.name.clone(),
+                spring_rad_per_nm: parameter.spring_rad_per_nm,
+                before: *before,
+                identified: !at_bound && is_sharp,
+                after: *after,
             }
-        }
-        let made = combination.and_then(|_| values.pop());
-        Ok((values, made))
-    }
-
-    /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
-    pub(super) fn covariance(
-        &self,
-        state: &State,
-        model: &super::refit::Model,
-    ) -> Result<Vec<(Option<f64>, f64)>, MismatchError> {
-        let mut predictor = self.predictor();
-        let mut columns = self.columns(&mut predictor, model)?;
-        for column in &mut columns {
-            state.whitening.covariance.whiten(column);
-        }
-        let prior_sd = prior_sd(self.baseline);
-        let known = Information::of_prior(&prior_sd, columns.len() - prior_sd.len());
-        let known = known.with(&Information::of_columns(&columns));
-        let lengths = known.lengths();
-        let used: Vec<usize> = (0..columns.len()).filter(|&i| lengths[i] > 0.0).collect();
-        // Columns of unit length: factors and compliances differ by many orders of magnitude.
-        let units: Vec<f64> = used.iter().map(|&i| lengths[i].recip()).collect();
-        let inverse = known.of_some(&used, &units).inverse();
-        let mut out = vec![(None, f64::INFINITY); columns.len()];
-        let mut scratch = Vec::new();
-        for (place, &column) in used.iter().enumerate() {
-            // The estimate is the sum of the white readings with these weights.
-            let mut weights = vec![0.0; self.observations.len()];
-            for (other, &from) in used.iter().enumerate() {
-                let factor = inverse[(place, other)] * units[other];
-                for (weight, value) in weights.iter_mut().zip(&columns[from]) {
-                    *weight += factor * value;
-                }
-            }
-            let shares = state
-                .whitening
-                .variance_shares(self.observations, &weights, &mut scratch);
-            out[column] = (
-                Some(inverse[(place, place)].sqrt() * units[place]),
-                state.noise.degrees_of_freedom(shares),
-            );
-        }
-        Ok(out)
-    }
-
-    fn factor_shifts(&self, found: &SearchResult) -> Result<Vec<FactorChange>, MismatchError> {
-        let [before, after] = found.both(|state| self.covariance(state, &state.fitted.model))?;
-        Ok(self
-            .baseline
-            .described()
-            .iter()
-            .enumerate()
-            .map(|(index, parameter)| {
-                let value = |state: &State, covariance: &[(Option<f64>, f64)]| {
-                    let value = state.fitted.model.parameters[index];
-                    EstimatedValue::of_covariance(value, covariance[index])
-                };
-                let after_value = value(&found.after, &after);
-                let at_bound = is_near(after_value.value, [parameter.lower, parameter.upper]);
-                FactorChange {
-                    name: parameter.name.clone(),
-                    spring_rad_per_nm: parameter.spring_rad_per_nm,
-                    before: value(&found.before, &before),
-                    identified: !at_bound
-                        && after_value
-                            .u
-                            .is_some_and(|u| u < IDENTIFIED * parameter.prior_sd),
-                    after: after_value,
-                }
-            })
-            .collect())
+        };
+        described.zip(values).map(change).collect()
     }
 
     /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
@@ -475,35 +374,6 @@ impl DiagnosisProblem<'_> {
             size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
         }
     }
-}
-
-/// The likelihood interval of a value; `None` without an end.
-///
-/// # Arguments
-/// - `inside`: where the profiles of it and of the other values were inside: past a kink another's may find a way that its own does not.
-fn followed(
-    value: &EstimatedValue,
-    ends: &[ProfileEnd; 2],
-    inside: impl Iterator<Item = f64> + Clone,
-) -> Option<FollowedInterval> {
-    let linear = value.interval_95();
-    let found = |end: usize| match ends[end] {
-        ProfileEnd::Closed { value } | ProfileEnd::OpenAtBound { value, .. } => Some(value),
-        // Where a profile could not be followed to its end the interval is as wide as its linearisation at least.
-        ProfileEnd::Open { value, .. } | ProfileEnd::NotFollowed { value, .. } => {
-            let linear = linear?[end];
-            Some([value.min(linear), value.max(linear)][end])
-        }
-    };
-    // Values that move readings by kinks were searched for, and may stand beside the lowest point.
-    let inside = inside.chain([value.value]);
-    Some(FollowedInterval {
-        ends: [
-            inside.clone().fold(found(0)?, f64::min),
-            inside.fold(found(1)?, f64::max),
-        ],
-        is_open: [0, 1].map(|end| matches!(ends[end], ProfileEnd::OpenAtBound { .. })),
-    })
 }
 
 /// Places in the ranking of the first and of those that cannot be distinguished from the likeliest.

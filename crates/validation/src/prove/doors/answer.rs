@@ -293,6 +293,11 @@ fn stated_undetermined(
     if values.len() != law.parameters.len() {
         return None;
     }
+    // The name of a number made of the values has numbers of its own.
+    let made = law
+        .combination
+        .map_or("", |combination| combination.spec.word);
+    let headline = &headline.replace(made, "");
     let of_law = law.parameters.iter().zip(&estimates);
     of_law
         .filter(|(parameter, _)| !parameter.is_ratio())
@@ -320,6 +325,7 @@ fn states(sentence: &str, value: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use serde_json::json;
+    use stiffbench_beams::physics::laws;
 
     use super::*;
 
@@ -378,6 +384,16 @@ mod tests {
         assert!(answer([0.001, 0.3]).undetermined.is_empty());
         assert!(states("play in joint A3 (28.8 urad)", 2.879e-5));
         assert!(!states("play in joint A3", 2.879e-5));
+        let creep = json!({ "physics": "creep", "parameters": {
+            "k": { "value": 0.07, "unit": "1/decade", "ci95": [0.0, 0.3] },
+            "t0": { "value": 0.6, "unit": "s", "ci95": [0.0, 40.0] },
+        } });
+        let stated = |headline| stated_undetermined(laws::CREEP, "creep", &creep, headline, 70.0);
+        assert_eq!(
+            stated("creep (growth from 5 to 60 s under load 4.2 %)"),
+            None
+        );
+        assert_eq!(stated("creep (t0 0.6 s)"), Some("creep:t0".to_owned()));
     }
 
     #[test]

@@ -1,0 +1,296 @@
+//! Values of a model that are stated: their standard uncertainties, and their likelihood intervals.
+
+use rayon::prelude::*;
+
+use stiffbench_beams::physics::{Effect, values_of};
+use stiffbench_numeric::least_squares::ProfileEnd;
+use stiffbench_numeric::statistics::student_t_quantile;
+
+use super::baseline::prior_sd;
+use super::candidate::PlaceScales;
+use super::error::MismatchError;
+use super::problem::DiagnosisProblem;
+use super::refit::{FittedModel, Model, ValueProfile, moved_values, put_values};
+use super::state::State;
+use crate::search::Information;
+
+/// A value with its standard uncertainty and its interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EstimatedValue {
+    /// The value, SI.
+    pub value: f64,
+    /// Its standard uncertainty, SI; `None` where the readings change by steps and a derivative carries no information.
+    pub u: Option<f64>,
+    /// Degrees of freedom of that uncertainty.
+    pub dof: f64,
+    /// Its 95 % interval; `None` where the readings say nothing of it.
+    pub interval: Option<ValueInterval>,
+}
+
+/// All values that readings allow: those at which the weighted squares, all other values refitted, rise by at most F(0.95; 1, dof).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValueInterval {
+    /// Its ends, SI.
+    pub ends: [f64; 2],
+    /// Whether an end is the bound of what is plausible, which the readings do not reach.
+    pub is_open: [bool; 2],
+}
+
+impl EstimatedValue {
+    /// A value with its standard uncertainty and the degrees of freedom of that; its interval is that of Student's t.
+    #[must_use]
+    pub fn of_covariance(value: f64, (u, dof): (Option<f64>, f64)) -> Self {
+        let half = u.zip(student_t_quantile(0.975, dof)).map(|(u, t)| t * u);
+        let interval = half.map(|half| ValueInterval {
+            ends: [value - half, value + half],
+            is_open: [false; 2],
+        });
+        Self {
+            value,
+            u,
+            dof,
+            interval,
+        }
+    }
+
+    /// Whether an end of the interval is the bound of what is plausible.
+    #[must_use]
+    pub fn is_open(&self) -> [bool; 2] {
+        self.interval.map_or([false; 2], |found| found.is_open)
+    }
+
+    /// 95 % interval.
+    #[must_use]
+    pub fn interval_95(&self) -> Option<[f64; 2]> {
+        self.interval.map(|found| found.ends)
+    }
+}
+
+/// What of a model is stated.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Stated {
+    /// A parameter of the baseline, on the scale on which it is fitted.
+    Parameter(usize),
+    /// A value of an effect.
+    Value { effect: usize, value: usize },
+    /// The number that the law of an effect makes of its values.
+    Combination { effect: usize },
+}
+
+impl Stated {
+    /// All that is stated of an effect of a model.
+    pub(super) fn of_an_effect(model: &Model, effect: usize) -> impl Iterator<Item = Self> {
+        let values =
+            (0..model.effects[effect].values.len()).map(move |value| Self::Value { effect, value });
+        let combination = model.effects[effect]
+            .law
+            .combination
+            .map(|_| Self::Combination { effect });
+        values.chain(combination)
+    }
+
+    /// It, of a model.
+    fn of(self, model: &Model, scales: &PlaceScales) -> f64 {
+        match self {
+            Self::Parameter(parameter) => model.parameters[parameter],
+            Self::Value { effect, .. } | Self::Combination { effect } => {
+                self.of_effect(&model.effects[effect], scales)
+            }
+        }
+    }
+
+    /// It, of an effect.
+    pub(super) fn of_effect(self, effect: &Effect, scales: &PlaceScales) -> f64 {
+        match self {
+            Self::Value { value, .. } => effect.values[value],
+            Self::Parameter(_) | Self::Combination { .. } => {
+                let made = effect.law.combination.map(|combination| {
+                    (combination.of)(&values_of(&effect.values), scales.at(&effect.place))
+                });
+                made.unwrap_or(f64::NAN)
+            }
+        }
+    }
+
+    /// The effect and the value of it that this is in proportion to, where a fit moves that value and not what is stated.
+    pub(super) fn made_of(self, effects: &[Effect]) -> Option<(usize, usize)> {
+        match self {
+            Self::Value { effect, value } => {
+                let is_ratio = effects[effect].law.parameters[value].is_ratio();
+                is_ratio.then_some((effect, value))
+            }
+            Self::Combination { effect } => Some((effect, 0)),
+            Self::Parameter(_) => None,
+        }
+    }
+
+    /// Its place among all values that a fit moves, or that of the value that it is made of.
+    pub(super) fn place(self, parameters: usize, effects: &[Effect]) -> usize {
+        let (effect, value) = match self {
+            Self::Parameter(parameter) => return parameter,
+            Self::Value { effect, value } => (effect, value),
+            Self::Combination { effect } => (effect, 0),
+        };
+        let before = effects[..effect].iter().map(|effect| effect.values.len());
+        parameters + before.sum::<usize>() + value
+    }
+
+    /// Gives an effect the value that makes this number of it, and says how much of it a value of one makes.
+    pub(super) fn put(self, effect: &mut Effect, scales: &PlaceScales, number: f64) -> f64 {
+        let value = match self {
+            Self::Value { value, .. } => value,
+            Self::Parameter(_) | Self::Combination { .. } => 0,
+        };
+        let mut moved: Vec<f64> = moved_values(effect).collect();
+        let mut put = |to: f64| {
+            moved[value] = to;
+            put_values(std::slice::from_mut(effect), &moved);
+            self.of_effect(effect, scales)
+        };
+        let of_one = put(1.0);
+        put(number / of_one);
+        of_one
+    }
+}
+
+impl DiagnosisProblem<'_> {
+    /// What is stated of a fitted model, with standard uncertainties from its linearisation and likelihood intervals.
+    ///
+    /// # Arguments
+    /// - `dof`: degrees of freedom of the noise; those of each value if `None`.
+    pub(super) fn estimated(
+        &self,
+        state: &State,
+        fitted: &FittedModel,
+        stated: &[Stated],
+        dof: Option<f64>,
+    ) -> Result<Vec<EstimatedValue>, MismatchError> {
+        let (model, scales) = (&fitted.model, self.scales());
+        let covariance = self.covariance(state, model)?;
+        let independent = self.independent_values(state, &mut self.predictor(), model)?;
+        // What is left goes on from reading to reading: it moves the values as independent errors of that size would.
+        let wider = independent.map_or(1.0, |count| (fitted.squares / count).max(1.0).sqrt());
+        let linear = |stated: &Stated| {
+            let place = stated.place(model.parameters.len(), &model.effects);
+            let (u, own_dof) = covariance[place];
+            let u = u.filter(|_| !matches!(stated, Stated::Combination { .. }));
+            let dof = independent.or(dof).unwrap_or(own_dof).max(2.0);
+            EstimatedValue::of_covariance(stated.of(model, scales), (u.map(|u| u * wider), dof))
+        };
+        let mut values: Vec<EstimatedValue> = stated.iter().map(linear).collect();
+        let refit = self.refit(&state.whitening);
+        let lowest = refit.lowest(&mut self.predictor(), model);
+        let profile = |(stated, value): (&Stated, &EstimatedValue)| {
+            let rise = (student_t_quantile(0.975, value.dof)? * wider).powi(2);
+            let lowest = lowest.as_ref()?;
+            refit.profile(&mut self.predictor(), (model, lowest), *stated, rise)
+        };
+        let both = stated.par_iter().zip(&values);
+        let profiles: Vec<Option<ValueProfile>> = both.map(profile).collect();
+        let inside: Vec<&Model> = profiles
+            .iter()
+            .flatten()
+            .flat_map(|one| &one.inside)
+            .collect();
+        for ((value, profile), stated) in values.iter_mut().zip(&profiles).zip(stated) {
+            let inside = inside.iter().map(|model| stated.of(model, scales));
+            let profile = profile.as_ref();
+            value.interval = profile.and_then(|profile| interval(value, profile, inside));
+        }
+        Ok(values)
+    }
+
+    /// Standard uncertainty of every parameter of a model, and its degrees of freedom; no uncertainty where the readings do not change with it.
+    fn covariance(
+        &self,
+        state: &State,
+        model: &Model,
+    ) -> Result<Vec<(Option<f64>, f64)>, MismatchError> {
+        let mut predictor = self.predictor();
+        let mut columns = self.columns(&mut predictor, model)?;
+        for column in &mut columns {
+            state.whitening.covariance.whiten(column);
+        }
+        let prior_sd = prior_sd(self.baseline);
+        let known = Information::of_prior(&prior_sd, columns.len() - prior_sd.len());
+        let known = known.with(&Information::of_columns(&columns));
+        let lengths = known.lengths();
+        let used: Vec<usize> = (0..columns.len()).filter(|&i| lengths[i] > 0.0).collect();
+        // Columns of unit length: factors and compliances differ by many orders of magnitude.
+        let units: Vec<f64> = used.iter().map(|&i| lengths[i].recip()).collect();
+        let inverse = known.of_some(&used, &units).inverse();
+        let mut out = vec![(None, f64::INFINITY); columns.len()];
+        let mut scratch = Vec::new();
+        for (place, &column) in used.iter().enumerate() {
+            // The estimate is the sum of the white readings with these weights.
+            let mut weights = vec![0.0; self.observations.len()];
+            for (other, &from) in used.iter().enumerate() {
+                let factor = inverse[(place, other)] * units[other];
+                for (weight, value) in weights.iter_mut().zip(&columns[from]) {
+                    *weight += factor * value;
+                }
+            }
+            let shares = state
+                .whitening
+                .variance_shares(self.observations, &weights, &mut scratch);
+            out[column] = (
+                Some(inverse[(place, place)].sqrt() * units[place]),
+                state.noise.degrees_of_freedom(shares),
+            );
+        }
+        Ok(out)
+    }
+}
+
+/// The likelihood interval of a value; `None` without an end.
+///
+/// # Arguments
+/// - `inside`: where the profiles of it and of the other values were inside: past a kink another's may find a way that its own does not.
+fn interval(
+    value: &EstimatedValue,
+    profile: &ValueProfile,
+    inside: impl Iterator<Item = f64> + Clone,
+) -> Option<ValueInterval> {
+    let [least, most] = profile.bounds;
+    let found = |end: usize| match profile.ends[end] {
+        ProfileEnd::Closed { value } | ProfileEnd::OpenAtBound { value, .. } => Some(value),
+        // Where a profile could not be followed to its end the interval is as wide as its linearisation at least.
+        ProfileEnd::Open { value: far, .. } | ProfileEnd::NotFollowed { value: far, .. } => {
+            let linear = value.interval_95()?[end].clamp(least, most);
+            Some([far.min(linear), far.max(linear)][end])
+        }
+    };
+    // Values that move readings by kinks were searched for, and may stand beside the lowest point.
+    let inside = inside.chain([value.value]);
+    Some(ValueInterval {
+        ends: [
+            inside.clone().fold(found(0)?, f64::min),
+            inside.fold(found(1)?, f64::max),
+        ],
+        is_open: [0, 1].map(|end| matches!(profile.ends[end], ProfileEnd::OpenAtBound { .. })),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiffbench_beams::physics::{Place, laws};
+
+    #[test]
+    fn a_number_made_of_values_is_held_while_others_move() {
+        let scales = PlaceScales::default();
+        let mut effect = Effect {
+            law: laws::JOINT_NONLINEARITY,
+            place: Place::Joint("A3".into()),
+            values: vec![2e-6, -6e-7],
+        };
+        effect.values[0] = 3e-6;
+        let quadratic = Stated::Value {
+            effect: 0,
+            value: 1,
+        };
+        let of_one = quadratic.put(&mut effect, &scales, -6e-7);
+        assert!((effect.values[1] + 6e-7).abs() < 1e-20 && effect.values[0] == 3e-6);
+        assert!((of_one - 3e-6).abs() < 1e-18);
+    }
+}
