@@ -2,8 +2,9 @@
 
 use stiffbench_beams::physics::{Effect, FitBy, ParameterSpec, Place};
 use stiffbench_numeric::least_squares::{
-    EvaluationFailure, JacobianView, LeastSquaresFit, LeastSquaresSettings, Parameter,
-    ParameterRole, ParameterSet, ProfileEnd, ProfileSettings, ResidualFunction, minimise, profile,
+    CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit, LeastSquaresSettings,
+    Parameter, ParameterRole, ParameterSet, ProfileEnd, ProfileSettings, ResidualFunction,
+    SigmaMode, covariance, minimise, profile,
 };
 
 use super::baseline::Baseline;
@@ -13,6 +14,7 @@ use super::error::MismatchError;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
+use super::ranking::kinked;
 use super::stated_values::Stated;
 
 /// A model of the readings: values of the baseline's parameters, and effects.
@@ -63,6 +65,23 @@ pub(super) struct ValueProfile {
 pub(super) struct LowestPoint {
     set: ParameterSet,
     fit: LeastSquaresFit,
+}
+
+impl LowestPoint {
+    /// The fit with the value at a place held at a level, and its parameters.
+    fn at_level(
+        &self,
+        problem: &mut FitResiduals<'_, '_, '_>,
+        place: usize,
+        level: f64,
+    ) -> Option<(LeastSquaresFit, ParameterSet)> {
+        let start = self.set.with_start(&self.fit.free_values).ok()?;
+        let mut parameters = start.parameters().to_vec();
+        parameters[place] = Parameter::fixed("level", level);
+        let set = ParameterSet::new(parameters).ok()?;
+        let fit = minimise(problem, &set, &settings()).ok()?;
+        Some((fit, set))
+    }
 }
 
 /// A model fitted to the readings.
@@ -196,14 +215,92 @@ impl WeightedFit<'_> {
             }
             inside
         });
+        let mut inside: Vec<Model> = inside.collect();
+        if let Stated::Value { effect, value: 0 } = stated
+            && let Some(kink) = kinked(&model.effects[effect])
+        {
+            inside.extend(self.over_kinks(predictor, (model, lowest), (effect, kink), rise)?);
+        }
         let ParameterRole::Free { lower, upper, .. } = set.parameters()[place].role else {
             return None;
         };
         Some(ValueProfile {
-            inside: inside.collect(),
+            inside,
             ends: [found.lower, found.upper],
             bounds: [lower, upper],
         })
+    }
+
+    /// Models within a rise of the weighted squares, where a value of an effect that moves readings by kinks goes over its whole range: a fit by
+    /// derivatives stops at a kink. Of each, the size at both ends of what the rise leaves.
+    ///
+    /// # Arguments
+    /// - `kink`: the place of the value.
+    fn over_kinks(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        (model, lowest): (&Model, &LowestPoint),
+        (effect, kink): (usize, usize),
+        rise: f64,
+    ) -> Option<Vec<Model>> {
+        /// Halvings of the step between a level inside and one outside: ends are read to a sixteenth of the step of the search.
+        const HALVINGS: usize = 4;
+        let own = &model.effects[effect];
+        let bounds = self.scales.bounds(own);
+        let shapes = (own.law.search.shapes)(self.scales.at(&own.place)).into_iter();
+        let mut levels: Vec<f64> = shapes.map(|shape| shape.values[kink]).collect();
+        levels.extend([own.values[kink], bounds[kink][0], bounds[kink][1]]);
+        levels.sort_by(f64::total_cmp);
+        levels.dedup();
+        let place = |value| {
+            let stated = Stated::Value { effect, value };
+            stated.place(model.parameters.len(), &model.effects)
+        };
+        let (size, place) = (place(0), place(kink));
+        // What twists do changes little within an interval.
+        let there = (&model.parameters[..], &model.effects[..]);
+        predictor.hold_joints_as_at(there.0, there.1).ok()?;
+        let mut problem = FitResiduals::new(self, predictor, model);
+        let mut inside = Vec::new();
+        let mut is_inside = |level: f64| {
+            let Some((fit, set)) = lowest.at_level(&mut problem, place, level) else {
+                return false;
+            };
+            let left = rise - (fit.sum_of_squares() - lowest.fit.sum_of_squares());
+            if left < 0.0 {
+                return false;
+            }
+            let settings = CovarianceSettings::default();
+            let known = covariance(&set, &fit, SigmaMode::Known, &settings);
+            let u = known
+                .ok()
+                .and_then(|known| known.estimates[size].standard_error);
+            let u = u.unwrap_or(0.0);
+            inside.extend([-u, u].map(|u| {
+                let mut values = fit.values.clone();
+                values[size] = (values[size] + left.sqrt() * u).clamp(bounds[0][0], bounds[0][1]);
+                model.with_moved(&values)
+            }));
+            true
+        };
+        let are_inside: Vec<bool> = levels.iter().map(|level| is_inside(*level)).collect();
+        for (ends, are_inside) in levels.windows(2).zip(are_inside.windows(2)) {
+            let [mut within, mut beyond] = match are_inside {
+                [true, false] => [ends[0], ends[1]],
+                [false, true] => [ends[1], ends[0]],
+                _ => continue,
+            };
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (within + beyond);
+                if is_inside(middle) {
+                    within = middle;
+                } else {
+                    beyond = middle;
+                }
+            }
+        }
+        predictor.hold_joints(None);
+        Some(inside)
     }
 
     /// Least and largest number that plausible values of an effect make.

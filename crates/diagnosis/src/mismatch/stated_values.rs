@@ -187,11 +187,8 @@ impl DiagnosisProblem<'_> {
         };
         let both = stated.par_iter().zip(&values);
         let profiles: Vec<Option<ValueProfile>> = both.map(profile).collect();
-        let inside: Vec<&Model> = profiles
-            .iter()
-            .flatten()
-            .flat_map(|one| &one.inside)
-            .collect();
+        let inside = profiles.iter().flatten().flat_map(|one| &one.inside);
+        let inside: Vec<&Model> = inside.collect();
         for ((value, profile), stated) in values.iter_mut().zip(&profiles).zip(stated) {
             let inside = inside.iter().map(|model| stated.of(model, scales));
             let profile = profile.as_ref();
