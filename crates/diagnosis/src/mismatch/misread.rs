@@ -21,7 +21,7 @@ use crate::search::constants::{
 };
 use crate::search::{chance_of_any, push_orthonormal, take_out};
 
-/// Poses that stand farther apart in a table than this are not exchanged (1): somebody takes the next line, or the next but a few. By judgement.
+/// Poses that stand farther apart in a table than this are not exchanged (1): somebody takes the next line, or one near it. By judgement.
 const MOST_APART: usize = 50;
 
 /// What a value is of.

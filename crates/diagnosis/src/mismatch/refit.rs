@@ -219,7 +219,8 @@ impl WeightedFit<'_> {
         if let Stated::Value { effect, value: 0 } = stated
             && let Some(kink) = kinked(&model.effects[effect])
         {
-            inside.extend(self.over_kinks(predictor, (model, lowest), (effect, kink), rise)?);
+            let beside = self.over_kinks(predictor, (model, lowest), (effect, kink), rise);
+            inside.extend(beside.unwrap_or_default());
         }
         let ParameterRole::Free { lower, upper, .. } = set.parameters()[place].role else {
             return None;
@@ -258,8 +259,8 @@ impl WeightedFit<'_> {
         };
         let (size, place) = (place(0), place(kink));
         // What twists do changes little within an interval.
-        let there = (&model.parameters[..], &model.effects[..]);
-        predictor.hold_joints_as_at(there.0, there.1).ok()?;
+        let held = predictor.hold_joints_as_at(&model.parameters, &model.effects);
+        held.ok()?;
         let mut problem = FitResiduals::new(self, predictor, model);
         let mut inside = Vec::new();
         let mut is_inside = |level: f64| {

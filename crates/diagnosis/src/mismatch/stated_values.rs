@@ -259,12 +259,11 @@ fn interval(
     };
     // Values that move readings by kinks were searched for, and may stand beside the lowest point.
     let inside = inside.chain([value.value]);
+    let low = inside.clone().fold(found(0)?, f64::min);
+    let high = inside.fold(found(1)?, f64::max);
     Some(ValueInterval {
-        ends: [
-            inside.clone().fold(found(0)?, f64::min),
-            inside.fold(found(1)?, f64::max),
-        ],
-        is_open: [0, 1].map(|end| matches!(profile.ends[end], ProfileEnd::OpenAtBound { .. })),
+        ends: [low, high],
+        is_open: [low <= least, high >= most],
     })
 }
 
