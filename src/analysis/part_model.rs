@@ -1,4 +1,4 @@
-//! The model of a part as a file: schema `stiffbench/part-model/1`. `diagnose --specimen` writes it, `predict` reads it.
+//! The model of a part as a file: schema `stiffbench/part-model/2`. `diagnose --specimen` writes it, `predict` reads it.
 //!
 //! Numbers stand in the units of the table that the model was fitted to. A key that is not known is an error.
 
@@ -7,14 +7,14 @@ use miette::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 use crate::mismatch::{
-    PartBand, PartConfiguration, PartModel, PartUnits, SPECIMEN_JOINT, SpecimenScale, test_object,
+    PartBand, PartConfiguration, PartModel, PartUnits, SPECIMEN_JOINT, test_object,
 };
 use crate::nearest::listed_names;
 use crate::physics::{Effect, Law, Place};
 use crate::specimen::{ColumnUnit, ResponseVariable, SpecimenOptions, SpecimenTable};
 
 /// The only schema known to this version.
-const PART_MODEL_SCHEMA: &str = "stiffbench/part-model/1";
+const PART_MODEL_SCHEMA: &str = "stiffbench/part-model/2";
 
 /// A file that holds no model of a part, or one that cannot be.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -104,20 +104,10 @@ pub struct PartModelFile {
     range: [f64; 2],
     /// Columns and units of a table, as the options of `diagnose --specimen`.
     pub columns: SpecimenOptions,
-    scale: FileScale,
     band: FileBand,
     configurations: Vec<FileConfiguration>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effects: Vec<FileEffect>,
-}
-
-/// SI units in one of the search: its numbers are of the size of the paper's bench.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileScale {
-    load: f64,
-    answer: f64,
-    offset: f64,
 }
 
 /// 95 % of the readings that were left out of the fit lie within `half_width`.
@@ -185,14 +175,9 @@ impl PartModelFile {
             table_sha256: sha256.to_owned(),
             force_unit: force.name.clone(),
             displacement_unit: displacement.name.clone(),
-            order_is_clock: units.scale.order_is_clock,
+            order_is_clock: units.order_is_clock,
             range: model.range.map(|end| load.in_table(end)),
             columns: columns.clone(),
-            scale: FileScale {
-                load: units.scale.load,
-                answer: units.scale.answer,
-                offset: units.scale.offset,
-            },
             band: FileBand {
                 half_width: answer.in_table(model.band.half_width),
                 readings: model.band.readings,
@@ -240,30 +225,26 @@ impl PartModelFile {
             ResponseVariable::Displacement => (force, displacement),
             ResponseVariable::Force => (displacement, force),
         };
-        for (key, number) in [
-            ("scale.load", self.scale.load),
-            ("scale.answer", self.scale.answer),
-            ("band.half_width", self.band.half_width),
-        ] {
-            if !(number > 0.0 && number.is_finite()) {
-                return Err(bad(file, key, &number.to_string(), "a number above zero"));
-            }
+        let half_width = self.band.half_width;
+        if !(half_width > 0.0 && half_width.is_finite()) {
+            let key = "band.half_width";
+            return Err(bad(
+                file,
+                key,
+                &half_width.to_string(),
+                "a number above zero",
+            ));
         }
         let units = PartUnits {
-            scale: SpecimenScale {
-                load: self.scale.load,
-                answer: self.scale.answer,
-                offset: self.scale.offset,
-                order_is_clock: self.order_is_clock,
-            },
+            order_is_clock: self.order_is_clock,
             load,
             answer,
         };
         let (of_load, of_answer) = (units.of_load(), units.of_answer());
         let configuration = |one: &FileConfiguration| PartConfiguration {
             name: one.name.clone(),
-            slope: units.of_slope().scaled(one.slope),
-            zero: of_answer.scaled(one.zero),
+            slope: units.of_slope().in_si(one.slope),
+            zero: of_answer.in_si(one.zero),
             size_factor: one.size_factor,
         };
         let effects = self.effects.iter();
@@ -273,9 +254,9 @@ impl PartModelFile {
             effects: effects
                 .map(|one| self.effect(file, &units, one))
                 .collect::<Result<_, _>>()?,
-            range: self.range.map(|end| of_load.scaled(end)),
+            range: self.range.map(|end| of_load.in_si(end)),
             band: PartBand {
-                half_width: of_answer.scaled(self.band.half_width),
+                half_width: of_answer.in_si(self.band.half_width),
                 readings: self.band.readings,
             },
             units,
@@ -323,7 +304,7 @@ impl PartModelFile {
                     &format!("the unit {}", unit.name),
                 ));
             }
-            values.push(unit.scaled(value.value));
+            values.push(unit.in_si(value.value));
         }
         Effect::new(law, place, values).map_err(|error| {
             bad(
@@ -346,7 +327,7 @@ pub fn check_predictable(
     file: &str,
 ) -> Result<(), PartModelError> {
     let (load, answer) = (&model.units.load, &model.units.answer);
-    let own = PartUnits::new(table, &model.units.scale);
+    let own = PartUnits::new(table);
     let names = match model.response {
         ResponseVariable::Displacement => ["force", "displacement"],
         ResponseVariable::Force => ["displacement", "force"],

@@ -3,9 +3,7 @@
 use serde_json::json;
 
 use crate::analysis::{Inputs, PartModelFile, read_bytes, sha256, shown};
-use crate::mismatch::{
-    MOST_READINGS_OF_A_PART, PartModel, SearchOptions, diagnose, specimen_bench,
-};
+use crate::mismatch::{Line, MOST_READINGS_OF_A_PART, PartModel, SearchOptions, diagnose};
 use crate::physics::Law;
 use crate::report::{DiagnosisResult, SpecimenSummary};
 use crate::specimen::{SpecimenOptions, read_specimen};
@@ -27,19 +25,19 @@ pub(super) fn run(
     let name = shown(path);
     let inputs = Inputs::default().with_list(&name, &sha256(&bytes));
     let table = read_specimen(&name, bytes.as_slice(), options)?.thinned(MOST_READINGS_OF_A_PART);
-    let (observations, baseline, scale) = specimen_bench(&table)?;
+    let (line, observations) = Line::of_table(&table)?;
     let search = SearchOptions {
         without,
         seed: args.seed,
         ..SearchOptions::default()
     };
-    let (diagnosis, _) = diagnose(&baseline, &observations, &search, None)?;
-    let summary = SpecimenSummary::new(&table, &scale, &diagnosis, args.seed);
+    let (diagnosis, _) = diagnose(&line, &observations, &search, None)?;
+    let summary = SpecimenSummary::new(&table, &diagnosis, args.seed);
     let text = summary.text();
     let data = DiagnosisResult::Specimen(Box::new(summary));
     if let Some(folder) = &args.out {
         write_diagnosis(folder, &text, &inputs, [("data", json!(data))])?;
-        let model = PartModel::new(&table, &scale, (&observations, &baseline), &diagnosis)?;
+        let model = PartModel::new(&table, (&line, &observations), &diagnosis)?;
         if let Some(model) = model {
             let verdict = diagnosis.verdict.to_string();
             let file = PartModelFile::new(&model, options, (&name, &sha256(&bytes)), verdict);

@@ -74,16 +74,15 @@ impl PredictionReport {
     /// Predictions beside the readings of a table.
     ///
     /// # Arguments
-    /// - `scaled`: what the model predicts for each reading of the table.
+    /// - `predicted`: what the model predicts for each reading of the table, in SI units.
     #[must_use]
-    pub fn new(model: &PartModel, table: &SpecimenTable, scaled: &[f64]) -> Self {
+    pub fn new(model: &PartModel, table: &SpecimenTable, predicted: &[f64]) -> Self {
         let units = &model.units;
         let (load, answer) = (units.of_load(), units.of_answer());
-        let offset = units.scale.offset / answer.si_per_unit;
         let band = answer.in_table(model.band.half_width);
         let range = model.range.map(|end| load.in_table(end));
         let row = |(reading, value): (&crate::specimen::SpecimenReading, &f64)| {
-            let predicted = answer.in_table(*value) + offset;
+            let predicted = answer.in_table(*value);
             PredictedRow {
                 line: reading.line,
                 run: table.runs[reading.run as usize].label.clone(),
@@ -96,7 +95,7 @@ impl PredictionReport {
                     .then(|| table.answer(reading) / answer.si_per_unit),
             }
         };
-        let rows: Vec<PredictedRow> = table.readings.iter().zip(scaled).map(row).collect();
+        let rows: Vec<PredictedRow> = table.readings.iter().zip(predicted).map(row).collect();
         let slack = 1e-6 * (range[1] - range[0]);
         let beyond =
             |row: &&PredictedRow| row.driver < range[0] - slack || row.driver > range[1] + slack;

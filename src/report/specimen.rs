@@ -8,8 +8,7 @@ use serde::Serialize;
 
 use crate::mismatch::{
     ConfigurationSizes, Diagnosis, EstimatedValue, FactorChange, Finding, LawAtPlace, MisfitShares,
-    NextMeasurement, Omnibus, PartUnit, PartUnits, Quality, SpecimenScale, Stratum, Verdict,
-    VerdictGrade,
+    NextMeasurement, Omnibus, PartUnit, PartUnits, Quality, Stratum, Verdict, VerdictGrade,
 };
 use crate::physics::ParameterSpec;
 use crate::specimen::SpecimenTable;
@@ -179,11 +178,11 @@ pub struct SpecimenNoise {
 }
 
 impl SiValue {
-    fn new(unit: &PartUnit, scaled: f64, interval: Option<[f64; 2]>) -> Self {
+    fn new(unit: &PartUnit, value: f64, ci95: Option<[f64; 2]>) -> Self {
         Self {
-            value: scaled * unit.si,
+            value,
             unit: unit.si_name.clone(),
-            ci95: interval.map(|ends| ends.map(|end| end * unit.si)),
+            ci95,
         }
     }
 }
@@ -257,13 +256,8 @@ fn finding(units: &PartUnits, finding: &Finding) -> SpecimenFinding {
 impl SpecimenSummary {
     /// A diagnosis in the units of the table that it is of.
     #[must_use]
-    pub fn new(
-        table: &SpecimenTable,
-        scale: &SpecimenScale,
-        diagnosis: &Diagnosis,
-        seed: u64,
-    ) -> Self {
-        let units = PartUnits::new(table, scale);
+    pub fn new(table: &SpecimenTable, diagnosis: &Diagnosis, seed: u64) -> Self {
+        let units = PartUnits::new(table);
         let slopes = diagnosis.factors.iter().map(|one| slope(&units, one));
         let findings = diagnosis.findings.iter().map(|one| finding(&units, one));
         let findings: Vec<SpecimenFinding> = findings.collect();
@@ -290,7 +284,7 @@ impl SpecimenSummary {
             },
             next_measurement: Vec::new(),
             readings: table.readings.len(),
-            order_is_clock: scale.order_is_clock,
+            order_is_clock: units.order_is_clock,
             seed,
             version: env!("CARGO_PKG_VERSION"),
         }

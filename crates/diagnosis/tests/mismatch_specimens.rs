@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use stiffbench_beams::physics::{DrivenPath, Law, laws, values_of};
 use stiffbench_diagnosis::mismatch::{
-    ConfigurationSizes, Diagnosis, NoiseBasis, SearchOptions, Verdict, diagnose, specimen_bench,
+    ConfigurationSizes, Diagnosis, Line, NoiseBasis, SearchOptions, Verdict, diagnose,
 };
 use stiffbench_measurement::specimen::{ResponseVariable, SpecimenOptions, read_specimen};
 
@@ -43,7 +43,7 @@ fn said(table: &str) -> Diagnosis {
         ..SpecimenOptions::default()
     };
     let table = read_specimen("line.csv", table.as_bytes(), &options).unwrap();
-    let (observations, baseline, _) = specimen_bench(&table).unwrap();
+    let (baseline, observations) = Line::of_table(&table).unwrap();
     let search = SearchOptions::default();
     diagnose(&baseline, &observations, &search, None).unwrap().0
 }
@@ -171,7 +171,7 @@ fn said_of_part(table: &str, response: ResponseVariable) -> Diagnosis {
         ..SpecimenOptions::default()
     };
     let table = read_specimen("part.csv", table.as_bytes(), &options).unwrap();
-    let (observations, baseline, _) = specimen_bench(&table).unwrap();
+    let (baseline, observations) = Line::of_table(&table).unwrap();
     let search = SearchOptions::default();
     diagnose(&baseline, &observations, &search, None).unwrap().0
 }
@@ -250,7 +250,7 @@ fn sizes_follow_the_number_of_a_configuration_where_they_do() {
             ..SpecimenOptions::default()
         };
         let read = read_specimen("part.csv", table.as_bytes(), &options).unwrap();
-        let (observations, baseline, _) = specimen_bench(&read).unwrap();
+        let (baseline, observations) = Line::of_table(&read).unwrap();
         let search = SearchOptions::default();
         diagnose(&baseline, &observations, &search, None).unwrap().0
     };

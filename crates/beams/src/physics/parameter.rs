@@ -63,6 +63,11 @@ pub enum FitBy {
         /// Step of the difference, SI.
         step: f64,
     },
+    /// By derivatives, from differences over a share of the plausible range: for values that may be zero.
+    ShareOfRange {
+        /// Step of the difference, as a share of the range.
+        share: f64,
+    },
     /// By derivatives of its ratio to the first parameter, which takes it along.
     RatioToFirst,
     /// By trial, for readings depend on it by kinks and steps.
@@ -73,6 +78,9 @@ pub enum FitBy {
 pub(super) const OF_A_SIZE: FitBy = FitBy::Derivative {
     relative_step: 1e-3,
 };
+
+/// Step of the difference of a parameter that may be zero.
+pub(super) const OVER_RANGE: FitBy = FitBy::ShareOfRange { share: 5e-4 };
 
 /// A value in the middle of what is met in practice, and how far others lie from it.
 #[derive(Debug, Clone, Copy)]

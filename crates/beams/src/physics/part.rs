@@ -16,7 +16,7 @@ pub(super) const ANSWER: ParameterSpec = ParameterSpec {
         reason: "up to twice the largest answer",
     },
     typical: Typical {
-        value: |_| 1e-9,
+        value: |scale| 1e-6 * scale.displacement_m,
         spread: 1.0,
     },
     fit: OF_A_SIZE,

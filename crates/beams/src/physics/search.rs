@@ -45,6 +45,12 @@ impl PlaceScale {
         VISIBLE_SHARE * self.compliance
     }
 
+    /// A displacement that is clearly visible and still small, m; of a part in the unit of its answers.
+    #[must_use]
+    pub fn small_answer(&self) -> f64 {
+        1e-3 * self.displacement_m
+    }
+
     /// Plausible compliances.
     #[must_use]
     pub fn plausible_compliance(&self) -> [f64; 2] {

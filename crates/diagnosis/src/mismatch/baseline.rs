@@ -12,6 +12,8 @@ pub struct BaselineParameter {
     pub name: String,
     /// Compliance of a spring at a fitted value of one, rad/(N·m); `None` for what is no spring.
     pub spring_rad_per_nm: Option<f64>,
+    /// A large change of it: 1 of a logarithm, the mean slope of a slope.
+    pub unit: f64,
     /// Where it starts.
     pub start: f64,
     /// Smallest value.
@@ -25,16 +27,16 @@ pub struct BaselineParameter {
 impl BaselineParameter {
     /// Whether a factor stands at one of its bounds: it takes nothing more that the readings ask for.
     pub(super) fn is_at_bound(&self, value: f64) -> bool {
-        self.spring_rad_per_nm.is_none() && is_near(value, [self.lower, self.upper])
+        self.spring_rad_per_nm.is_none() && self.is_near_bound(value)
+    }
+
+    /// Whether a fitted value stands at one of its bounds.
+    pub(super) fn is_near_bound(&self, value: f64) -> bool {
+        (value - self.lower).min(self.upper - value) < AT_BOUND * self.unit
     }
 }
 
-/// Whether a fitted value stands at one of its bounds.
-pub(super) fn is_near(value: f64, [lower, upper]: [f64; 2]) -> bool {
-    value - lower < AT_BOUND || upper - value < AT_BOUND
-}
-
-/// Distance of a fitted value from its bound at which it stands there.
+/// Distance of a fitted value from its bound at which it stands there, in units of the parameter.
 const AT_BOUND: f64 = 1e-6;
 
 /// The linear model that the effects are added to.

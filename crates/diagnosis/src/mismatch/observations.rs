@@ -271,6 +271,12 @@ impl Observations {
         self.readings.is_empty()
     }
 
+    /// Size of the largest load, N; of a part in the unit of what was set.
+    pub(super) fn largest_load(&self) -> f64 {
+        let sizes = self.loads.iter().map(|load| load.force_n.abs());
+        sizes.fold(0.0, f64::max)
+    }
+
     /// Whether any run has several loads, of which zero and slope of the run can be told apart.
     #[must_use]
     pub fn has_series(&self) -> bool {

@@ -10,12 +10,12 @@ use super::observations::Observations;
 use super::part_units::PartUnits;
 use super::problem::DiagnosisProblem;
 use super::refit::Model;
-use super::specimen::{SpecimenBaseline, SpecimenScale, specimen_observations};
+use super::specimen::{Line, part_observations};
 
 /// Share of readings within the band.
 const WITHIN: f64 = 0.95;
 
-/// A part's line and the laws beside it, in scaled numbers.
+/// A part's line and the laws beside it, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartModel {
     /// Which quantity answers.
@@ -58,14 +58,13 @@ impl PartModel {
     /// The model of a diagnosis; `None` where the readings could not decide.
     ///
     /// # Arguments
-    /// - `table`, `scale`, `observations`, `baseline`: what was diagnosed.
+    /// - `table`, `line`, `observations`: what was diagnosed.
     ///
     /// # Errors
     /// [`MismatchError`].
     pub fn new(
         table: &SpecimenTable,
-        scale: &SpecimenScale,
-        (observations, baseline): (&Observations, &SpecimenBaseline),
+        (line, observations): (&Line, &Observations),
         diagnosis: &Diagnosis,
     ) -> Result<Option<Self>, MismatchError> {
         if !diagnosis.lacking.is_empty() {
@@ -77,7 +76,7 @@ impl PartModel {
             Some(factors) => &observations.with_size_factors(factors),
             None => observations,
         };
-        let problem = DiagnosisProblem::new(baseline, scaled);
+        let problem = DiagnosisProblem::new(line, scaled);
         let model = Model {
             parameters: diagnosis.parameters.clone(),
             effects: diagnosis.effects.clone(),
@@ -89,7 +88,7 @@ impl PartModel {
             configurations.push(PartConfiguration {
                 name: table.configurations[cell.pose].clone(),
                 slope: model.parameters[cell.pose],
-                zero: own.iter().sum::<f64>() / own.len() as f64,
+                zero: line.zero + own.iter().sum::<f64>() / own.len() as f64,
                 size_factor: factors.as_ref().map_or(1.0, |factors| factors[cell.pose]),
             });
         }
@@ -100,7 +99,7 @@ impl PartModel {
         });
         Ok(Some(Self {
             response: table.response,
-            units: PartUnits::new(table, scale),
+            units: PartUnits::new(table),
             configurations,
             effects: model.effects,
             range,
@@ -108,7 +107,7 @@ impl PartModel {
         }))
     }
 
-    /// What the model predicts for each reading of a table, in the order of the table, scaled; its configurations must be of the model.
+    /// What the model predicts for each reading of a table, in the order of the table, in SI; its configurations must be of the model.
     ///
     /// Memory is carried over the readings of each run, and over runs of which one continues the other.
     ///
@@ -118,11 +117,11 @@ impl PartModel {
         let known = |name: &String| self.configurations.iter().find(|one| one.name == *name);
         let own: Option<Vec<&PartConfiguration>> = table.configurations.iter().map(known).collect();
         let own = own.ok_or(MismatchError::Empty)?;
-        let (observations, places) = specimen_observations(table, &self.units.scale);
+        let (observations, places) = part_observations(table, 0.0);
         let factors: Vec<f64> = own.iter().map(|one| one.size_factor).collect();
         let observations = observations.with_size_factors(&factors);
         let slopes: Vec<f64> = own.iter().map(|one| one.slope).collect();
-        let baseline = SpecimenBaseline::with_slopes(&table.configurations, &slopes);
+        let baseline = Line::with_slopes(&table.configurations, &slopes);
         let problem = DiagnosisProblem::new(&baseline, &observations);
         let model = Model {
             parameters: slopes,

@@ -1,27 +1,23 @@
-//! From the scaled numbers of the search to the units of a part's table, and back.
+//! From SI units to those of a part's table, and back.
 
 use stiffbench_beams::physics::{Dimension, ParameterSpec};
 use stiffbench_measurement::specimen::{ColumnUnit, ResponseVariable, SpecimenTable};
 
-use super::specimen::SpecimenScale;
-
-/// The units of a table beside those of the search.
+/// The units of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartUnits {
-    /// Scaled numbers.
-    pub scale: SpecimenScale,
     /// What was set.
     pub load: ColumnUnit,
     /// What answered.
     pub answer: ColumnUnit,
+    /// Whether the order of the readings is used as time.
+    pub order_is_clock: bool,
 }
 
 /// A unit of a quantity of a part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartUnit {
-    /// SI units in one of the search; units of the file where the table has none.
-    pub si: f64,
-    /// SI units in one of the table.
+    /// SI units in one of the table; 1 where the table has none.
     pub si_per_unit: f64,
     /// Name of the unit of the table.
     pub name: String,
@@ -30,30 +26,30 @@ pub struct PartUnit {
 }
 
 impl PartUnit {
-    /// A scaled number in the unit of the table.
+    /// A number in SI in the unit of the table.
     #[must_use]
-    pub fn in_table(&self, scaled: f64) -> f64 {
-        scaled * self.si / self.si_per_unit
+    pub fn in_table(&self, si: f64) -> f64 {
+        si / self.si_per_unit
     }
 
-    /// A number of the table, scaled.
+    /// A number of the table in SI.
     #[must_use]
-    pub fn scaled(&self, in_table: f64) -> f64 {
-        in_table * self.si_per_unit / self.si
+    pub fn in_si(&self, in_table: f64) -> f64 {
+        in_table * self.si_per_unit
     }
 }
 
 impl PartUnits {
     /// Those of a table.
     #[must_use]
-    pub fn new(table: &SpecimenTable, scale: &SpecimenScale) -> Self {
+    pub fn new(table: &SpecimenTable) -> Self {
         let (force, displacement) = (&table.force_unit, &table.displacement_unit);
         let (load, answer) = match table.response {
             ResponseVariable::Displacement => (force, displacement),
             ResponseVariable::Force => (displacement, force),
         };
         Self {
-            scale: *scale,
+            order_is_clock: table.readings.iter().all(|one| one.time_s.is_none()),
             load: load.clone(),
             answer: answer.clone(),
         }
@@ -64,7 +60,6 @@ impl PartUnits {
     pub fn of(&self, spec: &ParameterSpec) -> PartUnit {
         let Some([of_answer, of_load, of_time]) = spec.dimension.powers() else {
             return PartUnit {
-                si: 1.0,
                 si_per_unit: 1.0,
                 name: spec.unit().to_owned(),
                 si_name: spec.unit().to_owned(),
@@ -76,7 +71,7 @@ impl PartUnits {
             (0, 1, 0) => load.to_owned(),
             (0, _, 0) => per("1", &power(load, -of_load)),
             (1, _, 0) => per(answer, &power(load, -of_load)),
-            _ if self.scale.order_is_clock => per(answer, "reading"),
+            _ if self.order_is_clock => per(answer, "reading"),
             _ => per(answer, "s"),
         };
         self.of_powers([of_answer, of_load], name)
@@ -98,7 +93,6 @@ impl PartUnits {
     #[must_use]
     pub fn of_slope(&self) -> PartUnit {
         PartUnit {
-            si: self.scale.answer / self.scale.load,
             si_per_unit: self.answer.si_per_unit / self.load.si_per_unit,
             ..self.of_powers([1, -1], per)
         }
@@ -116,7 +110,6 @@ impl PartUnits {
         let product =
             |answer: f64, load: f64| answer.powi(of_answer.into()) * load.powi(of_load.into());
         PartUnit {
-            si: product(self.scale.answer, self.scale.load),
             si_per_unit: product(self.answer.si_per_unit, self.load.si_per_unit),
             name: name(&self.answer.name, &self.load.name),
             si_name: name(self.answer.si, self.load.si),

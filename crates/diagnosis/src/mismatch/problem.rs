@@ -262,15 +262,16 @@ impl<'a> DiagnosisProblem<'a> {
         let mut columns = Vec::new();
         let mut up = vec![0.0; n];
         let mut down = vec![0.0; n];
-        // Central differences of the logarithms of factors: the structure is solved to ten digits.
+        // Central differences, in units of the parameters: the structure is solved to ten digits.
         const STEP: f64 = 1e-4;
         for (index, parameter) in self.baseline.parameters().iter().enumerate() {
+            let step = STEP * parameter.unit;
             let mut moved = model.parameters.clone();
-            moved[index] += STEP;
+            moved[index] += step;
             let above = moved[index];
             predictor.predict(&moved, &model.effects, &mut up)?;
-            moved[index] -= 2.0 * STEP;
-            let mut width = 2.0 * STEP;
+            moved[index] -= 2.0 * step;
+            let mut width = 2.0 * step;
             // No spring has a compliance below zero: at a rigid joint the difference is to one side.
             if parameter.spring_rad_per_nm.is_some() && moved[index] < 0.0 {
                 moved[index] = 0.0;
@@ -284,7 +285,7 @@ impl<'a> DiagnosisProblem<'a> {
         for place in 0..effects.len() {
             for value in 0..effects[place].values.len() {
                 let before = effects[place].values[value];
-                let step = step_of(&effects[place], value);
+                let step = step_of(&effects[place], value, self.scales());
                 effects[place].values[value] = before + step;
                 predictor.predict(&model.parameters, &effects, &mut up)?;
                 effects[place].values[value] = before;

@@ -8,7 +8,7 @@ use stiffbench_beams::physics::{DrivenPath, Effect, HistoryLaw, Values, values_o
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::observations::Observations;
-use crate::search::constants::{CONTINUES, LARGEST_LOAD, SHUFFLED};
+use crate::search::constants::{CONTINUES, SHUFFLED};
 
 /// What a part went through from its virgin state on, and which of its readings count.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,7 @@ impl RecordedHistory {
     pub(super) fn of_runs(observations: &Observations) -> Vec<Self> {
         let driver = |reading: usize| observations.loads[reading].force_n;
         let time_s = |reading: usize| observations.readings[reading].time_s.unwrap_or_default();
+        let nearest = CONTINUES * observations.largest_load();
         let mut ranges: Vec<(usize, Range<usize>)> = Vec::new();
         for run in &observations.runs {
             if is_shuffled(observations, &run.readings) {
@@ -43,7 +44,7 @@ impl RecordedHistory {
             let continues = |(cell, before): &&mut (usize, Range<usize>)| {
                 let (end, begin) = (before.end - 1, run.readings.start);
                 *cell == run.cell
-                    && (driver(end) - driver(begin)).abs() <= CONTINUES * LARGEST_LOAD
+                    && (driver(end) - driver(begin)).abs() <= nearest
                     && time_s(begin) >= time_s(end)
             };
             match ranges.last_mut().filter(continues) {

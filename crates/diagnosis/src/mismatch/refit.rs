@@ -439,8 +439,8 @@ pub(super) fn put_values(effects: &mut [Effect], values: &[f64]) {
 }
 
 /// Moves one value of an effect as a fit moves it, by a small step, and says by how much.
-fn step_on(effect: &mut Effect, value: usize) -> f64 {
-    let step = step_of(effect, value);
+fn step_on(effect: &mut Effect, value: usize, scales: &PlaceScales) -> f64 {
+    let step = step_of(effect, value, scales);
     let before = effect.values[value];
     effect.values[value] += step;
     if effect.law.parameters[value].is_ratio() {
@@ -585,7 +585,7 @@ impl FitResiduals<'_, '_, '_> {
                     let own = &mut self.effects[effect];
                     let (before, scales) = (own.values.clone(), self.refit.scales);
                     let number = made.map_or(0.0, |(stated, ..)| stated.of_effect(own, scales));
-                    let mut step = step_on(own, value);
+                    let mut step = step_on(own, value, scales);
                     match made {
                         Some((stated, _, moved)) if moved == value => {
                             step = stated.of_effect(own, scales) - number;
@@ -616,19 +616,27 @@ impl FitResiduals<'_, '_, '_> {
 }
 
 /// Step of a difference: a share of the value; from zero, a size at which the effect can be distinguished from rounding.
-pub(super) fn step_of(effect: &Effect, value: usize) -> f64 {
-    /// Step from zero of a value with a unit.
-    const FROM_ZERO: f64 = 1e-9;
+pub(super) fn step_of(effect: &Effect, value: usize, scales: &PlaceScales) -> f64 {
+    /// Step from zero, as a share of the largest plausible value.
+    const FROM_ZERO: f64 = 1e-6;
     /// Share by which a ratio is moved.
     const SHARE: f64 = 1e-3;
     /// Share by which a value that is searched is moved: a moment or a time moves readings by kinks, and a twentieth averages over them.
     const OVER_KINKS: f64 = 0.05;
     let now = effect.values[value];
+    let range = || {
+        let plausible = effect.law.parameters[value].plausible;
+        (plausible.bounds)(scales.at(&effect.place), &effect.values)
+    };
     match effect.law.parameters[value].fit {
         FitBy::FixedStep { step } => step,
+        FitBy::ShareOfRange { share } => {
+            let [low, high] = range();
+            share * (high - low)
+        }
         // From zero the step is a share of the first value.
         FitBy::RatioToFirst => SHARE * now.abs().max(SHARE * effect.values[0]),
-        FitBy::Derivative { .. } if now == 0.0 => FROM_ZERO,
+        FitBy::Derivative { .. } if now == 0.0 => FROM_ZERO * range()[1],
         FitBy::Derivative { relative_step } => relative_step * now,
         FitBy::Search => OVER_KINKS * now.abs().max(1e-12),
     }
@@ -655,10 +663,10 @@ mod tests {
         put_values(&mut effects, &[4e-6, -0.25]);
         assert_eq!(effects[0].values, [4e-6, -1e-6]);
         // The linear term takes the quadratic one along, the ratio stays.
-        let step = step_on(&mut effects[0], 0);
+        let step = step_on(&mut effects[0], 0, &PlaceScales::default());
         let moved: Vec<f64> = moved_values(&effects[0]).collect();
         assert!((moved[0] - 4e-6 - step).abs() < 1e-18 && (moved[1] + 0.25).abs() < 1e-12);
-        let step = step_on(&mut effects[0], 1);
+        let step = step_on(&mut effects[0], 1, &PlaceScales::default());
         let then: Vec<f64> = moved_values(&effects[0]).collect();
         assert!((then[1] - moved[1] - step).abs() < 1e-12 && then[0] == moved[0]);
     }
@@ -666,6 +674,6 @@ mod tests {
     #[test]
     fn without_a_linear_term_the_ratio_has_no_derivative() {
         let mut effect = nonlinear([0.0, 0.0]);
-        assert!(step_on(&mut effect, 1).is_infinite());
+        assert!(step_on(&mut effect, 1, &PlaceScales::default()).is_infinite());
     }
 }

@@ -18,6 +18,14 @@ use stiffbench_numeric::statistics::root_mean_square;
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
 
+/// Least standard deviation of a reading, and where it starts, as shares of the largest displacement.
+const LEAST_SD: f64 = 1e-6;
+/// See [`LEAST_SD`].
+const START_SD: f64 = 1e-3;
+
+/// What a zero that may be anything scatters by, in largest displacements.
+const FREE_ZERO_SD: f64 = 10.0;
+
 /// Largest correlation of neighbouring errors: nearer to one they are a drift.
 const MOST_CORRELATED: f64 = 0.98;
 
@@ -52,10 +60,13 @@ pub(crate) fn estimate_noise(
     };
     let of_cell = |part: &FixedPart| part.centred(residual_m[part.readings.clone()].to_vec());
     let residual_m: Vec<f64> = fixed.iter().flat_map(of_cell).collect();
+    let largest_m = largest(&observations.displacement_m).max(f64::MIN_POSITIVE);
+    let least_m = LEAST_SD * largest_m;
     let floor_m = observations
         .steps
         .displacement_m
-        .map_or(1e-9, |step| (step / 12.0_f64.sqrt()).max(1e-9));
+        .map_or(0.0, |step| step / 12.0_f64.sqrt())
+        .max(least_m);
     let problem = VarianceProblem {
         observations,
         fixed,
@@ -64,7 +75,7 @@ pub(crate) fn estimate_noise(
         force,
         earlier,
         floor_m,
-        free_zero_sd_m: 10.0 * largest(&observations.displacement_m),
+        largest_m,
     };
     let rough = problem.rough_sd();
     let mut centre = [0.0; VALUES];
@@ -202,8 +213,8 @@ struct VarianceProblem<'a> {
     force: ForceReading<'a>,
     earlier: Option<&'a EarlierNoise>,
     floor_m: f64,
-    /// What a zero that may be anything scatters by, m.
-    free_zero_sd_m: f64,
+    /// Largest displacement, m.
+    largest_m: f64,
 }
 
 impl VarianceProblem<'_> {
@@ -222,7 +233,7 @@ impl VarianceProblem<'_> {
         ReadingNoise {
             reading_sd_m: sd(READING).hypot(self.floor_m),
             zero_sd_m: if self.observations.free_zeros {
-                self.free_zero_sd_m
+                FREE_ZERO_SD * self.largest_m
             } else {
                 sd(ZERO)
             },
@@ -351,10 +362,11 @@ impl VarianceProblem<'_> {
 
     /// A first guess: scatter of differences between runs at the same step.
     fn rough_sd(&self) -> f64 {
+        let start_m = self.floor_m.max(START_SD * self.largest_m);
         let precision = self.precision(&ReadingNoise {
-            reading_sd_m: self.floor_m.max(1e-6),
+            reading_sd_m: start_m,
             zero_sd_m: if self.observations.has_series() {
-                1e-5
+                10.0 * start_m
             } else {
                 0.0
             },
@@ -367,7 +379,7 @@ impl VarianceProblem<'_> {
         });
         let (squares, _, dof) = self.restricted_sum(&precision);
         let scale = (squares / (dof as f64).max(1.0)).sqrt();
-        (scale * self.floor_m.max(1e-6)).clamp(self.floor_m, 1.0)
+        (scale * start_m).max(self.floor_m)
     }
 
     fn precision(&self, noise: &ReadingNoise) -> Precision {

@@ -203,6 +203,7 @@ impl<'a> RobotBaseline<'a> {
             .extend(TRACKER_PARAMETERS.map(|name| BaselineParameter {
                 name: name.to_owned(),
                 spring_rad_per_nm: None,
+                unit: 1.0,
                 start: 0.0,
                 lower: -TRACKER_RANGE,
                 upper: TRACKER_RANGE,
@@ -340,6 +341,7 @@ fn parameter(
         let [lower, upper] = chosen.bounds.unwrap_or(range.map(|times| times * value));
         return Ok(BaselineParameter {
             spring_rad_per_nm: None,
+            unit: 1.0,
             start: value.ln(),
             lower: lower.ln(),
             upper: upper.ln(),
@@ -357,6 +359,7 @@ fn parameter(
     let begin = if begin == 0.0 { FIRST_SPRING } else { begin };
     Ok(BaselineParameter {
         spring_rad_per_nm: Some(scale.compliance),
+        unit: 1.0,
         start: begin.clamp(lower, upper),
         lower,
         upper,

@@ -4,7 +4,7 @@ use stiffbench_beams::physics::TestObject;
 use stiffbench_numeric::statistics::{LeastSquaresLine, NORMAL_MEDIAN_DEVIATION, median};
 
 use super::observations::{Observations, ReadingClock};
-use crate::search::constants::{LARGEST_DISPLACEMENT, LARGEST_LOAD};
+use crate::search::largest;
 
 /// Fewest readings of a branch that show whether it is a straight line.
 const FEWEST: usize = 5;
@@ -20,10 +20,10 @@ impl Observations {
     /// that are set step by step scatter in both alike.
     pub(super) fn displacement_was_set(&self) -> bool {
         let has_clock = self.bench == TestObject::ForceDriven && self.clock == ReadingClock::Times;
-        // The largest of each are these.
-        let force = || self.off_the_clock(|place| self.loads[place].force_n / LARGEST_LOAD);
-        let displacement =
-            || self.off_the_clock(|place| self.displacement_m[place] / LARGEST_DISPLACEMENT);
+        let largest_n = self.largest_load();
+        let largest_m = largest(&self.displacement_m);
+        let force = || self.off_the_clock(|place| self.loads[place].force_n / largest_n);
+        let displacement = || self.off_the_clock(|place| self.displacement_m[place] / largest_m);
         let both = has_clock.then(displacement).flatten().zip(force());
         both.is_some_and(|([off, noise], [of_force, _])| {
             STRAIGHT * off < of_force && off < STRAIGHT * noise + ROUNDING.powi(2)

@@ -1,8 +1,7 @@
-//! Force against displacement without a robot, in the terms of the search.
+//! A part without a robot file: a straight line a configuration, with a zero for each run.
 //!
-//! A specimen is the simplest bench there is: its baseline is one straight line a configuration with a zero for each run, and one joint
-//! with a lever of one length unit stands for whatever has play, friction or curvature. Numbers are scaled so that the largest load is
-//! that of the paper and the largest displacement a millimetre: the sizes of the laws' priors mean the same there.
+//! What was set stands for the force and what answered for the displacement, in SI units; in those of the file where it has none. One joint
+//! with a lever of one unit stands for whatever has play, friction or curvature, so that the laws of joints act on a part.
 
 use stiffbench_beams::physics::{LoadPoint, PoseMechanics, TestObject};
 use stiffbench_beams::structure::RotationInfluence;
@@ -14,103 +13,73 @@ use super::baseline::{Baseline, BaselineParameter, PoseSolver};
 use super::error::MismatchError;
 use super::observations::{GaugeSteps, Observations, ObservedReading, ReadingClock, Recorded};
 use super::recorded_history::RecordedHistory;
-use crate::search::constants::{LARGEST_DISPLACEMENT, LARGEST_LOAD};
 use crate::search::largest;
 
 /// Name of the joint that stands for the specimen.
 pub const SPECIMEN_JOINT: &str = "specimen";
 
-/// What one unit of the scaled numbers is in the table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpecimenScale {
-    /// Load of the table per scaled N.
-    pub load: f64,
-    /// Answer of the table per scaled m.
-    pub answer: f64,
-    /// Answer of the table at the scaled zero.
-    pub offset: f64,
-    /// Whether the order of the readings is used as time.
-    pub order_is_clock: bool,
-}
-
 /// One straight line a configuration.
 #[derive(Debug, Clone)]
-pub struct SpecimenBaseline {
+pub struct Line {
     parameters: Vec<BaselineParameter>,
     joints: Vec<String>,
+    /// What answers without a load: readings count from there.
+    pub(super) zero: f64,
 }
 
-/// Lays out a table for the search.
-///
-/// # Returns
-/// The observations, the baseline, and what their units are.
-///
-/// # Errors
-/// [`MismatchError::Empty`] if no reading counts.
-pub fn specimen_bench(
-    table: &SpecimenTable,
-) -> Result<(Observations, SpecimenBaseline, SpecimenScale), MismatchError> {
-    if table.readings.is_empty() {
-        return Err(MismatchError::Empty);
+impl Line {
+    /// The line through all readings of a table, and the readings.
+    ///
+    /// # Errors
+    /// [`MismatchError::Empty`] if no reading counts.
+    pub fn of_table(table: &SpecimenTable) -> Result<(Self, Observations), MismatchError> {
+        let readings = table.readings.iter();
+        let points = readings.map(|reading| (table.driver(reading), table.answer(reading)));
+        let (slope, zero) = match LeastSquaresLine::through(points) {
+            Some(line) => (line.slope, line.at(0.0)),
+            None => (0.0, mean_answer(table)),
+        };
+        let (observations, _) = part_observations(table, zero);
+        if observations.is_empty() {
+            return Err(MismatchError::Empty);
+        }
+        // A line without any slope still needs a size to vary by.
+        let mean = largest(&observations.displacement_m) / observations.largest_load();
+        let unit = if mean.is_normal() {
+            slope.abs().max(mean)
+        } else {
+            1.0
+        };
+        let slopes = table.configurations.iter().map(|name| (name, slope));
+        Ok((Self::new(slopes, unit, zero), observations))
     }
-    let pairs: Vec<(f64, f64)> = table
-        .readings
-        .iter()
-        .map(|reading| (table.driver(reading), table.answer(reading)))
-        .collect();
-    let load = largest(pairs.iter().map(|pair| &pair.0)) / LARGEST_LOAD;
-    let (slope, offset) = line(&pairs);
-    let answers: Vec<f64> = pairs.iter().map(|pair| pair.1 - offset).collect();
-    let answer = largest(&answers).max(f64::MIN_POSITIVE) / LARGEST_DISPLACEMENT;
-    let load = if load > 0.0 { load } else { 1.0 };
-    let scale = SpecimenScale {
-        load,
-        answer,
-        offset,
-        order_is_clock: table
-            .readings
-            .iter()
-            .all(|reading| reading.time_s.is_none()),
-    };
-    let observations = observations(table, &scale);
-    // In scaled units; a line without any slope still needs a size to vary by.
-    let start = slope * load / answer;
-    let spread = start.abs().max(LARGEST_DISPLACEMENT / LARGEST_LOAD);
-    let parameter = |name: &String| slope_parameter(name, start, spread);
-    let baseline = SpecimenBaseline {
-        parameters: table.configurations.iter().map(parameter).collect(),
-        joints: vec![SPECIMEN_JOINT.to_owned()],
-    };
-    Ok((observations, baseline, scale))
-}
 
-fn slope_parameter(configuration: &str, start: f64, spread: f64) -> BaselineParameter {
-    BaselineParameter {
-        name: format!("slope of {configuration}"),
-        spring_rad_per_nm: None,
-        start,
-        lower: start - 1e3 * spread,
-        upper: start + 1e3 * spread,
-        prior_sd: 100.0 * spread,
-    }
-}
-
-impl SpecimenBaseline {
     /// Lines of known slopes.
     pub(super) fn with_slopes(configurations: &[String], slopes: &[f64]) -> Self {
-        let named = configurations.iter().zip(slopes);
-        let parameter = |(name, slope): (&String, &f64)| slope_parameter(name, *slope, 1.0);
+        Self::new(configurations.iter().zip(slopes.iter().copied()), 1.0, 0.0)
+    }
+
+    fn new<'a>(slopes: impl Iterator<Item = (&'a String, f64)>, unit: f64, zero: f64) -> Self {
+        let parameter = |(configuration, start): (&String, f64)| BaselineParameter {
+            name: format!("slope of {configuration}"),
+            spring_rad_per_nm: None,
+            unit,
+            start,
+            lower: start - 1e3 * unit,
+            upper: start + 1e3 * unit,
+            prior_sd: 100.0 * unit,
+        };
         Self {
-            parameters: named.map(parameter).collect(),
+            parameters: slopes.map(parameter).collect(),
             joints: vec![SPECIMEN_JOINT.to_owned()],
+            zero,
         }
     }
 }
 
-fn line(pairs: &[(f64, f64)]) -> (f64, f64) {
-    let mean = pairs.iter().map(|pair| pair.1).sum::<f64>() / pairs.len() as f64;
-    let line = LeastSquaresLine::through(pairs.iter().copied());
-    line.map_or((0.0, mean), |line| (line.slope, line.at(0.0)))
+fn mean_answer(table: &SpecimenTable) -> f64 {
+    let answers = table.readings.iter().map(|one| table.answer(one));
+    answers.sum::<f64>() / table.readings.len().max(1) as f64
 }
 
 /// The face of the laws of a part.
@@ -122,20 +91,20 @@ pub fn test_object(response: ResponseVariable) -> TestObject {
     }
 }
 
-/// A table in scaled numbers, and the place of each reading in the table.
-pub(super) fn specimen_observations(
-    table: &SpecimenTable,
-    scale: &SpecimenScale,
-) -> (Observations, Vec<usize>) {
+/// The readings of a table, configuration by configuration, and the place of each in the table.
+///
+/// # Arguments
+/// - `zero`: the answer from which they count.
+pub(super) fn part_observations(table: &SpecimenTable, zero: f64) -> (Observations, Vec<usize>) {
     let mut places: Vec<usize> = (0..table.readings.len()).collect();
     places.sort_by_key(|&place| {
         let run = table.readings[place].run;
         (table.runs[run as usize].configuration, run)
     });
-    (observations(table, scale), places)
+    (observations(table, zero), places)
 }
 
-fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
+fn observations(table: &SpecimenTable, zero: f64) -> Observations {
     let any = |known: fn(&SpecimenReading) -> bool| table.readings.iter().any(known);
     let recorded = Recorded {
         time: true,
@@ -149,7 +118,7 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
             .map(|name| PoseId::new(name))
             .collect(),
         free_zeros: true,
-        clock: clock_of(table, scale),
+        clock: clock_of(table),
         bench: test_object(table.response),
         ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
@@ -162,34 +131,33 @@ fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
             .filter(|(_, run)| run.configuration as usize == configuration);
         for (number, (index, _)) in members.enumerate() {
             out.begin_run(number as u32 + 1, index as u32);
-            add_run(table, scale, index, &mut out);
+            add_run(table, (index, zero), &mut out);
         }
     }
     out.histories = RecordedHistory::of_runs(&out);
     out
 }
 
-fn clock_of(table: &SpecimenTable, scale: &SpecimenScale) -> ReadingClock {
-    match (scale.order_is_clock, table.has_order) {
-        (false, _) => ReadingClock::Times,
-        (true, true) => ReadingClock::Order,
-        (true, false) => ReadingClock::Rows,
+fn clock_of(table: &SpecimenTable) -> ReadingClock {
+    let has_times = table.readings.iter().any(|one| one.time_s.is_some());
+    match (has_times, table.has_order) {
+        (true, _) => ReadingClock::Times,
+        (false, true) => ReadingClock::Order,
+        (false, false) => ReadingClock::Rows,
     }
 }
 
-fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut Observations) {
+fn add_run(table: &SpecimenTable, (run, zero): (usize, f64), out: &mut Observations) {
     let readings = || {
         table
             .readings
             .iter()
             .filter(|reading| reading.run as usize == run)
     };
-    let clock = |reading: &SpecimenReading| {
-        if scale.order_is_clock {
-            Some(f64::from(reading.order))
-        } else {
-            reading.time_s
-        }
+    let kind = out.clock;
+    let clock = |reading: &SpecimenReading| match kind {
+        ReadingClock::Times => reading.time_s,
+        ReadingClock::Order | ReadingClock::Rows => Some(f64::from(reading.order)),
     };
     let first_time = readings().find_map(clock).unwrap_or(0.0);
     let first_warmth = readings().find_map(|reading| reading.temperature_deg_c);
@@ -203,11 +171,11 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
             hold_number: 0,
             time_s,
             line: reading.line,
-            target_n: table.driver(reading) / scale.load,
+            target_n: table.driver(reading),
             flagged: false,
         };
         let load = LoadPoint {
-            force_n: table.driver(reading) / scale.load,
+            force_n: table.driver(reading),
             step: step as u32,
             hold_s: reading.hold_s.unwrap_or(0.0),
             since_zero_s: time_s.map_or(0.0, |time| time - first_time),
@@ -218,19 +186,18 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
             position_m: None,
             is_unloaded: table.driver(reading) == 0.0,
         };
-        let displacement_m = (table.answer(reading) - scale.offset) / scale.answer;
-        out.push(observed, load, displacement_m);
+        out.push(observed, load, table.answer(reading) - zero);
     }
 }
 
-impl Baseline for SpecimenBaseline {
+impl Baseline for Line {
     fn parameters(&self) -> &[BaselineParameter] {
         &self.parameters
     }
 
     fn solver(&self, _variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
         let poses = vec![PoseMechanics::default(); self.parameters.len()];
-        Ok(Box::new(SpecimenSolver {
+        Ok(Box::new(LineSolver {
             joints: &self.joints,
             poses,
         }))
@@ -241,12 +208,12 @@ impl Baseline for SpecimenBaseline {
     }
 }
 
-struct SpecimenSolver<'a> {
+struct LineSolver<'a> {
     joints: &'a [String],
     poses: Vec<PoseMechanics>,
 }
 
-impl PoseSolver for SpecimenSolver<'_> {
+impl PoseSolver for LineSolver<'_> {
     fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
         for (index, (pose, slope)) in self.poses.iter_mut().zip(parameters).enumerate() {
             pose.influence = RotationInfluence::of_one_joint(*slope, 1.0);

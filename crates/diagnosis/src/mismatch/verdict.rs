@@ -3,7 +3,7 @@
 use stiffbench_beams::physics::{Effect, TestObject};
 use stiffbench_units_and_text::count::counted;
 
-use super::baseline::{BaselineParameter, is_near};
+use super::baseline::BaselineParameter;
 use super::changes::end_effect_m;
 use super::configurations::ConfigurationSizes;
 use super::critical_values::LawCriticalValues;
@@ -330,7 +330,7 @@ impl DiagnosisProblem<'_> {
             &BaselineParameter,
             (&EstimatedValue, &EstimatedValue),
         )| {
-            let at_bound = is_near(after.value, [parameter.lower, parameter.upper]);
+            let at_bound = parameter.is_near_bound(after.value);
             let is_sharp = after.u.is_some_and(|u| u < IDENTIFIED * parameter.prior_sd);
             FactorChange {
                 name: parameter.name.clone(),

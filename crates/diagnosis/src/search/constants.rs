@@ -172,12 +172,6 @@ pub(crate) const ASKED_FOR: f64 = 3.84;
 /// judgement (750d6b5).
 pub(crate) const SAME_STEP: f64 = 0.05;
 
-/// Largest load and displacement of a table without a robot after scaling, N and m: those of the paper's bench, for which plausible ranges
-/// were written. Stated.
-pub(crate) const LARGEST_LOAD: f64 = 70.0;
-/// See [`LARGEST_LOAD`].
-pub(crate) const LARGEST_DISPLACEMENT: f64 = 1e-3;
-
 /// Share of the largest load within which a run of a part begins where the one before ended, so that its history goes on. Definition.
 pub(crate) const CONTINUES: f64 = 0.05;
 

@@ -6,8 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use stiffbench_diagnosis::mismatch::{
-    Diagnosis, MisfitShares, MismatchError, SearchOptions, Verdict, VerdictGrade, diagnose,
-    specimen_bench,
+    Diagnosis, Line, MisfitShares, MismatchError, SearchOptions, Verdict, VerdictGrade, diagnose,
 };
 use stiffbench_measurement::specimen::SpecimenTable;
 
@@ -199,23 +198,22 @@ pub fn score_recording(
     table: &SpecimenTable,
     seed: u64,
 ) -> Result<RecordingScore, ProveError> {
-    let (observations, baseline, scale) = specimen_bench(table)?;
+    let (line, observations) = Line::of_table(table)?;
     let options = SearchOptions {
         seed,
         ..SearchOptions::default()
     };
     let readings = table.readings.len();
-    let diagnosis = match diagnose(&baseline, &observations, &options, None) {
+    let diagnosis = match diagnose(&line, &observations, &options, None) {
         Ok((diagnosis, _)) => diagnosis,
         Err(error) => return Ok(failed(recording, readings, &error)),
     };
     // Each gauge zero and each slope was fitted.
     let count = table.readings.len() as f64;
     let fitted = (table.runs.len() + table.configurations.len()) as f64;
-    let spread = scale.answer * (count / (count - fitted).max(1.0)).sqrt();
+    let spread = (count / (count - fitted).max(1.0)).sqrt();
     let with_effects: usize = diagnosis.effects.iter().map(|e| e.values.len()).sum();
-    let spread_after =
-        scale.answer * (count / (count - fitted - with_effects as f64).max(1.0)).sqrt();
+    let spread_after = (count / (count - fitted - with_effects as f64).max(1.0)).sqrt();
     let mut figures = vec![
         ComparedFigure {
             name: "residual sd of a line (ours: a zero for each run)".to_owned(),

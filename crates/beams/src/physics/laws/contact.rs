@@ -2,11 +2,10 @@
 //!
 //! A sphere on a half-space carries by the power 3/2 of its approach: Johnson, Contact Mechanics, 1985, section 4.2, equation 4.23.
 
-use super::preloaded_backlash::STEP;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Combination, LawDefinition, LawKind, LawWording};
-use crate::physics::parameter::{FitBy, OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::parameter::{FitBy, OF_A_SIZE, OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::part::{ANSWER, FIGURE, SEARCH};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
@@ -25,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         shapes: |scale| {
             let shape = |power: f64, side: f64| Shape {
                 held: Some((1, 0.0)),
-                ..Shape::of_any_size(vec![1e-6, side * scale.force_n, power])
+                ..Shape::of_any_size(vec![scale.small_answer(), side * scale.force_n, power])
             };
             let powers = [1.5, 2.0].into_iter();
             powers.flat_map(|power| [1.0, -1.0].map(|side| shape(power, side))).collect()
@@ -102,7 +101,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
                 value: |scale| 0.3 * scale.force_n,
                 spread: 2.0,
             },
-            fit: FitBy::FixedStep { step: STEP },
+            fit: OVER_RANGE,
             ..FULL
         },
     ],
@@ -130,7 +129,7 @@ fn shapes(scale: &PlaceScale) -> Vec<Shape> {
     let onsets = (-9..=9).map(|tenths| 0.1 * f64::from(tenths));
     let shape = |onset: f64, power: f64, side: f64| Shape {
         held: Some((1, 0.0)),
-        ..Shape::of_either_sign(vec![1e-6, side * scale.force_n, power, onset * scale.force_n])
+        ..Shape::of_either_sign(vec![scale.small_answer(), side * scale.force_n, power, onset * scale.force_n])
     };
     let of_onset = |onset: f64| {
         let powers = [1.0, 1.5, 2.0].into_iter();

@@ -35,7 +35,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Added(|&[rate, ..], load| rate * load.warming_k),
     search: SearchSpec {
         shapes: |scale| {
-            let shape = |warming_k: f64| Shape::of_either_sign(vec![1e-6 / warming_k]);
+            let shape = |warming_k: f64| Shape::of_either_sign(vec![scale.small_answer() / warming_k]);
             (scale.warming_k > 0.0).then(|| shape(scale.warming_k)).into_iter().collect()
         },
         wide_shapes: None,

@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     action: LawAction::Added(|&[rate, ..], load| rate * load.since_zero_s),
     search: SearchSpec {
         shapes: |scale| {
-            let shape = |time_s: f64| Shape::of_either_sign(vec![1e-6 / time_s]);
+            let shape = |time_s: f64| Shape::of_either_sign(vec![scale.small_answer() / time_s]);
             (scale.time_s > 0.0).then(|| shape(scale.time_s)).into_iter().collect()
         },
         wide_shapes: None,
@@ -56,7 +56,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     action: LawAction::Added(|&[rate, zeroed_before_s, ..], load| rate * (load.since_zero_s + zeroed_before_s)),
     search: SearchSpec {
         shapes: |scale| {
-            let of_share = |share: f64| Shape::of_either_sign(vec![1e-6 / scale.time_s, share * scale.time_s]);
+            let of_share = |share: f64| Shape::of_either_sign(vec![scale.small_answer() / scale.time_s, share * scale.time_s]);
             let shares = SHARES_BEFORE.into_iter().filter(|_| scale.time_s > 0.0);
             shares.map(of_share).collect()
         },

@@ -120,6 +120,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
 /// Shortest period that is searched for: shorter ones cannot be distinguished from reading errors, which move with the reading.
 pub const SHORTEST_PERIOD_M: f64 = 5e-5;
 
+/// Periods within the travel of a gauge up to which one of any length is searched for.
+const MOST_PERIODS: f64 = 40.0;
+
 /// Longest period of a wheel, a rack or a scale.
 const LONGEST_M: f64 = 2e-3;
 
@@ -154,15 +157,15 @@ fn nominal(scale: &PlaceScale) -> Vec<Shape> {
 
 fn any_period(scale: &PlaceScale) -> Vec<Shape> {
     let longest_m = longest_m(scale);
-    if longest_m <= SHORTEST_PERIOD_M {
+    let shortest_m = SHORTEST_PERIOD_M.max(scale.displacement_m / MOST_PERIODS);
+    if longest_m <= shortest_m {
         return Vec::new();
     }
     // Half of the width of a line in the spectrum.
     let spacing = 0.5 / scale.displacement_m;
-    let lines = (SHORTEST_PERIOD_M.recip() - longest_m.recip()) / spacing;
-    let count = (lines as usize).min(1500);
+    let lines = (shortest_m.recip() - longest_m.recip()) / spacing;
     let frequency = |place: usize| longest_m.recip() + spacing * place as f64;
-    (0..count).map(|place| shape(frequency(place).recip())).collect()
+    (0..lines as usize).map(|place| shape(frequency(place).recip())).collect()
 }
 
 #[derive(Debug)]

@@ -115,7 +115,7 @@ const FRICTIONS: [f64; 4] = [0.01, 0.05, 0.15, 0.3];
 const GROWTHS: [f64; 4] = [0.04, 0.1, 0.2, 0.4];
 
 fn by_displacement(scale: &PlaceScale) -> Vec<Shape> {
-    let shape = |lead: f64, growth: f64| Shape::of_any_size(vec![1e-6, lead * scale.force_n, growth / scale.force_n]);
+    let shape = |lead: f64, growth: f64| Shape::of_any_size(vec![scale.small_answer(), lead * scale.force_n, growth / scale.force_n]);
     let leads = [0.01, 0.05, 0.15];
     leads.into_iter().flat_map(|lead| [0.5, 2.0, 8.0].map(|growth| shape(lead, growth))).collect()
 }

@@ -67,7 +67,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     combination: None,
     action: LawAction::History(&Sliders::ByDisplacement),
     search: SearchSpec {
-        shapes: |scale| at_levels(scale, 1e-6),
+        shapes: |scale| at_levels(scale, scale.small_answer()),
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,
         ..SEARCH
     },

@@ -4,7 +4,7 @@ use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
-use crate::physics::parameter::{FitBy, OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::parameter::{OF_A_SIZE, OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::part::{FIGURE, SEARCH, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, Shape};
@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                 value: |scale| 0.3 / (scale.force_n * scale.force_n),
                 spread: 3.0,
             },
-            fit: FitBy::FixedStep { step: 1e-7 },
+            fit: OVER_RANGE,
         },
     ],
     contains: &[],

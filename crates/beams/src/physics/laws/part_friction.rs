@@ -56,7 +56,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
                 reason: "up to the largest force read",
             },
             typical: Typical {
-                value: |_| 1e-9,
+                value: |scale| 1e-6 * scale.displacement_m,
                 spread: 1.0,
             },
             fit: OF_A_SIZE,
@@ -66,7 +66,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     action: LawAction::History(&Slider),
     search: SearchSpec {
         shapes: |scale| {
-            let of_lead = |lead: f64| Shape::of_any_size(vec![1e-6, lead * scale.force_n]);
+            let of_lead = |lead: f64| Shape::of_any_size(vec![scale.small_answer(), lead * scale.force_n]);
             LEADS.into_iter().map(of_lead).collect()
         },
         on: SearchedOn::DISPLACEMENT_DRIVEN_PARTS,

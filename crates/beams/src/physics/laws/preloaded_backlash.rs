@@ -4,7 +4,7 @@ use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{LawDefinition, LawKind, LawWording};
-use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
+use crate::physics::parameter::{OVER_RANGE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::part::{ANSWER, FIGURE, LEVEL, SEARCH, SLOPE, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{PlaceScale, SearchSpec, SearchedOn, Shape};
@@ -32,7 +32,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     combination: None,
     action: LawAction::History(&Play::ByForce),
     search: SearchSpec {
-        shapes: |scale| shapes(scale, 1e-6),
+        shapes: |scale| shapes(scale, scale.small_answer()),
         is_sharp: true,
         on: SearchedOn::FORCE_DRIVEN_PARTS,
         ..SEARCH
@@ -79,9 +79,6 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     ..LAW
 };
 
-/// Step of the difference: a thousandth of the largest load of a scaled table.
-pub(super) const STEP: f64 = 0.07;
-
 /// Where the play lies.
 const MIDDLE: ParameterSpec = ParameterSpec {
     name: "preload",
@@ -96,7 +93,7 @@ const MIDDLE: ParameterSpec = ParameterSpec {
         value: |scale| 0.3 * scale.force_n,
         spread: 2.0,
     },
-    fit: FitBy::FixedStep { step: STEP },
+    fit: OVER_RANGE,
 };
 
 fn shapes(scale: &PlaceScale, size: f64) -> Vec<Shape> {

@@ -130,7 +130,7 @@ pub(super) static DUAL: LawDefinition = LawDefinition {
     action: LawAction::History(&SetOverPath),
     search: SearchSpec {
         shapes: |scale| {
-            let of_path = |path: f64| Shape::of_either_sign(vec![1e-6, path * scale.force_n]);
+            let of_path = |path: f64| Shape::of_either_sign(vec![scale.small_answer(), path * scale.force_n]);
             PATHS.into_iter().map(of_path).collect()
         },
         on: SearchedOn::PARTS,

@@ -33,7 +33,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     combination: None,
     action: LawAction::Added(|&[jump, ..], _| jump),
     search: SearchSpec {
-        shapes: |_| vec![Shape::of_either_sign(vec![1e-6])],
+        shapes: |scale| vec![Shape::of_either_sign(vec![scale.small_answer()])],
         wide_shapes: None,
         phase: None,
         is_freest: false,
