@@ -65,7 +65,7 @@ const VERSIONS: &[(&str, &str, Reader)] = &[
         Command("robot compliance --pose P1 --model FILE"),
     ),
     (
-        "stiffbench/part-model/1",
+        "stiffbench/part-model/2",
         "fixtures/part-model.toml",
         Command("predict FILE --input part.csv"),
     ),

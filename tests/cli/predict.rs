@@ -151,10 +151,10 @@ fn what_cannot_be_predicted_is_refused() {
         ),
         (
             "schema.toml",
-            model.replace("part-model/1", "part-model/9"),
+            model.replace("part-model/2", "part-model/9"),
             table.clone(),
             "bad_value",
-            "part-model/1",
+            "part-model/2",
         ),
         (
             "key.toml",
