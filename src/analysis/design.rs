@@ -2,14 +2,15 @@
 
 use crate::fit::usual_parameters;
 use crate::mismatch::{
-    DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations, RobotBaseline,
-    USUAL_NOISE, design_of_plan, next_measurements, poses_at_hand,
+    DesignBench, DesignReport, Diagnosis, GaugeSteps, Line, NextMeasurement, Observations,
+    RobotBaseline, USUAL_NOISE, design_of_plan, next_measurements, poses_at_hand,
 };
 use crate::parameters::ParameterChoice;
+use crate::physics::TestObject;
 use crate::procedure::{Pace, Procedure};
 use crate::readings::SessionHeader;
 use crate::robot::{FittingFactors, Mechanism, Pose, Robot};
-use crate::test_point::PoseId;
+use crate::test_point::{Branch, Direction, PoseId};
 
 use super::error::AnalysisError;
 use super::model::ResolvedModel;
@@ -60,6 +61,7 @@ fn usual_bench(
         noise: USUAL_NOISE,
         steps: USUAL_STEPS,
         pace: Pace::default(),
+        object: TestObject::Robot,
     };
     Ok(design_of_plan(&bench, procedure, seed)?)
 }
@@ -122,6 +124,7 @@ pub(super) fn proposals(
         noise: diagnosis.noise,
         steps: done.steps,
         pace: Pace::default(),
+        object: TestObject::Robot,
     };
     let record = header.and_then(|header| header.procedure.as_ref());
     let base = record
@@ -143,6 +146,48 @@ pub(super) fn proposals(
         });
     }
     Ok((next, files))
+}
+
+/// Plans that separate what the diagnosis of a part left open, in words.
+pub(super) fn proposals_for_part(
+    line: &Line,
+    done: &Observations,
+    diagnosis: &Diagnosis,
+) -> Result<Vec<NextMeasurement>, AnalysisError> {
+    /// Steps of a plan up to the largest load.
+    const STEPS: u32 = 10;
+    /// How near to its target a load comes, as a share of the largest.
+    const TOLERANCE: f64 = 0.005;
+    let loads = || done.loads.iter().map(|load| load.force_n);
+    let [low, high] = [loads().fold(0.0, f64::min), loads().fold(0.0, f64::max)];
+    let largest = high.max(-low);
+    let ends = [high, low].into_iter();
+    let ends = ends.filter(|end| end.abs() > largest / f64::from(STEPS));
+    let steps = |end: f64| (1..=STEPS).map(move |step| end * f64::from(step) / f64::from(STEPS));
+    let mut base = Procedure {
+        loads_n: std::iter::once(0.0).chain(ends.flat_map(steps)).collect(),
+        directions: vec![Direction::X.into()],
+        unloading: done
+            .readings
+            .iter()
+            .any(|one| one.branch == Branch::Unloading),
+        preload_n: 0.0,
+        ..Procedure::default()
+    };
+    base.settle.force_tolerance_n = TOLERANCE * largest;
+    // What the model leaves comes again where the same readings are made again.
+    let mut noise = diagnosis.noise;
+    noise.reading_sd_m = noise.reading_sd_m.max(diagnosis.after.rms_m);
+    let bench = DesignBench {
+        baseline: line,
+        poses: &done.poses,
+        parameters: Some(&diagnosis.parameters),
+        noise,
+        steps: done.steps,
+        pace: Pace::default(),
+        object: done.bench,
+    };
+    Ok(next_measurements(&bench, done, diagnosis, &base)?)
 }
 
 /// The same for readings, those of a tracker among them.

@@ -3,21 +3,24 @@
 use crate::fit::TableMistake;
 use crate::mismatch::{
     BadReading, BadRun, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise,
-    KnownNoise, LawCriticalValues, Located, Location, MismatchError, NextMeasurement, Observations,
-    RobotBaseline, SearchOptions, diagnose_and_locate, given_noise, reading_between_slips, trace,
+    KnownNoise, LawCriticalValues, Line, Located, Location, MismatchError, NextMeasurement,
+    Observations, PartModel, PartUnits, RobotBaseline, SearchOptions, diagnose_and_locate,
+    given_noise, reading_between_slips, trace,
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, FileLine, Law};
-use crate::robot::{FittingFactors, ModelParameter};
+use crate::robot::ModelParameter;
+use crate::specimen::SpecimenTable;
 
 use super::data::{Data, LoadedSession};
-use super::design::{baseline_of, proposals};
+use super::design::{baseline_of, proposals, proposals_for_part};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::{AnalysisError, ArgumentError};
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel};
 use super::posed::PosedData;
 use super::session_table::SessionTable;
+use super::subject::{RobotSubject, Subject};
 use super::together::{
     LaidOut, MarkedReading, SessionObservations, SessionShare, lay_out, marked, resolve_together,
 };
@@ -82,20 +85,14 @@ pub enum NoiseOrigin {
 pub struct DiagnosisReport {
     /// What the data are called.
     pub data: String,
-    /// Name of the robot.
-    pub robot: String,
-    /// Name of the mechanism.
-    pub mechanism: String,
-    /// Name of the factor set that the search started from.
-    pub factors: String,
+    /// What it is of.
+    pub subject: Subject,
     /// The diagnosis.
     pub diagnosis: Diagnosis,
     /// Its critical values.
     pub critical: LawCriticalValues,
-    /// Factors of the baseline, their values as logarithms.
+    /// Factors of the baseline, their values as logarithms; of a part its slopes.
     pub parameters: Vec<BaselineParameter>,
-    /// The factors with what was found.
-    pub fitted_factors: FittingFactors,
     /// Runs that their repeats contradict, and cells that cannot be.
     pub bad_runs: Vec<BadRun>,
     /// Readings that their repeats contradict.
@@ -336,10 +333,12 @@ pub(super) fn diagnose_together(
     Ok(DiagnosisReport {
         data: joined_name(session, &sessions),
         sessions,
-        robot: model.robot.name.clone(),
-        mechanism: model.mechanism.clone(),
-        factors: model.factors_name.clone(),
-        fitted_factors,
+        subject: Subject::Robot(RobotSubject {
+            robot: model.robot.name.clone(),
+            mechanism: model.mechanism.clone(),
+            start_factors: model.factors_name.clone(),
+            fitted_factors,
+        }),
         diagnosis,
         critical,
         parameters: baseline.parameters().to_vec(),
@@ -360,6 +359,65 @@ pub(super) fn diagnose_together(
         seed: search.seed,
         warnings,
     })
+}
+
+/// Finds what a straight line leaves out of the readings of a part without a robot file.
+///
+/// # Arguments
+/// - `data`: what the table is called.
+/// - `step`: called after each of three steps: read, search, judge.
+///
+/// # Returns
+/// The report, and the model of the part; none where the readings cannot decide.
+///
+/// # Errors
+/// For a table without readings that count, and readings that no search can begin with.
+pub fn diagnose_part(
+    data: &str,
+    table: &SpecimenTable,
+    search: &SearchOptions,
+    step: &dyn Fn(),
+) -> Result<(DiagnosisReport, Option<PartModel>), AnalysisError> {
+    let (line, observations) = Line::of_table(table)?;
+    step();
+    let (diagnosis, critical, located) = diagnose_and_locate(&line, &observations, search)?;
+    step();
+    let observations = observations.with_sizes_of(&diagnosis);
+    let trace = trace(&line, &observations, &diagnosis)?;
+    let model = PartModel::new(table, (&line, &observations), &diagnosis)?;
+    let next = proposals_for_part(&line, &observations, &diagnosis)?;
+    step();
+    let mut warnings: Vec<String> = table.assumptions.iter().map(ToString::to_string).collect();
+    let excluded = table.excluded.to_string();
+    warnings.extend((!excluded.is_empty()).then_some(excluded));
+    let report = DiagnosisReport {
+        data: data.to_owned(),
+        subject: Subject::Part {
+            units: PartUnits::new(table),
+            layout: table.layout.clone(),
+        },
+        critical,
+        parameters: line.parameters().to_vec(),
+        bad_runs: Vec::new(),
+        bad_readings: Vec::new(),
+        marked_readings: Vec::new(),
+        tails_dof: None,
+        table_mistake: None,
+        outliers_kept: true,
+        file_lines: Vec::new(),
+        sessions: Vec::new(),
+        located,
+        trace,
+        next,
+        procedures: Vec::new(),
+        without: search.without.clone(),
+        noise_origin: NoiseOrigin::Readings,
+        seed: search.seed,
+        warnings,
+        diagnosis,
+        observations,
+    };
+    Ok((report, model))
 }
 
 /// Lines of the robot file that findings accuse.

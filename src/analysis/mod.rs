@@ -44,6 +44,7 @@ mod procedure;
 mod residuals;
 mod robot_check;
 mod session_table;
+mod subject;
 mod together;
 mod unknown_springs;
 mod vector_stiffness;
@@ -56,7 +57,9 @@ pub use data::{
 pub use data_check::check_data;
 pub use derived::{DerivedQuantity, derive};
 pub use design::{design, usual_plan};
-pub use diagnose::{DiagnoseSettings, DiagnosisData, DiagnosisReport, NoiseOrigin, NoiseSource};
+pub use diagnose::{
+    DiagnoseSettings, DiagnosisData, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose_part,
+};
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
 pub use error::{AnalysisError, ArgumentError};
 pub use files::{
@@ -85,6 +88,7 @@ pub use procedure::{add_poses, check_specimen, joints_of, named_procedure, state
 pub use residuals::{ReadingResidual, ResidualOrder, RunsTest};
 pub use robot_check::{CheckedPose, RobotCheck, check_robot};
 pub use session_table::SessionTable;
+pub use subject::{RobotSubject, Subject};
 pub use together::{MarkedReading, OpenBefore, SessionShare};
 pub use unknown_springs::UnknownSprings;
 pub use vector_stiffness::VectorStiffness;

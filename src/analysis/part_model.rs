@@ -6,9 +6,7 @@ use indexmap::IndexMap;
 use miette::Diagnostic;
 use serde::{Deserialize, Serialize};
 
-use crate::mismatch::{
-    PartBand, PartConfiguration, PartModel, PartUnits, SPECIMEN_JOINT, test_object,
-};
+use crate::mismatch::{PartBand, PartConfiguration, PartModel, PartUnits, test_object};
 use crate::nearest::listed_names;
 use crate::physics::{Effect, Law, Place};
 use crate::specimen::{ColumnUnit, ResponseVariable, SpecimenOptions, SpecimenTable};
@@ -157,7 +155,7 @@ impl PartModelFile {
     ) -> Self {
         let units = &model.units;
         let (load, answer) = (units.of_load(), units.of_answer());
-        let (force, displacement) = match model.response {
+        let (force, displacement) = match units.response {
             ResponseVariable::Displacement => (&units.load, &units.answer),
             ResponseVariable::Force => (&units.answer, &units.load),
         };
@@ -236,6 +234,7 @@ impl PartModelFile {
             ));
         }
         let units = PartUnits {
+            response: self.columns.response,
             order_is_clock: self.order_is_clock,
             load,
             answer,
@@ -249,7 +248,6 @@ impl PartModelFile {
         };
         let effects = self.effects.iter();
         Ok(PartModel {
-            response: self.columns.response,
             configurations: self.configurations.iter().map(configuration).collect(),
             effects: effects
                 .map(|one| self.effect(file, &units, one))
@@ -289,7 +287,7 @@ impl PartModelFile {
                 )
             })?;
         let is_of_a_part =
-            |place: &Place| !matches!(place, Place::Joint(name) if name != SPECIMEN_JOINT);
+            |place: &Place| !matches!(place, Place::Joint(name) if name != Place::PART);
         let place = law.place_kind.read(&written.place).filter(is_of_a_part);
         let expected = law.place_kind.in_words();
         let place = place.ok_or_else(|| bad(file, &key("place"), &written.place, expected))?;
@@ -328,10 +326,7 @@ pub fn check_predictable(
 ) -> Result<(), PartModelError> {
     let (load, answer) = (&model.units.load, &model.units.answer);
     let own = PartUnits::new(table);
-    let names = match model.response {
-        ResponseVariable::Displacement => ["force", "displacement"],
-        ResponseVariable::Force => ["displacement", "force"],
-    };
+    let names = model.units.names();
     let answers = table
         .has_response
         .then_some((names[1], &own.answer, answer));

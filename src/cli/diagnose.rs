@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use crate::analysis::{
     ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
-    NoiseSource, ResolvedModel, laws, noise_of, sha256,
+    NoiseSource, ResolvedModel, Subject, laws, noise_of, sha256,
 };
 use crate::mismatch::Verdict;
-use crate::physics::{Law, ModelFile};
+use crate::physics::Law;
 use crate::report::{
-    Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport, diagnosis_appendix,
-    diagnosis_figures, diagnosis_page,
+    Determination, DiagnosisResult, FactorChangeReport, diagnosis_appendix, diagnosis_figures,
+    diagnosis_page,
 };
 use crate::session::inside;
 
@@ -25,6 +25,9 @@ use super::failure::{CliError, Failure, refuse_given};
 use super::figure_files::{write_figures, write_result, write_texts};
 use super::outcome::Outcome;
 use super::progress::progress;
+
+/// What the bar of a diagnosis shows.
+pub(super) const DIAGNOSIS_STEPS: &str = "diagnosis (read, search, judge, draw)";
 
 /// Finds what the model leaves out.
 pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -40,7 +43,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
                 "leave them out",
             );
         }
-        return diagnose_specimen::run(args, &options, without);
+        return diagnose_specimen::run(args, &options, without, global);
     }
     let settings = args.calibration.open_settings(global)?;
     let first = Data::open_readings(data(args)?, &settings)?;
@@ -64,7 +67,7 @@ fn diagnosed(
     without: Vec<Law>,
     global: &Global,
 ) -> Result<Outcome, Failure> {
-    let bar = progress(global, "diagnosis (read, search, judge, draw)", 4);
+    let bar = progress(global, DIAGNOSIS_STEPS, 4);
     let usual = data.usual_choice()?;
     let options = DiagnoseSettings {
         parameters: Some(args.parameters.choice_beside(&data.model, usual)?),
@@ -74,28 +77,33 @@ fn diagnosed(
         keep_outliers: args.keep_outliers,
     };
     let report = data.diagnose(options, &|| bar.inc(1))?;
-    let outcome = report_of(args, &report, data)?;
+    let model = &data.model;
+    let model = |folder: &Path| model_file(&report, model, folder);
+    let outcome = report_of(args, &report, (&data.inputs, &data.warnings), model)?;
     bar.finish_and_clear();
     Ok(outcome)
 }
 
 /// Page, JSON and files of a diagnosis.
-fn report_of(
+///
+/// # Arguments
+/// - `inputs`, `warnings`: of the data.
+/// - `model`: the text of `model.toml` for a folder; none where the readings cannot decide.
+pub(super) fn report_of(
     args: &DiagnoseArgs,
     report: &DiagnosisReport,
-    prepared: &DiagnosisData,
+    (inputs, warnings): (&Inputs, &[String]),
+    model: impl FnOnce(&Path) -> Result<Option<String>, CliError>,
 ) -> Result<Outcome, Failure> {
-    let mut warnings = [&prepared.warnings[..], &report.warnings].concat();
-    let (model, inputs) = (&prepared.model, &prepared.inputs);
+    let mut warnings = [warnings, &report.warnings].concat();
     let mut text = diagnosis_page(report);
     let whole = format!("{text}\n{}", diagnosis_appendix(report));
-    let mut data = Box::new(DiagnosisSummary::from(report));
+    let mut data = DiagnosisResult::from(report);
     if let Some(folder) = folder(args)? {
         let write = || -> Result<Vec<PathBuf>, Failure> {
-            let model = model_file(report, model, &folder)?;
+            let model = model(&folder)?.map(|model| ("model.toml", model));
             let fields = [("data", json!(data)), ("warnings", json!(warnings))];
             let mut written = write_diagnosis(&folder, &whole, inputs, fields)?;
-            let model = model.map(|model| ("model.toml", model.to_toml()));
             let procedures = report.procedures.iter();
             let procedures = procedures.map(|(name, text)| (name.as_str(), text.clone()));
             written.extend(write_texts(&folder, model.into_iter().chain(procedures))?);
@@ -112,7 +120,7 @@ fn report_of(
                     "\nThis page with all numbers behind it, the data and the figures: {}",
                     folder.display()
                 );
-                data.files = Some(written);
+                data = data.with_files(written);
             }
             Err(failure) if args.out.is_some() => return Err(failure),
             // A verdict is not withheld because the session may only be read.
@@ -127,7 +135,7 @@ fn report_of(
     } else {
         text = whole;
     }
-    Ok(outcome(text, DiagnosisResult::Session(data))
+    Ok(outcome(text, data)
         .with_inputs(inputs.clone())
         .with_warnings(warnings))
 }
@@ -137,19 +145,22 @@ fn model_file(
     report: &DiagnosisReport,
     resolved: &ResolvedModel,
     folder: &Path,
-) -> Result<Option<ModelFile>, CliError> {
+) -> Result<Option<String>, CliError> {
+    let Subject::Robot(robot) = &report.subject else {
+        return Ok(None);
+    };
     if report.diagnosis.verdict == Verdict::InsufficientData {
         return Ok(None);
     }
     let mut model = report
         .diagnosis
-        .model_file(Some(report.fitted_factors.clone()));
+        .model_file(Some(robot.fitted_factors.clone()));
     model.robot = Some(robot_seen_from(resolved, folder)?);
     model.robot_sha256 = Some(sha256(&resolved.source.text));
     model.mechanism = Some(resolved.mechanism.clone());
     model.provenance.session = Some(report.data.clone());
     model.provenance.software = Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned());
-    Ok(Some(model))
+    Ok(Some(model.to_toml()))
 }
 
 /// The robot as a file in `folder` names it: a shipped robot by its name, a file by its path from there.
@@ -228,7 +239,7 @@ pub(super) fn folder(args: &DiagnoseArgs) -> Result<Option<PathBuf>, CliError> {
 ///
 /// # Arguments
 /// - `fields`: of the data besides its inputs.
-pub(super) fn write_diagnosis<const N: usize>(
+fn write_diagnosis<const N: usize>(
     folder: &Path,
     text: &str,
     inputs: &Inputs,
@@ -240,7 +251,7 @@ pub(super) fn write_diagnosis<const N: usize>(
 
 /// The outcome of a diagnosis. Under `--strict` 1 for something that is missing, or a question that the readings cannot answer; 41 for a factor
 /// that they do not determine.
-pub(super) fn outcome(text: String, result: DiagnosisResult) -> Outcome {
+fn outcome(text: String, result: DiagnosisResult) -> Outcome {
     let is_open = |factor: &FactorChangeReport| factor.status != Determination::Free;
     let (verdict, open) = match &result {
         DiagnosisResult::Session(one) => (one.verdict, one.factors.iter().any(is_open)),

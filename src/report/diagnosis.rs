@@ -12,8 +12,9 @@ mod phrases;
 mod sessions;
 mod summary;
 mod tables;
+mod units;
 
-use crate::analysis::DiagnosisReport;
+use crate::analysis::{DiagnosisReport, Subject};
 use crate::mismatch::{EstimatedValue, FactorChange, Impossible, LawCriticalValues, ReadingTrace};
 use crate::physics::{Effect, FileLine, Law};
 use crate::search::{LAW_LEVEL, NULL_SAMPLES};
@@ -26,8 +27,8 @@ pub use detection_limits::{DetectionLimitReport, LawLevel, SearchLevels, SeenLim
 pub use known_effects::{KnownEffectReport, KnownParameter};
 pub use noise::{EarlierReport, NoiseDeviation, NoiseDeviations, NoiseReport};
 pub use page::diagnosis_page;
+pub(super) use page::headline;
 pub(super) use phrases::{listed, short_phrase};
-pub(super) use summary::STEPPED;
 pub use summary::{
     ComponentShares, Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport,
     FindingReport, FittedParameter, IntervalEnd, QualityReport, RejectedLaw, RivalReport, Strata,
@@ -46,23 +47,18 @@ impl DiagnosisReport {
 
     /// The factors with what became of them.
     pub(super) fn factor_changes(&self) -> impl Iterator<Item = FactorChangeReport> {
-        /// As far from its bound as a factor may stand to count as on it, in logarithms.
-        const ON_BOUND: f64 = 1e-6;
         let parameters = &self.parameters;
         self.diagnosis.factors.iter().map(move |factor| {
             let at_bound = parameters
                 .iter()
                 .find(|parameter| parameter.name == factor.name)
-                .is_some_and(|parameter| {
-                    factor.after.value - parameter.lower < ON_BOUND
-                        || parameter.upper - factor.after.value < ON_BOUND
-                });
+                .is_some_and(|parameter| parameter.is_near_bound(factor.after.value));
             let status = match (at_bound, factor.identified) {
                 (true, _) => Determination::AtBound,
                 (false, true) => Determination::Free,
                 (false, false) => Determination::NotIdentified,
             };
-            FactorChangeReport::new(factor, status)
+            FactorChangeReport::new(&self.subject, factor, status)
         })
     }
 
@@ -118,11 +114,16 @@ fn check(effect: &Effect) -> Option<String> {
     Some((check.text)(&effect.place))
 }
 
-/// Value of a parameter from its fitted one, with its interval.
-fn factor_value(factor: &FactorChange, fitted: &EstimatedValue) -> (f64, Option<[f64; 2]>) {
-    let value = |fitted: f64| match factor.spring_rad_per_nm {
-        None => fitted.exp(),
-        Some(scale) => scale * fitted,
+/// Value of a parameter from its fitted one, with its interval: of a slope in the unit of the table.
+fn factor_value(
+    subject: &Subject,
+    factor: &FactorChange,
+    fitted: &EstimatedValue,
+) -> (f64, Option<[f64; 2]>) {
+    let value = |fitted: f64| match (subject, factor.spring_rad_per_nm) {
+        (Subject::Part { units, .. }, _) => units.of_slope().in_table(fitted),
+        (_, None) => fitted.exp(),
+        (_, Some(scale)) => scale * fitted,
     };
     let interval = fitted.interval_95().map(|ends| ends.map(value));
     (value(fitted.value), interval)

@@ -37,7 +37,8 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
     let known = diagnosis.known_effects.len();
     let effects = diagnosis.effects.get(known..).unwrap_or_default();
     let mut figures = Vec::new();
-    if report.observations.has_series() {
+    // A part is loaded continuously: a map of its load steps would have a column a reading.
+    if report.observations.has_series() && !report.is_of_part() {
         let map = |model| noted(mismatch_map(&map::map(report, model)), STEPS_WITHIN_RUNS);
         let before = map(map::DiagnosedModel::Before);
         figures.push(("mismatch_map".to_owned(), before));
@@ -79,7 +80,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
             "factor_shift".to_owned(),
             factor_shift(&shift(report, &found)),
         ));
-        if !diagnosis.before.held_out.is_empty() {
+        if !diagnosis.before.held_out.is_empty() && !report.is_of_part() {
             figures.push((
                 "held_out_error".to_owned(),
                 held_out_error(&held_out(report, &found)),
@@ -150,7 +151,12 @@ fn left(report: &DiagnosisReport) -> Residuals {
         flagged: reading.flagged,
     });
     Residuals {
-        prediction: "fitted structure".to_owned(),
+        quantities: report.subject.quantities(),
+        prediction: if report.is_of_part() {
+            "straight line".to_owned()
+        } else {
+            "fitted structure".to_owned()
+        },
         measure: ResidualMeasure::StandardUncertainties,
         points: points.collect(),
     }
@@ -180,6 +186,7 @@ fn before_after(report: &DiagnosisReport, found: &str) -> ResidualsBeforeAfter {
         } else {
             ResidualsAgainst::Force
         },
+        quantities: report.subject.quantities(),
         points: points.collect(),
     }
 }
@@ -303,5 +310,6 @@ fn limits(report: &DiagnosisReport) -> DetectionLimits {
             })
             .collect(),
         reading_sd_m: Some(report.diagnosis.noise.reading_sd_m),
+        reading: report.subject.quantities().reading,
     }
 }

@@ -5,7 +5,7 @@ use crate::distribution::MapPlane;
 use crate::fit::{FactorCorrelations, FactorStatus, FitOutcome, WeightBasis};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, FactorFate, FactorIntervals,
-    Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint, ResidualMeasure,
+    Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint, Quantities, ResidualMeasure,
     ResidualPoint, Residuals, SessionCurves, StiffnessComparison, WorkspaceProjection, correlation,
     factor_intervals, load_displacement, residuals, stiffness_comparison, workspace,
 };
@@ -146,6 +146,7 @@ pub fn residuals_figure(
         })
     };
     Ok(residuals(&Residuals {
+        quantities: Quantities::default(),
         prediction: format!(
             "fitted model of mechanism {}, mean of each gauge zero taken off",
             outcome.mechanism

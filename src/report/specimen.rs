@@ -1,27 +1,20 @@
 //! A diagnosis of a table without a robot, in the units of the table.
 
-use std::fmt::Write;
+use std::path::PathBuf;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    ConfigurationSizes, Diagnosis, EstimatedValue, FactorChange, Finding, LawAtPlace, MisfitShares,
+    ConfigurationSizes, EstimatedValue, FactorChange, Finding, LawAtPlace, MisfitShares,
     NextMeasurement, Omnibus, PartUnit, PartUnits, Quality, Stratum, Verdict, VerdictGrade,
 };
 use crate::physics::ParameterSpec;
-use crate::specimen::SpecimenTable;
 use crate::table_files::FileLayout;
 
-use super::diagnosis::{FittedParameter, RivalReport, STEPPED};
-use super::text::{share_of_tables, significant, table_of, unit_behind};
-
-/// What a table without times costs.
-const NO_CLOCK: &str = "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.\n";
-
-/// Chance below which something is left over: the level of the omnibus test.
-const LEFT_OVER: f64 = 0.01;
+use super::diagnosis::{FittedParameter, RivalReport, headline};
 
 /// A diagnosis of a table without a robot.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -56,7 +49,7 @@ pub struct SpecimenSummary {
     pub slopes: Vec<SpecimenSlope>,
     /// The noise of the final model.
     pub noise: SpecimenNoise,
-    /// Empty: no plan is made for a table.
+    /// Plans that would separate what is open.
     pub next_measurement: Vec<NextMeasurement>,
     /// Number of readings.
     pub readings: usize,
@@ -66,6 +59,9 @@ pub struct SpecimenSummary {
     pub seed: u64,
     /// Version of the program.
     pub version: &'static str,
+    /// Files that were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub files: Option<Vec<PathBuf>>,
 }
 
 /// An effect found in a table.
@@ -217,24 +213,20 @@ fn slope(units: &PartUnits, slope: &FactorChange) -> SpecimenSlope {
 
 /// A fitted parameter of a law.
 fn parameter(
-    units: &PartUnits,
+    (report, units): (&DiagnosisReport, &PartUnits),
     spec: &ParameterSpec,
-    fitted: &EstimatedValue,
+    value: &EstimatedValue,
 ) -> SpecimenParameter {
-    let unit = units.of(spec);
-    let interval = fitted.interval_95();
-    let in_table = interval.map(|ends| ends.map(|end| unit.in_table(end)));
-    let value = unit.in_table(fitted.value);
-    let si = SiValue::new(&unit, fitted.value, interval);
     SpecimenParameter {
-        fitted: FittedParameter::new(value, unit.name, in_table, STEPPED).with_open_ends(fitted),
-        si,
+        fitted: report.subject.fitted(spec, value),
+        si: SiValue::new(&units.of(spec), value.value, value.interval_95()),
     }
 }
 
-fn finding(units: &PartUnits, finding: &Finding) -> SpecimenFinding {
+fn finding(report: &DiagnosisReport, units: &PartUnits, finding: &Finding) -> SpecimenFinding {
     let stated = finding.stated();
-    let mut stated = stated.map(|(spec, value)| (spec.name, parameter(units, spec, value)));
+    let mut stated =
+        stated.map(|(spec, value)| (spec.name, parameter((report, units), spec, value)));
     let parameters = stated.by_ref().take(finding.values.len()).collect();
     let end_effect = answer(units, finding.end_effect_m);
     SpecimenFinding {
@@ -254,142 +246,45 @@ fn finding(units: &PartUnits, finding: &Finding) -> SpecimenFinding {
 }
 
 impl SpecimenSummary {
-    /// A diagnosis in the units of the table that it is of.
-    #[must_use]
-    pub fn new(table: &SpecimenTable, diagnosis: &Diagnosis, seed: u64) -> Self {
-        let units = PartUnits::new(table);
-        let slopes = diagnosis.factors.iter().map(|one| slope(&units, one));
-        let findings = diagnosis.findings.iter().map(|one| finding(&units, one));
-        let findings: Vec<SpecimenFinding> = findings.collect();
+    /// # Arguments
+    /// - `units`, `layout`: of the table.
+    pub(super) fn new(
+        report: &DiagnosisReport,
+        (units, layout): (&PartUnits, &FileLayout),
+    ) -> Self {
+        let diagnosis = &report.diagnosis;
+        let slopes = diagnosis.factors.iter().map(|one| slope(units, one));
+        let findings = diagnosis
+            .findings
+            .iter()
+            .map(|one| finding(report, units, one));
         Self {
-            table: table.layout.clone(),
+            table: layout.clone(),
             verdict: diagnosis.verdict,
             grade: diagnosis.grade,
-            headline: headline(diagnosis, &findings),
+            headline: headline(report),
             sizes_follow: diagnosis.sizes,
             shares: diagnosis.shares,
             omnibus: diagnosis.omnibus,
             lacking: diagnosis.lacking.clone(),
-            findings,
+            findings: findings.collect(),
             unexplained: SpecimenUnexplained {
                 stratum: diagnosis.unexplained.stratum,
                 p: diagnosis.unexplained.p_family,
             },
-            before: quality(&units, &diagnosis.before),
-            after: quality(&units, &diagnosis.after),
+            before: quality(units, &diagnosis.before),
+            after: quality(units, &diagnosis.after),
             slopes: slopes.collect(),
             noise: SpecimenNoise {
-                reading_sd: answer(&units, diagnosis.noise.reading_sd_m),
+                reading_sd: answer(units, diagnosis.noise.reading_sd_m),
                 run_slope_sd: diagnosis.noise.run_slope_sd,
             },
-            next_measurement: Vec::new(),
-            readings: table.readings.len(),
+            next_measurement: report.next.clone(),
+            readings: report.observations.len(),
             order_is_clock: units.order_is_clock,
-            seed,
+            seed: report.seed,
             version: env!("CARGO_PKG_VERSION"),
+            files: None,
         }
-    }
-
-    /// The diagnosis in words.
-    #[must_use]
-    pub fn text(&self) -> String {
-        let mut text = format!("{}\n", self.headline);
-        for lack in &self.lacking {
-            let _ = writeln!(text, "- lacking: {lack}");
-        }
-        if !self.findings.is_empty() {
-            text.push('\n');
-            text.push_str(&self.findings_table());
-            if self.sizes_follow != ConfigurationSizes::Common {
-                let follow = self.sizes_follow.in_words();
-                let _ = writeln!(
-                    text,
-                    "Sizes are means over the configurations; from one to the next they go {follow}."
-                );
-            }
-        }
-        let _ = writeln!(
-            text,
-            "\nRoot mean square about the line: {}.",
-            self.in_words(&self.before)
-        );
-        if !self.findings.is_empty() {
-            let after = self.in_words(&self.after);
-            let _ = writeln!(text, "With what is named: {after}.");
-        }
-        let _ = writeln!(
-            text,
-            "What is left would be seen in {} of tables with noise alone (largest in {}).",
-            share_of_tables(self.unexplained.p),
-            self.unexplained.stratum
-        );
-        if self.order_is_clock {
-            text.push_str(NO_CLOCK);
-        }
-        text
-    }
-
-    fn in_words(&self, quality: &SpecimenQuality) -> String {
-        let unit = unit_behind(&quality.rms.unit);
-        // Where something is left over, the noise was estimated from it too, and is no unit for it.
-        let in_noise = if self.unexplained.p < LEFT_OVER {
-            String::new()
-        } else {
-            format!(", {:.2} in units of the noise", quality.reduced_chi2.sqrt())
-        };
-        format!("{}{unit}{in_noise}", significant(quality.rms.value, 5))
-    }
-
-    fn findings_table(&self) -> String {
-        let rows = self.findings.iter().flat_map(|finding| {
-            let parameters = finding.parameters.iter().chain(&finding.combination);
-            parameters.map(move |(name, one)| (finding, name, &one.fitted))
-        });
-        table_of(
-            rows,
-            &[
-                ("law", &|(finding, ..)| finding.law.to_string()),
-                ("parameter", &|(_, name, _)| (**name).to_owned()),
-                ("value", &|(.., fitted)| significant(fitted.value, 6)),
-                ("95 % interval", &|(.., fitted)| fitted.interval_in_words(5)),
-                ("unit", &|(.., fitted)| fitted.unit.clone()),
-                ("log Bayes factor", &|(finding, ..)| {
-                    format!("{:.1}", finding.log_bayes_factor)
-                }),
-            ],
-        )
-    }
-}
-
-/// The verdict in a sentence.
-fn headline(diagnosis: &Diagnosis, findings: &[SpecimenFinding]) -> String {
-    let titles = findings.iter().map(|finding| finding.law.to_string());
-    let titles = titles.collect::<Vec<_>>().join(", ");
-    let set = if diagnosis.verdict == Verdict::Ambiguous {
-        ", and these cannot all be distinguished"
-    } else {
-        ""
-    };
-    match diagnosis.grade {
-        VerdictGrade::Is => format!("A straight line is not enough{set}: {titles}."),
-        VerdictGrade::Mostly => format!(
-            "A straight line is not enough{set}: mostly {titles}. That explains {:.0} % of what the line misses, and {:.0} % in readings left \
-             out of the fit; something is left.",
-            100.0 * diagnosis.shares.share_of_misfit.unwrap_or_default(),
-            100.0 * diagnosis.shares.share_unseen.unwrap_or_default()
-        ),
-        VerdictGrade::Weak => format!(
-            "There is a weak sign that a straight line is not enough{set}: {titles}. Chance may do as much."
-        ),
-        VerdictGrade::Unknown if findings.is_empty() => {
-            "Something is missing that no law of the library explains.".to_owned()
-        }
-        VerdictGrade::Unknown => format!(
-            "Something is missing that no law of the library explains; a part of it looks like: {titles}."
-        ),
-        VerdictGrade::Nothing => {
-            "Nothing is missing: a straight line a configuration serves.".to_owned()
-        }
-        VerdictGrade::Undecided => "These readings cannot decide.".to_owned(),
     }
 }

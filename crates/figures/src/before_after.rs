@@ -1,11 +1,11 @@
 //! Residuals of every reading without and with what was found, one above the other.
 
-use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::caption::{counted, flagged_entry, hollow_sentence, if_any, joined};
 use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
 use super::palette::{Colour, Marker};
+use super::quantities::{AxisQuantity, Quantities};
 use super::residuals::mark_style;
 use super::ticks::signed;
 
@@ -21,6 +21,8 @@ pub struct ResidualsBeforeAfter {
     pub found: String,
     /// What runs across.
     pub against: ResidualsAgainst,
+    /// What loads and readings are.
+    pub quantities: Quantities,
     /// One point for each reading.
     pub points: Vec<BeforeAfterPoint>,
 }
@@ -63,12 +65,11 @@ enum PanelRow {
 }
 
 impl PanelRow {
-    fn residual_um(self, point: &BeforeAfterPoint) -> f64 {
-        let residual_m = match self {
+    fn residual_m(self, point: &BeforeAfterPoint) -> f64 {
+        match self {
             Self::Before => point.before_m,
             Self::After => point.after_m,
-        };
-        residual_m / METRES_PER_MICROMETRE
+        }
     }
 }
 
@@ -102,7 +103,7 @@ pub fn residuals_before_after(input: &ResidualsBeforeAfter) -> Figure {
 
 fn across(input: &ResidualsBeforeAfter, point: &BeforeAfterPoint) -> f64 {
     match input.against {
-        ResidualsAgainst::Force => point.force_n,
+        ResidualsAgainst::Force => input.quantities.load.shown(point.force_n),
         ResidualsAgainst::Order => point.sequence as f64,
     }
 }
@@ -113,19 +114,29 @@ fn panel(input: &ResidualsBeforeAfter, row: PanelRow, direction: Direction) -> P
         .iter()
         .filter(|point| point.direction == direction)
         .collect();
-    let rms = rms_um(points.iter().copied(), row).map_or_else(
+    let Quantities {
+        load,
+        reading,
+        has_directions,
+    } = &input.quantities;
+    let rms = rms_m(points.iter().copied(), row).map_or_else(
         || "no rms".to_owned(),
-        |rms| format!("rms {}\u{a0}µm", three_digits(rms)),
+        |rms| format!("rms {}", of_three_digits(reading, rms)),
     );
     let x = match input.against {
-        ResidualsAgainst::Force => Axis::linear("load", "N"),
+        ResidualsAgainst::Force => load.axis(),
         ResidualsAgainst::Order => Axis::linear("reading number", ""),
     };
     let y = match row {
         PanelRow::Before => "residual before",
         PanelRow::After => "residual after",
     };
-    let mut panel = Panel::new(format!("{direction}: {rms}"), x, Axis::linear(y, "µm"));
+    let (title, label) = if *has_directions {
+        (format!("{direction}: {rms}"), direction.to_string())
+    } else {
+        (rms, "readings".to_owned())
+    };
+    let mut panel = Panel::new(title, x, reading.axis_of(y));
     for band in bands(input, &points) {
         panel.series.push(Series::labelled(
             "± one standard deviation of the noise",
@@ -139,10 +150,10 @@ fn panel(input: &ResidualsBeforeAfter, row: PanelRow, direction: Direction) -> P
     ));
     let drawn = points.iter().map(|point| FigurePoint {
         hollow: point.flagged,
-        ..FigurePoint::new(across(input, point), row.residual_um(point))
+        ..FigurePoint::new(across(input, point), reading.shown(row.residual_m(point)))
     });
     panel.series.push(Series::labelled(
-        direction.to_string(),
+        label,
         mark_style(direction),
         Marks::Points(drawn.collect()),
     ));
@@ -154,7 +165,7 @@ fn panel(input: &ResidualsBeforeAfter, row: PanelRow, direction: Direction) -> P
 fn bands(input: &ResidualsBeforeAfter, points: &[&BeforeAfterPoint]) -> Vec<Vec<[f64; 3]>> {
     let mut known: Vec<(&BeforeAfterPoint, f64)> = points
         .iter()
-        .filter_map(|point| Some((*point, point.noise_sd_m? / METRES_PER_MICROMETRE)))
+        .filter_map(|point| Some((*point, input.quantities.reading.shown(point.noise_sd_m?))))
         .filter(|(point, sd)| sd.is_finite() && across(input, point).is_finite())
         .collect();
     match input.against {
@@ -177,9 +188,13 @@ fn bands(input: &ResidualsBeforeAfter, points: &[&BeforeAfterPoint]) -> Vec<Vec<
             let band: Vec<[f64; 3]> = steps
                 .map(|step| {
                     let n = step.len() as f64;
-                    let force_n = step.iter().map(|(point, _)| point.force_n).sum::<f64>() / n;
+                    let load = step
+                        .iter()
+                        .map(|(point, _)| across(input, point))
+                        .sum::<f64>()
+                        / n;
                     let sd = (step.iter().map(|(_, sd)| sd * sd).sum::<f64>() / n).sqrt();
-                    [force_n, -sd, sd]
+                    [load, -sd, sd]
                 })
                 .collect();
             if band.is_empty() {
@@ -191,14 +206,19 @@ fn bands(input: &ResidualsBeforeAfter, points: &[&BeforeAfterPoint]) -> Vec<Vec<
     }
 }
 
-/// Root of the mean square of the finite residuals that are not flagged, µm.
-fn rms_um<'a>(points: impl Iterator<Item = &'a BeforeAfterPoint>, row: PanelRow) -> Option<f64> {
+/// Root of the mean square of the finite residuals that are not flagged, m.
+fn rms_m<'a>(points: impl Iterator<Item = &'a BeforeAfterPoint>, row: PanelRow) -> Option<f64> {
     let (n, sum) = points
         .filter(|point| !point.flagged)
-        .map(|point| row.residual_um(point))
+        .map(|point| row.residual_m(point))
         .filter(|residual| residual.is_finite())
         .fold((0_usize, 0.0), |(n, sum), r| (n + 1, sum + r * r));
     (n > 0).then(|| (sum / n as f64).sqrt())
+}
+
+/// A value in SI in the unit of its quantity.
+fn of_three_digits(quantity: &AxisQuantity, si: f64) -> String {
+    quantity.with_unit(&three_digits(quantity.shown(si)))
 }
 
 /// A number with two or three digits that matter.
@@ -216,11 +236,12 @@ fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
     let mut directions = input.points.iter().map(|point| point.direction);
     let first = directions.next();
     let several = directions.any(|direction| Some(direction) != first);
-    let all = |row| rms_um(input.points.iter(), row).map(three_digits);
+    let reading = &input.quantities.reading;
+    let all = |row| rms_m(input.points.iter(), row).map(|rms| of_three_digits(reading, rms));
     let overall = all(PanelRow::Before)
         .zip(all(PanelRow::After))
         .map(|(before, after)| {
-            format!("All directions together: rms {before}\u{a0}µm before, {after}\u{a0}µm after.")
+            format!("All directions together: rms {before} before, {after} after.")
         });
     let unknown = input
         .points
@@ -229,9 +250,10 @@ fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
         .count();
     joined([
         Some(format!(
-            "n\u{a0}=\u{a0}{} readings, one point each, no bars; residual: measured minus predicted displacement. Before and \
+            "n\u{a0}=\u{a0}{} readings, one point each, no bars; residual: measured minus predicted {}. Before and \
              after have the same scale{}.",
             input.points.len(),
+            reading.name,
             if several {
                 ", every direction its own"
             } else {
@@ -258,11 +280,8 @@ fn within(input: &ResidualsBeforeAfter) -> Option<String> {
         let known: Vec<bool> = input
             .points
             .iter()
-            .filter(|point| !point.flagged && row.residual_um(point).is_finite())
-            .filter_map(|point| {
-                let sd_um = point.noise_sd_m? / METRES_PER_MICROMETRE;
-                Some(row.residual_um(point).abs() <= sd_um)
-            })
+            .filter(|point| !point.flagged && row.residual_m(point).is_finite())
+            .filter_map(|point| Some(row.residual_m(point).abs() <= point.noise_sd_m?))
             .collect();
         let inside = known.iter().filter(|inside| **inside).count();
         (!known.is_empty()).then(|| 100.0 * inside as f64 / known.len() as f64)
@@ -299,6 +318,7 @@ mod tests {
 
     fn input() -> ResidualsBeforeAfter {
         ResidualsBeforeAfter {
+            quantities: Quantities::default(),
             found: "joint-backlash at A3".to_owned(),
             against: ResidualsAgainst::Force,
             points: vec![
@@ -393,6 +413,7 @@ mod tests {
     #[test]
     fn no_readings_make_an_empty_figure() {
         let empty = ResidualsBeforeAfter {
+            quantities: Quantities::default(),
             points: Vec::new(),
             ..input()
         };

@@ -1,7 +1,5 @@
 //! The smallest effect that would have been found, for every law at its best and worst place.
 
-use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
-
 use super::before_after::three_digits;
 use super::caption::{counted, if_any, joined};
 use super::figure::{
@@ -9,6 +7,7 @@ use super::figure::{
 };
 use super::font;
 use super::palette::{Colour, Marker, qualitative};
+use super::quantities::AxisQuantity;
 use super::text_room::{Reach, range_with_texts};
 
 /// Width of the plot area, height of a row, size of the names of places, px.
@@ -25,6 +24,8 @@ pub struct DetectionLimits {
     pub limits: Vec<DetectionLimitBar>,
     /// Standard deviation of one reading, m, for comparison.
     pub reading_sd_m: Option<f64>,
+    /// What is read.
+    pub reading: AxisQuantity,
 }
 
 /// The smallest effect of a law at a place that is found in 80 % of benches.
@@ -39,9 +40,9 @@ pub struct DetectionLimitBar {
 }
 
 impl DetectionLimitBar {
-    /// Effect in µm, if it has a place on a logarithmic axis.
-    fn effect_um(&self) -> Option<f64> {
-        let effect = self.end_effect_m? / METRES_PER_MICROMETRE;
+    /// Effect in the unit of the readings, if it has a place on a logarithmic axis.
+    fn effect(&self, reading: &AxisQuantity) -> Option<f64> {
+        let effect = reading.shown(self.end_effect_m?);
         (effect.is_finite() && effect > 0.0).then_some(effect)
     }
 }
@@ -62,7 +63,10 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
         "",
         Axis {
             range,
-            ..Axis::log10("smallest end effect found in 80 % of benches", "µm")
+            ..Axis::log10(
+                "smallest end effect found in 80 % of benches",
+                &input.reading.unit,
+            )
         },
         Axis {
             reversed: true,
@@ -73,7 +77,7 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
         panel.series.push(Series::labelled(
             "standard deviation of one reading",
             Style::new(Colour::GREY, Marker::Dot).stroke(1.2).dashed(),
-            Marks::UprightAt(sd_m / METRES_PER_MICROMETRE),
+            Marks::UprightAt(input.reading.shown(sd_m)),
         ));
     }
     push_points(&mut panel, &rows);
@@ -89,7 +93,7 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
         panels: vec![panel],
         ..Figure::new(
             "Smallest effects that would have been found",
-            caption(&rows),
+            caption(&rows, &input.reading),
         )
     }
 }
@@ -107,7 +111,7 @@ fn rows(input: &DetectionLimits) -> Vec<LawRow<'_>> {
             });
             rows.len() - 1
         });
-        match limit.effect_um() {
+        match limit.effect(&input.reading) {
             Some(effect) => rows[place].known.push((effect, &limit.place)),
             None => rows[place].unknown += 1,
         }
@@ -226,7 +230,7 @@ fn range(input: &DetectionLimits, rows: &[LawRow<'_>]) -> Option<[f64; 2]> {
     }
     let sd = input
         .reading_sd_m
-        .map(|sd_m| (sd_m / METRES_PER_MICROMETRE).log10());
+        .map(|sd_m| input.reading.shown(sd_m).log10());
     reaches.extend(sd.map(|place| Reach {
         place,
         left_px: 8.0,
@@ -235,12 +239,17 @@ fn range(input: &DetectionLimits, rows: &[LawRow<'_>]) -> Option<[f64; 2]> {
     Some(range_with_texts(&reaches, WIDTH_PX)?.map(|end| 10f64.powf(end)))
 }
 
-fn caption(rows: &[LawRow<'_>]) -> String {
+fn caption(rows: &[LawRow<'_>], reading: &AxisQuantity) -> String {
+    let unit = if reading.unit.is_empty() {
+        String::new()
+    } else {
+        format!(", in {}", reading.unit)
+    };
     let unknown: usize = rows.iter().map(|row| row.unknown).sum();
     joined([
-        Some(
-            "End effect: largest change of a reading, in µm; the number stands beside its place. No bars.".to_owned(),
-        ),
+        Some(format!(
+            "End effect: largest change of a reading{unit}; the number stands beside its place. No bars."
+        )),
         if_any(
             unknown,
             format!(
@@ -258,6 +267,7 @@ fn caption(rows: &[LawRow<'_>]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Quantities;
     use crate::png::parse;
 
     fn limit(law: &str, place: &str, end_effect_m: Option<f64>) -> DetectionLimitBar {
@@ -270,6 +280,7 @@ mod tests {
 
     fn input() -> DetectionLimits {
         DetectionLimits {
+            reading: Quantities::default().reading,
             limits: vec![
                 limit("joint-compliance", "A3", Some(20e-6)),
                 limit("joint-compliance", "B1", Some(7e-6)),
@@ -332,6 +343,7 @@ mod tests {
     fn nothing_to_draw_still_makes_a_figure() {
         for limits in [vec![], vec![limit("slip", "", None)]] {
             let empty = DetectionLimits {
+                reading: Quantities::default().reading,
                 limits,
                 reading_sd_m: None,
             };

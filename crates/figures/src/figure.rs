@@ -1,7 +1,5 @@
 //! What a figure is made of: panels with axes, and marks in them. Nothing here depends on robots or on pixels on paper.
 
-use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
-
 use super::palette::{Colour, Marker};
 
 /// A figure: a grid of panels under a title, with a legend above the panels and a caption below them.
@@ -346,10 +344,8 @@ impl FigurePoint {
         }
     }
 
-    /// A displacement drawn in µm, with a bar of half length `bar_m`; an outline if it is flagged.
-    pub(super) fn of_reading(x: f64, y_m: f64, bar_m: Option<f64>, flagged: bool) -> Self {
-        let y = y_m / METRES_PER_MICROMETRE;
-        let bar = bar_m.map(|bar_m| bar_m / METRES_PER_MICROMETRE);
+    /// A reading with a bar of half length `bar`; an outline if it is flagged.
+    pub(super) fn of_reading(x: f64, y: f64, bar: Option<f64>, flagged: bool) -> Self {
         Self {
             y_bar: bar.map(|half| [y - half, y + half]),
             hollow: flagged,

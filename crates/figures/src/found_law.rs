@@ -1,11 +1,11 @@
 //! The law that was found, over what the readings show without it.
 
-use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::caption::{Bar, counted, flagged_entry, hollow_sentence, if_any, joined};
 use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Style};
 use super::palette::{Colour, Marker, qualitative};
+use super::quantities::Quantities;
 use super::residuals::time_unit;
 
 /// Panels that are drawn; more would shrink below what can be read.
@@ -20,6 +20,8 @@ pub struct FoundLaw {
     pub found: String,
     /// What drives it.
     pub driving: DrivingQuantity,
+    /// What loads and readings are.
+    pub quantities: Quantities,
     /// What the bars of all points are.
     pub bar: Bar,
     /// One panel for a cell, or one for several pooled; those where the law stands out most are drawn.
@@ -101,7 +103,7 @@ pub fn found_law(input: &FoundLaw) -> Figure {
     order.sort_by(|a, b| standing_out(b).total_cmp(&standing_out(a)));
     let left_out = order.len().saturating_sub(MOST_PANELS);
     order.truncate(MOST_PANELS);
-    let scaled = Across::of(input.driving, &order);
+    let scaled = Across::of(input, &order);
     let has_unloading = order
         .iter()
         .flat_map(|panel| &panel.points)
@@ -121,7 +123,7 @@ pub fn found_law(input: &FoundLaw) -> Figure {
         panel_px,
         panels: order
             .iter()
-            .map(|law| panel(law, &scaled, has_unloading))
+            .map(|law| panel(law, (&scaled, &input.quantities), has_unloading))
             .collect(),
         legend: flagged_entry(flagged),
         ..Figure::new(
@@ -137,8 +139,8 @@ fn caption(input: &FoundLaw, drawn: &[&LawPanel], left_out: usize, flagged: usiz
     let without = points().filter(|point| point.bar_m.is_none()).count();
     joined([
         Some(format!(
-            "Points: measured displacement minus the prediction without {}.",
-            input.found
+            "Points: measured {} minus the prediction without {}.",
+            input.quantities.reading.name, input.found
         )),
         Some(input.bar.sentence(with_bar.map(|point| point.n))),
         if_any(
@@ -194,7 +196,7 @@ struct Across {
 }
 
 impl Across {
-    fn of(driving: DrivingQuantity, panels: &[&LawPanel]) -> Self {
+    fn of(input: &FoundLaw, panels: &[&LawPanel]) -> Self {
         let values = panels.iter().flat_map(|panel| {
             let curves = panel.curves.iter().flat_map(|curve| &curve.points);
             let points = panel.points.iter().map(|point| point.at);
@@ -210,15 +212,11 @@ impl Across {
             origin: 0.0,
             unit,
         };
-        match driving {
-            DrivingQuantity::Force => plain(Axis::linear("load", "N"), 1.0),
-            DrivingQuantity::Change => plain(
-                Axis::linear("change by the law", "µm"),
-                METRES_PER_MICROMETRE,
-            ),
-            DrivingQuantity::Displacement => {
-                plain(Axis::linear("displacement", "µm"), METRES_PER_MICROMETRE)
-            }
+        let Quantities { load, reading, .. } = &input.quantities;
+        match input.driving {
+            DrivingQuantity::Force => plain(load.axis(), load.si),
+            DrivingQuantity::Change => plain(reading.axis_of("change by the law"), reading.si),
+            DrivingQuantity::Displacement => plain(reading.axis(), reading.si),
             DrivingQuantity::Hold => plain(Axis::linear("time under load", "s"), 1.0),
             DrivingQuantity::Clock => {
                 let (name, unit_s) = time_unit(high);
@@ -244,18 +242,25 @@ impl Across {
     }
 }
 
-fn panel(law: &LawPanel, across: &Across, has_unloading: bool) -> Panel {
+fn panel(
+    law: &LawPanel,
+    (across, quantities): (&Across, &Quantities),
+    has_unloading: bool,
+) -> Panel {
+    let reading = &quantities.reading;
     let mut panel = Panel::new(
         law.heading.clone(),
         across.axis.clone(),
-        Axis::linear("residual without the law", "µm"),
+        reading.axis_of("residual without the law"),
     );
     panel.series.push(Series::new(
         Style::new(Colour::INK, Marker::Dot).stroke(0.8),
         Marks::LevelAt(0.0),
     ));
     for (place, curve) in law.curves.iter().enumerate() {
-        panel.series.push(curve_series(place, curve, across));
+        let at = |&[x, y]: &[f64; 2]| [across.place(x), reading.shown(y)];
+        let points = curve.points.iter().map(at).collect();
+        panel.series.push(curve_series(place, curve, points));
     }
     for (place, branch) in [Branch::Loading, Branch::Unloading].into_iter().enumerate() {
         let points: Vec<FigurePoint> = law
@@ -264,7 +269,8 @@ fn panel(law: &LawPanel, across: &Across, has_unloading: bool) -> Panel {
             .filter(|point| point.branch == branch)
             .map(|point| {
                 let at = across.place(point.at);
-                FigurePoint::of_reading(at, point.residual_m, point.bar_m, point.flagged)
+                let bar = point.bar_m.map(|bar| reading.shown(bar));
+                FigurePoint::of_reading(at, reading.shown(point.residual_m), bar, point.flagged)
             })
             .collect();
         if points.is_empty() {
@@ -283,13 +289,8 @@ fn panel(law: &LawPanel, across: &Across, has_unloading: bool) -> Panel {
     panel
 }
 
-/// A curve; the first is a full line, all others are broken.
-fn curve_series(place: usize, curve: &LawCurve, across: &Across) -> Series {
-    let mut points: Vec<[f64; 2]> = curve
-        .points
-        .iter()
-        .map(|[x, y]| [across.place(*x), y / METRES_PER_MICROMETRE])
-        .collect();
+/// A curve with its points in the units of the axes; the first is a full line, all others are broken.
+fn curve_series(place: usize, curve: &LawCurve, mut points: Vec<[f64; 2]>) -> Series {
     let style = match place {
         0 => Style::new(qualitative(4), Marker::Dot).stroke(1.8),
         1 => Style::new(Colour::BLACK, Marker::Dot).stroke(1.3).dashed(),
@@ -340,6 +341,7 @@ mod tests {
         FoundLaw {
             found: "joint-friction at A3".to_owned(),
             driving: DrivingQuantity::Force,
+            quantities: Quantities::default(),
             bar: Bar::StandardUncertainty,
             panels,
         }

@@ -38,6 +38,7 @@ mod plane_map;
 mod plane_panel;
 mod png;
 mod power_curves;
+mod quantities;
 mod range;
 mod render;
 mod residuals;
@@ -84,6 +85,7 @@ pub use plane_map::{
 pub use plane_panel::{PlaneMap, ValueAt};
 pub use png::to_png;
 pub use power_curves::{LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
+pub use quantities::{AxisQuantity, Quantities};
 pub use residuals::{ResidualMeasure, ResidualPoint, Residuals, residuals};
 pub use robot_drawing::{DrawnJoint, DrawnKind, DrawnMember, DrawnNode, RobotDrawing};
 pub use robot_pose::robot_pose;

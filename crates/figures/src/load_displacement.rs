@@ -201,7 +201,13 @@ fn panel(
                     .filter(|point| point.branch == branch)
                     .map(|point| {
                         let y_m = point.displacement_m;
-                        FigurePoint::of_reading(point.force_n, y_m, point.bar_m, point.flagged)
+                        let bar = point.bar_m.map(|bar_m| bar_m / METRES_PER_MICROMETRE);
+                        FigurePoint::of_reading(
+                            point.force_n,
+                            y_m / METRES_PER_MICROMETRE,
+                            bar,
+                            point.flagged,
+                        )
                     })
                     .collect();
                 if points.is_empty() {

@@ -6,12 +6,15 @@ use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 use super::caption::{flagged_entry, hollow_sentence, if_any, joined};
 use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
 use super::palette::{Colour, Marker, qualitative};
+use super::quantities::Quantities;
 
 /// What the figure shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
     /// Name of what was subtracted, for example `fitted beam structure`.
     pub prediction: String,
+    /// What loads and readings are.
+    pub quantities: Quantities,
     /// In which measure.
     pub measure: ResidualMeasure,
     /// One point for each reading.
@@ -80,32 +83,45 @@ pub fn residuals(input: &Residuals) -> Figure {
         let aside = 0.6 * ((pose as f64 + 0.5) / poses.len() as f64 - 0.5);
         Some(point.cell.direction.index() as f64 + aside)
     };
-    let mut panels = vec![
-        panel(input, "against load", Axis::linear("load", "N"), &y, &|p| {
-            Some(p.force_n)
-        }),
-        panel(
+    let Quantities {
+        load,
+        has_directions,
+        ..
+    } = &input.quantities;
+    let against = format!("against {}", load.name);
+    let mut panels = vec![panel(input, &against, load.axis(), &y, &|p| {
+        Some(load.shown(p.force_n))
+    })];
+    if *has_directions {
+        panels.push(panel(
             input,
             "against direction",
             Axis::categories(&direction_axis, directions),
             &y,
             &direction_place,
-        ),
-        panel(
+        ));
+    }
+    if *has_directions || poses.len() > 1 {
+        let place = if *has_directions {
+            "pose"
+        } else {
+            "configuration"
+        };
+        panels.push(panel(
             input,
-            "against pose",
-            Axis::categories("pose", names),
+            &format!("against {place}"),
+            Axis::categories(place, names),
             &y,
             &pose_place,
-        ),
-        panel(
-            input,
-            "against order",
-            Axis::linear("reading number", ""),
-            &y,
-            &|p| Some(p.sequence as f64),
-        ),
-    ];
+        ));
+    }
+    panels.push(panel(
+        input,
+        "against order",
+        Axis::linear("reading number", ""),
+        &y,
+        &|p| Some(p.sequence as f64),
+    ));
     if input.points.iter().any(|point| point.time_s.is_some()) {
         panels.push(panel(
             input,
@@ -144,7 +160,8 @@ fn caption(input: &Residuals, flagged: usize) -> String {
             input.points.len()
         )),
         Some(format!(
-            "Residual: measured minus predicted displacement{measure}."
+            "Residual: measured minus predicted {}{measure}.",
+            input.quantities.reading.name
         )),
         hollow_sentence(flagged),
         if_any(
@@ -200,8 +217,13 @@ fn panel(
                 })
             })
             .collect();
+        let label = if input.quantities.has_directions {
+            direction.to_string()
+        } else {
+            "readings".to_owned()
+        };
         panel.push(Series::labelled(
-            direction.to_string(),
+            label,
             mark_style(direction),
             Marks::Points(points),
         ));
@@ -250,6 +272,7 @@ mod tests {
 
     fn input(measure: ResidualMeasure) -> Residuals {
         Residuals {
+            quantities: Quantities::default(),
             prediction: "fitted structure".to_owned(),
             measure,
             points: (0..6)

@@ -11,9 +11,9 @@ use stiffbench_beams::structure::Attachment;
 use stiffbench_figures::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnAxes, DrawnFactor, DrawnJoint,
     DrawnKind, DrawnMember, DrawnNode, FactorFate, FactorIntervals, FittedLine, LoadCurvePoints,
-    LoadDisplacement, NamedPoint, ResidualMeasure, ResidualPoint, Residuals, RobotDrawing,
-    SessionCurves, StiffnessComparison, WorkspaceProjection, correlation, factor_intervals,
-    load_displacement, residuals, robot_pose, stiffness_comparison, workspace,
+    LoadDisplacement, NamedPoint, Quantities, ResidualMeasure, ResidualPoint, Residuals,
+    RobotDrawing, SessionCurves, StiffnessComparison, WorkspaceProjection, correlation,
+    factor_intervals, load_displacement, residuals, robot_pose, stiffness_comparison, workspace,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
@@ -162,6 +162,7 @@ fn residuals_four_ways() {
         }
     }
     let mut input = Residuals {
+        quantities: Quantities::default(),
         prediction: "fitted beam structure".to_owned(),
         measure: ResidualMeasure::Micrometres,
         points,

@@ -9,7 +9,7 @@ use stiffbench_figures::{
     Bar, BeforeAfterPoint, CandidateDecision, CurveShape, DetectionLimitBar, DetectionLimits,
     DrivingQuantity, EvidenceBars, EvidenceCandidate, FactorShift, FactorValue, FoundLaw,
     HeldOutError, HeldOutPose, LawCurve, LawPanel, LawPoint, LawPower, MapLoadStep, MapValue,
-    MismatchMap, PowerAtSize, PowerCurves, Rate, ResidualMeasure, ResidualsAgainst,
+    MismatchMap, PowerAtSize, PowerCurves, Quantities, Rate, ResidualMeasure, ResidualsAgainst,
     ResidualsBeforeAfter, RunSummary, ShiftedFactor, detection_limits, evidence_bars, factor_shift,
     found_law, held_out_error, mismatch_map, power_curves, residuals_before_after,
 };
@@ -168,6 +168,7 @@ fn readings(against: ResidualsAgainst) -> ResidualsBeforeAfter {
         }
     }
     ResidualsBeforeAfter {
+        quantities: Quantities::default(),
         found: FOUND.to_owned(),
         against,
         points,
@@ -242,6 +243,7 @@ fn a_law_over_the_readings() {
         }
     });
     let mut law = FoundLaw {
+        quantities: Quantities::default(),
         found: "joint-friction at A3".to_owned(),
         driving: DrivingQuantity::Force,
         bar: Bar::StandardUncertainty,
@@ -263,6 +265,7 @@ fn laws_of_every_driving_quantity() {
         let (first, last) = (values[0], values[values.len() - 1]);
         let curve = (0..=200).map(|i| first + (last - first) * f64::from(i) / 200.0);
         FoundLaw {
+            quantities: Quantities::default(),
             found: found.to_owned(),
             driving,
             bar: Bar::StandardUncertainty,
@@ -522,6 +525,7 @@ fn limits_of_detection() {
         }
     }
     let figure = detection_limits(&DetectionLimits {
+        reading: Quantities::default().reading,
         limits,
         reading_sd_m: Some(6e-6),
     });

@@ -61,14 +61,15 @@ impl Accused {
     /// What a headline says of it.
     ///
     /// # Arguments
+    /// - `model`: what was fitted, in a word.
     /// - `mostly`: whether something else is left.
-    pub(super) fn sentence(self, object: &str, mostly: bool) -> String {
+    pub(super) fn sentence(self, model: &str, object: &str, mostly: bool) -> String {
         let mostly = if mostly { "mostly " } else { "" };
         match self {
-            Self::Physics => format!("The model {mostly}leaves out {object}."),
+            Self::Physics => format!("The {model} {mostly}leaves out {object}."),
             Self::Setup => format!("The robot file or the set-up is {mostly}at fault: {object}."),
             Self::Either => format!(
-                "The model {mostly}leaves out, or the robot file or the set-up has wrong, {object}."
+                "The {model} {mostly}leaves out, or the robot file or the set-up has wrong, {object}."
             ),
         }
     }

@@ -8,8 +8,8 @@ use crate::report::text::{AlignedTable, open_interval, or_dash, significant, tab
 use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
-use super::phrases::{listed, paragraph, um};
-use crate::analysis::DiagnosisReport;
+use super::phrases::{listed, paragraph};
+use crate::analysis::{DiagnosisReport, Subject};
 use crate::count::counted;
 
 /// The technical appendix of the verdict page: all tables.
@@ -21,13 +21,15 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
     text.push_str(&noise_text(&report.into()));
     if !diagnosis.findings.is_empty() {
         text.push_str("\nFindings. absorbed: share of the whitened effect that the factors take; p: chance that noise alone gives any law as much.\n");
-        text.push_str(&findings(&diagnosis.findings));
+        text.push_str(&findings(report));
         text.push_str("\nCandidates. log B: natural logarithm of the Bayes factor against the model without the finding they stand in for.\n");
         text.push_str(&candidates(&diagnosis.findings));
     }
     text.push_str("\nStrata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of all\nthat noise does not explain, largest departure of a reading.\n");
     text.push_str(&strata(report));
-    text.push_str(&suspects(report));
+    if !report.is_of_part() {
+        text.push_str(&suspects(report));
+    }
     text.push_str(&quality(report));
     if report.impossible().next().is_some() {
         text.push_str("\nRejected: the fall of the weighted squares that a value with the impossible sign would have brought.\n");
@@ -41,7 +43,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
     }
     text.push_str(&critical_values(report));
     text.push_str("\nSmallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.\n");
-    text.push_str(&detection_limits(&diagnosis.detection_limits));
+    text.push_str(&detection_limits(report));
     text
 }
 
@@ -62,16 +64,22 @@ fn provenance(report: &DiagnosisReport) -> String {
         format!("without {}", listed(&without, "and"))
     };
     let observations = &report.observations;
+    let (of, cell) = match &report.subject {
+        Subject::Robot(robot) => {
+            let (name, mechanism) = (&robot.robot, &robot.mechanism);
+            let from = &robot.start_factors;
+            let of = format!("robot {name}, mechanism {mechanism}, factors from {from}");
+            (of, "cell")
+        }
+        Subject::Part { .. } => ("a part without a robot file".to_owned(), "configuration"),
+    };
     let sentence = format!(
-        "stiffbench {}; data {}; robot {}, mechanism {}, factors from {}; {} in {} of {}; {without}; seed {}.",
+        "stiffbench {}; data {}; {of}; {} in {} of {}; {without}; seed {}.",
         env!("CARGO_PKG_VERSION"),
         report.data,
-        report.robot,
-        report.mechanism,
-        report.factors,
         readings_of(observations),
         counted(observations.runs.len(), "run"),
-        counted(observations.cells.len(), "cell"),
+        counted(observations.cells.len(), cell),
         report.seed
     );
     paragraph(&sentence, "", "")
@@ -86,7 +94,8 @@ fn readings_of(observations: &Observations) -> String {
     }
 }
 
-fn findings(findings: &[Finding]) -> String {
+fn findings(report: &DiagnosisReport) -> String {
+    let (findings, subject) = (&report.diagnosis.findings, &report.subject);
     let mut rows = AlignedTable::new(&[
         "law and place",
         "set",
@@ -107,7 +116,7 @@ fn findings(findings: &[Finding]) -> String {
             or_dash(group, |group| group.to_string()),
         ];
         let last = [
-            um(finding.end_effect_m),
+            subject.reading(finding.end_effect_m),
             significant(finding.standard_errors, 3),
             significant(finding.absorbed_share, 2),
             significant(finding.p_family, 2),
@@ -115,13 +124,13 @@ fn findings(findings: &[Finding]) -> String {
         let mut parameters: Vec<[String; 4]> = finding
             .stated()
             .map(|(spec, value)| {
-                let (factor, unit) = spec.dimension.printed(value.value);
+                let (factor, unit) = subject.printed(spec, value.value);
                 let interval = value.interval_95().map(|e| e.map(|x| factor * x));
                 [
                     spec.name.to_owned(),
                     significant(factor * value.value, 4),
                     open_interval(interval, value.is_open(), 3),
-                    unit.to_owned(),
+                    unit,
                 ]
             })
             .collect();
@@ -207,7 +216,7 @@ fn strata(report: &DiagnosisReport) -> String {
                 less(test.p_at_floor).to_owned() + &significant(test.p_family, 2)
             }),
             ("share", &|test| format!("{:.0} %", 100.0 * test.share)),
-            ("size", &|test| um(test.size_m)),
+            ("size", &|test| report.subject.reading(test.size_m)),
             ("sits in", &|test| or_dash(test.spots.first(), spot)),
         ],
     );
@@ -215,14 +224,18 @@ fn strata(report: &DiagnosisReport) -> String {
         let _ = writeln!(text, "{} was not tested: {}.", one.contrast, one.why);
     }
     let left = &report.diagnosis.unexplained;
+    let of_pose = left.pose.as_ref().map_or_else(
+        || format!("all {}s", report.subject.pose()),
+        ToString::to_string,
+    );
+    let along = match (&report.subject, left.direction) {
+        (Subject::Part { .. }, _) => String::new(),
+        (_, Some(direction)) => format!(", {direction}"),
+        (_, None) => ", all directions".to_owned(),
+    };
     let sentence = format!(
-        "The final model leaves, as its largest pattern, {} in {}, {} (p {}).",
+        "The final model leaves, as its largest pattern, {} in {of_pose}{along} (p {}).",
         left.stratum,
-        left.pose
-            .as_ref()
-            .map_or_else(|| "all poses".to_owned(), ToString::to_string),
-        left.direction
-            .map_or_else(|| "all directions".to_owned(), |d| d.to_string()),
         significant(left.p_family, 2)
     );
     text.push_str(&paragraph(&sentence, "", ""));
@@ -287,10 +300,15 @@ fn suspects(report: &DiagnosisReport) -> String {
 
 fn quality(report: &DiagnosisReport) -> String {
     let (before, after) = (&report.diagnosis.before, &report.diagnosis.after);
+    let subject = &report.subject;
     let mut text = format!(
-        "\nReduced chi-squared {:.3} before, {:.3} after. Error in each pose left out of the fit:\n",
+        "\nReduced chi-squared {:.3} before, {:.3} after.",
         before.reduced_chi2, after.reduced_chi2
     );
+    if report.is_of_part() {
+        return text + "\n";
+    }
+    text.push_str(" Error in each pose left out of the fit:\n");
     if before.held_out.is_empty() {
         text.push_str("only one pose was measured\n");
     } else {
@@ -298,8 +316,8 @@ fn quality(report: &DiagnosisReport) -> String {
             before.held_out.iter().zip(&after.held_out),
             &[
                 ("pose left out", &|(before, _)| before.pose.to_string()),
-                ("before", &|(before, _)| um(before.rms_m)),
-                ("after", &|(_, after)| um(after.rms_m)),
+                ("before", &|(before, _)| subject.reading(before.rms_m)),
+                ("after", &|(_, after)| subject.reading(after.rms_m)),
             ],
         ));
     }
@@ -344,14 +362,15 @@ fn critical_values(report: &DiagnosisReport) -> String {
     text
 }
 
-fn detection_limits(critical: &[DetectionLimit]) -> String {
-    let mut critical: Vec<&DetectionLimit> = critical.iter().collect();
+fn detection_limits(report: &DiagnosisReport) -> String {
+    let subject = &report.subject;
+    let mut critical: Vec<&DetectionLimit> = report.diagnosis.detection_limits.iter().collect();
     // The sort is stable: places of a law stay in the order of the robot.
     critical.sort_by_key(|limit| limit.law);
     let printed = |limit: &DetectionLimit| {
         let spec = limit.law.parameters.first();
         let size = limit.size_80.or(limit.upper_95).unwrap_or(0.0);
-        spec.map_or((1.0, "-"), |spec| spec.dimension.printed(size))
+        spec.map_or((1.0, "-".to_owned()), |spec| subject.printed(spec, size))
     };
     let shown = |limit: &DetectionLimit, value: Option<f64>, none: &str| {
         let shown = value.map(|value| significant(printed(limit).0 * value, 3));
@@ -363,8 +382,12 @@ fn detection_limits(critical: &[DetectionLimit]) -> String {
             ("law and place", &|limit| named(limit.law, &limit.place)),
             ("size", &|limit| shown(limit, limit.size_80, "not testable")),
             ("upper 95 %", &|limit| shown(limit, limit.upper_95, "-")),
-            ("unit", &|limit| printed(limit).1.to_owned()),
-            ("at the end", &|limit| or_dash(limit.end_effect_m, um)),
+            ("unit", &|limit| printed(limit).1),
+            ("at the end", &|limit| {
+                or_dash(limit.end_effect_m, |end_effect_m| {
+                    subject.reading(end_effect_m)
+                })
+            }),
         ],
     )
 }

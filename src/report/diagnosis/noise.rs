@@ -5,11 +5,13 @@ use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::{NoiseBasis, ReadingNoise};
-use crate::report::{micro, significant, table_of};
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::report::text::{micro, significant, table_of, unit_behind};
 use crate::statistics::chi_squared_quantile;
 
 use super::is_known;
-use super::phrases::{paragraph, um_shown};
+use super::phrases::paragraph;
+use super::units::um_shown;
 use crate::count::{counted, degrees_of_freedom};
 
 /// The noise, and where it comes from.
@@ -42,7 +44,7 @@ pub struct NoiseComponent {
     /// The value in `unit`.
     pub value: f64,
     /// ASCII unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// 95 % interval; `null` where the value is given, or the nearest of a few that were tried.
     pub ci95: Option<[f64; 2]>,
 }
@@ -64,7 +66,7 @@ pub struct NoiseDeviation {
     /// The value in `unit`.
     pub value: f64,
     /// ASCII unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// Degrees of freedom; `null` of one that was given.
     pub dof: Option<f64>,
     /// Why there are no degrees of freedom.
@@ -99,8 +101,17 @@ impl From<&DiagnosisReport> for NoiseReport {
                 ("earlier-sessions", Some(sessions))
             }
         };
+        let mut noise = diagnosis.noise;
+        if report.observations.free_zeros {
+            // A zero that may be anything is not noise.
+            noise.zero_sd_m = 0.0;
+        }
         Self {
-            deviations: NoiseDeviations::new(&diagnosis.noise, diagnosis.noise_dof),
+            deviations: NoiseDeviations::new(
+                &noise,
+                diagnosis.noise_dof,
+                report.subject.reading_unit(),
+            ),
             source,
             earlier,
             components: components(report),
@@ -112,25 +123,27 @@ impl From<&DiagnosisReport> for NoiseReport {
 /// The parts of the noise of a diagnosis.
 fn components(report: &DiagnosisReport) -> Vec<NoiseComponent> {
     let (diagnosis, noise) = (&report.diagnosis, &report.diagnosis.noise);
-    let step_um = report.observations.steps.displacement_m.map_or(0.0, micro) / 12.0_f64.sqrt();
-    let without_step = |reading_um: f64| (reading_um.powi(2) - step_um.powi(2)).max(0.0).sqrt();
+    let (si, unit) = report.subject.reading_unit();
+    let unit = unit.as_str();
+    let step_sd = report.observations.steps.displacement_m.unwrap_or(0.0) / si / 12.0_f64.sqrt();
+    let without_step = |reading: f64| (reading.powi(2) - step_sd.powi(2)).max(0.0).sqrt();
     let [reading, zero, slope] = diagnosis.noise_dof;
-    let reading_um = micro(noise.reading_sd_m);
-    let zero_um = micro(noise.zero_sd_m);
-    let part = |name, value, unit, ci95| NoiseComponent {
+    let reading_sd = noise.reading_sd_m / si;
+    let zero_sd = noise.zero_sd_m / si;
+    let part = |name, value, unit: &str, ci95| NoiseComponent {
         name,
         value,
-        unit,
+        unit: unit.to_owned(),
         ci95,
     };
-    let of_reading = interval(reading_um, reading).map(|ends| ends.map(without_step));
-    let mut all = vec![part("white", without_step(reading_um), "um", of_reading)];
-    if step_um > 0.0 {
-        all.push(part("resolution", step_um, "um", None));
+    let of_reading = interval(reading_sd, reading).map(|ends| ends.map(without_step));
+    let mut all = vec![part("white", without_step(reading_sd), unit, of_reading)];
+    if step_sd > 0.0 {
+        all.push(part("resolution", step_sd, unit, None));
     }
     // Zeros that may be anything are not noise.
     if !report.observations.free_zeros {
-        all.push(part("zero", zero_um, "um", interval(zero_um, zero)));
+        all.push(part("zero", zero_sd, unit, interval(zero_sd, zero)));
     }
     let run_slope = noise.run_slope_sd;
     all.push(part("slope", run_slope, "1", interval(run_slope, slope)));
@@ -144,8 +157,8 @@ fn components(report: &DiagnosisReport) -> Vec<NoiseComponent> {
     let gauges = &noise.gauges;
     for axis in &report.observations.gauges {
         let name = ["white-x", "white-y", "white-z"][axis.index()];
-        let of_gauge = reading_um * gauges.reading_ratios[axis.index()];
-        all.push(part(name, of_gauge, "um", None));
+        let of_gauge = reading_sd * gauges.reading_ratios[axis.index()];
+        all.push(part(name, of_gauge, unit, None));
     }
     if gauges.own_slope_sd > 0.0 {
         all.push(part("slope-of-gauge", gauges.own_slope_sd, "1", None));
@@ -171,7 +184,11 @@ impl From<&EarlierSession> for EarlierReport {
     fn from(earlier: &EarlierSession) -> Self {
         let noise = &earlier.noise;
         Self {
-            deviations: NoiseDeviations::new(&noise.noise(), noise.degrees_of_freedom()),
+            deviations: NoiseDeviations::new(
+                &noise.noise(),
+                noise.degrees_of_freedom(),
+                (METRES_PER_MICROMETRE, "um".to_owned()),
+            ),
             session: earlier.name.clone(),
             p_same: earlier.chance,
             used: earlier.used,
@@ -180,16 +197,22 @@ impl From<&EarlierSession> for EarlierReport {
 }
 
 impl NoiseDeviations {
-    fn new(noise: &ReadingNoise, [reading, zero, slope]: [f64; 3]) -> Self {
-        let one = |value: f64, unit: &'static str, dof: f64| NoiseDeviation {
+    /// # Arguments
+    /// - `unit`: SI units in one of the readings' unit, and its name.
+    fn new(
+        noise: &ReadingNoise,
+        [reading, zero, slope]: [f64; 3],
+        (si, unit): (f64, String),
+    ) -> Self {
+        let one = |value: f64, unit: &str, dof: f64| NoiseDeviation {
             value,
-            unit,
+            unit: unit.to_owned(),
             dof: (!is_known(dof)).then_some(dof),
             reason: is_known(dof).then_some("given, not estimated"),
         };
         Self {
-            reading_sd: one(micro(noise.reading_sd_m), "um", reading),
-            zero_sd: one(micro(noise.zero_sd_m), "um", zero),
+            reading_sd: one(noise.reading_sd_m / si, &unit, reading),
+            zero_sd: one(noise.zero_sd_m / si, &unit, zero),
             run_slope_sd: one(noise.run_slope_sd, "1", slope),
         }
     }
@@ -218,7 +241,7 @@ fn further_part(part: &NoiseComponent) -> Option<String> {
         "white-x" | "white-y" | "white-z" => Some(format!(
             "A reading of the gauge along {} scatters by {}.",
             &part.name["white-".len()..],
-            um_shown(part.value)
+            deviation(part.value, &part.unit)
         )),
         "slope-of-gauge" => Some(format!(
             "In each gauge alone the slope of a run scatters by {} %.",
@@ -253,14 +276,18 @@ fn noise_sentence(noise: &NoiseDeviations) -> String {
     };
     // Of one load in each run nobody can tell the zero.
     let zero = if noise.zero_sd.value > 0.0 {
-        let zero_um = um_shown(noise.zero_sd.value);
-        format!(", gauge zero {zero_um} ({})", dof(&noise.zero_sd))
+        let NoiseDeviation { value, unit, .. } = &noise.zero_sd;
+        format!(
+            ", gauge zero {} ({})",
+            deviation(*value, unit),
+            dof(&noise.zero_sd)
+        )
     } else {
         String::new()
     };
     let sentence = format!(
         "Noise, standard deviations: reading {} ({}){zero}, slope of a run {} % ({}).",
-        um_shown(noise.reading_sd.value),
+        deviation(noise.reading_sd.value, &noise.reading_sd.unit),
         dof(&noise.reading_sd),
         percent(noise.run_slope_sd.value),
         dof(&noise.run_slope_sd)
@@ -299,6 +326,14 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> String
     let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
                 p same: chance that two sessions with the same noise differ as much as the earlier one and this.";
     paragraph(head, "", "") + &table
+}
+
+/// A standard deviation with its unit.
+fn deviation(value: f64, unit: &str) -> String {
+    match unit {
+        "um" => um_shown(value),
+        unit => significant(value, 3) + &unit_behind(unit),
+    }
 }
 
 fn percent(share: f64) -> String {

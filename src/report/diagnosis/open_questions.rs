@@ -9,7 +9,10 @@ use crate::test_point::Branch;
 use super::detection_limits::{DetectionLimitReport, UnseenReason};
 use super::page::{capital, head};
 use super::phrases::{impossible, listed, paragraph};
-use crate::analysis::DiagnosisReport;
+use crate::analysis::{DiagnosisReport, Subject};
+
+/// Expected log likelihood ratio beyond which a plan decides whatever it is.
+const MOST_LOG_LR: f64 = 100.0;
 
 /// Places that one sentence names; the appendix has all.
 const PLACES: usize = 8;
@@ -24,7 +27,9 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
     let mut readings = report.observations.readings.iter();
     let loading_only =
         report.observations.has_series() && readings.all(|r| r.branch == Branch::Loading);
-    if all.is_empty() && !loading_only {
+    let is_timeless =
+        matches!(&report.subject, Subject::Part { units, .. } if units.order_is_clock);
+    if all.is_empty() && !loading_only && !is_timeless {
         return String::new();
     }
     let mut text = head("What could not be tested");
@@ -32,6 +37,13 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
         text.push_str(&paragraph(
             "No reading was made while the load came off. On loading alone play and friction look alike but for their sign, and creep and an \
              uneven force gauge hardly differ. To distinguish them, read while unloading too.",
+            "- ",
+            "  ",
+        ));
+    }
+    if is_timeless {
+        text.push_str(&paragraph(
+            "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.",
             "- ",
             "  ",
         ));
@@ -108,6 +120,8 @@ pub(super) fn next(report: &DiagnosisReport) -> String {
         return String::new();
     }
     let mut text = head("What to measure next");
+    // Nothing is known of the machine that loads a part.
+    let by_hand = if report.is_of_part() { " by hand" } else { "" };
     let mut proposed: Vec<&NextMeasurement> = Vec::new();
     for plan in &report.next {
         if proposed.iter().any(|other| same_advice(other, plan)) {
@@ -125,7 +139,7 @@ pub(super) fn next(report: &DiagnosisReport) -> String {
         };
         let file = plan.file.as_ref();
         let sentence = format!(
-            "{}. About {:.0} minutes; {worth} {}.{}",
+            "{}. About {:.0} minutes{by_hand}; {worth} {}.{}",
             capital(&plan.plan),
             plan.minutes,
             listed(&pairs, "and"),
@@ -159,7 +173,12 @@ fn pair(plan: &NextMeasurement) -> String {
         return a.clone();
     }
     let expected = plan.expected_log_lr.map_or_else(String::new, |j| {
-        format!(" (expected log likelihood ratio {j:.1})")
+        let ratio = if j > MOST_LOG_LR {
+            format!("above {MOST_LOG_LR:.0}")
+        } else {
+            format!("{j:.1}")
+        };
+        format!(" (expected log likelihood ratio {ratio})")
     });
     format!("{a} from {b}{expected}")
 }

@@ -3,22 +3,21 @@
 use std::fmt::Write;
 
 use crate::mismatch::{
-    ExplainedShare, Finding, Location, MisfitShares, NoiseBasis, Verdict, VerdictGrade,
+    ConfigurationSizes, ExplainedShare, Finding, Location, MisfitShares, NoiseBasis, Verdict,
+    VerdictGrade,
 };
 use crate::physics::{FileLine, Law, ParameterSpec, Place};
-use crate::report::{significant, text::open_interval};
+use crate::report::text::{open_interval, significant, unit_behind};
 
 use super::answer::{Accused, DiagnosisAnswer, phrase_of};
 use super::data_findings::{bad_readings, bad_readings_first};
 use super::known_effects::known_effects;
 use super::open_questions::{next, not_tested, rejected};
-use super::phrases::{
-    likelier, listed, location, one_in, paragraph, phrase, printed, strength, um,
-};
+use super::phrases::{likelier, listed, location, one_in, paragraph, phrase, strength};
 use super::sessions::sessions;
 use super::tables::{errors, factors, upper_limits};
 use super::{check, least_law_p};
-use crate::analysis::DiagnosisReport;
+use crate::analysis::{DiagnosisReport, Subject};
 
 /// Parts of the structure that look alike and are named beside the first.
 const ALIKE: usize = 3;
@@ -55,7 +54,7 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
         when(decided, &|| known_effects(report)),
         when(decided, &|| factors(report)),
         when(decided, &|| errors(report)),
-        when(nothing, &|| upper_limits(&diagnosis.detection_limits)),
+        when(nothing, &|| upper_limits(report)),
         not_tested(report),
         when(decided, &|| rejected(report)),
         next(report),
@@ -68,7 +67,7 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
 }
 
 /// Size of a finding at its place, and at the end.
-fn size(finding: &Finding) -> String {
+fn size(subject: &Subject, finding: &Finding) -> String {
     let law = finding.effect.law;
     let made = law.combination.as_ref().zip(finding.combination);
     let first = law.parameters.first().zip(finding.values.first());
@@ -77,27 +76,31 @@ fn size(finding: &Finding) -> String {
     let at_place = match (made, first) {
         (Some((combination, value)), _) => {
             let spec = &combination.spec;
-            let value = printed(spec.dimension, value.value);
+            let value = subject.with_unit(spec, value.value);
             Some(format!("{} {value}, ", spec.word))
         }
         (None, Some((spec, value))) if is_size => {
-            Some(format!("{}, ", printed(spec.dimension, value.value)))
+            Some(format!("{}, ", subject.with_unit(spec, value.value)))
         }
         _ => None,
     };
+    let at_end = match subject {
+        Subject::Robot(_) => " at the end",
+        Subject::Part { .. } => "",
+    };
     format!(
-        "{}up to {} at the end",
+        "{}up to {}{at_end}",
         at_place.unwrap_or_default(),
-        um(finding.end_effect_m)
+        subject.reading(finding.end_effect_m)
     )
 }
 
 /// The verdict in a sentence.
-pub(super) fn headline(report: &DiagnosisReport) -> String {
-    let diagnosis = &report.diagnosis;
+pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
+    let (diagnosis, subject) = (&report.diagnosis, &report.subject);
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let sized = |answer: &&DiagnosisAnswer<'_>| match answer {
-        DiagnosisAnswer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
+        DiagnosisAnswer::Single(one) => format!("{} ({})", phrase_of(one), size(subject, one)),
         DiagnosisAnswer::OneOf(_) => answer.open_question(),
     };
     let of_grade = |grade: VerdictGrade| {
@@ -114,7 +117,11 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
             .map(|accused| (accused, graded(grade, accused)));
         let each = each.filter(|(_, names)| !names.is_empty());
         each.map(|(accused, names)| {
-            accused.sentence(&listed(&names, "and"), grade == VerdictGrade::Mostly)
+            accused.sentence(
+                subject.model(),
+                &listed(&names, "and"),
+                grade == VerdictGrade::Mostly,
+            )
         })
         .collect()
     };
@@ -133,22 +140,27 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
                 Some(share) => format!(
                     "That explains {} % of the misfit, and {unseen} % in readings left out of the fit. Something is left {}.",
                     percent(share),
-                    location(&report.unexplained())
+                    location(subject, &report.unexplained())
                 ),
                 None => format!("That explains {unseen} % of the error in readings left out of the fit."),
             });
         }
         VerdictGrade::Weak => {}
         VerdictGrade::Unknown => sentences.push(format!(
-            "Something is missing from the model, and no law of the library explains it: it shows {}.",
-            location(&report.unexplained())
+            "Something is missing from the {}, and no law of the library explains it: it shows {}.",
+            subject.model(),
+            location(subject, &report.unexplained())
         )),
         VerdictGrade::Nothing => {
-            sentences.push("The readings show nothing that the model leaves out.".to_owned());
+            let model = subject.model();
+            sentences.push(format!(
+                "The readings show nothing that the {model} leaves out."
+            ));
         }
-        VerdictGrade::Undecided => sentences.push(
-            "These readings cannot decide whether the model leaves something out.".to_owned(),
-        ),
+        VerdictGrade::Undecided => sentences.push(format!(
+            "These readings cannot decide whether the {} leaves something out.",
+            subject.model()
+        )),
     }
     if !weak.is_empty() {
         let why = if from_fit {
@@ -164,7 +176,7 @@ pub(super) fn headline(report: &DiagnosisReport) -> String {
     if from_fit && diagnosis.grade != VerdictGrade::Undecided {
         sentences.push(format!(
             "Nothing was repeated: the scatter of {} is what the fit leaves. If your gauge repeats better, something is missing.",
-            um(diagnosis.noise.reading_sd_m)
+            subject.reading(diagnosis.noise.reading_sd_m)
         ));
     }
     sentences.join(" ")
@@ -234,6 +246,14 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String 
         "Weak signs, which chance may have made",
         answers.iter().filter(is_weak).collect(),
     );
+    let sizes = report.diagnosis.sizes;
+    if sizes != ConfigurationSizes::Common {
+        let follow = format!(
+            "Sizes are means over the configurations; from one to the next they go {}.",
+            sizes.in_words()
+        );
+        text.push_str(&paragraph(&follow, "", ""));
+    }
     text
 }
 
@@ -250,7 +270,7 @@ fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> Str
     let mut explained: Vec<Law> = Vec::new();
     for finding in answer.members() {
         let law = finding.effect.law;
-        let mut sentence = described(finding, !explained.contains(&law));
+        let mut sentence = described(report, finding, !explained.contains(&law));
         if let Some(line) = report.file_line(&finding.effect) {
             let FileLine { file, line, text } = line;
             let _ = write!(sentence, " Line {line} of {file}: `{text}`.");
@@ -262,14 +282,14 @@ fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> Str
 }
 
 /// A finding with its sizes, and what its law does if that is to be said.
-fn described(finding: &Finding, with_law: bool) -> String {
-    let law = finding.effect.law;
+fn described(report: &DiagnosisReport, finding: &Finding, with_law: bool) -> String {
+    let (law, subject) = (finding.effect.law, &report.subject);
     let mut text = capital(&format!("{} ({law}).", phrase_of(finding)));
     if with_law {
         let _ = write!(text, " {}", law.words.explanation);
     }
     for (spec, value) in finding.stated() {
-        let (factor, unit) = spec.dimension.printed(value.value);
+        let (factor, unit) = subject.printed(spec, value.value);
         let interval = value.interval_95().map(|ends| ends.map(|end| factor * end));
         let is_open = value.is_open();
         let words = open_interval(interval, is_open, 3);
@@ -280,9 +300,10 @@ fn described(finding: &Finding, with_law: bool) -> String {
         };
         let _ = write!(
             text,
-            " {}: {} {unit} ({interval}).",
+            " {}: {}{} ({interval}).",
             capital(spec.word),
-            significant(factor * value.value, 3)
+            significant(factor * value.value, 3),
+            unit_behind(&unit)
         );
     }
     if finding.at_bound
@@ -296,11 +317,12 @@ fn described(finding: &Finding, with_law: bool) -> String {
     }
     let _ = write!(
         text,
-        " It changes readings by up to {}; the fitted factors had hidden {:.0} % of it.",
-        um(finding.end_effect_m),
+        " It changes readings by up to {}; the fitted {}s had hidden {:.0} % of it.",
+        subject.reading(finding.end_effect_m),
+        subject.factor(),
         100.0 * finding.absorbed_share.clamp(0.0, 1.0)
     );
-    if let Some(check) = check(&finding.effect) {
+    if let Some(check) = check(&finding.effect).filter(|_| !report.is_of_part()) {
         let _ = write!(text, " To check it by hand: {check}.");
     }
     text
@@ -327,7 +349,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
         };
         let sentence = format!(
             "{name}: the readings are {} with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
-             something as strong {}. What the factors cannot imitate of it stands {:.1} standard errors out of the noise.",
+             something as strong {}. What the {}s cannot imitate of it stands {:.1} standard errors out of the noise.",
             likelier(best.log_bayes),
             best.log_bayes,
             strength(best.log_bayes),
@@ -335,6 +357,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
                 best.p_family,
                 least_law_p(&report.critical, best.effect.law)
             ),
+            report.subject.factor(),
             best.standard_errors
         );
         let sentence = format!("{sentence}{}", shares_text(&best.shares));
@@ -403,16 +426,17 @@ fn where_(report: &DiagnosisReport) -> String {
     if locations.is_empty() {
         return String::new();
     }
-    let mut text = head(match report.diagnosis.verdict {
-        Verdict::NothingMissing => "What stands out, no more than chance may",
-        Verdict::Unknown => "Where the model fails",
-        _ => "Where the model without it fails",
+    let model = report.subject.model();
+    let mut text = head(&match report.diagnosis.verdict {
+        Verdict::NothingMissing => "What stands out, no more than chance may".to_owned(),
+        Verdict::Unknown => format!("Where the {model} fails"),
+        _ => format!("Where the {model} without it fails"),
     });
     let line = |one: &Location| {
         let least = if one.p_at_floor { one.p_family } else { 0.0 };
         format!(
             "{}; noise alone would do as much somewhere {}.",
-            capital(&location(one)),
+            capital(&location(&report.subject, one)),
             one_in(one.p_family, least)
         )
     };
@@ -423,7 +447,8 @@ fn where_(report: &DiagnosisReport) -> String {
         ("the stiffness", &report.located.slope_components),
         ("the shape of the curves", &report.located.shape_components),
     ];
-    for (what, shares) in suspects {
+    // A part has no parts of a structure.
+    for (what, shares) in suspects.into_iter().filter(|_| !report.is_of_part()) {
         // A part that leaves something unexplained is no pointer for this page; the appendix has it.
         let enough = |one: &&ExplainedShare| one.possible && one.p_left > ENOUGH;
         if let Some(best) = shares.iter().find(enough) {

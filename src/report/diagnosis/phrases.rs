@@ -1,8 +1,9 @@
 //! Laws, places, sizes and odds in words for a reader who knows no statistics.
 
+use crate::analysis::Subject;
 use crate::mismatch::{Location, Stratum};
-use crate::physics::{Dimension, Effect, Law, Place};
-use crate::report::text::{significant, wrapped};
+use crate::physics::{Effect, Law, Place};
+use crate::report::text::wrapped;
 
 /// Width of the verdict page.
 const WIDTH: usize = 100;
@@ -54,26 +55,6 @@ fn place_words(place: &Place) -> String {
 pub(super) fn impossible(law: Law) -> String {
     let name = law.parameters.first().map_or("size", |size| size.word);
     format!("it would improve the fit only with a {name} below zero")
-}
-
-/// A size with its unit, for people.
-pub(super) fn printed(dimension: Dimension, value: f64) -> String {
-    let (factor, word) = dimension.printed(value);
-    format!("{} {word}", significant(factor * value, 3))
-}
-
-/// A length in µm with as many digits as help.
-pub(super) fn um(value_m: f64) -> String {
-    um_shown(value_m * 1e6)
-}
-
-/// The same of a length in µm.
-pub(super) fn um_shown(value: f64) -> String {
-    if value.abs() >= 99.95 {
-        format!("{value:.0} um")
-    } else {
-        format!("{value:.1} um")
-    }
 }
 
 /// How much likelier, from the logarithm of a Bayes factor.
@@ -130,14 +111,14 @@ pub(super) fn strength(log_bayes: f64) -> &'static str {
 }
 
 /// Where something sits, in words: a stratum, with its pose and direction.
-pub(super) fn location(location: &Location) -> String {
+pub(super) fn location(subject: &Subject, location: &Location) -> String {
+    let size = subject.reading(location.size_m);
     if let Some(period_s) = location.period_s {
         let period = if period_s < 120.0 {
             format!("{period_s:.0} s")
         } else {
             format!("{:.0} min", period_s / 60.0)
         };
-        let size = um(location.size_m);
         return format!("in a swing over the clock, period about {period} (up to {size})");
     }
     let what = match location.stratum {
@@ -148,13 +129,17 @@ pub(super) fn location(location: &Location) -> String {
         Stratum::Sign => "in the difference between pushing and pulling",
         Stratum::Rest => "in the size of the scatter, or in a pattern over the gauge's travel",
     };
-    let place = match (&location.pose, location.direction) {
-        (Some(pose), Some(direction)) => format!("pose {pose}, direction {direction}"),
-        (Some(pose), None) => format!("pose {pose}, all directions"),
-        (None, Some(direction)) => format!("direction {direction}, all poses"),
-        (None, None) => "all poses and directions".to_owned(),
+    let place = match (subject, &location.pose, location.direction) {
+        (Subject::Part { .. }, Some(configuration), _) => {
+            format!("configuration {configuration}, ")
+        }
+        (Subject::Part { .. }, None, _) => String::new(),
+        (_, Some(pose), Some(direction)) => format!("pose {pose}, direction {direction}, "),
+        (_, Some(pose), None) => format!("pose {pose}, all directions, "),
+        (_, None, Some(direction)) => format!("direction {direction}, all poses, "),
+        (_, None, None) => "all poses and directions, ".to_owned(),
     };
-    format!("{what} ({place}, up to {})", um(location.size_m))
+    format!("{what} ({place}up to {size})")
 }
 
 /// Several things in one sentence.
@@ -193,18 +178,6 @@ mod tests {
             one_in(0.0, 0.0),
             "in fewer than 1 of a million such sessions"
         );
-    }
-
-    #[test]
-    fn sizes_are_printed_in_units_of_the_workshop() {
-        assert_eq!(printed(Dimension::JointRotation, 1.2e-4), "120 urad");
-        assert_eq!(printed(Dimension::Angle, 0.02), "1.15 degrees");
-        assert_eq!(printed(Dimension::LengthPerTime, 5e-9), "0.300 um/min");
-        assert_eq!(
-            printed(Dimension::PerDecade, 0.004),
-            "0.400 % per tenfold time"
-        );
-        assert_eq!(printed(Dimension::PerForce, -2e-5), "-0.200 % per 100 N");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::DiagnosisReport;
+use crate::analysis::{DiagnosisReport, RobotSubject, Subject};
 use crate::fit::TableMistake;
 use crate::mismatch::{
     Contrast, EstimatedValue, ExplainedShare, FactorChange, Finding, HeldOut, Impossible,
@@ -307,8 +307,32 @@ pub struct RejectedLaw {
     pub reason: String,
 }
 
-impl From<&DiagnosisReport> for DiagnosisSummary {
+impl From<&DiagnosisReport> for DiagnosisResult {
     fn from(report: &DiagnosisReport) -> Self {
+        match &report.subject {
+            Subject::Robot(robot) => Self::Session(Box::new(DiagnosisSummary::new(report, robot))),
+            Subject::Part { units, layout } => {
+                Self::Specimen(Box::new(SpecimenSummary::new(report, (units, layout))))
+            }
+        }
+    }
+}
+
+impl DiagnosisResult {
+    /// The same with the files that were written.
+    #[must_use]
+    pub fn with_files(mut self, written: Vec<PathBuf>) -> Self {
+        let files = match &mut self {
+            Self::Session(one) => &mut one.files,
+            Self::Specimen(one) => &mut one.files,
+        };
+        *files = Some(written);
+        self
+    }
+}
+
+impl DiagnosisSummary {
+    fn new(report: &DiagnosisReport, robot: &RobotSubject) -> Self {
         let diagnosis = &report.diagnosis;
         let left = &diagnosis.unexplained;
         let located = &report.located;
@@ -366,9 +390,9 @@ impl From<&DiagnosisReport> for DiagnosisSummary {
             detection_limits: report.detection_limits(),
             noise: report.into(),
             levels: (&report.critical).into(),
-            robot: report.robot.clone(),
-            mechanism: report.mechanism.clone(),
-            start_factors: report.factors.clone(),
+            robot: robot.robot.clone(),
+            mechanism: robot.mechanism.clone(),
+            start_factors: robot.start_factors.clone(),
             readings: report.observations.len(),
             sessions: report.sessions.iter().map(Into::into).collect(),
             without,
@@ -407,7 +431,7 @@ impl From<&Finding> for FindingReport {
 }
 
 /// Why a parameter has no interval.
-pub(in crate::report) const STEPPED: &str =
+pub(super) const STEPPED: &str =
     "the readings change with this parameter by steps, so that no standard error can be given";
 
 impl FittedParameter {
@@ -505,20 +529,22 @@ impl QualityReport {
 
 impl FactorChangeReport {
     /// A factor with what became of it.
-    pub(super) fn new(factor: &FactorChange, status: Determination) -> Self {
-        let unit = match factor.spring_rad_per_nm {
-            None => "1",
-            Some(_) => "rad/(N*m)",
+    pub(super) fn new(subject: &Subject, factor: &FactorChange, status: Determination) -> Self {
+        let unit = match (subject, factor.spring_rad_per_nm) {
+            (Subject::Part { units, .. }, _) => units.of_slope().name,
+            (_, None) => "1".to_owned(),
+            (_, Some(_)) => "rad/(N*m)".to_owned(),
         };
         let [before, after] = [&factor.before, &factor.after].map(|fitted| {
-            let (value, interval) = factor_value(factor, fitted);
+            let (value, interval) = factor_value(subject, factor, fitted);
             let reason = "the data do not determine this factor";
-            FittedParameter::new(value, unit.to_owned(), interval, reason).with_open_ends(fitted)
+            FittedParameter::new(value, unit.clone(), interval, reason).with_open_ends(fitted)
         });
-        let change_percent = match factor.spring_rad_per_nm {
-            None => Some(100.0 * (factor.after.value - factor.before.value).exp_m1()),
-            Some(_) if before.value == 0.0 => None,
-            Some(_) => Some(100.0 * (after.value / before.value - 1.0)),
+        let is_factor = factor.spring_rad_per_nm.is_none() && matches!(subject, Subject::Robot(_));
+        let change_percent = match is_factor {
+            true => Some(100.0 * (factor.after.value - factor.before.value).exp_m1()),
+            false if before.value == 0.0 => None,
+            false => Some(100.0 * (after.value / before.value - 1.0)),
         };
         Self {
             name: factor.name.clone(),

@@ -4,25 +4,25 @@ use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
 use crate::report::text::{AlignedTable, TextColumn, significant, table_of, with_unit};
 
-use super::page::head;
-use super::phrases::{paragraph, um};
+use super::page::{capital, head};
+use super::phrases::paragraph;
 use super::{Determination, FactorChangeReport};
-use crate::analysis::DiagnosisReport;
+use crate::analysis::{DiagnosisReport, Subject};
 
 /// The factors, and how they move back once what was missing is there.
 pub(super) fn factors(report: &DiagnosisReport) -> String {
     let found = !report.diagnosis.findings.is_empty();
-    let mut text = head(if found {
-        "How the fitted factors move back"
+    let factor = report.subject.factor();
+    let mut text = head(&if found {
+        format!("How the fitted {factor}s move back")
     } else {
-        "Factors fitted in the diagnosis"
+        format!("{}s fitted in the diagnosis", capital(factor))
     });
     if found {
-        text.push_str(&paragraph(
-            "Without the missing physics the factors stood in for it as well as they could. These are the factors without it and with it.",
-            "",
-            "",
-        ));
+        let why = format!(
+            "Without the missing physics the {factor}s stood in for it as well as they could. These are the {factor}s without it and with it."
+        );
+        text.push_str(&paragraph(&why, "", ""));
     }
     let change = |one: &FactorChangeReport| {
         // Adding zero makes a change that rounds to nothing +0.0.
@@ -39,7 +39,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
         Determination::NotIdentified => "no".to_owned(),
     };
     let mut columns: Vec<TextColumn<'_, FactorChangeReport>> = vec![
-        ("factor", &|one| with_unit(&one.name, &one.after.unit)),
+        (factor, &|one| with_unit(&one.name, &one.after.unit)),
         ("without", &|one| significant(one.before.value, 4)),
         ("with", &|one| significant(one.after.value, 4)),
         ("change", &change),
@@ -55,13 +55,16 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
 
 /// How far the model misses the readings, without and with what was found.
 pub(super) fn errors(report: &DiagnosisReport) -> String {
-    let diagnosis = &report.diagnosis;
+    let (diagnosis, subject) = (&report.diagnosis, &report.subject);
     let found = !diagnosis.findings.is_empty();
-    let mut text = head("How far the model misses the readings");
+    let mut text = head(&format!(
+        "How far the {} misses the readings",
+        subject.model()
+    ));
     let shown = |rms_m: f64| {
         format!(
             "{} ({} %)",
-            um(rms_m),
+            subject.reading(rms_m),
             significant(100.0 * rms_m / report.trace.displacement_rms_m, 2)
         )
     };
@@ -80,17 +83,23 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
     let (before, after) = (&diagnosis.before, &diagnosis.after);
     let mut both = |name: &str, of: &dyn Fn(&Quality) -> String| add(name, of(before), of(after));
     both("all readings", &|quality| shown(quality.rms_m));
-    both("poses left out of the fit", &|quality| {
-        let rms_m = quality.held_out_rms_m;
-        rms_m.map_or_else(|| "only one pose".to_owned(), &shown)
-    });
+    // Each configuration of a part has a slope of its own: one that was left out would have none.
+    let is_of_robot = !report.is_of_part();
+    let only_one = || "only one pose".to_owned();
+    if is_of_robot {
+        both("poses left out of the fit", &|quality| {
+            quality.held_out_rms_m.map_or_else(only_one, &shown)
+        });
+    }
     both("all readings, in units of the noise", &|quality| {
         format!("{:.2}", quality.reduced_chi2.sqrt())
     });
-    both("poses left out, in units of the noise", &|quality| {
-        let units = quality.held_out_noise_units;
-        units.map_or_else(|| "only one pose".to_owned(), |units| format!("{units:.2}"))
-    });
+    if is_of_robot {
+        both("poses left out, in units of the noise", &|quality| {
+            let units = quality.held_out_noise_units;
+            units.map_or_else(only_one, |units| format!("{units:.2}"))
+        });
+    }
     let old = |r: &ReadingTrace| [r.before_m, r.before_within_run_m];
     let new = |r: &ReadingTrace| [r.after_m, r.after_within_run_m];
     // Of one load in each run zero and slope are all there is.
@@ -100,40 +109,55 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
         (0, "")
     };
     for direction in report.directions() {
+        let along = match subject {
+            Subject::Robot(_) => format!("along {direction}"),
+            Subject::Part { .. } => "of all runs".to_owned(),
+        };
         let [before_m, after_m] = [&old, &new as &dyn Fn(&ReadingTrace) -> [f64; 2]]
             .map(|of| report.rms_m(of, Some(direction))[place]);
-        let name = format!("readings along {direction}{off}");
-        add(&name, um(before_m), um(after_m));
+        let name = format!("readings {along}{off}");
+        add(&name, subject.reading(before_m), subject.reading(after_m));
     }
     text.push_str(&rows.text());
     let of = match (
         &report.observations.tracker,
         report.observations.has_series(),
     ) {
+        _ if report.is_of_part() => "readings about the mean of their run",
         (Some(_), _) => "positions from where the rigid robot stands",
         (None, true) => "displacements about the mean of their gauge zero",
         (None, false) => "displacements",
     };
+    let softest = match subject {
+        Subject::Robot(_) => {
+            " The softest direction rules the um; the units of the noise count all readings alike."
+        }
+        Subject::Part { .. } => "",
+    };
     let floor = format!(
         "Percent are of the root mean square of the {of}, {}. Noise alone has about {} over \
-         all readings, or 1.00 in units of the noise; a fit leaves somewhat less of it, because zeros and factors follow the noise. The \
-         softest direction rules the um; the units of the noise count all readings alike.",
-        um(report.trace.displacement_rms_m),
-        um(report.noise_floor_m())
+         all readings, or 1.00 in units of the noise; a fit leaves somewhat less of it, because zeros and {}s follow the noise.{softest}",
+        subject.reading(report.trace.displacement_rms_m),
+        subject.reading(report.noise_floor_m()),
+        subject.factor()
     );
     text.push_str(&paragraph(&floor, "", ""));
     text
 }
 
 /// For each law the effect that would have been found, where it is seen best and worst.
-pub(super) fn upper_limits(critical: &[DetectionLimit]) -> String {
+pub(super) fn upper_limits(report: &DiagnosisReport) -> String {
+    let (critical, subject) = (&report.diagnosis.detection_limits, &report.subject);
     let mut text = head("What would have been found");
-    text.push_str(&paragraph(
-        "Smaller effects than these may be there. Four sessions of five would have shown an effect of this size at the end of the robot; \
-         the place is where the law is seen best and worst. Every single place is in the appendix.",
-        "",
-        "",
-    ));
+    let at = match subject {
+        Subject::Robot(_) => "at the end of the robot",
+        Subject::Part { .. } => "on a reading",
+    };
+    let promise = format!(
+        "Smaller effects than these may be there. Four sessions of five would have shown an effect of this size {at}; \
+         the place is where the law is seen best and worst. Every single place is in the appendix."
+    );
+    text.push_str(&paragraph(&promise, "", ""));
     let mut rows = AlignedTable::new(&["law", "seen best", "at", "seen worst", "at"]);
     for &law in Law::ALL {
         let mut known: Vec<(f64, &DetectionLimit)> = critical
@@ -145,9 +169,10 @@ pub(super) fn upper_limits(critical: &[DetectionLimit]) -> String {
         let (Some(best), Some(worst)) = (known.first(), known.last()) else {
             continue;
         };
-        let mut cells = vec![law.row.to_owned(), um(best.0), best.1.place.to_string()];
+        let size = |(end_effect_m, _): &(f64, _)| subject.reading(*end_effect_m);
+        let mut cells = vec![law.row.to_owned(), size(best), best.1.place.to_string()];
         if known.len() > 1 {
-            cells.extend([um(worst.0), worst.1.place.to_string()]);
+            cells.extend([size(worst), worst.1.place.to_string()]);
         } else {
             cells.extend([String::new(), String::new()]);
         }

@@ -50,13 +50,19 @@ pub(super) fn law(report: &DiagnosisReport, effect: &EffectTrace) -> FoundLaw {
         }
         let panel = |cell: &&Cell| {
             let own = seen.iter().filter(|one| one.reading.cell == **cell);
-            by_step(cell, effect, driving, &own.collect::<Vec<_>>())
+            let heading = if report.is_of_part() {
+                cell.pose.to_string()
+            } else {
+                cell.to_string()
+            };
+            by_step(heading, effect, driving, &own.collect::<Vec<_>>())
         };
         cells.iter().map(panel).collect()
     };
     FoundLaw {
         found: short_phrase(&effect.effect),
         driving,
+        quantities: report.subject.quantities(),
         bar: Bar::StandardUncertainty,
         panels,
     }
@@ -199,7 +205,7 @@ fn by_change(axis: Direction, seen: &[Seen<'_>]) -> Option<LawPanel> {
 
 /// One panel of a cell: the repeats of each load step together.
 fn by_step(
-    cell: &Cell,
+    heading: String,
     effect: &EffectTrace,
     driving: DrivingQuantity,
     own: &[&Seen<'_>],
@@ -240,7 +246,7 @@ fn by_step(
         Curve::Lines | Curve::Period { .. } | Curve::Shape(_) => CurveShape::Line,
     };
     LawPanel {
-        heading: cell.to_string(),
+        heading,
         curves: vec![LawCurve {
             name: "law as fitted".to_owned(),
             shape,

@@ -6,11 +6,11 @@ use serde::Serialize;
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
 use crate::fit::{FitOutcome, FittedCell};
 use crate::report::{
-    ComparisonReport, DiagnosisResult, DiagnosisSummary, FitReport, diagnosis_page, micro,
-    significant,
+    ComparisonReport, DiagnosisResult, FitReport, diagnosis_page, micro, significant,
 };
 
 use super::blocks::{TextBlock, text_blocks, with_micro_signs};
+use crate::report::diagnosis::headline;
 
 /// Robot, mechanism and factors.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -119,11 +119,10 @@ fn validation_by_components(outcome: &FitOutcome) -> Option<String> {
 
 impl From<&DiagnosisReport> for PageDiagnosis {
     fn from(report: &DiagnosisReport) -> Self {
-        let numbers = DiagnosisSummary::from(report);
         Self {
-            headline: with_micro_signs(&numbers.headline),
+            headline: with_micro_signs(&headline(report)),
             text: with_procedures_named(text_blocks(&diagnosis_page(report))),
-            numbers: DiagnosisResult::Session(Box::new(numbers)),
+            numbers: report.into(),
         }
     }
 }

@@ -311,9 +311,15 @@ fn property(name: &str) -> Option<Property> {
         .find(|property| property.name() == name)
 }
 
+impl Place {
+    /// Name of the joint that stands for a part without a robot file.
+    pub const PART: &str = "specimen";
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Joint(joint) if joint == Self::PART => f.write_str("the part"),
             Self::Joint(joint) => write!(f, "joint {joint}"),
             Self::AcrossJoint { joint, axis } => {
                 write!(f, "joint {joint}, about {axis} of its frame")

@@ -31,7 +31,8 @@ impl BaselineParameter {
     }
 
     /// Whether a fitted value stands at one of its bounds.
-    pub(super) fn is_near_bound(&self, value: f64) -> bool {
+    #[must_use]
+    pub fn is_near_bound(&self, value: f64) -> bool {
         (value - self.lower).min(self.upper - value) < AT_BOUND * self.unit
     }
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use stiffbench_beams::physics::TestObject;
 
 use super::candidate_scores::best_shapes;
+use super::diagnosis::Diagnosis;
 use super::error::MismatchError;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
@@ -99,6 +100,14 @@ impl Observations {
         let numbers = self.poses.iter().map(|pose| pose.as_str().parse());
         let numbers: Option<Vec<f64>> = numbers.collect::<Result<_, _>>().ok();
         sizes.factors(slopes, numbers.as_deref())
+    }
+
+    /// The readings with effects whose sizes follow what a diagnosis of them found.
+    #[must_use]
+    pub fn with_sizes_of(&self, diagnosis: &Diagnosis) -> Self {
+        let slopes: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
+        let factors = self.size_factors(diagnosis.sizes, &slopes);
+        factors.map_or_else(|| self.clone(), |factors| self.with_size_factors(&factors))
     }
 }
 

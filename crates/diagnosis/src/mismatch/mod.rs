@@ -122,7 +122,7 @@ pub(crate) use restricted_likelihood::estimate_noise;
 pub use robot_baseline::RobotBaseline;
 pub use search::SearchOptions;
 pub use shares::{MisfitShares, MisfitSteps};
-pub use specimen::{Line, SPECIMEN_JOINT, test_object};
+pub use specimen::{Line, test_object};
 pub use stated_values::{EstimatedValue, ValueInterval};
 pub use strata::{
     Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,

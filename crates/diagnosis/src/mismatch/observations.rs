@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
+use crate::search::largest;
 use stiffbench_beams::physics::{LoadPoint, Place, PoseMechanics, RunLoads, TestObject};
 use stiffbench_beams::robot::TrackerFrames;
 use stiffbench_measurement::readings::{
@@ -269,6 +270,16 @@ impl Observations {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.readings.is_empty()
+    }
+
+    /// What displacements are of the order of, m: a millimetre at the end of a robot, the largest answer of a part.
+    pub(super) fn usual_displacement_m(&self) -> f64 {
+        match self.bench {
+            TestObject::Robot => 1e-3,
+            TestObject::ForceDriven | TestObject::DisplacementDriven => {
+                largest(&self.displacement_m).max(f64::MIN_POSITIVE)
+            }
+        }
     }
 
     /// Size of the largest load, N; of a part in the unit of what was set.

@@ -1,7 +1,7 @@
 //! The model of a part that a diagnosis leaves, and what it predicts for other readings.
 
 use stiffbench_beams::physics::Effect;
-use stiffbench_measurement::specimen::{ResponseVariable, SpecimenTable};
+use stiffbench_measurement::specimen::SpecimenTable;
 
 use super::diagnosis::Diagnosis;
 use super::error::MismatchError;
@@ -18,8 +18,6 @@ const WITHIN: f64 = 0.95;
 /// A part's line and the laws beside it, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartModel {
-    /// Which quantity answers.
-    pub response: ResponseVariable,
     /// Units of the table that it was fitted to.
     pub units: PartUnits,
     /// Its configurations.
@@ -58,7 +56,7 @@ impl PartModel {
     /// The model of a diagnosis; `None` where the readings could not decide.
     ///
     /// # Arguments
-    /// - `table`, `line`, `observations`: what was diagnosed.
+    /// - `table`, `line`, `observations`: what was diagnosed, with the sizes that were found.
     ///
     /// # Errors
     /// [`MismatchError`].
@@ -70,35 +68,28 @@ impl PartModel {
         if !diagnosis.lacking.is_empty() {
             return Ok(None);
         }
-        let slopes: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
-        let factors = observations.size_factors(diagnosis.sizes, &slopes);
-        let scaled = match &factors {
-            Some(factors) => &observations.with_size_factors(factors),
-            None => observations,
-        };
-        let problem = DiagnosisProblem::new(line, scaled);
+        let problem = DiagnosisProblem::new(line, observations);
         let model = Model {
             parameters: diagnosis.parameters.clone(),
             effects: diagnosis.effects.clone(),
         };
         let residuals = problem.raw_residuals(&model)?;
         let mut configurations = Vec::new();
-        for cell in &scaled.cells {
+        for cell in &observations.cells {
             let own = &residuals[cell.readings.clone()];
             configurations.push(PartConfiguration {
                 name: table.configurations[cell.pose].clone(),
                 slope: model.parameters[cell.pose],
                 zero: line.zero + own.iter().sum::<f64>() / own.len() as f64,
-                size_factor: factors.as_ref().map_or(1.0, |factors| factors[cell.pose]),
+                size_factor: observations.size_factor(cell.pose),
             });
         }
         let band = problem.band(&model)?;
-        let drivers = scaled.loads.iter().map(|load| load.force_n);
+        let drivers = observations.loads.iter().map(|load| load.force_n);
         let range = drivers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], load| {
             [low.min(load), high.max(load)]
         });
         Ok(Some(Self {
-            response: table.response,
             units: PartUnits::new(table),
             configurations,
             effects: model.effects,

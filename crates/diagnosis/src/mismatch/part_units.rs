@@ -6,6 +6,8 @@ use stiffbench_measurement::specimen::{ColumnUnit, ResponseVariable, SpecimenTab
 /// The units of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartUnits {
+    /// Which quantity answers.
+    pub response: ResponseVariable,
     /// What was set.
     pub load: ColumnUnit,
     /// What answered.
@@ -50,8 +52,18 @@ impl PartUnits {
         };
         Self {
             order_is_clock: table.readings.iter().all(|one| one.time_s.is_none()),
+            response: table.response,
             load: load.clone(),
             answer: answer.clone(),
+        }
+    }
+
+    /// Names of what was set and of what answered.
+    #[must_use]
+    pub fn names(&self) -> [&'static str; 2] {
+        match self.response {
+            ResponseVariable::Displacement => ["force", "displacement"],
+            ResponseVariable::Force => ["displacement", "force"],
         }
     }
 
@@ -131,6 +143,7 @@ fn power(unit: &str, exponent: i8) -> String {
     match (unit, exponent) {
         ("1", _) => "1".to_owned(),
         (unit, 1) => unit.to_owned(),
+        (unit, n) if unit.chars().all(char::is_alphabetic) => format!("{unit}^{n}"),
         (unit, n) => format!("({unit})^{n}"),
     }
 }

@@ -130,6 +130,13 @@ impl Observations {
         cycles
     }
 
+    /// The factor on the sizes of effects in a configuration; 1 where nothing was recorded.
+    pub(super) fn size_factor(&self, configuration: usize) -> f64 {
+        let of = |history: &&RecordedHistory| history.configuration == configuration;
+        let own = self.histories.iter().find(of);
+        own.map_or(1.0, |history| history.size_factor)
+    }
+
     /// The same readings with factors on the sizes of effects.
     ///
     /// # Arguments

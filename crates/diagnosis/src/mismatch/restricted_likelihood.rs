@@ -18,10 +18,12 @@ use stiffbench_numeric::statistics::root_mean_square;
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
 
-/// Least standard deviation of a reading, and where it starts, as shares of the largest displacement.
+/// Least standard deviation of a reading, where it starts, and where that of a zero does, as shares of the usual displacement.
 const LEAST_SD: f64 = 1e-6;
 /// See [`LEAST_SD`].
 const START_SD: f64 = 1e-3;
+/// See [`LEAST_SD`].
+const START_ZERO_SD: f64 = 1e-2;
 
 /// What a zero that may be anything scatters by, in largest displacements.
 const FREE_ZERO_SD: f64 = 10.0;
@@ -60,8 +62,8 @@ pub(crate) fn estimate_noise(
     };
     let of_cell = |part: &FixedPart| part.centred(residual_m[part.readings.clone()].to_vec());
     let residual_m: Vec<f64> = fixed.iter().flat_map(of_cell).collect();
-    let largest_m = largest(&observations.displacement_m).max(f64::MIN_POSITIVE);
-    let least_m = LEAST_SD * largest_m;
+    let usual_m = observations.usual_displacement_m();
+    let least_m = LEAST_SD * usual_m;
     let floor_m = observations
         .steps
         .displacement_m
@@ -75,7 +77,8 @@ pub(crate) fn estimate_noise(
         force,
         earlier,
         floor_m,
-        largest_m,
+        usual_m,
+        free_zero_sd_m: FREE_ZERO_SD * largest(&observations.displacement_m),
     };
     let rough = problem.rough_sd();
     let mut centre = [0.0; VALUES];
@@ -213,8 +216,10 @@ struct VarianceProblem<'a> {
     force: ForceReading<'a>,
     earlier: Option<&'a EarlierNoise>,
     floor_m: f64,
-    /// Largest displacement, m.
-    largest_m: f64,
+    /// What displacements are of the order of, m.
+    usual_m: f64,
+    /// What a zero that may be anything scatters by, m.
+    free_zero_sd_m: f64,
 }
 
 impl VarianceProblem<'_> {
@@ -233,7 +238,7 @@ impl VarianceProblem<'_> {
         ReadingNoise {
             reading_sd_m: sd(READING).hypot(self.floor_m),
             zero_sd_m: if self.observations.free_zeros {
-                FREE_ZERO_SD * self.largest_m
+                self.free_zero_sd_m
             } else {
                 sd(ZERO)
             },
@@ -362,11 +367,11 @@ impl VarianceProblem<'_> {
 
     /// A first guess: scatter of differences between runs at the same step.
     fn rough_sd(&self) -> f64 {
-        let start_m = self.floor_m.max(START_SD * self.largest_m);
+        let start_m = self.floor_m.max(START_SD * self.usual_m);
         let precision = self.precision(&ReadingNoise {
             reading_sd_m: start_m,
             zero_sd_m: if self.observations.has_series() {
-                10.0 * start_m
+                START_ZERO_SD * self.usual_m
             } else {
                 0.0
             },

@@ -3,7 +3,7 @@
 //! What was set stands for the force and what answered for the displacement, in SI units; in those of the file where it has none. One joint
 //! with a lever of one unit stands for whatever has play, friction or curvature, so that the laws of joints act on a part.
 
-use stiffbench_beams::physics::{LoadPoint, PoseMechanics, TestObject};
+use stiffbench_beams::physics::{LoadPoint, Place, PoseMechanics, TestObject};
 use stiffbench_beams::structure::RotationInfluence;
 use stiffbench_measurement::specimen::{ResponseVariable, SpecimenReading, SpecimenTable};
 use stiffbench_numeric::statistics::LeastSquaresLine;
@@ -14,9 +14,6 @@ use super::error::MismatchError;
 use super::observations::{GaugeSteps, Observations, ObservedReading, ReadingClock, Recorded};
 use super::recorded_history::RecordedHistory;
 use crate::search::largest;
-
-/// Name of the joint that stands for the specimen.
-pub const SPECIMEN_JOINT: &str = "specimen";
 
 /// One straight line a configuration.
 #[derive(Debug, Clone)]
@@ -71,7 +68,7 @@ impl Line {
         };
         Self {
             parameters: slopes.map(parameter).collect(),
-            joints: vec![SPECIMEN_JOINT.to_owned()],
+            joints: vec![Place::PART.to_owned()],
             zero,
         }
     }
@@ -117,9 +114,7 @@ fn observations(table: &SpecimenTable, zero: f64) -> Observations {
             .iter()
             .map(|name| PoseId::new(name))
             .collect(),
-        free_zeros: true,
         clock: clock_of(table),
-        bench: test_object(table.response),
         ..Observations::without_readings(GaugeSteps::default(), recorded)
     };
     for configuration in 0..table.configurations.len() {
@@ -134,8 +129,17 @@ fn observations(table: &SpecimenTable, zero: f64) -> Observations {
             add_run(table, (index, zero), &mut out);
         }
     }
-    out.histories = RecordedHistory::of_runs(&out);
-    out
+    out.of_part(test_object(table.response))
+}
+
+impl Observations {
+    /// These as readings of a part: zeros may be anything, and what the part went through counts.
+    pub(super) fn of_part(mut self, object: TestObject) -> Self {
+        self.bench = object;
+        self.free_zeros = true;
+        self.histories = RecordedHistory::of_runs(&self);
+        self
+    }
 }
 
 fn clock_of(table: &SpecimenTable) -> ReadingClock {

@@ -193,7 +193,8 @@ impl DiagnosisProblem<'_> {
         }
         if readings < 3 * parameters + 6 {
             lacking.push(format!(
-                "{readings} readings are too few for {parameters} factors"
+                "{readings} readings are too few for {}",
+                counted(parameters, "factor")
             ));
         }
         lacking

@@ -1,5 +1,6 @@
 //! A joint that turns by a linear and a quadratic term of its moment.
 
+use super::one_of;
 use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
@@ -55,9 +56,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     figure: OF_A_JOINT,
     words: LawWording {
         phrase: |at, values| match values.get(1) {
-            Some(q) if *q < 0.0 => format!("a {at} that grows stiffer under load"),
-            Some(q) if *q > 0.0 => format!("a {at} that grows softer under load"),
-            _ => format!("a {at} whose stiffness changes with the load"),
+            Some(q) if *q < 0.0 => format!("{} that grows stiffer under load", one_of(at)),
+            Some(q) if *q > 0.0 => format!("{} that grows softer under load", one_of(at)),
+            _ => format!("{} whose stiffness changes with the load", one_of(at)),
         },
         heading: |place| format!("nonlinearity of {place}"),
         explanation: "The joint turns with the moment on it, but not in proportion: it has a linear and a quadratic part.",

@@ -68,5 +68,10 @@ library! {
 
 pub use gauge_periodic::{NOMINAL_PERIODS_M, SHORTEST_PERIOD_M};
 
+/// A place as one of its kind: "a joint A3", "a part".
+fn one_of(at: &str) -> String {
+    format!("a {}", at.strip_prefix("the ").unwrap_or(at))
+}
+
 #[cfg(test)]
 pub(super) mod tests;

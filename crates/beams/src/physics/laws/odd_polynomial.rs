@@ -1,5 +1,6 @@
 //! Hardening and softening alike both ways: odd powers.
 
+use super::one_of;
 use super::joint_compliance::ACROSS_THE_JOINT;
 use crate::physics::action::{DrivenPath, HistoryLaw, LawAction, Values};
 use crate::physics::dimension::Dimension;
@@ -60,9 +61,9 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     figure: FIGURE,
     words: LawWording {
         phrase: |at, values| match values.first() {
-            Some(c3) if *c3 < 0.0 => format!("a {at} whose answer falls behind its load"),
-            Some(_) => format!("a {at} whose answer grows faster than its load"),
-            None => format!("a {at} whose slope changes with the load"),
+            Some(c3) if *c3 < 0.0 => format!("{} whose answer falls behind its load", one_of(at)),
+            Some(_) => format!("{} whose answer grows faster than its load", one_of(at)),
+            None => format!("{} whose slope changes with the load", one_of(at)),
         },
         heading: |place| format!("odd powers of {place}"),
         explanation: "The part answers to its load by odd powers besides the line: alike in both directions.",

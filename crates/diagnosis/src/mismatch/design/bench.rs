@@ -4,10 +4,10 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiffbench_beams::physics::{Effect, Law, Place, title};
+use stiffbench_beams::physics::{Effect, Law, Place, TestObject, title};
 use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
 use stiffbench_measurement::procedure::Pace;
-use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use crate::mismatch::baseline::Baseline;
 use crate::mismatch::error::MismatchError;
@@ -67,9 +67,25 @@ pub struct DesignBench<'a> {
     pub steps: GaugeSteps,
     /// How fast the operator works.
     pub pace: Pace,
+    /// What is loaded.
+    pub object: TestObject,
 }
 
 impl DesignBench<'_> {
+    /// Whether it is of a part without a robot file.
+    pub(super) fn is_of_part(&self) -> bool {
+        self.object != TestObject::Robot
+    }
+
+    /// Directions in which it can be loaded: a part has one.
+    pub(super) fn directions(&self) -> &'static [Direction] {
+        if self.is_of_part() {
+            &[Direction::X]
+        } else {
+            &Direction::ALL
+        }
+    }
+
     /// Places of the poses that were measured, and of the others.
     pub(super) fn measured_and_further(&self, done: &Observations) -> [Vec<usize>; 2] {
         let measured = |pose: &usize| done.cells.iter().any(|cell| cell.pose == *pose);

@@ -11,7 +11,6 @@ use crate::search::Projected;
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, MOST_PAIRS};
 use stiffbench_beams::physics::{Effect, title};
 use stiffbench_measurement::procedure::Procedure;
-use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::advice::advice;
@@ -178,7 +177,11 @@ fn rated_plans(
     for loading in loadings(base) {
         let everywhere = Procedure {
             poses: Some(bench.poses.to_vec()),
-            directions: LoadDirection::axes(),
+            directions: bench
+                .directions()
+                .iter()
+                .map(|axis| (*axis).into())
+                .collect(),
             ..loading.clone()
         };
         let new = bench.cells(effects, &bench.observations(&everywhere)?, true)?;
@@ -235,7 +238,9 @@ pub(super) fn plan_for(
         if reached >= CANNOT_TELL {
             out.push(rated[plan].proposed(place, separates.clone()));
         }
+        // A check by hand is one of a robot.
         if reached < CAN_TELL
+            && !bench.is_of_part()
             && let Some((plan, minutes)) = advice(first, second)
         {
             out.push(NextMeasurement::check(plan, minutes, separates));
@@ -367,9 +372,12 @@ fn coverages(bench: &DesignBench<'_>, done: &Observations) -> Vec<Coverage> {
             format!("all {which}")
         };
         let poses = (0..kept).map(|place| poses[place * count / kept]).collect();
-        of(words, poses, &Direction::ALL)
+        of(words, poses, bench.directions())
     };
     let [old, new] = bench.measured_and_further(done);
+    if bench.is_of_part() {
+        return vec![of("the same part".to_owned(), old, bench.directions())];
+    }
     let mut out = vec![evenly(old, "measured poses")];
     if new.len() > 1 {
         out.push(evenly(new, "poses not measured yet"));

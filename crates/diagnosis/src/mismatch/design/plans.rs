@@ -101,7 +101,12 @@ pub(super) fn loadings(base: &Procedure) -> Vec<Procedure> {
         text: Some(words.to_owned()),
         ..procedure
     });
-    named.filter(|loading| loading.check().is_ok()).collect()
+    let has_both = |sign: f64| base.loads_n.iter().any(|load_n| sign * load_n > 0.0);
+    let is_new =
+        |loading: &Procedure| loading.name != "both-signs" || !(has_both(1.0) && has_both(-1.0));
+    named
+        .filter(|loading| is_new(loading) && loading.check().is_ok())
+        .collect()
 }
 
 /// The loads, and behind them the same in the other sense.

@@ -7,6 +7,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::plan::{PlannedCell, PlannedLoad};
 use crate::search::constants::TIMES_VARY;
+use stiffbench_beams::physics::TestObject;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::PoseId;
 
@@ -59,7 +60,11 @@ impl DesignBench<'_> {
             }
         }
         let planned = Observations::planned(&cells, self.steps, procedure.release_n());
-        self.in_order(&planned)
+        let planned = self.in_order(&planned)?;
+        Ok(match self.object {
+            TestObject::Robot => planned,
+            object => planned.of_part(object),
+        })
     }
 
     fn loads(

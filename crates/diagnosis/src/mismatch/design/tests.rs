@@ -8,7 +8,7 @@ use crate::mismatch::plan::{PlannedCell, PlannedLoad};
 use crate::mismatch::{Finding, MisfitShares, Rival, RobotBaseline, VerdictGrade};
 use crate::parameters::ParameterChoice;
 use crate::search::Projected;
-use stiffbench_beams::physics::{Effect, Law, Place, laws};
+use stiffbench_beams::physics::{Effect, Law, Place, TestObject, laws};
 use stiffbench_beams::robot::Robot;
 use stiffbench_measurement::procedure::{Pace, Procedure};
 use stiffbench_test_files::shipped_procedure;
@@ -64,6 +64,7 @@ fn bench<'a>(baseline: &'a RobotBaseline<'_>, poses: &'a [PoseId]) -> DesignBenc
             displacement_m: Some(1e-6),
         },
         pace: Pace::default(),
+        object: TestObject::Robot,
     }
 }
 

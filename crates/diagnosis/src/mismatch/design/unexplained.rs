@@ -60,12 +60,18 @@ pub(super) fn refine_scores(
     let loading = loadings.find(|loading| loading.name == name)?;
     let poses = poses(bench, done, left);
     let (directions, along) = match left.direction {
+        _ if bench.is_of_part() => (bench.directions().to_vec(), String::new()),
         None => (Direction::ALL.to_vec(), String::new()),
         Some(direction) => (vec![direction], format!(" in {direction}")),
     };
     let names: Vec<&str> = poses.iter().map(PoseId::as_str).collect();
+    let of = if bench.is_of_part() {
+        "configuration"
+    } else {
+        "pose"
+    };
     let words = format!(
-        "pose {}{along}, {}: it shows {shows}",
+        "{of} {}{along}, {}: it shows {shows}",
         names.join(", "),
         loading.text.as_deref().unwrap_or_default()
     );

@@ -103,6 +103,10 @@ impl Decomposition<'_> {
     /// Largest departure of a reading in a white pattern, m.
     pub(super) fn size_m(&self, mut pattern: Vec<f64>) -> f64 {
         self.whitening.covariance.unwhiten(&mut pattern);
+        if self.observations.free_zeros {
+            // A zero that may be anything is no departure.
+            pattern = self.observations.about_zeros(pattern);
+        }
         largest(&pattern)
     }
 

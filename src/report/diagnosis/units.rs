@@ -1,0 +1,144 @@
+//! The units and words of what a diagnosis is of: a robot in those of its bench, a part in those of its table.
+
+use crate::analysis::{DiagnosisReport, Subject};
+use crate::mismatch::{EstimatedValue, PartUnit};
+use crate::physics::{Dimension, ParameterSpec};
+use crate::plot::{AxisQuantity, Quantities};
+use crate::report::text::{significant, unit_behind};
+
+use super::FittedParameter;
+use super::summary::STEPPED;
+
+impl Subject {
+    /// What a reading shows, or is off by, with its unit: of a robot in µm.
+    pub(super) fn reading(&self, si: f64) -> String {
+        match self {
+            Self::Robot(_) => um(si),
+            Self::Part { units, .. } => in_unit(&units.of_answer(), si),
+        }
+    }
+
+    /// SI units in one of the readings' unit, and its name.
+    pub(super) fn reading_unit(&self) -> (f64, String) {
+        match self {
+            Self::Robot(_) => (1e-6, "um".to_owned()),
+            Self::Part { units, .. } => {
+                let unit = units.of_answer();
+                (unit.si_per_unit, unit.name)
+            }
+        }
+    }
+
+    /// By what a value of a parameter is multiplied to be printed, and in which unit.
+    ///
+    /// # Arguments
+    /// - `size`: the value, SI.
+    pub(super) fn printed(&self, spec: &ParameterSpec, size: f64) -> (f64, String) {
+        match self {
+            Self::Part { units, .. }
+                if spec.dimension.powers().is_some() || spec.dimension == Dimension::Share =>
+            {
+                let unit = units.of(spec);
+                (unit.si_per_unit.recip(), unit.name)
+            }
+            _ => {
+                let (factor, unit) = spec.dimension.printed(size);
+                (factor, unit.to_owned())
+            }
+        }
+    }
+
+    /// A value of a parameter with its unit.
+    pub(super) fn with_unit(&self, spec: &ParameterSpec, value: f64) -> String {
+        let (factor, unit) = self.printed(spec, value);
+        significant(factor * value, 3) + &unit_behind(&unit)
+    }
+
+    /// A value of a parameter as files have it: of a robot in SI.
+    pub(in crate::report) fn fitted(
+        &self,
+        spec: &ParameterSpec,
+        value: &EstimatedValue,
+    ) -> FittedParameter {
+        let (si, unit) = match self {
+            Self::Robot(_) => (1.0, spec.unit().to_owned()),
+            Self::Part { units, .. } => {
+                let unit = units.of(spec);
+                (unit.si_per_unit, unit.name)
+            }
+        };
+        let interval = value.interval_95().map(|ends| ends.map(|end| end / si));
+        FittedParameter::new(value.value / si, unit, interval, STEPPED).with_open_ends(value)
+    }
+
+    /// What was fitted without any law.
+    pub(super) fn model(&self) -> &'static str {
+        match self {
+            Self::Robot(_) => "model",
+            Self::Part { .. } => "straight line",
+        }
+    }
+
+    /// What readings are of: poses, or configurations of a part.
+    pub(super) fn pose(&self) -> &'static str {
+        match self {
+            Self::Robot(_) => "pose",
+            Self::Part { .. } => "configuration",
+        }
+    }
+
+    /// What is fitted beside every law: factors, or the slopes of a part.
+    pub(super) fn factor(&self) -> &'static str {
+        match self {
+            Self::Robot(_) => "factor",
+            Self::Part { .. } => "slope",
+        }
+    }
+
+    /// What loads and readings are, for figures.
+    pub(in crate::report) fn quantities(&self) -> Quantities {
+        let Self::Part { units, .. } = self else {
+            return Quantities::default();
+        };
+        let quantity = |name: &str, unit: PartUnit| AxisQuantity {
+            name: name.to_owned(),
+            unit: if unit.name == "1" {
+                String::new()
+            } else {
+                unit.name
+            },
+            si: unit.si_per_unit,
+        };
+        let [load, reading] = units.names();
+        Quantities {
+            load: quantity(load, units.of_load()),
+            reading: quantity(reading, units.of_answer()),
+            has_directions: false,
+        }
+    }
+}
+
+impl DiagnosisReport {
+    /// Whether it is of a part without a robot file.
+    pub(in crate::report) fn is_of_part(&self) -> bool {
+        matches!(self.subject, Subject::Part { .. })
+    }
+}
+
+fn in_unit(unit: &PartUnit, si: f64) -> String {
+    significant(unit.in_table(si), 3) + &unit_behind(&unit.name)
+}
+
+/// A length in µm with as many digits as help.
+fn um(value_m: f64) -> String {
+    um_shown(value_m * 1e6)
+}
+
+/// The same of a length in µm.
+pub(super) fn um_shown(value: f64) -> String {
+    if value.abs() >= 99.95 {
+        format!("{value:.0} um")
+    } else {
+        format!("{value:.1} um")
+    }
+}
