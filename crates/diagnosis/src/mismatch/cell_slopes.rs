@@ -14,8 +14,9 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::{Cell, Direction};
 
 use super::estimated_noise::EstimatedNoise;
-use super::noise::{NoiseCovariance, ReadingNoise};
+use super::noise::NoiseCovariance;
 use super::observations::Observations;
+use super::reading_noise::ReadingNoise;
 use super::restricted_likelihood::estimate_noise;
 use crate::search::largest;
 

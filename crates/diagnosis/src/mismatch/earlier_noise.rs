@@ -7,7 +7,7 @@ use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::diagnosis::{Diagnosis, Verdict};
 use super::estimated_noise::NoiseBasis;
-use super::noise::ReadingNoise;
+use super::reading_noise::ReadingNoise;
 use crate::search::constants::{FEWEST_DOF, LEAST_CHANCE_OF_SAME_NOISE};
 
 /// The variances of earlier sessions, reading, zero and slope of a run, with their degrees of freedom; none where nothing is known.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stiffbench_numeric::statistics::normal_quantile;
 
-use super::noise::ReadingNoise;
+use super::reading_noise::ReadingNoise;
 
 /// The noise with what is known of it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use stiffbench_units_and_text::test_point::Branch;
 
-use super::observations::Observations;
+use super::observations::{Observations, about_means};
 use crate::search::constants::{LEAST_INDEPENDENT, SAME_STEP};
 use crate::search::{dot, largest, push_orthonormal};
 
@@ -153,24 +153,4 @@ pub(super) fn fixed_part(observations: &Observations, cell: usize) -> FixedPart 
         }
     }
     part
-}
-
-/// Values without the means of the groups that they are in.
-///
-/// # Arguments
-/// - `groups`: the number of each value's group.
-pub(super) fn about_means(
-    mut values: Vec<f64>,
-    groups: impl Iterator<Item = usize> + Clone,
-    count: usize,
-) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0.0); count];
-    for (value, group) in values.iter().zip(groups.clone()) {
-        sums[group].0 += value;
-        sums[group].1 += 1.0;
-    }
-    for (value, group) in values.iter_mut().zip(groups) {
-        *value -= sums[group].0 / sums[group].1;
-    }
-    values
 }

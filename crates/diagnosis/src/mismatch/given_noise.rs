@@ -4,9 +4,9 @@ use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::estimated_noise::{EstimatedNoise, NoiseBasis};
 use super::known_noise::KnownNoise;
-use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
+use super::reading_noise::ReadingNoise;
 
 /// Noise whose part of single readings is given, for example by the records of the instruments.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,4 +53,17 @@ pub fn given_noise(
         noise,
         seen_sd_m: seen.noise.reading_sd_m,
     })
+}
+
+/// The noise of a session by its own readings, for [`Observations::joined`].
+///
+/// # Errors
+/// [`MismatchError::Empty`] if there is no noise to be found, else those of the baseline.
+pub fn noise_alone(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+) -> Result<ReadingNoise, MismatchError> {
+    let problem = DiagnosisProblem::new(baseline, observations);
+    let state = problem.state_of(problem.start(), KnownNoise::Nothing)?;
+    Ok(state.noise.noise)
 }

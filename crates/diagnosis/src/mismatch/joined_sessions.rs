@@ -8,31 +8,10 @@ use std::ops::Range;
 
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::baseline::Baseline;
-use super::error::MismatchError;
-use super::known_noise::KnownNoise;
-use super::noise::ReadingNoise;
 use super::observations::{
-    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, ObservedSession, Recorded,
 };
-use super::problem::DiagnosisProblem;
-
-/// One of several sessions.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ObservedSession {
-    /// What it is called: its poses are called `session/pose`.
-    pub name: String,
-    /// Its readings.
-    pub readings: Range<usize>,
-    /// Its runs.
-    pub runs: Range<usize>,
-    /// Steps of its gauges.
-    pub steps: GaugeSteps,
-    /// Force between its loads, if each load is released before the next.
-    pub release_n: Option<f64>,
-    /// Its noise by its own readings.
-    pub noise: ReadingNoise,
-}
+use super::reading_noise::ReadingNoise;
 
 /// Readings with one noise and one pair of gauges.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,19 +27,6 @@ impl NoisePart {
         let step_n = self.steps.force_n.unwrap_or(0.0);
         step_n * step_n / 12.0 + self.noise.gauges.force_sd_n.powi(2)
     }
-}
-
-/// The noise of a session by its own readings, for [`Observations::joined`].
-///
-/// # Errors
-/// [`MismatchError::Empty`] if there is no noise to be found, else those of the baseline.
-pub fn noise_alone(
-    baseline: &dyn Baseline,
-    observations: &Observations,
-) -> Result<ReadingNoise, MismatchError> {
-    let problem = DiagnosisProblem::new(baseline, observations);
-    let state = problem.state_of(problem.start(), KnownNoise::Nothing)?;
-    Ok(state.noise.noise)
 }
 
 impl Observations {
@@ -188,25 +154,6 @@ impl Observations {
     }
 }
 
-impl ReadingNoise {
-    /// This noise, by how much one of its kind differs from another.
-    fn in_proportion(&self, now: &Self, then: &Self) -> Self {
-        let scaled = |own: f64, now: f64, then: f64| {
-            let ratio = now / then;
-            if ratio.is_finite() { own * ratio } else { own }
-        };
-        let reading_sd_m = scaled(self.reading_sd_m, now.reading_sd_m, then.reading_sd_m);
-        Self {
-            reading_sd_m,
-            zero_sd_m: scaled(self.zero_sd_m, now.zero_sd_m, then.zero_sd_m),
-            run_slope_sd: scaled(self.run_slope_sd, now.run_slope_sd, then.run_slope_sd),
-            growth_sd: scaled(self.growth_sd, now.reading_sd_m, then.reading_sd_m),
-            correlation: self.correlation,
-            gauges: self.gauges,
-        }
-    }
-}
-
 /// Axes of the gauges of sessions, where several were read at once in any of them.
 fn gauges_of<'o>(sessions: impl Iterator<Item = &'o Observations>) -> Vec<Direction> {
     let axes: BTreeSet<Direction> = sessions.flat_map(|one| one.gauges.clone()).collect();
@@ -228,7 +175,8 @@ fn common_steps(mut steps: impl Iterator<Item = GaugeSteps>) -> GaugeSteps {
 mod tests {
     use super::*;
     use crate::mismatch::changes::tests::observations;
-    use crate::mismatch::noise::{GaugeNoise, NoiseCovariance};
+    use crate::mismatch::noise::NoiseCovariance;
+    use crate::mismatch::reading_noise::GaugeNoise;
     use crate::search::{WhiteSpace, dot};
 
     const FINE: ReadingNoise = ReadingNoise {

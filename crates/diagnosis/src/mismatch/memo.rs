@@ -17,8 +17,8 @@ use super::candidate_scores::ScoredCandidate;
 use super::changes::MissingMemberChange;
 use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
-use super::noise::ReadingNoise;
 use super::ranked_candidate::Ranked;
+use super::reading_noise::ReadingNoise;
 use super::refit::Model;
 use super::state::State;
 

@@ -51,6 +51,7 @@ mod problem;
 mod profiles;
 mod ranked_candidate;
 mod ranking;
+mod reading_noise;
 mod reading_screen;
 mod recorded_history;
 mod refit;
@@ -96,10 +97,9 @@ pub use diagnosis::{
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
 pub use estimated_noise::{EstimatedNoise, NoiseBasis};
-pub use given_noise::{GivenNoise, given_noise};
+pub use given_noise::{GivenNoise, given_noise, noise_alone};
 pub use grade::VerdictGrade;
 pub(crate) use held_out::folds_of;
-pub use joined_sessions::{ObservedSession, noise_alone};
 pub use known_noise::KnownNoise;
 pub(crate) use misread::{
     Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
@@ -107,16 +107,16 @@ pub(crate) use misread::{
 };
 pub use next_measurement::NextMeasurement;
 pub(crate) use noise::{ForceReading, NoiseCovariance, ReadForces};
-pub use noise::{GaugeNoise, ReadingNoise};
 pub(crate) use observations::load_point;
 pub use observations::{
-    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, ObservedSession, Recorded,
 };
 pub use omnibus::{Omnibus, OmnibusTest};
 pub use opposite_slips::reading_between_slips;
 pub use part_model::{PartBand, PartConfiguration, PartModel};
 pub use part_units::{PartUnit, PartUnits};
 pub use plan::{PlannedCell, PlannedLoad};
+pub use reading_noise::{GaugeNoise, ReadingNoise};
 pub(crate) use reading_screen::kept;
 pub(crate) use restricted_likelihood::estimate_noise;
 pub use robot_baseline::RobotBaseline;

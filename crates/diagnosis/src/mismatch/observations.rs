@@ -12,8 +12,7 @@ use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
-use super::free_means::about_means;
-use super::joined_sessions::ObservedSession;
+use super::reading_noise::ReadingNoise;
 use super::recorded_history::RecordedHistory;
 use crate::search::constants::{ENOUGH_OF_A_LINE, FEWEST_LEFT};
 
@@ -124,6 +123,23 @@ impl GaugeSteps {
             })),
         }
     }
+}
+
+/// One of several sessions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservedSession {
+    /// What it is called: its poses are called `session/pose`.
+    pub name: String,
+    /// Its readings.
+    pub readings: Range<usize>,
+    /// Its runs.
+    pub runs: Range<usize>,
+    /// Steps of its gauges.
+    pub steps: GaugeSteps,
+    /// Force between its loads, if each load is released before the next.
+    pub release_n: Option<f64>,
+    /// Its noise by its own readings.
+    pub noise: ReadingNoise,
 }
 
 /// The accepted readings of a session, sorted by cell and run.
@@ -597,4 +613,24 @@ pub(crate) fn load_point(reading: &Reading, since: SinceZero) -> LoadPoint {
         position_m: None,
         is_unloaded: reading.target_n == 0.0,
     }
+}
+
+/// Values without the means of the groups that they are in.
+///
+/// # Arguments
+/// - `groups`: the number of each value's group.
+pub(super) fn about_means(
+    mut values: Vec<f64>,
+    groups: impl Iterator<Item = usize> + Clone,
+    count: usize,
+) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); count];
+    for (value, group) in values.iter().zip(groups.clone()) {
+        sums[group].0 += value;
+        sums[group].1 += 1.0;
+    }
+    for (value, group) in values.iter_mut().zip(groups) {
+        *value -= sums[group].0 / sums[group].1;
+    }
+    values
 }

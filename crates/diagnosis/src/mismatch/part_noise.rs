@@ -5,8 +5,8 @@
 //! independent ones would, and evidence is counted by the independent ones.
 
 use super::estimated_noise::EstimatedNoise;
-use super::noise::ReadingNoise;
 use super::observations::Observations;
+use super::reading_noise::ReadingNoise;
 use crate::search::constants::{ENOUGH_OF_A_LINE, ENOUGH_OF_A_RECORDING};
 use crate::search::largest;
 use stiffbench_beams::physics::TestObject;

@@ -13,11 +13,11 @@ use super::critical_values::LawCriticalValues;
 use super::diagnosis::Impossible;
 use super::error::MismatchError;
 use super::memo::{StateKey, key_of};
-use super::noise::ReadingNoise;
 use super::part_evidence::{ScoredFit, weigh};
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::Ranked;
+use super::reading_noise::ReadingNoise;
 use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::constants::{

@@ -2,9 +2,9 @@
 
 use super::separation::Effects;
 use super::*;
-use crate::mismatch::noise::ReadingNoise;
 use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::{PlannedCell, PlannedLoad};
+use crate::mismatch::reading_noise::ReadingNoise;
 use crate::mismatch::{Finding, MisfitShares, Rival, RobotBaseline, VerdictGrade};
 use crate::parameters::ParameterChoice;
 use crate::search::Projected;
