@@ -14,104 +14,13 @@
 //! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
 //! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
 
-use std::fmt;
-
-use stiffbench_units_and_text::test_point::{Branch, Direction, DirectionName, PoseId};
-
-use super::bad_runs::ScreenedRuns;
 use super::baseline::Baseline;
-use super::data_screen::ScreenedData;
-use super::deleted_residuals::{is_testable, repeats_of};
+use super::deleted_residuals::is_testable;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
-use super::observations::Observations;
 use super::reading_screen::{ReadingScreen, TestedReadings};
-use super::usual_factor::slip;
+use super::screened::{BadReading, ScreenedData, ScreenedRuns};
 use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
-
-/// What a reading is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ReadQuantity {
-    /// A displacement, m.
-    Displacement,
-    /// A rotation, rad.
-    Rotation,
-    /// A coordinate of an absolute position, m.
-    Position,
-}
-
-impl ReadQuantity {
-    /// `um`, or `urad` of a rotation: its unit in JSON.
-    #[must_use]
-    pub fn micro_unit(self) -> &'static str {
-        match self {
-            Self::Rotation => "urad",
-            Self::Displacement | Self::Position => "um",
-        }
-    }
-}
-
-impl fmt::Display for ReadQuantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Displacement => "displacement",
-            Self::Rotation => "rotation",
-            Self::Position => "position",
-        })
-    }
-}
-
-/// A value of a joint with which the positions of a bad target or pose would agree.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OtherJointValue {
-    /// The variable of the robot.
-    pub variable: String,
-    /// Value of the table, degrees or m.
-    pub stated: f64,
-    /// Value with which they agree.
-    pub agrees: f64,
-    /// `deg` or `m`.
-    pub unit: &'static str,
-}
-
-/// A reading that its repeats, its neighbours or the fit to all others contradict.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BadReading {
-    /// Its place among the readings that were tested.
-    pub reading: usize,
-    /// Its line in its file.
-    pub line: u32,
-    /// Its pose.
-    pub pose: PoseId,
-    /// Its direction.
-    pub direction: Direction,
-    /// What it is of; of a rotation the values below are in rad.
-    pub quantity: ReadQuantity,
-    /// The direction of its load, if it is another.
-    pub load: Option<DirectionName>,
-    /// Its repeat.
-    pub repeat: u32,
-    /// Its load step.
-    pub step: u32,
-    /// Its branch.
-    pub branch: Branch,
-    /// Whether it is the last of its run: a jump that stays, just before it, would look the same.
-    pub is_last: bool,
-    /// Lines of the repeats that contradict it; none where its neighbours do, or the fit to all others.
-    pub repeats: Vec<u32>,
-    /// What was read, m.
-    pub value_m: f64,
-    /// What the other readings let expect, m.
-    pub expected_m: f64,
-    /// Standard error of that difference, m.
-    pub u_m: f64,
-    /// Chance that the largest of all readings is as far off by noise alone.
-    pub p_family: f64,
-    /// By what it must be multiplied to agree, if that is usual: -1, a power of ten, a factor between units.
-    pub factor: Option<f64>,
-    /// Of absolute positions: the value of one joint with which this coordinate and all others that are off with it agree.
-    pub joint: Option<OtherJointValue>,
-}
 
 /// Looks for bad readings in good runs, and lays out the others.
 pub(super) fn screen_readings(
@@ -175,70 +84,4 @@ pub(super) fn screen_readings(
     let others = observations.filtered(&good);
     let tails_dof = TestedReadings::new(&screen, good, found).tails_dof();
     Ok(screened(others, bad, tails_dof))
-}
-
-impl BadReading {
-    /// Whether errors with tails as long as those of the other readings are as far off in fewer benches than are called bad by chance.
-    #[must_use]
-    pub fn is_named(&self) -> bool {
-        self.p_family <= BAD_READING_LEVEL
-    }
-
-    /// The same reading with the chance that its repeats give it, if it has enough of them.
-    ///
-    /// # Errors
-    /// [`MismatchError`] if the structure cannot be solved at the start of the fit.
-    pub(super) fn against_repeats(
-        self,
-        baseline: &dyn Baseline,
-        observations: &Observations,
-        noise: &KnownNoise,
-    ) -> Result<Self, MismatchError> {
-        let screen = ReadingScreen::new(baseline, observations, noise)?;
-        let others = observations.mask(|one| one != self.reading);
-        let found = screen.noise_of(&others, None);
-        let tested = TestedReadings::new(&screen, others, found);
-        Ok(tested.judged(self.reading, 1).unwrap_or(self))
-    }
-
-    /// # Arguments
-    /// - `shift_m`: by how much the reading is too large, and its standard error, m.
-    pub(super) fn new(
-        observations: &Observations,
-        reading: usize,
-        (shift_m, u_m): (f64, f64),
-        p_family: f64,
-    ) -> Self {
-        let detail = &observations.readings[reading];
-        let run = &observations.runs[detail.run];
-        let cell = &observations.cells[run.cell];
-        let value_m = observations.displacement_m[reading];
-        let expected_m = value_m - shift_m;
-        let repeats = repeats_of(observations, reading).into_iter();
-        Self {
-            reading,
-            line: detail.line,
-            pose: observations.poses[cell.pose].clone(),
-            direction: cell.axis(),
-            quantity: if cell.read.is_rotation() {
-                ReadQuantity::Rotation
-            } else {
-                ReadQuantity::Displacement
-            },
-            load: observations.named(cell).load,
-            repeat: run.repeat,
-            step: observations.loads[reading].step,
-            branch: detail.branch,
-            is_last: reading + 1 == run.readings.end,
-            repeats: repeats
-                .map(|other| observations.readings[other].line)
-                .collect(),
-            value_m,
-            expected_m,
-            u_m,
-            p_family,
-            factor: slip(value_m, expected_m, u_m),
-            joint: None,
-        }
-    }
 }

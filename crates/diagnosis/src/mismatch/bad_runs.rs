@@ -7,7 +7,6 @@
 use std::collections::BTreeSet;
 
 use stiffbench_numeric::statistics::{mean, normal_upper_tail, root_mean_square};
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::baseline::Baseline;
 use super::error::MismatchError;
@@ -15,6 +14,7 @@ use super::known_noise::KnownNoise;
 use super::observations::Observations;
 use super::reading_noise::ReadingNoise;
 use super::reading_screen::ReadingScreen;
+use super::screened::{BadRun, ScreenedRuns};
 use super::tails::{Beside, Tails, chance_if_normal};
 use super::usual_factor::slip;
 use super::wrong_cells::wrong_cells;
@@ -22,77 +22,6 @@ use crate::search::constants::{
     AFTER_A_JUMP, BAD_READING_LEVEL, CLEARLY_GOOD, ENOUGH_REPEATS, MOST_BAD_READINGS, ROUNDING,
 };
 use crate::search::{chance_of_any, dot, norm, push_orthonormal, subtract, take_out};
-
-/// A run, or all runs of a cell, with a displacement per force that cannot be.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BadRun {
-    /// Lines in their file.
-    pub lines: Vec<u32>,
-    /// Its pose.
-    pub pose: PoseId,
-    /// Its direction.
-    pub direction: Direction,
-    /// Its repeat; none if the cell is meant.
-    pub repeat: Option<u32>,
-    /// The cell under whose name it was recorded, and the other way round.
-    pub exchanged_with: Option<(PoseId, Direction)>,
-    /// Displacement per force, m/N.
-    pub compliance: f64,
-    /// What the other repeats let expect, m/N; of a cell that yields against its load the same with the sign that it must have, of one
-    /// that is exchanged or has another unit or decimal point what the other cells let expect.
-    pub expected: f64,
-    /// Standard error of the difference, m/N.
-    pub u: f64,
-    /// Chance that the worst of all good runs is as far off.
-    pub p_family: f64,
-    /// By what it must be multiplied to agree, if that is usual: -1, a power of ten, a factor between units.
-    pub factor: Option<f64>,
-}
-
-/// Readings without bad runs.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct ScreenedRuns {
-    /// The others.
-    pub(super) observations: Observations,
-    /// The bad ones, the worst first.
-    pub(super) bad: Vec<BadRun>,
-    /// The noise of the others, where it was estimated.
-    pub(super) noise: Option<ReadingNoise>,
-}
-
-impl BadRun {
-    /// # Arguments
-    /// - `run`: the run; none if the whole cell is meant.
-    /// - `compliance`, `expected`, `u`: m/N.
-    pub(super) fn new(
-        observations: &Observations,
-        (cell, run): (usize, Option<usize>),
-        [compliance, expected, u]: [f64; 3],
-        p_family: f64,
-        factor: Option<f64>,
-    ) -> Self {
-        let (own, run) = (
-            &observations.cells[cell],
-            run.map(|run| &observations.runs[run]),
-        );
-        let readings = run.map_or(&own.readings, |run| &run.readings).clone();
-        let (pose, direction) = observations.name_of(cell);
-        Self {
-            lines: readings
-                .map(|one| observations.readings[one].line)
-                .collect(),
-            pose,
-            direction,
-            repeat: run.map(|run| run.repeat),
-            exchanged_with: None,
-            compliance,
-            expected,
-            u,
-            p_family,
-            factor,
-        }
-    }
-}
 
 /// Looks for bad runs, and lays out the others.
 ///

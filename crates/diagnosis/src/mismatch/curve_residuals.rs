@@ -6,11 +6,27 @@
 
 use stiffbench_units_and_text::test_point::Branch;
 
-use super::deleted_residuals::Tested;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::constants::{AFTER_A_JUMP, NEIGHBOURS, ROUNDING, UNSEEN_READING};
 use crate::search::{dot, largest, push_orthonormal, take_out};
+
+/// A reading against its repeats.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tested {
+    pub(super) reading: usize,
+    /// Its shift over its standard error.
+    pub(super) ratio: f64,
+    /// What it shows of the scatter of good readings: the same, but for those that are compared with their neighbours.
+    pub(super) scatter: f64,
+    pub(super) shift_m: f64,
+    /// Whether its force is larger, or smaller, than that of all its repeats.
+    pub(super) is_outermost: bool,
+    /// Whether it was compared with its neighbours, for want of repeats.
+    pub(super) is_by_curve: bool,
+    /// Share of its own error in its variance; the rest is the step of the force.
+    pub(super) own_share: f64,
+}
 
 /// A reading beside others under the same branch, in the order of their loads.
 struct Neighbour {

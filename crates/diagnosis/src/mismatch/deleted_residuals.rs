@@ -6,29 +6,12 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::curve_residuals::{curve_residuals, has_neighbours};
+use super::curve_residuals::{Tested, curve_residuals, has_neighbours};
 use super::free_means::fixed_part;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::constants::{AFTER_A_JUMP, ENOUGH_REPEATS, ROUNDING, UNSEEN_READING};
 use crate::search::{Covariance, RowVector, dot, push_orthonormal_rows, subtract};
-
-/// A reading against its repeats.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Tested {
-    pub(super) reading: usize,
-    /// Its shift over its standard error.
-    pub(super) ratio: f64,
-    /// What it shows of the scatter of good readings: the same, but for those that are compared with their neighbours.
-    pub(super) scatter: f64,
-    pub(super) shift_m: f64,
-    /// Whether its force is larger, or smaller, than that of all its repeats.
-    pub(super) is_outermost: bool,
-    /// Whether it was compared with its neighbours, for want of repeats.
-    pub(super) is_by_curve: bool,
-    /// Share of its own error in its variance; the rest is the step of the force.
-    pub(super) own_share: f64,
-}
 
 /// The applications of each load of a cell: those of one step, and of one place within it.
 fn repeats(observations: &Observations, cell: usize) -> BTreeMap<(u32, u32), Vec<usize>> {

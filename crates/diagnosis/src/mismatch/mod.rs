@@ -59,6 +59,7 @@ mod restricted_likelihood;
 mod robot_baseline;
 mod robot_solver;
 mod rounded;
+mod screened;
 mod search;
 mod set_displacement;
 mod shares;
@@ -79,13 +80,11 @@ mod white_laws;
 mod wrong_cells;
 
 pub use crate::search::MOST_READINGS_OF_A_PART;
-pub use bad_readings::{BadReading, OtherJointValue, ReadQuantity};
-pub use bad_runs::BadRun;
 pub use baseline::{Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn};
 pub use cell_slopes::{CellSlopes, SeriesSlopes};
 pub use configurations::ConfigurationSizes;
 pub use critical_values::{Family, LawCriticalValues};
-pub use data_screen::{ScreenedData, screen_data};
+pub use data_screen::screen_data;
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawAtPlace, LawDesign, NearRival,
     USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
@@ -120,6 +119,7 @@ pub use reading_noise::{GaugeNoise, ReadingNoise};
 pub(crate) use reading_screen::kept;
 pub(crate) use restricted_likelihood::estimate_noise;
 pub use robot_baseline::RobotBaseline;
+pub use screened::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData};
 pub use search::SearchOptions;
 pub use shares::{MisfitShares, MisfitSteps};
 pub use specimen::{Line, SPECIMEN_JOINT, test_object};

@@ -2,12 +2,13 @@
 
 use stiffbench_beams::physics::Place;
 
-use super::bad_readings::BadReading;
 use super::baseline::Baseline;
 use super::diagnosis::{Diagnosis, Finding};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::observations::Observations;
+use super::reading_screen::against_repeats;
+use super::screened::BadReading;
 use crate::search::constants::SAME_JUMP;
 
 /// The reading between two slips that a diagnosis names with opposite sizes, one reading apart in one run.
@@ -41,7 +42,7 @@ pub fn reading_between_slips(
         ))
     });
     between
-        .map(|bad| bad.against_repeats(baseline, observations, &KnownNoise::Nothing))
+        .map(|bad| against_repeats(bad, baseline, observations, &KnownNoise::Nothing))
         .transpose()
 }
 

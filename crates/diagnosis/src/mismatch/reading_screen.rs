@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use stiffbench_numeric::statistics::{LeastSquaresLine, mean, median, root_mean_square};
 
-use super::bad_readings::BadReading;
 use super::baseline::Baseline;
-use super::deleted_residuals::{Tested, deleted_residuals};
+use super::curve_residuals::Tested;
+use super::deleted_residuals::deleted_residuals;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::noise::NoiseCovariance;
@@ -14,6 +14,7 @@ use super::observations::{Observations, ObservedCell};
 use super::problem::DiagnosisProblem;
 use super::reading_noise::ReadingNoise;
 use super::restricted_likelihood::estimate_noise;
+use super::screened::BadReading;
 use super::tails::{Beside, Tails, chance_if_normal};
 use crate::search::constants::{BAD_READING_LEVEL, CLEARLY_GOOD};
 
@@ -275,4 +276,21 @@ impl Tested {
             own: self.own_share.sqrt(),
         }
     }
+}
+
+/// A bad reading with the chance that its repeats give it, if it has enough of them.
+///
+/// # Errors
+/// [`MismatchError`] if the structure cannot be solved at the start of the fit.
+pub(super) fn against_repeats(
+    bad: BadReading,
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    noise: &KnownNoise,
+) -> Result<BadReading, MismatchError> {
+    let screen = ReadingScreen::new(baseline, observations, noise)?;
+    let others = observations.mask(|one| one != bad.reading);
+    let found = screen.noise_of(&others, None);
+    let tested = TestedReadings::new(&screen, others, found);
+    Ok(tested.judged(bad.reading, 1).unwrap_or(bad))
 }

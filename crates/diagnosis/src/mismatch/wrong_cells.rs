@@ -3,7 +3,6 @@
 //! What is compared are the logarithms of the compliances of cells, those measured and those of the baseline, beside one more spring or another
 //! structure.
 
-use super::bad_runs::BadRun;
 use super::baseline::Baseline;
 use super::cell_compliance::CellCompliances;
 use super::error::MismatchError;
@@ -11,6 +10,7 @@ use super::known_noise::KnownNoise;
 use super::misread::{MisreadValues, NamedValue, ValueChange, ValueName, find_mistake};
 use super::observations::Observations;
 use super::reading_screen::ReadingScreen;
+use super::screened::BadRun;
 use crate::search::constants::LEAST_KNOWN_CELL;
 
 /// Finds cells that are exchanged, or have another unit or a wrong decimal point, by their places among the observed cells.
