@@ -1,105 +1,15 @@
 //! What one more effect changes in the readings of a frozen structure.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use stiffbench_beams::physics::{
-    Effect, JointPath, JointRotations, LawAction, LawSet, Place, PoseMechanics, values_of,
+    Effect, JointPath, JointRotations, LawAction, LawSet, Place, values_of,
 };
-use stiffbench_units_and_text::test_point::Direction;
 
-use super::baseline::StructureColumn;
+use super::linearised::LinearisedModel;
 use super::noise::groups;
 use super::observations::{Observations, ObservedCell};
-use super::predictor::law_set;
-use crate::search::{largest, subtract};
-
-/// The solved poses of one structure, shared by all threads.
-#[derive(Debug, Clone, Default)]
-pub(super) struct LinearisedModel {
-    pub(super) poses: Vec<PoseMechanics>,
-    pub(super) joints: Vec<String>,
-    /// Axes about which the base may rock.
-    pub(super) rocking_axes: Vec<Direction>,
-    /// What mistakes of the robot file would change.
-    pub(super) columns: Arc<[StructureColumn]>,
-}
-
-impl LinearisedModel {
-    /// Displacements of all readings under effects, m; `None` if one sits in a joint that is not there.
-    pub(super) fn predict(
-        &self,
-        observations: &Observations,
-        effects: &[&Effect],
-        joint_rotations: &mut JointRotations,
-        out: &mut [f64],
-    ) -> Option<()> {
-        let laws = self.laws(effects)?;
-        for (index, run) in observations.runs.iter().enumerate() {
-            laws.displacements_m(
-                &self.poses[observations.cells[run.cell].pose],
-                &observations.run_loads(index),
-                joint_rotations,
-                &mut out[run.readings.clone()],
-            );
-        }
-        observations.add_answers(effects.iter().copied(), out);
-        Some(())
-    }
-
-    /// The laws of effects; `None` if one sits in a joint that is not there.
-    fn laws(&self, effects: &[&Effect]) -> Option<LawSet> {
-        Some(law_set(&self.joints, effects.iter().copied())?.0)
-    }
-
-    /// The structure with a mistake of the robot file put right, to the first order, or with a spring that it lacks; `None` for what is not
-    /// known.
-    fn with_mistake(&self, effect: &Effect) -> Option<Self> {
-        let mut columns = self.columns.iter();
-        let column =
-            columns.find(|column| column.law == effect.law && column.place == effect.place)?;
-        let size = *effect.values.first()?;
-        let mut changed = self.clone();
-        let poses = changed.poses.iter_mut().zip(&column.compliance);
-        for (index, (pose, change)) in poses.enumerate() {
-            let stiffness = column.loop_stiffness.get(index).copied().unwrap_or(0.0);
-            let size = size / (1.0 + size * stiffness);
-            let rows = pose.influence.compliance.iter_mut().zip(change);
-            for (compliance, change) in rows.flat_map(|(row, change)| row.iter_mut().zip(change)) {
-                *compliance += size * change;
-            }
-            let unloaded = column.unloaded.get(index).copied().unwrap_or_default();
-            for (motion, change) in pose.unloaded.motion.iter_mut().zip(unloaded) {
-                *motion += size * change;
-            }
-        }
-        Some(changed)
-    }
-
-    fn joint(&self, name: &str) -> Option<usize> {
-        self.joints.iter().position(|joint| joint == name)
-    }
-}
-
-/// Largest change of a reading by the last effect of a model, m.
-pub(super) fn end_effect_m(
-    linearised: &LinearisedModel,
-    observations: &Observations,
-    effects: &[Effect],
-) -> f64 {
-    let all: Vec<&Effect> = effects.iter().collect();
-    let without = &all[..all.len().saturating_sub(1)];
-    let n = observations.len();
-    let (mut with, mut rest) = (vec![0.0; n], vec![0.0; n]);
-    let mut joint_rotations = JointRotations::default();
-    let known = linearised
-        .predict(observations, &all, &mut joint_rotations, &mut with)
-        .and_then(|()| linearised.predict(observations, without, &mut joint_rotations, &mut rest));
-    known.map_or(0.0, |()| {
-        subtract(&mut with, 1.0, &rest);
-        largest(&with)
-    })
-}
+use crate::search::subtract;
 
 /// What the absence of a member would change in readings of the baseline.
 #[derive(Debug)]
@@ -349,12 +259,15 @@ impl<'a> Changes<'a> {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
+    use stiffbench_beams::physics::PoseMechanics;
     use stiffbench_beams::structure::RotationInfluence;
     use stiffbench_numeric::vector::along6;
     use stiffbench_units_and_text::load_direction::LoadDirection;
-    use stiffbench_units_and_text::test_point::Branch;
+    use stiffbench_units_and_text::test_point::{Branch, Direction};
 
     /// Two cells, two repeats of five loads.
     pub(in crate::mismatch) fn observations() -> Observations {

@@ -8,9 +8,10 @@ use stiffbench_beams::physics::Place;
 
 use super::diagnosis::{HeldOut, Quality};
 use super::error::MismatchError;
+use super::model::Model;
 use super::observations::ObservedCell;
 use super::problem::DiagnosisProblem;
-use super::refit::{FittedModel, Model, WeightedFit};
+use super::refit::{FittedModel, WeightedFit};
 use super::state::State;
 use crate::search::RowVector;
 use crate::search::constants::ONE_POSE;

@@ -12,14 +12,14 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use stiffbench_beams::physics::Effect;
 
 use super::baseline::StructureColumn;
-use super::candidate::PlaceScales;
 use super::candidate_scores::ScoredCandidate;
 use super::changes::MissingMemberChange;
 use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
+use super::model::Model;
+use super::place_scales::PlaceScales;
 use super::ranked_candidate::Ranked;
 use super::reading_noise::ReadingNoise;
-use super::refit::Model;
 use super::state::State;
 
 /// Results of searches that share baseline and readings, but for where the gauge stood.

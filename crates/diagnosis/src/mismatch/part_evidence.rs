@@ -7,11 +7,12 @@ use stiffbench_beams::physics::{LoadPoint, TestObject};
 
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
+use super::model::Model;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::Ranked;
-use super::refit::{FittedModel, Model};
+use super::refit::FittedModel;
 use super::sharpness::against_gradual_change;
 use super::state::State;
 use crate::search::{WhiteSpace, dot, largest, subtract, take_out};

@@ -6,10 +6,10 @@ use stiffbench_measurement::specimen::{ResponseVariable, SpecimenTable};
 use super::diagnosis::Diagnosis;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
+use super::model::Model;
 use super::observations::Observations;
 use super::part_units::PartUnits;
 use super::problem::DiagnosisProblem;
-use super::refit::Model;
 use super::specimen::{Line, part_observations};
 
 /// Share of readings within the band.

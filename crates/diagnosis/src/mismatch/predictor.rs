@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use stiffbench_beams::physics::{Effect, JointRotations, LawSet, Place, PoseMechanics};
+use stiffbench_beams::physics::{Effect, JointRotations, PoseMechanics};
 
 use super::baseline::{Baseline, PoseSolver};
-use super::changes::LinearisedModel;
 use super::error::MismatchError;
+use super::linearised::{LinearisedModel, law_set};
 use super::noise::ReadForces;
 use super::observations::Observations;
 
@@ -272,23 +272,4 @@ impl<'a> ReadingPredictor<'a> {
             columns: Arc::default(),
         })
     }
-}
-
-/// The laws of effects, and the joints that they turn; `None` if one sits in a joint that is not there.
-pub(super) fn law_set<'e>(
-    joints: &[String],
-    effects: impl IntoIterator<Item = &'e Effect>,
-) -> Option<(LawSet, Vec<usize>)> {
-    let mut set = LawSet::default();
-    let mut turning = Vec::new();
-    let acting = effects.into_iter();
-    for effect in acting.filter(|effect| !effect.law.changes_structure()) {
-        let joint = match &effect.place {
-            Place::Joint(name) => Some(joints.iter().position(|joint| joint == name)?),
-            _ => None,
-        };
-        turning.extend(joint);
-        set.push(effect, joint);
-    }
-    Some((set, turning))
 }

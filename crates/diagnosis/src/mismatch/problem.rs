@@ -5,15 +5,16 @@ use std::sync::Arc;
 use stiffbench_beams::physics::Effect;
 
 use super::baseline::{Baseline, prior_sd};
-use super::candidate::PlaceScales;
 use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
 use super::memo::SearchMemo;
+use super::model::Model;
 use super::noise::{ForceReading, NoiseCovariance};
 use super::observations::Observations;
+use super::place_scales::PlaceScales;
 use super::predictor::{IdleSolvers, ReadingPredictor};
-use super::refit::{Model, WeightedFit, step_of};
+use super::refit::{WeightedFit, step_of};
 use super::restricted_likelihood::estimate_noise;
 use super::state::State;
 use crate::search::WhiteSpace;

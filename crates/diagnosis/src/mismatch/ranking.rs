@@ -8,17 +8,19 @@ use stiffbench_beams::physics::{Effect, JointRotations, Law};
 
 use super::candidate::{Candidate, candidates};
 use super::candidate_scores::{BestShape, ScoredCandidate, best_shapes, score_candidates};
-use super::changes::{Changes, LinearisedModel};
+use super::changes::Changes;
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::Impossible;
 use super::error::MismatchError;
+use super::linearised::LinearisedModel;
 use super::memo::{StateKey, key_of};
+use super::model::{Model, kinked};
 use super::part_evidence::{ScoredFit, weigh};
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::Ranked;
 use super::reading_noise::ReadingNoise;
-use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
+use super::refit::{FittedModel, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::constants::{
     FAR_FROM_ITS_BEST, FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
@@ -442,11 +444,6 @@ fn search_shape(
         better.map(|better| best = better).is_some()
     });
     best
-}
-
-/// The value of an effect that is searched, not followed by derivatives.
-pub(super) fn kinked(effect: &Effect) -> Option<usize> {
-    (1..effect.values.len()).find(|&value| !effect.law.parameters[value].is_smooth())
 }
 
 /// Candidates to fit in full: the best, and those near enough to be its rivals, or that contain it, wherever the shapes that were scored lie; of

@@ -8,11 +8,11 @@ use stiffbench_numeric::statistics::root_mean_square;
 use super::baseline::Baseline;
 use super::diagnosis::Diagnosis;
 use super::error::MismatchError;
+use super::model::Model;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
-use super::refit::Model;
 
 /// One reading as the models see it.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,11 +14,11 @@ use super::candidate_scores::{best_shapes, score_candidates};
 use super::changes::Changes;
 use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
+use super::model::Model;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
 use super::reading_noise::ReadingNoise;
-use super::refit::Model;
 use crate::search::WhiteSpace;
 use crate::search::{Batched, dot};
 

@@ -4,17 +4,18 @@ use stiffbench_beams::physics::{Effect, TestObject};
 use stiffbench_units_and_text::count::counted;
 
 use super::baseline::BaselineParameter;
-use super::changes::end_effect_m;
 use super::configurations::ConfigurationSizes;
 use super::critical_values::LawCriticalValues;
 use super::diagnosis::{Diagnosis, FactorChange, Finding, Location, Rival, Verdict};
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
 use super::grade::{GradeBasis, VerdictGrade};
+use super::linearised::end_effect_m;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
 use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
-use super::stated_values::{EstimatedValue, Stated};
+use super::stated::Stated;
+use super::stated_values::EstimatedValue;
 use super::stratum::Stratum;
 use crate::search::constants::{
     AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, FEWEST_LEFT, FEWEST_POSES, IDENTIFIED, RIVALS,

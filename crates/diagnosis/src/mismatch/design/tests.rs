@@ -209,7 +209,7 @@ fn to_ten_micrometres(
     let model = bench.model();
     let bench = bench.bench(observations);
     let predicted = |effects: Vec<Effect>| {
-        let with = crate::mismatch::refit::Model {
+        let with = crate::mismatch::model::Model {
             effects,
             ..model.clone()
         };
