@@ -8,8 +8,8 @@ use stiffbench_beams::physics::TestObject;
 use super::candidate_scores::best_shapes;
 use super::error::MismatchError;
 use super::observations::Observations;
+use super::options::SearchOptions;
 use super::problem::DiagnosisProblem;
-use super::search::SearchOptions;
 use crate::search::constants::STRONG_EVIDENCE;
 
 /// What the sizes of all effects follow.
@@ -81,26 +81,24 @@ impl ConfigurationSizes {
             Self::InverseNumber => "in inverse proportion to the number of each configuration",
         }
     }
-}
 
-/// Factors nearer to one than this make no difference (1).
-const SAME_FACTOR: f64 = 0.02;
-
-impl Observations {
     /// Factors on the effects, one a configuration; `None` where one size is all.
     ///
     /// # Arguments
     /// - `slopes`: of the lines of the configurations.
     pub(super) fn size_factors(
-        &self,
-        sizes: ConfigurationSizes,
+        self,
+        observations: &Observations,
         slopes: &[f64],
     ) -> Option<Vec<f64>> {
-        let numbers = self.poses.iter().map(|pose| pose.as_str().parse());
+        let numbers = observations.poses.iter().map(|pose| pose.as_str().parse());
         let numbers: Option<Vec<f64>> = numbers.collect::<Result<_, _>>().ok();
-        sizes.factors(slopes, numbers.as_deref())
+        self.factors(slopes, numbers.as_deref())
     }
 }
+
+/// Factors nearer to one than this make no difference (1).
+const SAME_FACTOR: f64 = 0.02;
 
 impl DiagnosisProblem<'_> {
     /// The readings with effects whose sizes follow what the readings speak for clearly, and what that is; `None` where one size is enough.
@@ -133,7 +131,7 @@ impl DiagnosisProblem<'_> {
         let common = largest(observations)?;
         let mut best = (common, None);
         for sizes in ConfigurationSizes::CHANGING {
-            let Some(factors) = observations.size_factors(sizes, slopes) else {
+            let Some(factors) = sizes.size_factors(observations, slopes) else {
                 continue;
             };
             let scaled = observations.with_size_factors(&factors);

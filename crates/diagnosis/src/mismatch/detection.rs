@@ -2,11 +2,12 @@
 
 use stiffbench_numeric::statistics::NORMAL_95;
 
-use super::candidate_scores::{ScoredCandidate, ScoredShape};
+use super::candidate_scores::{BestShape, ScoredCandidate, ScoredShape, best_shapes};
 use super::critical_values::LawCriticalValues;
-use super::diagnosis::DetectionLimit;
+use super::diagnosis::{DetectionLimit, Impossible};
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
+use super::ranking::CandidateScores;
 use super::search::SearchResult;
 use crate::search::constants::POWER_80;
 
@@ -101,4 +102,25 @@ fn multiple_80(shape: &ScoredShape, limit: f64) -> Option<f64> {
     }
     let multiple = (limit.sqrt() + POWER_80) / length;
     (multiple <= highest).then_some(multiple)
+}
+
+/// Candidates that would need an impossible value to gain more than their limit, the largest gain first.
+pub(super) fn impossible(
+    scores: &CandidateScores,
+    critical: &LawCriticalValues,
+) -> Vec<Impossible> {
+    let impossible = |(seen, best): (&ScoredCandidate, Option<BestShape>)| {
+        let candidate = &seen.candidate;
+        let limit = critical.laws.values.get(&(candidate.law, false))?;
+        let delta_chi2 = best?.best.forbidden_delta_chi2;
+        (delta_chi2 > limit.max(0.0)).then(|| Impossible {
+            law: candidate.law,
+            place: candidate.place.clone(),
+            delta_chi2,
+        })
+    };
+    let all = scores.seen.iter().zip(best_shapes(&scores.seen));
+    let mut out: Vec<Impossible> = all.filter_map(impossible).collect();
+    out.sort_by(|a, b| b.delta_chi2.total_cmp(&a.delta_chi2));
+    out
 }

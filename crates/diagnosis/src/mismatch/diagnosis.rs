@@ -1,44 +1,17 @@
 //! The answer of a search, ready to be told.
 
-use std::fmt;
-
-use schemars::JsonSchema;
-use serde::Serialize;
 use stiffbench_beams::physics::{Effect, Law, ParameterSpec, Place};
-use stiffbench_units_and_text::quantity::in_micrometres;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::configurations::ConfigurationSizes;
+use super::earlier_noise::EarlierNoise;
 use super::estimated_noise::NoiseBasis;
-use super::grade::VerdictGrade;
+use super::grade::{Verdict, VerdictGrade};
+use super::held_out::Quality;
 use super::omnibus::Omnibus;
 use super::reading_noise::ReadingNoise;
 use super::shares::{MisfitShares, MisfitSteps};
 use super::stated_values::EstimatedValue;
-use super::stratum::Stratum;
-
-/// What is to be said of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// The mismatch has one explanation.
-    Explained,
-    /// Some of the mismatch has several explanations that these data do not distinguish.
-    Ambiguous,
-    /// Structure is left that no law of the library explains.
-    Unknown,
-    /// Nothing is missing down to the detection limits.
-    NothingMissing,
-    /// These data cannot decide.
-    InsufficientData,
-}
-
-/// Its name in files.
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.serialize(f)
-    }
-}
+use super::stratum::Location;
 
 /// A rival of a finding.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,56 +65,6 @@ impl Finding {
         let made = made.map(|(combination, value)| (&combination.spec, value));
         law.parameters.iter().zip(&self.values).chain(made)
     }
-}
-
-/// A place where the baseline fails.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Location {
-    /// What fails.
-    pub stratum: Stratum,
-    /// In which pose, if in one.
-    pub pose: Option<PoseId>,
-    /// In which direction, if in one.
-    pub direction: Option<Direction>,
-    /// Chance that noise alone shows as much anywhere.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub p_family: f64,
-    /// Whether that is the smallest chance that the draws for a coarse gauge can show.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub p_at_floor: bool,
-    /// Period of a swing of the clock, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub period_s: Option<f64>,
-    /// Largest change of a reading by the pattern, m; in files µm.
-    #[serde(rename = "size_um", serialize_with = "in_micrometres")]
-    pub size_m: f64,
-}
-
-/// How well a model serves in a pose that was left out of its fit.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct HeldOut {
-    /// The pose.
-    pub pose: PoseId,
-    /// Root mean square of the residuals, m; in files µm.
-    #[serde(rename = "rms_um", serialize_with = "in_micrometres")]
-    pub rms_m: f64,
-    /// The same with every reading as a multiple of its noise.
-    pub noise_units: f64,
-}
-
-/// How well a model serves.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Quality {
-    /// Root mean square of the residuals, each gauge zero fitted, m.
-    pub rms_m: f64,
-    /// The same in poses that were left out of the fit; `None` with one pose.
-    pub held_out_rms_m: Option<f64>,
-    /// The same with every reading as a multiple of its noise: 1 is noise alone, however soft the direction; `None` with one pose.
-    pub held_out_noise_units: Option<f64>,
-    /// Each pose left out; none with one pose.
-    pub held_out: Vec<HeldOut>,
-    /// Weighted squares over degrees of freedom.
-    pub reduced_chi2: f64,
 }
 
 /// The smallest effect that these data would have shown.
@@ -245,4 +168,15 @@ pub struct Diagnosis {
     pub parameters: Vec<f64>,
     /// Effects of the final model: of alternatives the first.
     pub effects: Vec<Effect>,
+}
+
+impl EarlierNoise {
+    /// What a diagnosed session tells: the scatter that is left once what was missing has been found. `None` if its readings could not decide, or
+    /// nothing was repeated.
+    #[must_use]
+    pub fn of(diagnosis: &Diagnosis) -> Option<Self> {
+        let is_seen = diagnosis.noise_basis != NoiseBasis::Fit;
+        (is_seen && diagnosis.verdict != Verdict::InsufficientData)
+            .then(|| Self::new(&diagnosis.noise, diagnosis.noise_dof))
+    }
 }

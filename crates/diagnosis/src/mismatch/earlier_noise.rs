@@ -5,8 +5,6 @@
 
 use stiffbench_numeric::statistics::f_upper_tail;
 
-use super::diagnosis::{Diagnosis, Verdict};
-use super::estimated_noise::NoiseBasis;
 use super::reading_noise::ReadingNoise;
 use crate::search::constants::{FEWEST_DOF, LEAST_CHANCE_OF_SAME_NOISE};
 
@@ -18,15 +16,6 @@ pub struct EarlierNoise {
 }
 
 impl EarlierNoise {
-    /// What a diagnosed session tells: the scatter that is left once what was missing has been found. `None` if its readings could not decide, or
-    /// nothing was repeated.
-    #[must_use]
-    pub fn of(diagnosis: &Diagnosis) -> Option<Self> {
-        let is_seen = diagnosis.noise_basis != NoiseBasis::Fit;
-        (is_seen && diagnosis.verdict != Verdict::InsufficientData)
-            .then(|| Self::new(&diagnosis.noise, diagnosis.noise_dof))
-    }
-
     /// Standard deviations with the degrees of freedom of each.
     #[must_use]
     pub fn new(noise: &ReadingNoise, dof: [f64; 3]) -> Self {

@@ -1,10 +1,34 @@
 //! From what was found and what is left to a verdict and its grade.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::diagnosis::Verdict;
 use crate::search::constants::{CERTAIN, LAW_LEVEL, MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
+
+/// What is to be said of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The mismatch has one explanation.
+    Explained,
+    /// Some of the mismatch has several explanations that these data do not distinguish.
+    Ambiguous,
+    /// Structure is left that no law of the library explains.
+    Unknown,
+    /// Nothing is missing down to the detection limits.
+    NothingMissing,
+    /// These data cannot decide.
+    InsufficientData,
+}
+
+/// Its name in files.
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
 
 /// How far a verdict may be relied on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]

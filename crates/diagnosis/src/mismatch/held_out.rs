@@ -3,10 +3,13 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use stiffbench_beams::physics::Place;
+use stiffbench_units_and_text::quantity::in_micrometres;
+use stiffbench_units_and_text::test_point::PoseId;
 
-use super::diagnosis::{HeldOut, Quality};
 use super::error::MismatchError;
 use super::model::Model;
 use super::observations::ObservedCell;
@@ -21,6 +24,33 @@ const LEFT_OUT_ALONE: usize = 50;
 
 /// Into how many folds more poses are divided: the effort grows with folds and poses alike.
 const FOLDS: usize = 20;
+
+/// How well a model serves in a pose that was left out of its fit.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct HeldOut {
+    /// The pose.
+    pub pose: PoseId,
+    /// Root mean square of the residuals, m; in files µm.
+    #[serde(rename = "rms_um", serialize_with = "in_micrometres")]
+    pub rms_m: f64,
+    /// The same with every reading as a multiple of its noise.
+    pub noise_units: f64,
+}
+
+/// How well a model serves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quality {
+    /// Root mean square of the residuals, each gauge zero fitted, m.
+    pub rms_m: f64,
+    /// The same in poses that were left out of the fit; `None` with one pose.
+    pub held_out_rms_m: Option<f64>,
+    /// The same with every reading as a multiple of its noise: 1 is noise alone, however soft the direction; `None` with one pose.
+    pub held_out_noise_units: Option<f64>,
+    /// Each pose left out; none with one pose.
+    pub held_out: Vec<HeldOut>,
+    /// Weighted squares over degrees of freedom.
+    pub reduced_chi2: f64,
+}
 
 /// Into how many folds poses are divided.
 pub(crate) fn folds_of(poses: usize) -> usize {
@@ -273,15 +303,6 @@ impl DiagnosisProblem<'_> {
                 (reading, residuals[reading] - mean(sums))
             })
             .collect()
-    }
-
-    /// Readings minus a model, m.
-    pub(super) fn raw_residuals(&self, model: &Model) -> Result<Vec<f64>, MismatchError> {
-        let mut residuals = self.predicted(&mut self.predictor(), model)?;
-        for (value, measured) in residuals.iter_mut().zip(&self.observations.displacement_m) {
-            *value = measured - *value;
-        }
-        Ok(residuals)
     }
 
     /// Root mean square of the readings in a range that count, about the mean of each gauge zero.

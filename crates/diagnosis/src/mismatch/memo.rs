@@ -165,9 +165,10 @@ mod tests {
 
     use super::*;
     use crate::mismatch::observations::Observations;
+    use crate::mismatch::options::SearchOptions;
     use crate::mismatch::problem::DiagnosisProblem;
     use crate::mismatch::robot_baseline::RobotBaseline;
-    use crate::mismatch::search::{SearchOptions, SearchResult};
+    use crate::mismatch::search::SearchResult;
     use crate::parameters::ParameterChoice;
     use crate::search::Evidence;
 

@@ -31,6 +31,7 @@ mod held_out;
 mod joined_sessions;
 mod known_effects;
 mod known_noise;
+mod lacking;
 mod linearised;
 mod memo;
 mod misread;
@@ -41,6 +42,7 @@ mod noise;
 mod observations;
 mod omnibus;
 mod opposite_slips;
+mod options;
 mod outlier;
 mod part_evidence;
 mod part_model;
@@ -77,7 +79,9 @@ mod stratum;
 mod tails;
 mod trace;
 mod trial;
+mod unexplained;
 mod unloaded_zero;
+mod unseen_parts;
 mod usual_factor;
 mod verdict;
 mod white_laws;
@@ -94,15 +98,15 @@ pub use design::{
     USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
-    DetectionLimit, Diagnosis, FactorChange, Finding, HeldOut, Impossible, KnownEffect, Location,
-    Quality, Rival, Verdict,
+    DetectionLimit, Diagnosis, FactorChange, Finding, Impossible, KnownEffect, Rival,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
 pub use estimated_noise::{EstimatedNoise, NoiseBasis};
 pub use given_noise::{GivenNoise, given_noise, noise_alone};
-pub use grade::VerdictGrade;
+pub use grade::{Verdict, VerdictGrade};
 pub(crate) use held_out::folds_of;
+pub use held_out::{HeldOut, Quality};
 pub use known_noise::KnownNoise;
 pub(crate) use misread::{
     Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
@@ -116,6 +120,7 @@ pub use observations::{
 };
 pub use omnibus::{Omnibus, OmnibusTest};
 pub use opposite_slips::reading_between_slips;
+pub use options::SearchOptions;
 pub use part_model::{PartBand, PartConfiguration, PartModel};
 pub use part_units::{PartUnit, PartUnits};
 pub use plan::{PlannedCell, PlannedLoad};
@@ -124,7 +129,6 @@ pub(crate) use reading_screen::kept;
 pub(crate) use restricted_likelihood::estimate_noise;
 pub use robot_baseline::RobotBaseline;
 pub use screened::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData};
-pub use search::SearchOptions;
 pub use shares::{MisfitShares, MisfitSteps};
 pub use specimen::{Line, SPECIMEN_JOINT, test_object};
 pub use stated_values::{EstimatedValue, ValueInterval};
@@ -132,7 +136,7 @@ pub use strata::{
     Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,
     SuspectComponent, Untested, locate,
 };
-pub use stratum::Stratum;
+pub use stratum::{Location, Stratum};
 pub use trace::{DiagnosisTrace, EffectTrace, ReadingTrace, trace};
 pub use trial::{
     TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between,

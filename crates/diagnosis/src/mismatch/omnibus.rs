@@ -7,10 +7,10 @@ use stiffbench_beams::physics::TestObject;
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
 use super::problem::DiagnosisProblem;
-use super::search::UnexplainedStructure;
 use super::state::State;
 use super::strata::{Contrast, holm};
 use super::stratum::Stratum;
+use super::unexplained::UnexplainedStructure;
 
 /// Contrasts whose sums are compared with the scatter between repeats.
 const CONTRASTS: [Contrast; 9] = [

@@ -8,71 +8,13 @@ use stiffbench_beams::physics::{LoadPoint, TestObject};
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
 use super::model::Model;
-use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
-use super::ranked_candidate::Ranked;
 use super::refit::FittedModel;
 use super::sharpness::against_gradual_change;
 use super::state::State;
+use super::unseen_parts::unseen_parts;
 use crate::search::{WhiteSpace, dot, largest, subtract, take_out};
-
-/// Most parts of a recording that are left out in turn.
-const FOLDS: usize = 5;
-
-/// Share of an equal part that each fold of cycles holds at least (1): else most of a recording lies in one of them.
-const FAIR: f64 = 0.5;
-
-/// Blocks of a run that is not repeated and has no cycles.
-const BLOCKS: usize = 20;
-
-impl Observations {
-    /// Readings of a part that are left out in turn: repeats, else cycles, else blocks of a run, its ends never: a law predicts within what was
-    /// seen. Empty where nothing can be left out.
-    pub(super) fn unseen_parts(&self) -> Vec<Vec<bool>> {
-        let cycles = self.cycles();
-        let repeats: Vec<u32> = (0..self.len())
-            .map(|reading| self.runs[self.readings[reading].run].repeat - 1)
-            .collect();
-        let several = |labels: &[u32]| labels.iter().any(|label| *label > 0);
-        if several(&repeats) {
-            return folds_of(&repeats, FOLDS);
-        }
-        if several(&cycles) {
-            let folds = folds_of(&cycles, FOLDS);
-            let fair = self.len() as f64 / folds.len() as f64;
-            let count = |fold: &Vec<bool>| fold.iter().filter(|held| **held).count() as f64;
-            if folds.iter().all(|fold| count(fold) >= FAIR * fair) {
-                return folds;
-            }
-        }
-        let block = |reading: usize| {
-            let run = &self.runs[self.readings[reading].run].readings;
-            (reading - run.start) * BLOCKS / run.len()
-        };
-        (0..2)
-            .map(|half| {
-                let is_left_out = |reading: usize| {
-                    let block = block(reading);
-                    block % 2 == half && (1..BLOCKS - 1).contains(&block)
-                };
-                (0..self.len()).map(is_left_out).collect()
-            })
-            .collect()
-    }
-}
-
-/// Readings with neighbouring labels in different folds.
-fn folds_of(labels: &[u32], most: usize) -> Vec<Vec<bool>> {
-    let last = labels.iter().max().map_or(0, |last| *last as usize);
-    let count = (last + 1).min(most);
-    (0..count)
-        .map(|fold| {
-            let is_left_out = |label: &u32| *label as usize % count == fold;
-            labels.iter().map(is_left_out).collect()
-        })
-        .collect()
-}
 
 /// Evidence for a law by how much less it leaves.
 #[derive(Debug, Clone, Copy)]
@@ -80,14 +22,14 @@ pub(super) struct PartEvidence {
     /// How many independent values are as much evidence as what the law leaves.
     pub(super) independent: f64,
     /// Degrees of freedom with which the size of these is known.
-    dof: f64,
+    pub(super) dof: f64,
     /// Logarithm of the weighted squares without the law over those with it: in the readings it was fitted to or in those it was not, whichever
     /// shows less.
-    fall: f64,
+    pub(super) fall: f64,
     /// The same of the best shape that was scored, in the readings it was fitted to.
-    linear_fall: f64,
+    pub(super) linear_fall: f64,
     /// The same as `fall` of a smooth curve of as many values, where the law must be better than that.
-    fall_of_a_curve: f64,
+    pub(super) fall_of_a_curve: f64,
 }
 
 impl PartEvidence {
@@ -128,22 +70,6 @@ pub(super) struct ScoredFit<'c> {
 }
 
 impl DiagnosisProblem<'_> {
-    /// How many independent values are as much evidence as what a model leaves of a part; `None` where repeats tell the noise.
-    pub(super) fn independent_values(
-        &self,
-        state: &State,
-        predictor: &mut ReadingPredictor<'_>,
-        model: &Model,
-    ) -> Result<Option<f64>, MismatchError> {
-        if !self.observations.is_recording() {
-            return Ok(None);
-        }
-        let left = self.refit(&state.whitening).residuals(predictor, model)?;
-        let left = left.unwrap_or_default();
-        let count = self.observations.len().min(left.len());
-        Ok(Some(self.observations.independent_values(&left[..count])))
-    }
-
     /// Degrees of freedom that a model leaves.
     fn left_by(&self, model: &Model) -> f64 {
         let values = model.effects.iter().map(|effect| effect.values.len());
@@ -183,7 +109,7 @@ impl DiagnosisProblem<'_> {
         if let Some(independent) = independent {
             let mut fall = (before / after).ln();
             if independent * fall > WORTH_LEAVING_OUT {
-                let folds = self.observations.unseen_parts();
+                let folds = unseen_parts(self.observations);
                 let without = if let Some(without) = unseen.get() {
                     *without
                 } else {
@@ -268,22 +194,3 @@ impl DiagnosisProblem<'_> {
 
 /// Twice the logarithm of a likelihood ratio from which on parts are left out to see whether a law predicts them: below, nothing is believed.
 const WORTH_LEAVING_OUT: f64 = 6.0;
-
-/// Counts what speaks for each law by the independent values that the one which leaves least leaves.
-pub(super) fn weigh(ranked: &mut [Ranked]) {
-    let squares = |one: &&Ranked| one.fitted.squares;
-    let best = ranked.iter().filter(|one| one.of_a_part.is_some());
-    let best = best.min_by(|a, b| squares(a).total_cmp(&squares(b)));
-    let Some(independent) = best.and_then(|best| Some(best.of_a_part?.independent)) else {
-        return;
-    };
-    for ranked in ranked.iter_mut() {
-        if let Some(part) = ranked.of_a_part {
-            ranked.evidence.delta_chi2 = independent * part.fall;
-            ranked.evidence.linear_delta_chi2 = independent * part.linear_fall;
-            ranked.evidence.dof = part.dof;
-            let better = 0.5 * independent * (part.fall - part.fall_of_a_curve);
-            ranked.against_gradual = ranked.against_gradual.min(better);
-        }
-    }
-}

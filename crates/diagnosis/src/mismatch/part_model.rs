@@ -11,6 +11,7 @@ use super::observations::Observations;
 use super::part_units::PartUnits;
 use super::problem::DiagnosisProblem;
 use super::specimen::{Line, part_observations};
+use super::unseen_parts::unseen_parts;
 
 /// Share of readings within the band.
 const WITHIN: f64 = 0.95;
@@ -71,7 +72,7 @@ impl PartModel {
             return Ok(None);
         }
         let slopes: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
-        let factors = observations.size_factors(diagnosis.sizes, &slopes);
+        let factors = diagnosis.sizes.size_factors(observations, &slopes);
         let scaled = match &factors {
             Some(factors) => &observations.with_size_factors(factors),
             None => observations,
@@ -143,7 +144,7 @@ impl DiagnosisProblem<'_> {
     fn band(&self, model: &Model) -> Result<PartBand, MismatchError> {
         let state = self.state_of(model.clone(), KnownNoise::Nothing)?;
         let mut off: Vec<f64> = Vec::new();
-        for held in self.observations.unseen_parts() {
+        for held in unseen_parts(self.observations) {
             let left = self.residuals_left_out(&state, model, &held)?;
             off.extend(left.iter().map(|residual| residual.abs()));
         }

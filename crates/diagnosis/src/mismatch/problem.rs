@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use stiffbench_beams::physics::Effect;
 
-use super::baseline::{Baseline, prior_sd};
+use super::baseline::{Baseline, prior_sd, start};
 use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
@@ -12,10 +12,12 @@ use super::memo::SearchMemo;
 use super::model::Model;
 use super::noise::{ForceReading, NoiseCovariance};
 use super::observations::Observations;
+use super::options::SearchOptions;
 use super::place_scales::PlaceScales;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{WeightedFit, step_of};
 use super::restricted_likelihood::estimate_noise;
+use super::rounded::RoundedNoise;
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
@@ -339,6 +341,76 @@ impl<'a> DiagnosisProblem<'a> {
         let mut out = vec![0.0; self.observations.len()];
         predictor.predict(&model.parameters, &model.effects, &mut out)?;
         Ok(out)
+    }
+
+    /// The model that the search starts from: what is known, and no other effects.
+    pub(super) fn start(&self) -> Model {
+        Model {
+            parameters: start(self.baseline),
+            effects: self.known_effects.to_vec(),
+        }
+    }
+
+    /// Where the gauge stood at each reading, by the model without effects, m.
+    pub(super) fn positions_at_start(
+        &self,
+        options: &SearchOptions,
+    ) -> Result<Vec<f64>, MismatchError> {
+        self.positions(&self.state_of(self.start(), options.noise)?)
+    }
+
+    /// Where the gauge stood at each reading, m: a state's effects moved it, but for those of the gauge itself.
+    pub(super) fn positions(&self, state: &State) -> Result<Vec<f64>, MismatchError> {
+        let mut model = state.fitted.model.clone();
+        model.effects.retain(|effect| !effect.law.is_gauge_error());
+        let residuals = self.raw_residuals(&model)?;
+        Ok(state.whitening.positions(self.observations, &residuals))
+    }
+
+    /// Readings minus a model, m.
+    pub(super) fn raw_residuals(&self, model: &Model) -> Result<Vec<f64>, MismatchError> {
+        let mut residuals = self.predicted(&mut self.predictor(), model)?;
+        for (value, measured) in residuals.iter_mut().zip(&self.observations.displacement_m) {
+            *value = measured - *value;
+        }
+        Ok(residuals)
+    }
+
+    /// How many independent values are as much evidence as what a model leaves of a part; `None` where repeats tell the noise.
+    pub(super) fn independent_values(
+        &self,
+        state: &State,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+    ) -> Result<Option<f64>, MismatchError> {
+        if !self.observations.is_recording() {
+            return Ok(None);
+        }
+        let left = self.refit(&state.whitening).residuals(predictor, model)?;
+        let left = left.unwrap_or_default();
+        let count = self.observations.len().min(left.len());
+        Ok(Some(self.observations.independent_values(&left[..count])))
+    }
+
+    /// The noise of a state about its model; `None` if the step of the gauge is not what scatters.
+    pub(super) fn rounded<'s>(
+        &'s self,
+        state: &'s State,
+    ) -> Result<Option<RoundedNoise<'s>>, MismatchError> {
+        let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
+        let whitening = &state.whitening;
+        let Some(mut rounded) = RoundedNoise::new(self.observations, whitening, predicted) else {
+            return Ok(None);
+        };
+        // Along the columns of the model the readings fix it to their noise.
+        let (space, _) = self.space(state)?;
+        let in_metres = |unit: &Vec<f64>| {
+            let mut change = unit[..self.observations.len()].to_vec();
+            whitening.covariance.unwhiten(&mut change);
+            change
+        };
+        rounded.unknown_m = space.basis().iter().map(in_metres).collect();
+        Ok(Some(rounded))
     }
 }
 

@@ -41,3 +41,22 @@ impl Ranked {
 pub(super) fn same(effect: &Effect, other: &Effect) -> bool {
     effect.law == other.law && effect.place == other.place
 }
+
+/// Counts what speaks for each law by the independent values that the one which leaves least leaves.
+pub(super) fn weigh(ranked: &mut [Ranked]) {
+    let squares = |one: &&Ranked| one.fitted.squares;
+    let best = ranked.iter().filter(|one| one.of_a_part.is_some());
+    let best = best.min_by(|a, b| squares(a).total_cmp(&squares(b)));
+    let Some(independent) = best.and_then(|best| Some(best.of_a_part?.independent)) else {
+        return;
+    };
+    for ranked in ranked.iter_mut() {
+        if let Some(part) = ranked.of_a_part {
+            ranked.evidence.delta_chi2 = independent * part.fall;
+            ranked.evidence.linear_delta_chi2 = independent * part.linear_fall;
+            ranked.evidence.dof = part.dof;
+            let better = 0.5 * independent * (part.fall - part.fall_of_a_curve);
+            ranked.against_gradual = ranked.against_gradual.min(better);
+        }
+    }
+}

@@ -10,15 +10,14 @@ use super::candidate::{Candidate, candidates};
 use super::candidate_scores::{BestShape, ScoredCandidate, best_shapes, score_candidates};
 use super::changes::Changes;
 use super::critical_values::LawCriticalValues;
-use super::diagnosis::Impossible;
 use super::error::MismatchError;
 use super::linearised::LinearisedModel;
 use super::memo::{StateKey, key_of};
 use super::model::{Model, kinked};
-use super::part_evidence::{ScoredFit, weigh};
+use super::part_evidence::ScoredFit;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
-use super::ranked_candidate::Ranked;
+use super::ranked_candidate::{Ranked, weigh};
 use super::reading_noise::ReadingNoise;
 use super::refit::{FittedModel, WarmStart, WeightedFit};
 use super::state::State;
@@ -47,26 +46,6 @@ pub(super) struct CandidateScores {
     pub(super) space: WhiteSpace,
     /// White residuals of the state.
     pub(super) residuals: Vec<f64>,
-}
-
-impl CandidateScores {
-    /// Candidates that would need an impossible value to gain more than their limit, the largest gain first.
-    pub(super) fn impossible(&self, critical: &LawCriticalValues) -> Vec<Impossible> {
-        let impossible = |(seen, best): (&ScoredCandidate, Option<BestShape>)| {
-            let candidate = &seen.candidate;
-            let limit = critical.laws.values.get(&(candidate.law, false))?;
-            let delta_chi2 = best?.best.forbidden_delta_chi2;
-            (delta_chi2 > limit.max(0.0)).then(|| Impossible {
-                law: candidate.law,
-                place: candidate.place.clone(),
-                delta_chi2,
-            })
-        };
-        let all = self.seen.iter().zip(best_shapes(&self.seen));
-        let mut out: Vec<Impossible> = all.filter_map(impossible).collect();
-        out.sort_by(|a, b| b.delta_chi2.total_cmp(&a.delta_chi2));
-        out
-    }
 }
 
 impl DiagnosisProblem<'_> {

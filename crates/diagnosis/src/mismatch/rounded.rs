@@ -6,12 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::error::MismatchError;
 use super::free_means::{FixedPart, fixed_part};
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
-use super::problem::DiagnosisProblem;
-use super::state::State;
 use crate::search::DrawResiduals;
 use crate::search::constants::{COARSE, COUNTED, FINEST, NULL_SAMPLES, SAMPLES_TOGETHER};
 
@@ -27,7 +24,7 @@ pub(super) struct RoundedNoise<'a> {
     predicted_m: Vec<f64>,
     step_m: f64,
     /// How far that is unknown: changes of all readings, m, each to be taken a standard normal number of times.
-    unknown_m: Vec<Vec<f64>>,
+    pub(super) unknown_m: Vec<Vec<f64>>,
     /// Least standard deviation of a reading before it is rounded, m.
     least_sd_m: f64,
 }
@@ -96,29 +93,6 @@ impl<'a> RoundedNoise<'a> {
             }
         }
         self
-    }
-}
-
-impl DiagnosisProblem<'_> {
-    /// The noise of a state about its model; `None` if the step of the gauge is not what scatters.
-    pub(super) fn rounded<'s>(
-        &'s self,
-        state: &'s State,
-    ) -> Result<Option<RoundedNoise<'s>>, MismatchError> {
-        let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
-        let whitening = &state.whitening;
-        let Some(mut rounded) = RoundedNoise::new(self.observations, whitening, predicted) else {
-            return Ok(None);
-        };
-        // Along the columns of the model the readings fix it to their noise.
-        let (space, _) = self.space(state)?;
-        let in_metres = |unit: &Vec<f64>| {
-            let mut change = unit[..self.observations.len()].to_vec();
-            whitening.covariance.unwhiten(&mut change);
-            change
-        };
-        rounded.unknown_m = space.basis().iter().map(in_metres).collect();
-        Ok(Some(rounded))
     }
 }
 
@@ -223,6 +197,7 @@ mod tests {
 
     use super::*;
     use crate::mismatch::changes::tests::observations;
+    use crate::mismatch::problem::DiagnosisProblem;
     use crate::mismatch::strata::tests::{UP_AND_DOWN, baseline, cells, robot};
     use crate::mismatch::{
         Contrast, GaugeSteps, Located, ReadingNoise, SearchOptions, StratumTest, locate,

@@ -1,24 +1,23 @@
 //! The search for laws in a session: forward selection, its rivals, and names taken back where structure is left.
 
-use stiffbench_beams::physics::{Effect, Law, TestObject};
+use stiffbench_beams::physics::TestObject;
 
-use super::baseline::start;
 use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
-use super::grade::GradeBasis;
 use super::known_noise::KnownNoise;
+use super::lacking::lacking;
 use super::memo::key_of;
-use super::model::Model;
 use super::omnibus::Omnibus;
+use super::options::SearchOptions;
 use super::outlier::is_outlier;
-use super::patterns::{Patterns, ResidualPattern, autocorrelation_p};
+use super::patterns::{Patterns, ResidualPattern};
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
 use super::ranking::CandidateScores;
 use super::shares::AllShares;
 use super::state::State;
-use crate::search::WhiteSpace;
+use super::unexplained::UnexplainedStructure;
 use crate::search::constants::{
     HELD_OUT_FALL, MOST_EFFECTS, MOST_OF_A_PART, MOST_OF_THE_MISFIT, NULL_SAMPLES, OMNIBUS_LEVEL,
     OTHER_STARTS, STRONG_EVIDENCE, WORTH_A_FIT,
@@ -26,19 +25,6 @@ use crate::search::constants::{
 use crate::search::{
     DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
 };
-
-/// What a search is to do; by default with all laws, no known physics, seed 0 and noise from the readings.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SearchOptions {
-    /// Laws that are left out.
-    pub without: Vec<Law>,
-    /// Physics that is known to act: no candidate, its values fitted again with every model.
-    pub known_effects: Vec<Effect>,
-    /// Seed of the limits' draws.
-    pub seed: u64,
-    /// What is known of the noise before the readings are checked.
-    pub noise: KnownNoise,
-}
 
 /// A found effect, its rivals in the order of their evidence, itself the first.
 #[derive(Debug, Clone)]
@@ -65,24 +51,6 @@ pub(super) struct SearchResult {
 }
 
 impl SearchResult {
-    /// What the verdict rests on.
-    pub(super) fn grade_basis(&self) -> GradeBasis {
-        let best = self.resolved.iter().min_by(|a, b| {
-            let log_bayes = |one: &ResolvedEffect| one.ranked[0].log_bayes();
-            let by_evidence = || log_bayes(b).total_cmp(&log_bayes(a));
-            a.family_p.total_cmp(&b.family_p).then_with(by_evidence)
-        });
-        GradeBasis {
-            scatter_from_fit: self.before.noise.basis == NoiseBasis::Fit,
-            p_family: best.map_or(1.0, |best| best.family_p),
-            log_bayes: best.map_or(0.0, |best| best.ranked[0].log_bayes()),
-            is_a_set: false,
-            is_left: self.is_left(),
-            share_of_misfit: self.shares.together.share_of_misfit,
-            share_unseen: self.shares.together.share_unseen,
-        }
-    }
-
     /// Whether the final model leaves more than noise does.
     pub(super) fn is_left(&self) -> bool {
         self.omnibus.p <= OMNIBUS_LEVEL
@@ -106,41 +74,16 @@ impl SearchResult {
         };
         Ok([before, after])
     }
-}
 
-/// The largest pattern that a model leaves.
-#[derive(Debug, Clone)]
-pub(super) struct UnexplainedStructure {
-    pub(super) pattern: Option<ResidualPattern>,
-    pub(super) delta_chi2: f64,
-    pub(super) p: f64,
+    /// Shares of the misfit that the findings explain.
+    fn shares_of(&self, problem: &DiagnosisProblem<'_>) -> Result<AllShares, MismatchError> {
+        let found = self.resolved.iter();
+        let found: Vec<&[f64]> = found.map(|one| &one.ranked[0].white[..]).collect();
+        problem.shares([&self.before, &self.after], &found)
+    }
 }
 
 impl DiagnosisProblem<'_> {
-    /// The model that the search starts from: what is known, and no other effects.
-    pub(super) fn start(&self) -> Model {
-        Model {
-            parameters: start(self.baseline),
-            effects: self.known_effects.to_vec(),
-        }
-    }
-
-    /// Where the gauge stood at each reading, by the model without effects, m.
-    pub(super) fn positions_at_start(
-        &self,
-        options: &SearchOptions,
-    ) -> Result<Vec<f64>, MismatchError> {
-        self.positions(&self.state_of(self.start(), options.noise)?)
-    }
-
-    /// Where the gauge stood at each reading, m: a state's effects moved it, but for those of the gauge itself.
-    pub(super) fn positions(&self, state: &State) -> Result<Vec<f64>, MismatchError> {
-        let mut model = state.fitted.model.clone();
-        model.effects.retain(|effect| !effect.law.is_gauge_error());
-        let residuals = self.raw_residuals(&model)?;
-        Ok(state.whitening.positions(self.observations, &residuals))
-    }
-
     /// Critical values for these observations: from the candidates and patterns against the baseline.
     pub(super) fn critical_values(
         &self,
@@ -167,17 +110,6 @@ impl DiagnosisProblem<'_> {
         })
     }
 
-    /// The largest pattern of each stratum that a state leaves, and its gain.
-    fn largest_patterns(
-        &self,
-        state: &State,
-        space: &WhiteSpace,
-        residuals: &[f64],
-    ) -> Result<Vec<(f64, ResidualPattern)>, MismatchError> {
-        let slopes = self.slope(&mut self.predictor(), &state.fitted.model)?;
-        Ok(Patterns::new(self.observations, &slopes.compliance).largest(space, residuals))
-    }
-
     /// Searches for what is missing.
     ///
     /// # Arguments
@@ -200,7 +132,7 @@ impl DiagnosisProblem<'_> {
         };
         // What is too little to decide about is not given names.
         let is_from_fit = before.noise.basis == NoiseBasis::Fit;
-        let selection = if self.lacking(is_from_fit).is_empty() {
+        let selection = if lacking(self, is_from_fit).is_empty() {
             forward_selection(&search, &before, &first)?
         } else {
             Selection {
@@ -223,9 +155,9 @@ impl DiagnosisProblem<'_> {
         }
         let first_patterns = self.largest_patterns(&before, &first.space, &first.residuals)?;
         let left = if resolved.is_empty() {
-            self.largest_left(&first_patterns, &first.residuals, &critical)
+            self.largest_left(&first_patterns, &first.residuals, &critical.unexplained)
         } else {
-            self.unexplained(&state, &critical)?
+            self.unexplained(&state, &critical.unexplained)?
         };
         let mut found = SearchResult {
             omnibus: self.omnibus(&state, &left)?,
@@ -237,49 +169,12 @@ impl DiagnosisProblem<'_> {
             left,
             shares: AllShares::default(),
         };
-        found.shares = self.shares(&found)?;
+        found.shares = found.shares_of(self)?;
         if found.is_left() && search.take_back_stand_ins(&mut found)? {
             found.omnibus = self.omnibus(&found.after, &found.left)?;
-            found.shares = self.shares(&found)?;
+            found.shares = found.shares_of(self)?;
         }
         Ok((found, critical))
-    }
-
-    /// The largest pattern that a state leaves.
-    pub(super) fn unexplained(
-        &self,
-        state: &State,
-        critical: &LawCriticalValues,
-    ) -> Result<UnexplainedStructure, MismatchError> {
-        let (space, residuals) = self.space(state)?;
-        let patterns = self.largest_patterns(state, &space, &residuals)?;
-        Ok(self.largest_left(&patterns, &residuals, critical))
-    }
-
-    /// The largest of some patterns that are left in white residuals.
-    fn largest_left(
-        &self,
-        patterns: &[(f64, ResidualPattern)],
-        residuals: &[f64],
-        critical: &LawCriticalValues,
-    ) -> UnexplainedStructure {
-        // Of equal ones the first.
-        let best = patterns.iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
-        let delta_chi2 = best.map_or(0.0, |(delta_chi2, _)| *delta_chi2);
-        let mut p = critical.unexplained.p(delta_chi2);
-        let mut pattern = best.map(|(_, pattern)| pattern.clone());
-        if let Some(rhythm) = autocorrelation_p(self.observations, residuals) {
-            // Two tests share the level.
-            if rhythm < p {
-                pattern = pattern.map(ResidualPattern::of_the_rest);
-            }
-            p = (2.0 * p.min(rhythm)).min(1.0);
-        }
-        UnexplainedStructure {
-            pattern,
-            delta_chi2,
-            p,
-        }
     }
 }
 

@@ -13,8 +13,8 @@ use super::held_out::folds_of;
 use super::known_noise::KnownNoise;
 use super::model::Model;
 use super::problem::DiagnosisProblem;
-use super::search::SearchResult;
 use super::state::State;
+use super::unseen_parts::unseen_parts;
 use crate::search::constants::VISIBLE_MISFIT;
 
 /// Standard errors of an effect that must remain without a part of the readings, for that part to be predicted.
@@ -58,16 +58,23 @@ type Fold = Vec<bool>;
 
 impl DiagnosisProblem<'_> {
     /// The shares of what a search found: all models under the noise of the last.
-    pub(super) fn shares(&self, found: &SearchResult) -> Result<AllShares, MismatchError> {
-        if found.resolved.is_empty() {
+    ///
+    /// # Arguments
+    /// - `before`, `after`: without and with all that was found.
+    /// - `found`: each found effect in the order of the model, white and projected.
+    pub(super) fn shares(
+        &self,
+        [before, after]: [&State; 2],
+        found: &[&[f64]],
+    ) -> Result<AllShares, MismatchError> {
+        if found.is_empty() {
             return Ok(AllShares::default());
         }
-        let after = &found.after;
         let under = KnownNoise::Given(after.noise);
         let fitted = |model: Model| self.state_of(model, under);
-        let start = fitted(found.before.fitted.model.clone())?;
+        let start = fitted(before.fitted.model.clone())?;
         let last = fitted(after.fitted.model.clone())?;
-        let without: Vec<State> = (0..found.resolved.len())
+        let without: Vec<State> = (0..found.len())
             .map(|place| fitted(after.fitted.model.without(self.known_effects.len() + place)))
             .collect::<Result<_, _>>()?;
         let readings = self.observations.len() as f64;
@@ -83,7 +90,7 @@ impl DiagnosisProblem<'_> {
         let unit = (last.fitted.squares / dof(&last)).min(1.0);
         let excess = |state: &State| (state.fitted.squares / unit - dof(state)).max(0.0);
         let mut levels = vec![excess(&start)];
-        for count in 1..found.resolved.len() {
+        for count in 1..found.len() {
             let mut first = after.fitted.model.clone();
             first.effects.truncate(self.known_effects.len() + count);
             levels.push(excess(&fitted(first)?));
@@ -156,7 +163,7 @@ impl DiagnosisProblem<'_> {
     }
 
     /// Poses where all others determine what was found, else repeats; of a part what is left out of it in turn; `None` if nothing serves.
-    fn folds(&self, found: &SearchResult) -> Option<Vec<Fold>> {
+    fn folds(&self, found: &[&[f64]]) -> Option<Vec<Fold>> {
         let cells = &self.observations.cells;
         let runs = &self.observations.runs;
         let count = folds_of(self.observations.poses.len());
@@ -165,8 +172,8 @@ impl DiagnosisProblem<'_> {
         let of_repeat = |reading: usize| runs[self.observations.readings[reading].run].repeat;
         let determines = |folds: &Vec<Fold>| {
             let determined = folds.iter().all(|fold| {
-                found.resolved.iter().all(|resolved| {
-                    let white = resolved.ranked[0].white.iter().zip(fold);
+                found.iter().all(|white| {
+                    let white = white.iter().zip(fold);
                     let rest = white.filter(|(_, held)| !**held);
                     rest.map(|(value, _)| value * value).sum::<f64>().sqrt() > DETERMINED
                 })
@@ -174,7 +181,7 @@ impl DiagnosisProblem<'_> {
             folds.len() > 1 && determined
         };
         if self.observations.bench != TestObject::Robot {
-            return Some(self.observations.unseen_parts()).filter(determines);
+            return Some(unseen_parts(self.observations)).filter(determines);
         }
         let folds = |label: &dyn Fn(usize) -> u32| -> Option<Vec<Fold>> {
             let labels: Vec<u32> = (0..self.observations.len()).map(label).collect();

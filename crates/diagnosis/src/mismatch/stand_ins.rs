@@ -30,8 +30,11 @@ impl LawSearch<'_, '_> {
         let mut kept: Vec<bool> = Vec::new();
         for (place, resolved) in found.resolved.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
-            let instead =
-                self.bench.unexplained(&rest, self.critical)?.delta_chi2 + BEYOND_PATTERNS;
+            let instead = self
+                .bench
+                .unexplained(&rest, &self.critical.unexplained)?
+                .delta_chi2
+                + BEYOND_PATTERNS;
             let needed = found.left.delta_chi2.max(instead);
             kept.push(
                 resolved
@@ -87,7 +90,7 @@ impl LawSearch<'_, '_> {
             .map(|(resolved, _)| resolved.family_p)
             .collect();
         found.resolved = self.rivals_of_each(&state, &families)?;
-        found.left = self.bench.unexplained(&state, self.critical)?;
+        found.left = self.bench.unexplained(&state, &self.critical.unexplained)?;
         found.after = state;
         Ok(true)
     }

@@ -1,26 +1,25 @@
 //! From what a search found to what is to be said.
 
-use stiffbench_beams::physics::{Effect, TestObject};
-use stiffbench_units_and_text::count::counted;
+use stiffbench_beams::physics::Effect;
 
 use super::baseline::BaselineParameter;
 use super::configurations::ConfigurationSizes;
 use super::critical_values::LawCriticalValues;
-use super::diagnosis::{Diagnosis, FactorChange, Finding, Location, Rival, Verdict};
+use super::detection::impossible;
+use super::diagnosis::{Diagnosis, FactorChange, Finding, KnownEffect, Rival};
 use super::error::MismatchError;
 use super::estimated_noise::NoiseBasis;
-use super::grade::{GradeBasis, VerdictGrade};
+use super::grade::{GradeBasis, Verdict, VerdictGrade};
+use super::lacking::{lacking, lacking_cells};
 use super::linearised::end_effect_m;
 use super::problem::DiagnosisProblem;
 use super::ranked_candidate::{Ranked, same};
-use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
+use super::search::{ResolvedEffect, SearchResult};
 use super::stated::Stated;
 use super::stated_values::EstimatedValue;
-use super::stratum::Stratum;
-use crate::search::constants::{
-    AT_A_PLAUSIBLE_BOUND, ENOUGH_OF_A_LINE, FEWEST_LEFT, FEWEST_POSES, IDENTIFIED, RIVALS,
-    UNEXPLAINED_LEVEL,
-};
+use super::stratum::{Location, Stratum};
+use super::unexplained::UnexplainedStructure;
+use crate::search::constants::{AT_A_PLAUSIBLE_BOUND, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL};
 use crate::search::{distinguishable, dot, largest};
 
 impl DiagnosisProblem<'_> {
@@ -57,11 +56,11 @@ impl DiagnosisProblem<'_> {
             }
         }
         let is_from_fit = found.before.noise.basis == NoiseBasis::Fit;
-        let mut lacking = self.lacking(is_from_fit);
+        let mut lacking = lacking(self, is_from_fit);
         let (mut verdict, mut grade) = if lacking.is_empty() {
             GradeBasis {
                 is_a_set: group > 0,
-                ..found.grade_basis()
+                ..grade_basis(found)
             }
             .decide()
         } else {
@@ -71,7 +70,7 @@ impl DiagnosisProblem<'_> {
             lacking.push("no load sequence was repeated: the scatter is known from the fit alone, which may hide missing physics; take at least three repeats".to_owned());
         }
         if verdict == Verdict::NothingMissing
-            && let Some(lack) = self.lacking_cells()
+            && let Some(lack) = lacking_cells(self)
         {
             lacking.push(lack);
             (verdict, grade) = (Verdict::InsufficientData, VerdictGrade::Undecided);
@@ -124,7 +123,7 @@ impl DiagnosisProblem<'_> {
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
             further_noise: found.after.noise.further_ci95(),
             detection_limits: self.detection_limits(found, critical)?,
-            impossible: found.first.impossible(critical),
+            impossible: impossible(&found.first, critical),
             parameters: found.after.fitted.model.parameters.clone(),
             effects: effects.iter().map(Effect::simplest).collect(),
         })
@@ -145,72 +144,6 @@ impl DiagnosisProblem<'_> {
             pattern.delta_chi2(&left) / pattern.units.len() as f64
         });
         Ok(length / of_noise)
-    }
-
-    /// What must be there before anything can be decided.
-    ///
-    /// # Arguments
-    /// - `is_from_fit`: whether the noise is what the fit leaves.
-    pub(super) fn lacking(&self, is_from_fit: bool) -> Vec<String> {
-        let mut lacking = Vec::new();
-        let observations = self.observations;
-        // Own weight loads what a tracker sees.
-        let is_loaded = observations.tracker.is_some()
-            || observations.loads.iter().any(|load| load.force_n != 0.0);
-        // A line through many readings shows its own scatter.
-        let is_line = observations.free_zeros;
-        if !is_loaded && !is_line {
-            lacking.push("no reading is under load".to_owned());
-        }
-        let several = observations.has_repeats();
-        let is_long = is_line && observations.len() >= ENOUGH_OF_A_LINE;
-        let (readings, parameters) = (observations.len(), self.baseline.parameters().len());
-        if observations.bench == TestObject::Robot {
-            let dof = readings.saturating_sub(parameters);
-            if is_from_fit && dof < FEWEST_LEFT {
-                lacking.push(format!(
-                    "the free parameters leave {}, and {FEWEST_LEFT} are needed: read more components or poses",
-                    counted(dof, "degree of freedom")
-                ));
-            }
-            let poses = observations.poses.len();
-            if is_from_fit && poses < FEWEST_POSES {
-                lacking.push(format!(
-                    "no load sequence was repeated: then at least {FEWEST_POSES} poses are needed, and the data have {poses}; or take three repeats"
-                ));
-            }
-        } else if !several && !is_long {
-            let or = if is_line {
-                format!(", or {ENOUGH_OF_A_LINE} readings along the line")
-            } else {
-                String::new()
-            };
-            lacking.push(format!(
-                "no load sequence was repeated: the scatter and missing physics cannot be distinguished; at least three repeats are needed{or}"
-            ));
-        }
-        if observations.displacement_was_set() {
-            lacking.push("a force that was set: the displacement is a straight line of time in every branch, so it was set and the force answers: diagnose with --response force".to_owned());
-        }
-        if readings < 3 * parameters + 6 {
-            lacking.push(format!(
-                "{readings} readings are too few for {parameters} factors"
-            ));
-        }
-        lacking
-    }
-
-    /// Why a single cell cannot show that nothing is missing: the free factors fit any stiffness of it.
-    fn lacking_cells(&self) -> Option<String> {
-        let factors = self.baseline.parameters().len();
-        let observations = self.observations;
-        let absorbed = !observations.free_zeros && observations.cells.len() == 1 && factors > 0;
-        absorbed.then(|| {
-            format!(
-                "1 cell for {}: they fit any stiffness, so no compliance can show; measure other directions and poses, or fix the factors with --fix",
-                counted(factors, "free factor")
-            )
-        })
     }
 
     fn finding(
@@ -375,6 +308,31 @@ impl DiagnosisProblem<'_> {
             size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
         }
     }
+
+    /// What became of the physics that was known beforehand.
+    ///
+    /// # Arguments
+    /// - What is stated of it without and with what was found, one effect after the other.
+    pub(super) fn known_effects(
+        &self,
+        [mut before, mut after]: [&[EstimatedValue]; 2],
+    ) -> Vec<KnownEffect> {
+        let known = self.known_effects.iter();
+        let effect = |given: &Effect| {
+            let values = given.values.len();
+            let own = |all: &mut &[EstimatedValue]| {
+                let own;
+                (own, *all) = all.split_at(values);
+                own.to_vec()
+            };
+            KnownEffect {
+                given: given.clone(),
+                before: own(&mut before),
+                after: own(&mut after),
+            }
+        };
+        known.map(effect).collect()
+    }
 }
 
 /// Places in the ranking of the first and of those that cannot be distinguished from the likeliest.
@@ -411,4 +369,22 @@ fn members(resolved: &ResolvedEffect) -> Vec<usize> {
     let kept = out.iter().copied();
     kept.filter(|&place| !is_needless(&resolved.ranked[place]))
         .collect()
+}
+
+/// What the verdict rests on.
+fn grade_basis(found: &SearchResult) -> GradeBasis {
+    let best = found.resolved.iter().min_by(|a, b| {
+        let log_bayes = |one: &ResolvedEffect| one.ranked[0].log_bayes();
+        let by_evidence = || log_bayes(b).total_cmp(&log_bayes(a));
+        a.family_p.total_cmp(&b.family_p).then_with(by_evidence)
+    });
+    GradeBasis {
+        scatter_from_fit: found.before.noise.basis == NoiseBasis::Fit,
+        p_family: best.map_or(1.0, |best| best.family_p),
+        log_bayes: best.map_or(0.0, |best| best.ranked[0].log_bayes()),
+        is_a_set: false,
+        is_left: found.is_left(),
+        share_of_misfit: found.shares.together.share_of_misfit,
+        share_unseen: found.shares.together.share_unseen,
+    }
 }

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::mismatch::diagnosis::{Diagnosis, Finding, Verdict};
+use crate::mismatch::diagnosis::{Diagnosis, Finding};
 use crate::mismatch::error::MismatchError;
+use crate::mismatch::grade::Verdict;
 use crate::mismatch::next_measurement::NextMeasurement;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::ranked_candidate::same;

@@ -38,8 +38,8 @@ use super::baseline::{Baseline, prior_sd};
 use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
 use super::observations::Observations;
+use super::options::SearchOptions;
 use super::problem::DiagnosisProblem;
-use super::search::SearchOptions;
 use super::state::State;
 
 pub use crate::search::constants::STRATUM_LEVEL;

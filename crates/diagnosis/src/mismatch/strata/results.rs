@@ -5,9 +5,8 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mismatch::diagnosis::Location;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::stratum::Stratum;
+use crate::mismatch::stratum::{Location, Stratum};
 use crate::search::constants::{ONE_SPOT, STRATUM_LEVEL};
 use stiffbench_beams::physics::Place;
 use stiffbench_units_and_text::quantity::in_micrometres;
