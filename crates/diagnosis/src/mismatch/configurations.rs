@@ -10,6 +10,7 @@ use super::error::MismatchError;
 use super::observations::Observations;
 use super::options::SearchOptions;
 use super::problem::DiagnosisProblem;
+use super::problem_candidates::{CandidateMemo, Candidates};
 use crate::search::constants::STRONG_EVIDENCE;
 
 /// What the sizes of all effects follow.
@@ -110,11 +111,20 @@ impl DiagnosisProblem<'_> {
         if observations.bench == TestObject::Robot || observations.cells.len() < 2 {
             return Ok(None);
         }
-        let state = self.first_state(options)?;
+        let memo = CandidateMemo::default();
+        let candidates = Candidates {
+            problem: self,
+            memo: &memo,
+        };
+        let state = candidates.first_state(options)?;
         let slopes = &state.fitted.model.parameters;
         let largest = |observations: &Observations| -> Result<f64, MismatchError> {
             let problem = DiagnosisProblem::new(self.baseline, observations);
-            let scores = problem.score_laws(&state, &options.without)?;
+            let candidates = Candidates {
+                problem: &problem,
+                memo: &CandidateMemo::default(),
+            };
+            let scores = candidates.score_laws(&state, &options.without)?;
             let best = best_shapes(&scores.seen);
             let falls = best
                 .into_iter()

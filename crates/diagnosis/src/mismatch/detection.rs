@@ -7,6 +7,7 @@ use super::critical_values::LawCriticalValues;
 use super::diagnosis::{DetectionLimit, Impossible};
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
+use super::problem_candidates::{CandidateMemo, Candidates};
 use super::ranking::CandidateScores;
 use super::search::SearchResult;
 use crate::search::constants::POWER_80;
@@ -15,6 +16,7 @@ impl DiagnosisProblem<'_> {
     /// For each law and place the size that 80 % of such sessions would show; of slips in one cell that which is hardest to see.
     pub(super) fn detection_limits(
         &self,
+        memo: &CandidateMemo,
         found: &SearchResult,
         critical: &LawCriticalValues,
     ) -> Result<Vec<DetectionLimit>, MismatchError> {
@@ -30,7 +32,11 @@ impl DiagnosisProblem<'_> {
             .filter(|seen| !seen.candidate.wide)
             .partition(is_slip);
         let mut out: Vec<DetectionLimit> = others.into_iter().map(of).collect();
-        let loose = self.missing_member_shapes(&found.before, &first.space)?;
+        let candidates = Candidates {
+            problem: self,
+            memo,
+        };
+        let loose = candidates.missing_member_shapes(&found.before, &first.space)?;
         out.extend(
             loose
                 .iter()

@@ -4,20 +4,23 @@ use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::model::kinked;
 use super::options::SearchOptions;
-use super::problem::DiagnosisProblem;
+use super::problem_candidates::Candidates;
 use super::state::State;
 
-impl DiagnosisProblem<'_> {
+impl Candidates<'_, '_> {
     /// The model that the search starts from, fitted. Of known effects that bend or jump at some load it is searched where.
     pub(super) fn first_state(&self, options: &SearchOptions) -> Result<State, MismatchError> {
-        let mut state = self.state_of(self.start(), options.noise)?;
-        for place in 0..self.known_effects.len() {
+        let mut state = self.problem.state_of(self.problem.start(), options.noise)?;
+        for place in 0..self.problem.known_effects.len() {
             let mut rest = state.fitted.model.clone();
             let effect = rest.effects.remove(place);
             if kinked(&effect).is_none() {
                 continue;
             }
-            let Some(rest) = self.alternate(rest, KnownNoise::Given(state.noise))? else {
+            let Some(rest) = self
+                .problem
+                .alternate(rest, KnownNoise::Given(state.noise))?
+            else {
                 continue;
             };
             let Some(mut found) = self.with_searched(&rest, &effect)? else {
@@ -27,7 +30,10 @@ impl DiagnosisProblem<'_> {
                 && let Some(effect) = found.model.effects.pop()
             {
                 found.model.effects.insert(place, effect);
-                state = self.alternate(found.model, options.noise)?.unwrap_or(state);
+                state = self
+                    .problem
+                    .alternate(found.model, options.noise)?
+                    .unwrap_or(state);
             }
         }
         Ok(state)

@@ -10,7 +10,7 @@ use super::changes::MissingMemberChange;
 use super::error::MismatchError;
 use super::memo::key_of;
 use super::model::Model;
-use super::problem::DiagnosisProblem;
+use super::problem_candidates::Candidates;
 use super::ranked_candidate::Ranked;
 use super::ranking::CandidateScores;
 use super::refit::{WarmStart, WeightedFit};
@@ -19,7 +19,7 @@ use crate::search::WhiteSpace;
 use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
 use crate::search::{Evidence, RowVector, dot, largest, subtract};
 
-impl DiagnosisProblem<'_> {
+impl Candidates<'_, '_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
     pub(super) fn missing_member_shapes(
         &self,
@@ -64,32 +64,33 @@ impl DiagnosisProblem<'_> {
         &self,
         state: &State,
     ) -> Result<&[MissingMemberChange], MismatchError> {
-        self.memory.missing_member_changes(|| {
+        self.memo.missing_member_changes(|| {
             let base = Model {
                 parameters: state.fitted.model.parameters.clone(),
                 effects: Vec::new(),
             };
-            let exact = self
-                .observations
-                .with_displacements(self.predicted(&mut self.predictor(), &base)?);
+            let exact = self.problem.observations.with_displacements(
+                self.problem
+                    .predicted(&mut self.problem.predictor(), &base)?,
+            );
             let change = |effect: Effect| {
                 let start = base.with(&effect);
-                let mut predictor = self.predictor();
+                let mut predictor = self.problem.predictor();
                 let refit = WeightedFit {
                     observations: &exact,
-                    ..self.refit(&state.whitening)
+                    ..self.problem.refit(&state.whitening)
                 };
                 let fitted = refit.fit(&mut predictor, &start);
                 let change_m = fitted
                     .map(|fitted| {
-                        let mut with = self.predicted(&mut predictor, &fitted.model)?;
+                        let mut with = self.problem.predicted(&mut predictor, &fitted.model)?;
                         subtract(&mut with, 1.0, &exact.displacement_m);
                         Ok::<_, MismatchError>(with)
                     })
                     .transpose()?;
                 Ok(MissingMemberChange { effect, change_m })
             };
-            let effects = self.baseline.other_structures().into_par_iter();
+            let effects = self.problem.baseline.other_structures().into_par_iter();
             effects.with_max_len(1).map(change).collect()
         })
     }
@@ -128,7 +129,7 @@ impl DiagnosisProblem<'_> {
             .into_par_iter()
             .map(|effect| {
                 let fit = || self.missing_member(state, &view.space, effect);
-                self.memory.fitted(&key, effect, fit)
+                self.memo.fitted(&key, effect, fit)
             })
             .collect::<Result<_, MismatchError>>()?;
         Ok(fitted.into_iter().flatten().collect())
@@ -142,13 +143,13 @@ impl DiagnosisProblem<'_> {
         effect: &Effect,
     ) -> Result<Option<Ranked>, MismatchError> {
         let start = state.fitted.model.with(effect);
-        if self.baseline.variant(&start.effects).is_none() {
+        if self.problem.baseline.variant(&start.effects).is_none() {
             return Ok(None);
         }
-        let mut predictor = self.predictor();
+        let mut predictor = self.problem.predictor();
         let refit = WeightedFit {
             warm_start: Some(WarmStart::Start),
-            ..self.refit(&state.whitening)
+            ..self.problem.refit(&state.whitening)
         };
         let Some(fitted) = refit.fit(&mut predictor, &start) else {
             return Ok(None);
@@ -158,7 +159,9 @@ impl DiagnosisProblem<'_> {
             return Ok(None);
         }
         let place = fitted.model.effects.len() - 1;
-        let (white, whole) = self.effect_vector(&mut predictor, &fitted.model, place, space)?;
+        let (white, whole) =
+            self.problem
+                .effect_vector(&mut predictor, &fitted.model, place, space)?;
         if dot(&white, &white) <= INVISIBLE_MEMBER {
             return Ok(None);
         }

@@ -53,6 +53,7 @@ mod place_scales;
 mod plan;
 mod predictor;
 mod problem;
+mod problem_candidates;
 mod profiles;
 mod ranked_candidate;
 mod ranking;
@@ -146,6 +147,7 @@ pub(crate) use usual_factor::slip;
 pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};
 
 use problem::DiagnosisProblem;
+use problem_candidates::{CandidateMemo, Candidates};
 use stiffbench_beams::physics::TestObject;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 
@@ -209,23 +211,28 @@ fn diagnose_and<T>(
     let asked = ask(&rough)?;
     at_start = observations.with_positions(&positions);
     let bench = rough.with_positions(&at_start);
-    let (found, critical) = bench.search(options, known)?;
+    let memo = CandidateMemo::default();
+    let candidates = |problem| Candidates {
+        problem,
+        memo: &memo,
+    };
+    let (found, critical) = candidates(&bench).search(options, known)?;
     if observations.bench != TestObject::Robot {
         let diagnosis = Diagnosis {
             sizes,
-            ..bench.conclude(&found, &critical)?
+            ..bench.conclude(&memo, &found, &critical)?
         };
         return Ok((diagnosis, critical, asked));
     }
     // What was found moved the gauge too: where it stood is computed again, and with it what its period would explain.
     let moved = bench.positions(&found.after)?;
     if !shifts_a_period(&positions, &moved) {
-        return Ok((bench.conclude(&found, &critical)?, critical, asked));
+        return Ok((bench.conclude(&memo, &found, &critical)?, critical, asked));
     }
     moved_on = observations.with_positions(&moved);
     let bench = bench.with_positions(&moved_on);
-    let (found, critical) = bench.search(options, Some(&critical))?;
-    Ok((bench.conclude(&found, &critical)?, critical, asked))
+    let (found, critical) = candidates(&bench).search(options, Some(&critical))?;
+    Ok((bench.conclude(&memo, &found, &critical)?, critical, asked))
 }
 
 /// Whether positions differ by so much, m, that the shortest period searched for is in another phase: by 0.3 rad.

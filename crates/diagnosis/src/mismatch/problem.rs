@@ -8,7 +8,7 @@ use super::baseline::{Baseline, prior_sd, start};
 use super::error::MismatchError;
 use super::estimated_noise::EstimatedNoise;
 use super::known_noise::KnownNoise;
-use super::memo::SearchMemo;
+use super::memo::FitMemo;
 use super::model::Model;
 use super::noise::{ForceReading, NoiseCovariance};
 use super::observations::Observations;
@@ -19,8 +19,8 @@ use super::refit::{WeightedFit, step_of};
 use super::restricted_likelihood::estimate_noise;
 use super::rounded::RoundedNoise;
 use super::state::State;
-use crate::search::WhiteSpace;
 use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
+use crate::search::{WhiteSpace, dot, subtract};
 
 /// What the linear structure makes of the loads, one value a reading.
 pub(super) struct LinearSlopes {
@@ -51,7 +51,7 @@ pub(super) struct DiagnosisProblem<'a> {
     /// Physics of the model itself: in every model, first among its effects.
     pub(super) known_effects: Arc<[Effect]>,
     idle: Arc<IdleSolvers<'a>>,
-    pub(super) memory: Arc<SearchMemo>,
+    pub(super) memory: Arc<FitMemo>,
 }
 
 impl<'a> DiagnosisProblem<'a> {
@@ -411,6 +411,33 @@ impl<'a> DiagnosisProblem<'a> {
         };
         rounded.unknown_m = space.basis().iter().map(in_metres).collect();
         Ok(Some(rounded))
+    }
+
+    /// An effect of a model, white and projected, and its squared length before projection.
+    pub(super) fn effect_vector(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+        effect: usize,
+        space: &WhiteSpace,
+    ) -> Result<(Vec<f64>, f64), MismatchError> {
+        let mut white = space.white(&self.effect_m(predictor, model, effect)?);
+        let whole = dot(&white, &white);
+        space.project(&mut white);
+        Ok((white, whole))
+    }
+
+    /// What an effect of a model changes in the readings, m.
+    pub(super) fn effect_m(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+        effect: usize,
+    ) -> Result<Vec<f64>, MismatchError> {
+        let mut change_m = self.predicted(predictor, model)?;
+        let rest = self.predicted(predictor, &model.without(effect))?;
+        subtract(&mut change_m, 1.0, &rest);
+        Ok(change_m)
     }
 }
 

@@ -13,10 +13,11 @@ use super::critical_values::LawCriticalValues;
 use super::error::MismatchError;
 use super::linearised::LinearisedModel;
 use super::memo::{StateKey, key_of};
-use super::model::{Model, kinked};
+use super::model::kinked;
+use super::observations::Observations;
 use super::part_evidence::ScoredFit;
 use super::predictor::ReadingPredictor;
-use super::problem::DiagnosisProblem;
+use super::problem_candidates::Candidates;
 use super::ranked_candidate::{Ranked, weigh};
 use super::reading_noise::ReadingNoise;
 use super::refit::{FittedModel, WarmStart, WeightedFit};
@@ -24,7 +25,7 @@ use super::state::State;
 use crate::search::constants::{
     FAR_FROM_ITS_BEST, FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
 };
-use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace, dot, subtract};
+use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace};
 
 /// Where candidates are fitted: a state, and its residuals as candidates see them.
 struct FitContext<'a> {
@@ -48,7 +49,7 @@ pub(super) struct CandidateScores {
     pub(super) residuals: Vec<f64>,
 }
 
-impl DiagnosisProblem<'_> {
+impl Candidates<'_, '_> {
     /// Every law at every place as a state leaves it to be seen, nothing fitted.
     ///
     /// # Arguments
@@ -59,16 +60,16 @@ impl DiagnosisProblem<'_> {
         without: &[Law],
     ) -> Result<CandidateScores, MismatchError> {
         let mut scores = self.empty_scores(state)?;
-        let mut list = candidates(self.observations, &scores.linearised, without);
-        let baseline = self.baseline;
+        let mut list = candidates(self.problem.observations, &scores.linearised, without);
+        let baseline = self.problem.baseline;
         let fitted = &state.fitted.model.parameters;
         list.retain(|candidate| !baseline.contains(candidate.law, &candidate.place, fitted));
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
             .into_iter()
             .partition(|candidate| candidate.law.is_gauge_error());
-        let see = || Ok::<_, MismatchError>(self.see(state, &scores, list));
-        let mut seen = self.memory.seen(&key_of(state), see)?;
-        seen.extend(self.see(state, &scores, periods));
+        let work = || Ok::<_, MismatchError>(see(self.problem.observations, state, &scores, list));
+        let mut seen = self.memo.seen(&key_of(state), work)?;
+        seen.extend(see(self.problem.observations, state, &scores, periods));
         scores.seen = seen;
         Ok(scores)
     }
@@ -92,43 +93,28 @@ impl DiagnosisProblem<'_> {
         });
         let list = list.map(|(seen, _)| seen.candidate.clone()).collect();
         let mut scores = self.empty_scores(state)?;
-        scores.seen = self.see(state, &scores, list);
+        scores.seen = see(self.problem.observations, state, &scores, list);
         Ok(scores)
     }
 
     /// A view of no candidate.
     fn empty_scores(&self, state: &State) -> Result<CandidateScores, MismatchError> {
-        let (space, residuals) = self.space(state)?;
+        let (space, residuals) = self.problem.space(state)?;
         let model = &state.fitted.model;
-        let mut predictor = self.predictor();
+        let mut predictor = self.problem.predictor();
         let mut linearised = predictor.linearised(&model.parameters, &model.effects)?;
         // About the first state that asks: where it stands matters little to what is worth a fit.
         let columns = || {
-            let springs = self.baseline.spring_columns(&model.parameters)?;
-            let entries = self.baseline.file_columns(&model.parameters)?;
+            let springs = self.problem.baseline.spring_columns(&model.parameters)?;
+            let entries = self.problem.baseline.file_columns(&model.parameters)?;
             Ok::<_, MismatchError>([springs, entries].concat())
         };
-        linearised.columns = self.memory.structure_columns(columns)?;
+        linearised.columns = self.memo.structure_columns(columns)?;
         Ok(CandidateScores {
             seen: Vec::new(),
             linearised,
             space,
             residuals,
-        })
-    }
-
-    /// Candidates compared with the residuals of a view.
-    pub(super) fn see(
-        &self,
-        state: &State,
-        scores: &CandidateScores,
-        list: Vec<Candidate>,
-    ) -> Vec<ScoredCandidate> {
-        let effects = &state.fitted.model.effects;
-        let changes = Changes::new(self.observations, &scores.linearised, effects);
-        let engine = Batched::new(&scores.space, &scores.residuals);
-        changes.map_or_else(Vec::new, |changes| {
-            score_candidates(&changes, &engine, list)
         })
     }
 
@@ -174,7 +160,8 @@ impl DiagnosisProblem<'_> {
         selected: &[(usize, BestShape)],
     ) -> Result<Vec<Ranked>, MismatchError> {
         let effects = &state.fitted.model.effects;
-        let Some(changes) = &Changes::new(self.observations, &scores.linearised, effects) else {
+        let Some(changes) = &Changes::new(self.problem.observations, &scores.linearised, effects)
+        else {
             return Ok(Vec::new());
         };
         let field = FitContext {
@@ -188,7 +175,7 @@ impl DiagnosisProblem<'_> {
         let fitted: Vec<Option<Ranked>> = selected
             .par_iter()
             .map_init(
-                || self.predictor(),
+                || self.problem.predictor(),
                 |predictor, &(place, screened)| {
                     self.fit_candidate(&field, predictor, &scores.seen[place], screened)
                 },
@@ -228,7 +215,7 @@ impl DiagnosisProblem<'_> {
         let mut effect = shape.effect(&seen.candidate, screened.best.multiple);
         let bounds = &seen.candidate.bounds_near(&shape.shape);
         field.polish(bounds, &mut effect);
-        self.memory.fitted(&field.key, &effect, || {
+        self.memo.fitted(&field.key, &effect, || {
             let fitted = self.fit_from(field, predictor, bounds, &effect);
             fitted.map_or(Ok(None), |fitted| {
                 self.ranked(
@@ -253,7 +240,7 @@ impl DiagnosisProblem<'_> {
         let start = state.fitted.model.with(effect);
         let refit = WeightedFit {
             bounds_of_last: Some(bounds),
-            ..self.refit(&state.whitening)
+            ..self.problem.refit(&state.whitening)
         };
         let first = WeightedFit {
             warm_start: Some(WarmStart::Known(field.changes.linearised())),
@@ -281,11 +268,13 @@ impl DiagnosisProblem<'_> {
         };
         let last = fitted.model.effects.len() - 1;
         let (vector, whole) =
-            self.effect_vector(predictor, &fitted.model, last, &field.scores.space)?;
+            self.problem
+                .effect_vector(predictor, &fitted.model, last, &field.scores.space)?;
         let mut scratch = Vec::new();
-        let shares = state
-            .whitening
-            .variance_shares(self.observations, &vector, &mut scratch);
+        let shares =
+            state
+                .whitening
+                .variance_shares(self.problem.observations, &vector, &mut scratch);
         let scored = ScoredFit {
             fitted: &fitted,
             linear_delta_chi2,
@@ -294,7 +283,8 @@ impl DiagnosisProblem<'_> {
         };
         let seen = (&field.scores.space, &field.scores.residuals[..]);
         let (of_a_part, against_gradual) =
-            self.part_evidence(state, predictor, &scored, seen, &field.unseen)?;
+            self.problem
+                .part_evidence(state, predictor, &scored, seen, &field.unseen)?;
         Ok(Some(Ranked {
             wide: candidate.wide,
             evidence: Evidence {
@@ -318,33 +308,6 @@ impl DiagnosisProblem<'_> {
             fitted,
             effect,
         }))
-    }
-
-    /// An effect of a model, white and projected, and its squared length before projection.
-    pub(super) fn effect_vector(
-        &self,
-        predictor: &mut ReadingPredictor<'_>,
-        model: &Model,
-        effect: usize,
-        space: &WhiteSpace,
-    ) -> Result<(Vec<f64>, f64), MismatchError> {
-        let mut white = space.white(&self.effect_m(predictor, model, effect)?);
-        let whole = dot(&white, &white);
-        space.project(&mut white);
-        Ok((white, whole))
-    }
-
-    /// What an effect of a model changes in the readings, m.
-    pub(super) fn effect_m(
-        &self,
-        predictor: &mut ReadingPredictor<'_>,
-        model: &Model,
-        effect: usize,
-    ) -> Result<Vec<f64>, MismatchError> {
-        let mut change_m = self.predicted(predictor, model)?;
-        let rest = self.predicted(predictor, &model.without(effect))?;
-        subtract(&mut change_m, 1.0, &rest);
-        Ok(change_m)
     }
 }
 
@@ -474,4 +437,19 @@ fn select(
     });
     all.truncate(MOST_FITTED);
     all
+}
+
+/// Candidates compared with the residuals of a view.
+pub(super) fn see(
+    observations: &Observations,
+    state: &State,
+    scores: &CandidateScores,
+    list: Vec<Candidate>,
+) -> Vec<ScoredCandidate> {
+    let effects = &state.fitted.model.effects;
+    let changes = Changes::new(observations, &scores.linearised, effects);
+    let engine = Batched::new(&scores.space, &scores.residuals);
+    changes.map_or_else(Vec::new, |changes| {
+        score_candidates(&changes, &engine, list)
+    })
 }

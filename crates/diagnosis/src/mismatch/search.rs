@@ -13,6 +13,7 @@ use super::options::SearchOptions;
 use super::outlier::is_outlier;
 use super::patterns::{Patterns, ResidualPattern};
 use super::problem::DiagnosisProblem;
+use super::problem_candidates::Candidates;
 use super::ranked_candidate::{Ranked, same};
 use super::ranking::CandidateScores;
 use super::shares::AllShares;
@@ -83,7 +84,7 @@ impl SearchResult {
     }
 }
 
-impl DiagnosisProblem<'_> {
+impl Candidates<'_, '_> {
     /// Critical values for these observations: from the candidates and patterns against the baseline.
     pub(super) fn critical_values(
         &self,
@@ -91,17 +92,19 @@ impl DiagnosisProblem<'_> {
         state: &State,
         seed: u64,
     ) -> Result<LawCriticalValues, MismatchError> {
-        let slopes = self.slope(&mut self.predictor(), &state.fitted.model)?;
-        let patterns = Patterns::new(self.observations, &slopes.compliance);
-        let rounded = self.rounded(state)?;
+        let slopes = self
+            .problem
+            .slope(&mut self.problem.predictor(), &state.fitted.model)?;
+        let patterns = Patterns::new(self.problem.observations, &slopes.compliance);
+        let rounded = self.problem.rounded(state)?;
         let null_vectors = rounded
             .as_ref()
             .map(|rounded| rounded as &dyn DrawResiduals);
-        let residuals = &first.residuals[..self.observations.len()];
+        let residuals = &first.residuals[..self.problem.observations.len()];
         let noise = NullNoise::like(residuals, null_vectors, NULL_SAMPLES, seed);
         self.with_white_shapes(first, state, |searched| {
             critical_values(
-                self.observations,
+                self.problem.observations,
                 &first.space,
                 searched,
                 Some(&patterns),
@@ -126,13 +129,13 @@ impl DiagnosisProblem<'_> {
             None => self.critical_values(&first, &before, options.seed)?,
         };
         let search = LawSearch {
-            bench: self,
+            candidates: *self,
             options,
             critical: &critical,
         };
         // What is too little to decide about is not given names.
         let is_from_fit = before.noise.basis == NoiseBasis::Fit;
-        let selection = if lacking(self, is_from_fit).is_empty() {
+        let selection = if lacking(self.problem, is_from_fit).is_empty() {
             forward_selection(&search, &before, &first)?
         } else {
             Selection {
@@ -149,18 +152,24 @@ impl DiagnosisProblem<'_> {
         for (term, one) in resolved.iter().enumerate().filter(|_| resolved.len() > 1) {
             if !search.is_term(&state, term, &one.ranked[0]) {
                 let mut model = one.ranked[0].fitted.model.clone();
-                model.effects[self.known_effects.len() + term..].rotate_right(1);
-                state = self.alternate(model, options.noise)?.unwrap_or(state);
+                model.effects[self.problem.known_effects.len() + term..].rotate_right(1);
+                state = self
+                    .problem
+                    .alternate(model, options.noise)?
+                    .unwrap_or(state);
             }
         }
-        let first_patterns = self.largest_patterns(&before, &first.space, &first.residuals)?;
+        let first_patterns =
+            self.problem
+                .largest_patterns(&before, &first.space, &first.residuals)?;
         let left = if resolved.is_empty() {
-            self.largest_left(&first_patterns, &first.residuals, &critical.unexplained)
+            self.problem
+                .largest_left(&first_patterns, &first.residuals, &critical.unexplained)
         } else {
-            self.unexplained(&state, &critical.unexplained)?
+            self.problem.unexplained(&state, &critical.unexplained)?
         };
         let mut found = SearchResult {
-            omnibus: self.omnibus(&state, &left)?,
+            omnibus: self.problem.omnibus(&state, &left)?,
             before,
             after: state,
             resolved,
@@ -169,10 +178,10 @@ impl DiagnosisProblem<'_> {
             left,
             shares: AllShares::default(),
         };
-        found.shares = found.shares_of(self)?;
+        found.shares = found.shares_of(self.problem)?;
         if found.is_left() && search.take_back_stand_ins(&mut found)? {
-            found.omnibus = self.omnibus(&found.after, &found.left)?;
-            found.shares = found.shares_of(self)?;
+            found.omnibus = self.problem.omnibus(&found.after, &found.left)?;
+            found.shares = found.shares_of(self.problem)?;
         }
         Ok((found, critical))
     }
@@ -180,7 +189,7 @@ impl DiagnosisProblem<'_> {
 
 /// The search for laws: forward selection among candidates of all laws at all places.
 pub(super) struct LawSearch<'s, 'a> {
-    pub(super) bench: &'s DiagnosisProblem<'a>,
+    pub(super) candidates: Candidates<'s, 'a>,
     pub(super) options: &'s SearchOptions,
     pub(super) critical: &'s LawCriticalValues,
 }
@@ -192,7 +201,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
     type Error = MismatchError;
 
     fn most_terms(&self) -> usize {
-        if self.bench.observations.is_recording() {
+        if self.candidates.problem.observations.is_recording() {
             MOST_OF_A_PART
         } else {
             MOST_EFFECTS
@@ -206,7 +215,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
         found: &State,
     ) -> Result<Vec<Ranked>, MismatchError> {
         let left = found.fitted.squares / start.fitted.squares;
-        if !self.bench.observations.is_recording() || left < 1.0 - MOST_OF_THE_MISFIT {
+        if !self.candidates.problem.observations.is_recording() || left < 1.0 - MOST_OF_THE_MISFIT {
             return Ok(Vec::new());
         }
         let mut ranked = self.rank(start, scores, WORTH_A_FIT)?;
@@ -224,11 +233,11 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     fn terms(&self, state: &State) -> usize {
-        state.fitted.model.effects.len() - self.bench.known_effects.len()
+        state.fitted.model.effects.len() - self.candidates.problem.known_effects.len()
     }
 
     fn score(&self, state: &State) -> Result<CandidateScores, MismatchError> {
-        self.bench.score_laws(state, &self.options.without)
+        self.candidates.score_laws(state, &self.options.without)
     }
 
     fn rescore(
@@ -238,7 +247,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
         share: f64,
     ) -> Result<CandidateScores, MismatchError> {
         let before = (scores, &before.noise.noise);
-        self.bench
+        self.candidates
             .rescore_laws(state, before, (self.critical, share))
     }
 
@@ -249,7 +258,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
         share: f64,
     ) -> Result<Vec<Ranked>, MismatchError> {
         let without = &self.options.without;
-        self.bench
+        self.candidates
             .rank(state, scores, without, (self.critical, share))
     }
 
@@ -267,14 +276,14 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     fn is_term(&self, state: &State, term: usize, ranked: &Ranked) -> bool {
         same(
-            &state.fitted.model.effects[self.bench.known_effects.len() + term],
+            &state.fitted.model.effects[self.candidates.problem.known_effects.len() + term],
             &ranked.effect,
         )
     }
 
     fn with(&self, ranked: &Ranked) -> Result<Option<State>, MismatchError> {
         let model = ranked.fitted.model.clone();
-        self.bench.alternate(model, self.options.noise)
+        self.candidates.problem.alternate(model, self.options.noise)
     }
 
     fn under_covariance_of(
@@ -283,17 +292,21 @@ impl ForwardProblem for LawSearch<'_, '_> {
         other: &State,
     ) -> Result<Option<State>, MismatchError> {
         let model = state.fitted.model.clone();
-        self.bench.alternate(model, KnownNoise::Given(other.noise))
+        self.candidates
+            .problem
+            .alternate(model, KnownNoise::Given(other.noise))
     }
 
     fn without(&self, state: &State, effect: usize) -> Result<State, MismatchError> {
-        let place = self.bench.known_effects.len() + effect;
+        let place = self.candidates.problem.known_effects.len() + effect;
         let rest = state.fitted.model.without(place);
-        self.bench.state_of(rest, KnownNoise::Given(state.noise))
+        self.candidates
+            .problem
+            .state_of(rest, KnownNoise::Given(state.noise))
     }
 
     fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {
-        let observations = self.bench.observations;
+        let observations = self.candidates.problem.observations;
         let space = &scores.space;
         let is_jump = ranked.effect.law.is_of_one_run();
         let is_gradual = is_jump && ranked.against_gradual < -STRONG_EVIDENCE;
@@ -303,7 +316,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     /// Of a jump in a robot's run it is enough that a gradual change is not clearly likelier; of a part nothing is repeated.
     fn is_sharp(&self, ranked: &Ranked) -> bool {
-        self.bench.observations.bench == TestObject::Robot
+        self.candidates.problem.observations.bench == TestObject::Robot
             || ranked.against_gradual >= STRONG_EVIDENCE
     }
 
@@ -315,18 +328,22 @@ impl ForwardProblem for LawSearch<'_, '_> {
         next: &State,
         ranked: &Ranked,
     ) -> Result<bool, MismatchError> {
-        if self.bench.observations.is_recording() {
+        if self.candidates.problem.observations.is_recording() {
             // What speaks for it is counted in parts that were left out.
             return Ok(true);
         }
         let Some(folds) = self
-            .bench
+            .candidates
+            .problem
             .folds_that_ask(&ranked.effect.place, &ranked.white)
         else {
             return Ok(true);
         };
         let simple = &state.fitted.model;
-        let fall = self.bench.held_out_fall(next, simple, &folds)?;
+        let fall = self
+            .candidates
+            .problem
+            .held_out_fall(next, simple, &folds)?;
         Ok(fall > HELD_OUT_FALL)
     }
 }

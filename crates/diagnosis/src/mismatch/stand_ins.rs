@@ -14,7 +14,7 @@ impl LawSearch<'_, '_> {
         &self,
         found: &mut SearchResult,
     ) -> Result<bool, MismatchError> {
-        if self.bench.observations.is_recording() {
+        if self.candidates.problem.observations.is_recording() {
             self.drop_stand_ins_of_a_part(found)
         } else {
             self.drop_stand_ins(found)
@@ -31,7 +31,8 @@ impl LawSearch<'_, '_> {
         for (place, resolved) in found.resolved.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
             let instead = self
-                .bench
+                .candidates
+                .problem
                 .unexplained(&rest, &self.critical.unexplained)?
                 .delta_chi2
                 + BEYOND_PATTERNS;
@@ -52,7 +53,7 @@ impl LawSearch<'_, '_> {
         let mut dropped = false;
         loop {
             let left = found.after.fitted.squares;
-            let beyond_noise = left - self.bench.observations.len() as f64;
+            let beyond_noise = left - self.candidates.problem.observations.len() as f64;
             let explained = (0..found.resolved.len()).map(|place| {
                 let rest = self.without(&found.after, place)?;
                 Ok::<_, MismatchError>(rest.fitted.squares - left)
@@ -75,11 +76,15 @@ impl LawSearch<'_, '_> {
         if kept.iter().all(|kept| *kept) {
             return Ok(false);
         }
-        let known = self.bench.known_effects.iter().map(|_| &true);
+        let known = self.candidates.problem.known_effects.iter().map(|_| &true);
         let mut keep = known.chain(kept);
         let mut model = found.after.fitted.model.clone();
         model.effects.retain(|_| *keep.next().unwrap_or(&true));
-        let Some(state) = self.bench.alternate(model, self.options.noise)? else {
+        let Some(state) = self
+            .candidates
+            .problem
+            .alternate(model, self.options.noise)?
+        else {
             return Ok(false);
         };
         let families: Vec<f64> = found
@@ -90,7 +95,10 @@ impl LawSearch<'_, '_> {
             .map(|(resolved, _)| resolved.family_p)
             .collect();
         found.resolved = self.rivals_of_each(&state, &families)?;
-        found.left = self.bench.unexplained(&state, &self.critical.unexplained)?;
+        found.left = self
+            .candidates
+            .problem
+            .unexplained(&state, &self.critical.unexplained)?;
         found.after = state;
         Ok(true)
     }

@@ -13,6 +13,7 @@ use super::grade::{GradeBasis, Verdict, VerdictGrade};
 use super::lacking::{lacking, lacking_cells};
 use super::linearised::end_effect_m;
 use super::problem::DiagnosisProblem;
+use super::problem_candidates::CandidateMemo;
 use super::ranked_candidate::{Ranked, same};
 use super::search::{ResolvedEffect, SearchResult};
 use super::stated::Stated;
@@ -24,8 +25,12 @@ use crate::search::{distinguishable, dot, largest};
 
 impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
+    ///
+    /// # Arguments
+    /// - `memo`: what the search has computed of candidates.
     pub(super) fn conclude(
         &self,
+        memo: &CandidateMemo,
         found: &SearchResult,
         critical: &LawCriticalValues,
     ) -> Result<Diagnosis, MismatchError> {
@@ -122,7 +127,7 @@ impl DiagnosisProblem<'_> {
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
             further_noise: found.after.noise.further_ci95(),
-            detection_limits: self.detection_limits(found, critical)?,
+            detection_limits: self.detection_limits(memo, found, critical)?,
             impossible: impossible(&found.first, critical),
             parameters: found.after.fitted.model.parameters.clone(),
             effects: effects.iter().map(Effect::simplest).collect(),

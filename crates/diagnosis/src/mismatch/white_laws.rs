@@ -10,6 +10,7 @@ use super::error::MismatchError;
 use super::observations::Observations;
 use super::options::SearchOptions;
 use super::problem::DiagnosisProblem;
+use super::problem_candidates::{CandidateMemo, Candidates};
 use super::ranking::CandidateScores;
 use super::state::State;
 use crate::search::constants::ABSORBED;
@@ -60,8 +61,13 @@ pub fn white_laws(
     let at_start = observations.with_positions(&positions);
     let bench = DiagnosisProblem::new(baseline, &at_start);
     let state = bench.state_of(bench.start(), options.noise)?;
-    let scores = bench.score_laws(&state, &options.without)?;
-    bench.with_white_shapes(&scores, &state, |searched| {
+    let memo = CandidateMemo::default();
+    let candidates = Candidates {
+        problem: &bench,
+        memo: &memo,
+    };
+    let scores = candidates.score_laws(&state, &options.without)?;
+    candidates.with_white_shapes(&scores, &state, |searched| {
         let all: Vec<usize> = (0..searched.candidates.len()).collect();
         let white = (searched.white)(&all).into_iter();
         let laws = white.map(|candidate| white_law(candidate, &scores.space, critical));
@@ -69,7 +75,7 @@ pub fn white_laws(
     })
 }
 
-impl DiagnosisProblem<'_> {
+impl Candidates<'_, '_> {
     /// All that is searched, as white vectors that are made when they are wanted: what a view shows, and loose members.
     pub(super) fn with_white_shapes<T>(
         &self,
@@ -78,7 +84,7 @@ impl DiagnosisProblem<'_> {
         work: impl FnOnce(&WhiteCandidates<'_>) -> T,
     ) -> Result<T, MismatchError> {
         let effects = &state.fitted.model.effects;
-        let changes = Changes::new(self.observations, &scores.linearised, effects);
+        let changes = Changes::new(self.problem.observations, &scores.linearised, effects);
         let missing = self.missing_member_shapes(state, &scores.space)?;
         let is_shown = |scored: &&ScoredCandidate| changes.is_some() && !scored.shapes.is_empty();
         let seen: Vec<&ScoredCandidate> = scores.seen.iter().filter(is_shown).collect();

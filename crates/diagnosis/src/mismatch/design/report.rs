@@ -11,7 +11,8 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::estimated_noise::EstimatedNoise;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
-use crate::mismatch::ranking::CandidateScores;
+use crate::mismatch::problem_candidates::{CandidateMemo, Candidates};
+use crate::mismatch::ranking::{CandidateScores, see};
 use crate::mismatch::refit::FittedModel;
 use crate::mismatch::state::State;
 use crate::search::NullNoise;
@@ -165,7 +166,7 @@ impl DesignBench<'_> {
             space,
             residuals,
         };
-        scores.seen = bench.see(&state, &scores, list);
+        scores.seen = see(&observations, &state, &scores, list);
         let (space, noise) = (&scores.space, NullNoise::normal(NULL_SAMPLES, seed));
         let hidden = scores.seen.iter().filter(|one| one.shapes.is_empty());
         let hidden = hidden.map(|one| WhiteCandidate {
@@ -174,7 +175,11 @@ impl DesignBench<'_> {
         });
         let mut seen: Vec<WhiteCandidate> = hidden.collect();
         let unseen = seen.len();
-        seen.extend(bench.with_white_shapes(&scores, &state, |searched| {
+        let planned = Candidates {
+            problem: &bench,
+            memo: &CandidateMemo::default(),
+        };
+        seen.extend(planned.with_white_shapes(&scores, &state, |searched| {
             let places: Vec<usize> = (0..searched.candidates.len()).collect();
             let white = places
                 .par_chunks(CANDIDATES_AT_A_TIME)
