@@ -4,17 +4,14 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mismatch::candidate::candidates;
-use crate::mismatch::candidate_scores::{CANDIDATES_AT_A_TIME, WhiteCandidate, WhiteCandidates};
-use crate::mismatch::critical_values::{LawCriticalValues, critical_values};
+use crate::mismatch::candidates::{
+    CANDIDATES_AT_A_TIME, CandidateMemo, CandidateScores, Candidates, LawCriticalValues,
+    WhiteCandidate, WhiteCandidates, candidates, critical_values, see,
+};
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::estimated_noise::EstimatedNoise;
-use crate::mismatch::observations::Observations;
-use crate::mismatch::problem::DiagnosisProblem;
-use crate::mismatch::problem_candidates::{CandidateMemo, Candidates};
-use crate::mismatch::ranking::{CandidateScores, see};
-use crate::mismatch::refit::FittedModel;
-use crate::mismatch::state::State;
+use crate::mismatch::noise::EstimatedNoise;
+use crate::mismatch::observed::Observations;
+use crate::mismatch::problem::{DiagnosisProblem, FittedModel, State};
 use crate::search::NullNoise;
 use crate::search::constants::{NEAREST, NULL_SAMPLES};
 use stiffbench_beams::physics::{Law, ParameterSpec};
