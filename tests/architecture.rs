@@ -411,6 +411,40 @@ fn files_import_each_other_in_one_direction() {
     assert_none(&complaints);
 }
 
+/// The rooms of `mismatch`: each may import those before it.
+const ROOMS: [&str; 10] = [
+    "observed",
+    "baselines",
+    "noise",
+    "problem",
+    "screen",
+    "hold_out",
+    "unexplained",
+    "candidates",
+    "verdict",
+    "design",
+];
+
+#[test]
+fn rooms_import_only_those_before_them() {
+    let files = files_of("crates/diagnosis/src");
+    let place = |file: &str| {
+        let room = file.strip_prefix("mismatch/")?.split_once('/')?.0;
+        let place = ROOMS.iter().position(|known| *known == room);
+        Some(place.unwrap_or_else(|| panic!("{room} is no room of the table")))
+    };
+    let ties = ties(&files);
+    let upward = ties
+        .iter()
+        .filter(|((of, to), _)| place(to).is_some() && place(of) < place(to));
+    let upward = upward.filter(|((of, _), _)| place(of).is_some());
+    let complaints = upward.map(|((of, to), names)| {
+        let names: Vec<&str> = names.iter().copied().collect();
+        format!("{of} must not take {} from {to}", names.join(", "))
+    });
+    assert_none(&complaints.collect::<Vec<_>>());
+}
+
 /// Words of the problems that the search core serves: it knows rows and columns only.
 #[rustfmt::skip]
 const NOT_IN_SEARCH: [&str; 9] = [

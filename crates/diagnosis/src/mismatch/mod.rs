@@ -3,6 +3,21 @@
 //! Works on readings, never on stiffnesses. The run is the unit that repeats: noise is made white run by run ([`ReadingNoise`]), what
 //! the factors can absorb is projected out, every law is tried at every place, and the best is believed only beyond a limit that the
 //! whole search was calibrated to.
+//!
+//! Each folder is a room with one question, and imports only those before it in this list:
+//!
+//! - `observed`: what was measured.
+//! - `baselines`: what the linear structure predicts.
+//! - `noise`: how much readings scatter.
+//! - `problem`: which parameters and effects fit the readings best.
+//! - `screen`: what is wrong with the data themselves.
+//! - `hold_out`: how well readings are predicted that the fit has not seen.
+//! - `unexplained`: what a model leaves, and where.
+//! - `candidates`: which laws at which places explain it.
+//! - `verdict`: what is said in the end.
+//! - `design`: what should be measured next.
+//!
+//! `diagnose.rs` leads through them.
 
 mod baselines;
 mod candidates;
