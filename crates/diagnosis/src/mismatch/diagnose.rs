@@ -6,7 +6,7 @@ use super::error::MismatchError;
 use super::observed::Observations;
 use super::problem::{DiagnosisProblem, SearchOptions};
 use super::unexplained::Located;
-use super::verdict::Diagnosis;
+use super::verdict::{Diagnosis, conclude};
 use stiffbench_beams::physics::TestObject;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 
@@ -71,27 +71,32 @@ fn diagnose_and<T>(
     at_start = observations.with_positions(&positions);
     let bench = rough.with_positions(&at_start);
     let memo = CandidateMemo::default();
-    let candidates = |problem| Candidates {
-        problem,
-        memo: &memo,
-    };
+    let candidates = |problem| Candidates::new(problem, &memo);
     let (found, critical) = candidates(&bench).search(options, known)?;
     if observations.bench != TestObject::Robot {
         let diagnosis = Diagnosis {
             sizes,
-            ..bench.conclude(&memo, &found, &critical)?
+            ..conclude(candidates(&bench), &found, &critical)?
         };
         return Ok((diagnosis, critical, asked));
     }
     // What was found moved the gauge too: where it stood is computed again, and with it what its period would explain.
     let moved = bench.positions(&found.after)?;
     if !shifts_a_period(&positions, &moved) {
-        return Ok((bench.conclude(&memo, &found, &critical)?, critical, asked));
+        return Ok((
+            conclude(candidates(&bench), &found, &critical)?,
+            critical,
+            asked,
+        ));
     }
     moved_on = observations.with_positions(&moved);
     let bench = bench.with_positions(&moved_on);
     let (found, critical) = candidates(&bench).search(options, Some(&critical))?;
-    Ok((bench.conclude(&memo, &found, &critical)?, critical, asked))
+    Ok((
+        conclude(candidates(&bench), &found, &critical)?,
+        critical,
+        asked,
+    ))
 }
 
 /// Whether positions differ by so much, m, that the shortest period searched for is in another phase: by 0.3 rad.

@@ -111,18 +111,13 @@ impl DiagnosisProblem<'_> {
             return Ok(None);
         }
         let memo = CandidateMemo::default();
-        let candidates = Candidates {
-            problem: self,
-            memo: &memo,
-        };
+        let candidates = Candidates::new(self, &memo);
         let state = candidates.first_state(options)?;
         let slopes = &state.fitted.model.parameters;
         let largest = |observations: &Observations| -> Result<f64, MismatchError> {
             let problem = DiagnosisProblem::new(self.baseline, observations);
-            let candidates = Candidates {
-                problem: &problem,
-                memo: &CandidateMemo::default(),
-            };
+            let memo = CandidateMemo::default();
+            let candidates = Candidates::new(&problem, &memo);
             let scores = candidates.score_laws(&state, &options.without)?;
             let best = best_shapes(&scores.seen);
             let falls = best

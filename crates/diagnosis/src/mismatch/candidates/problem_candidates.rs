@@ -23,6 +23,12 @@ pub(crate) struct Candidates<'s, 'a> {
     pub(crate) memo: &'s CandidateMemo,
 }
 
+impl<'s, 'a> Candidates<'s, 'a> {
+    pub(crate) fn new(problem: &'s DiagnosisProblem<'a>, memo: &'s CandidateMemo) -> Self {
+        Self { problem, memo }
+    }
+}
+
 /// What searches that share baseline and readings, but for where the gauge stood, have computed of candidates.
 #[derive(Debug, Default)]
 pub(crate) struct CandidateMemo {
@@ -129,7 +135,7 @@ mod tests {
         let options = SearchOptions::default();
         let bench = DiagnosisProblem::new(&baseline, &observations);
         let memo = CandidateMemo::default();
-        let search = |problem, memo, known| Candidates { problem, memo }.search(&options, known);
+        let search = |problem, memo, known| Candidates::new(problem, memo).search(&options, known);
         let (_, critical) = search(&bench, &memo, None).unwrap();
         let (again, _) = search(&bench, &memo, Some(&critical)).unwrap();
         let anew = DiagnosisProblem::new(&baseline, &observations);

@@ -60,10 +60,7 @@ pub fn white_laws(
     let bench = DiagnosisProblem::new(baseline, &at_start);
     let state = bench.state_of(bench.start(), options.noise)?;
     let memo = CandidateMemo::default();
-    let candidates = Candidates {
-        problem: &bench,
-        memo: &memo,
-    };
+    let candidates = Candidates::new(&bench, &memo);
     let scores = candidates.score_laws(&state, &options.without)?;
     candidates.with_white_shapes(&scores, &state, |searched| {
         let all: Vec<usize> = (0..searched.candidates.len()).collect();

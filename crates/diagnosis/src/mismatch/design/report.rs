@@ -172,10 +172,8 @@ impl DesignBench<'_> {
         });
         let mut seen: Vec<WhiteCandidate> = hidden.collect();
         let unseen = seen.len();
-        let planned = Candidates {
-            problem: &bench,
-            memo: &CandidateMemo::default(),
-        };
+        let memo = CandidateMemo::default();
+        let planned = Candidates::new(&bench, &memo);
         seen.extend(planned.with_white_shapes(&scores, &state, |searched| {
             let places: Vec<usize> = (0..searched.candidates.len()).collect();
             let white = places

@@ -2,14 +2,13 @@
 
 use stiffbench_beams::physics::Effect;
 
-use super::detection::impossible;
+use super::detection::{detection_limits, impossible};
 use super::diagnosis::{Diagnosis, FactorChange, Finding, KnownEffect, Rival};
 use super::grade::{GradeBasis, Verdict, VerdictGrade};
 use super::stated_values::EstimatedValue;
 use crate::mismatch::baselines::BaselineParameter;
 use crate::mismatch::candidates::{
-    CandidateMemo, ConfigurationSizes, LawCriticalValues, Ranked, ResolvedEffect, SearchResult,
-    same,
+    Candidates, ConfigurationSizes, LawCriticalValues, Ranked, ResolvedEffect, SearchResult, same,
 };
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::NoiseBasis;
@@ -19,117 +18,114 @@ use crate::mismatch::unexplained::{Location, Stratum, UnexplainedStructure};
 use crate::search::constants::{AT_A_PLAUSIBLE_BOUND, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL};
 use crate::search::{distinguishable, dot, largest};
 
-impl DiagnosisProblem<'_> {
-    /// What a search found, as it is to be said.
-    ///
-    /// # Arguments
-    /// - `memo`: what the search has computed of candidates.
-    pub(crate) fn conclude(
-        &self,
-        memo: &CandidateMemo,
-        found: &SearchResult,
-        critical: &LawCriticalValues,
-    ) -> Result<Diagnosis, MismatchError> {
-        let mut findings: Vec<Finding> = Vec::new();
-        let mut group = 0;
-        for (place, resolved) in found.resolved.iter().enumerate() {
-            // What explains one part already is not offered again for another.
-            let mut members = members(resolved);
-            members.retain(|&member| {
-                let effect = &resolved.ranked[member].effect;
-                findings
-                    .iter()
-                    .all(|finding| !same(&finding.effect, effect))
-            });
-            let alternative = (members.len() > 1).then(|| {
-                group += 1;
-                group
-            });
-            for &member in &members {
-                findings.push(self.finding(
-                    found,
-                    resolved,
-                    place,
-                    member,
-                    &members,
-                    alternative,
-                )?);
-            }
-        }
-        let is_from_fit = found.before.noise.basis == NoiseBasis::Fit;
-        let mut lacking = lacking(self, is_from_fit);
-        let (mut verdict, mut grade) = if lacking.is_empty() {
-            GradeBasis {
-                is_a_set: group > 0,
-                ..grade_basis(found)
-            }
-            .decide()
-        } else {
-            (Verdict::InsufficientData, VerdictGrade::Undecided)
-        };
-        if verdict == Verdict::InsufficientData && lacking.is_empty() {
-            lacking.push("no load sequence was repeated: the scatter is known from the fit alone, which may hide missing physics; take at least three repeats".to_owned());
-        }
-        if verdict == Verdict::NothingMissing
-            && let Some(lack) = lacking_cells(self)
-        {
-            lacking.push(lack);
-            (verdict, grade) = (Verdict::InsufficientData, VerdictGrade::Undecided);
-        }
-        for finding in &mut findings {
-            let certain = GradeBasis::is_certain(finding.p_family, finding.log_bayes);
-            finding.grade = match grade {
-                VerdictGrade::Is | VerdictGrade::Mostly if !certain => VerdictGrade::Weak,
-                all => all,
-            };
-            // Of nested laws the simplest that does the same.
-            if finding.alternative_group.is_none() {
-                finding.effect = finding.effect.simplest();
-                finding.values.truncate(finding.effect.values.len());
-            }
-        }
-        let effects = &found.after.fitted.model.effects;
-        let factors = self.baseline.described().len();
-        let known = self.known_effects.iter().enumerate();
-        let of_known = known.flat_map(|(effect, given)| {
-            (0..given.values.len()).map(move |value| Stated::Value { effect, value })
+/// What a search found, as it is to be said.
+pub(crate) fn conclude(
+    candidates: Candidates<'_, '_>,
+    found: &SearchResult,
+    critical: &LawCriticalValues,
+) -> Result<Diagnosis, MismatchError> {
+    let problem = candidates.problem;
+    let mut findings: Vec<Finding> = Vec::new();
+    let mut group = 0;
+    for (place, resolved) in found.resolved.iter().enumerate() {
+        // What explains one part already is not offered again for another.
+        let mut members = members(resolved);
+        members.retain(|&member| {
+            let effect = &resolved.ranked[member].effect;
+            findings
+                .iter()
+                .all(|finding| !same(&finding.effect, effect))
         });
-        let stated: Vec<Stated> = (0..factors)
-            .map(Stated::Parameter)
-            .chain(of_known)
-            .collect();
-        let stated = found.both(|state| self.estimated(state, &state.fitted, &stated, None))?;
-        let of_factors = stated.each_ref().map(|all| &all[..factors]);
-        let of_known = stated.each_ref().map(|all| &all[factors..]);
-        let [before, after] = found.both(|state| self.quality(state))?;
-        Ok(Diagnosis {
-            verdict,
-            grade,
-            lacking,
-            locations: self.locations(found, critical),
-            findings,
-            sizes: ConfigurationSizes::Common,
-            unexplained: self.location_of(&found.left),
-            unexplained_standard_errors: self.standard_errors_left(found)?,
-            omnibus: found.omnibus,
-            shares: found.shares.together,
-            misfit_steps: found.shares.steps.clone(),
-            before,
-            after,
-            known_effects: self.known_effects(of_known),
-            factors: self.factor_shifts(of_factors),
-            noise: found.after.noise.noise,
-            noise_basis: found.after.noise.basis,
-            noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-                .map(|share| found.after.noise.degrees_of_freedom(share)),
-            further_noise: found.after.noise.further_ci95(),
-            detection_limits: self.detection_limits(memo, found, critical)?,
-            impossible: impossible(&found.first, critical),
-            parameters: found.after.fitted.model.parameters.clone(),
-            effects: effects.iter().map(Effect::simplest).collect(),
-        })
+        let alternative = (members.len() > 1).then(|| {
+            group += 1;
+            group
+        });
+        for &member in &members {
+            findings.push(problem.finding(
+                found,
+                resolved,
+                place,
+                member,
+                &members,
+                alternative,
+            )?);
+        }
     }
+    let is_from_fit = found.before.noise.basis == NoiseBasis::Fit;
+    let mut lacking = lacking(problem, is_from_fit);
+    let (mut verdict, mut grade) = if lacking.is_empty() {
+        GradeBasis {
+            is_a_set: group > 0,
+            ..grade_basis(found)
+        }
+        .decide()
+    } else {
+        (Verdict::InsufficientData, VerdictGrade::Undecided)
+    };
+    if verdict == Verdict::InsufficientData && lacking.is_empty() {
+        lacking.push("no load sequence was repeated: the scatter is known from the fit alone, which may hide missing physics; take at least three repeats".to_owned());
+    }
+    if verdict == Verdict::NothingMissing
+        && let Some(lack) = lacking_cells(problem)
+    {
+        lacking.push(lack);
+        (verdict, grade) = (Verdict::InsufficientData, VerdictGrade::Undecided);
+    }
+    for finding in &mut findings {
+        let certain = GradeBasis::is_certain(finding.p_family, finding.log_bayes);
+        finding.grade = match grade {
+            VerdictGrade::Is | VerdictGrade::Mostly if !certain => VerdictGrade::Weak,
+            all => all,
+        };
+        // Of nested laws the simplest that does the same.
+        if finding.alternative_group.is_none() {
+            finding.effect = finding.effect.simplest();
+            finding.values.truncate(finding.effect.values.len());
+        }
+    }
+    let effects = &found.after.fitted.model.effects;
+    let factors = problem.baseline.described().len();
+    let known = problem.known_effects.iter().enumerate();
+    let of_known = known.flat_map(|(effect, given)| {
+        (0..given.values.len()).map(move |value| Stated::Value { effect, value })
+    });
+    let stated: Vec<Stated> = (0..factors)
+        .map(Stated::Parameter)
+        .chain(of_known)
+        .collect();
+    let stated = found.both(|state| problem.estimated(state, &state.fitted, &stated, None))?;
+    let of_factors = stated.each_ref().map(|all| &all[..factors]);
+    let of_known = stated.each_ref().map(|all| &all[factors..]);
+    let [before, after] = found.both(|state| problem.quality(state))?;
+    Ok(Diagnosis {
+        verdict,
+        grade,
+        lacking,
+        locations: problem.locations(found, critical),
+        findings,
+        sizes: ConfigurationSizes::Common,
+        unexplained: problem.location_of(&found.left),
+        unexplained_standard_errors: problem.standard_errors_left(found)?,
+        omnibus: found.omnibus,
+        shares: found.shares.together,
+        misfit_steps: found.shares.steps.clone(),
+        before,
+        after,
+        known_effects: problem.known_effects(of_known),
+        factors: problem.factor_shifts(of_factors),
+        noise: found.after.noise.noise,
+        noise_basis: found.after.noise.basis,
+        noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+            .map(|share| found.after.noise.degrees_of_freedom(share)),
+        further_noise: found.after.noise.further_ci95(),
+        detection_limits: detection_limits(candidates, found, critical)?,
+        impossible: impossible(&found.first, critical),
+        parameters: found.after.fitted.model.parameters.clone(),
+        effects: effects.iter().map(Effect::simplest).collect(),
+    })
+}
 
+impl DiagnosisProblem<'_> {
     /// Length of the largest pattern that is left, in standard errors: those of drawn and rounded readings where the gauge is coarse.
     fn standard_errors_left(&self, found: &SearchResult) -> Result<f64, MismatchError> {
         let state = &found.after;

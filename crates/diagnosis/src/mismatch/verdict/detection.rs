@@ -4,57 +4,48 @@ use stiffbench_numeric::statistics::NORMAL_95;
 
 use super::diagnosis::{DetectionLimit, Impossible};
 use crate::mismatch::candidates::{
-    BestShape, CandidateMemo, CandidateScores, Candidates, LawCriticalValues, ScoredCandidate,
-    ScoredShape, SearchResult, best_shapes,
+    BestShape, CandidateScores, Candidates, LawCriticalValues, ScoredCandidate, ScoredShape,
+    SearchResult, best_shapes,
 };
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::problem::DiagnosisProblem;
 use crate::search::constants::POWER_80;
 
-impl DiagnosisProblem<'_> {
-    /// For each law and place the size that 80 % of such sessions would show; of slips in one cell that which is hardest to see.
-    pub(crate) fn detection_limits(
-        &self,
-        memo: &CandidateMemo,
-        found: &SearchResult,
-        critical: &LawCriticalValues,
-    ) -> Result<Vec<DetectionLimit>, MismatchError> {
-        let first = &found.first;
-        let of = |seen: &ScoredCandidate| {
-            let limit = critical.laws.values.get(&seen.candidate.family()).copied();
-            detection_limit(seen, limit.unwrap_or(f64::INFINITY))
-        };
-        let is_slip = |seen: &&ScoredCandidate| seen.candidate.law.is_of_one_run();
-        let (slips, others): (Vec<_>, Vec<_>) = first
-            .seen
+/// For each law and place the size that 80 % of such sessions would show; of slips in one cell that which is hardest to see.
+pub(crate) fn detection_limits(
+    candidates: Candidates<'_, '_>,
+    found: &SearchResult,
+    critical: &LawCriticalValues,
+) -> Result<Vec<DetectionLimit>, MismatchError> {
+    let first = &found.first;
+    let of = |seen: &ScoredCandidate| {
+        let limit = critical.laws.values.get(&seen.candidate.family()).copied();
+        detection_limit(seen, limit.unwrap_or(f64::INFINITY))
+    };
+    let is_slip = |seen: &&ScoredCandidate| seen.candidate.law.is_of_one_run();
+    let (slips, others): (Vec<_>, Vec<_>) = first
+        .seen
+        .iter()
+        .filter(|seen| !seen.candidate.wide)
+        .partition(is_slip);
+    let mut out: Vec<DetectionLimit> = others.into_iter().map(of).collect();
+    let loose = candidates.missing_member_shapes(&found.before, &first.space)?;
+    out.extend(
+        loose
             .iter()
-            .filter(|seen| !seen.candidate.wide)
-            .partition(is_slip);
-        let mut out: Vec<DetectionLimit> = others.into_iter().map(of).collect();
-        let candidates = Candidates {
-            problem: self,
-            memo,
-        };
-        let loose = candidates.missing_member_shapes(&found.before, &first.space)?;
-        out.extend(
-            loose
-                .iter()
-                .map(|white| of(&ScoredCandidate::of(white, &first.residuals))),
-        );
-        for cell in &self.observations.cells {
-            let observations = self.observations;
-            let here =
-                |seen: &&&ScoredCandidate| observations.is_cell_of(&seen.candidate.place, cell);
-            out.extend(hardest(slips.iter().filter(here).map(|seen| of(seen))));
-        }
-        if found.changed() {
-            // What was found shows in all laws that resemble it: their estimates without it limit nothing.
-            for limit in &mut out {
-                limit.upper_95 = None;
-            }
-        }
-        Ok(out)
+            .map(|white| of(&ScoredCandidate::of(white, &first.residuals))),
+    );
+    let observations = candidates.problem.observations;
+    for cell in &observations.cells {
+        let here = |seen: &&&ScoredCandidate| observations.is_cell_of(&seen.candidate.place, cell);
+        out.extend(hardest(slips.iter().filter(here).map(|seen| of(seen))));
     }
+    if found.changed() {
+        // What was found shows in all laws that resemble it: their estimates without it limit nothing.
+        for limit in &mut out {
+            limit.upper_95 = None;
+        }
+    }
+    Ok(out)
 }
 
 /// That of the largest size, or one that no size reaches.

@@ -14,6 +14,7 @@ mod part_model;
 mod stated_values;
 mod trace;
 
+pub(crate) use conclusion::conclude;
 pub use diagnosis::{
     DetectionLimit, Diagnosis, FactorChange, Finding, Impossible, KnownEffect, Rival,
 };
