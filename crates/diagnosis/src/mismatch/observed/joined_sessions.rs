@@ -33,7 +33,7 @@ impl Observations {
     /// The readings of several sessions, one after the other; their poses are called `session/pose`.
     ///
     /// # Arguments
-    /// - `sessions`: what each is called, its readings, and the noise that these alone show ([`noise_alone`]).
+    /// - `sessions`: what each is called, its readings, and the noise that these alone show ([`noise_alone`](crate::mismatch::noise_alone)).
     #[must_use]
     pub fn joined(sessions: &[(&str, &Self, ReadingNoise)]) -> Self {
         let all = |of: &dyn Fn(&Recorded) -> bool| sessions.iter().all(|one| of(&one.1.recorded));
