@@ -2,6 +2,7 @@
 //!
 //! Which crate may know of which is held by their `Cargo.toml`.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -224,6 +225,224 @@ fn modules_import_only_what_the_table_allows() {
         }
     }
     assert_none(&complaints);
+}
+
+/// Crates whose files import each other in one direction, but for a few that belong together.
+const IN_ONE_DIRECTION: [&str; 3] = [
+    "crates/beams/src",
+    "crates/diagnosis/src",
+    "crates/measurement/src",
+];
+
+/// Most files that may import each other in a circle.
+const LARGEST_CIRCLE: usize = 3;
+
+/// A path of names, or of modules from `src`.
+type ItemPath = Vec<String>;
+
+/// What a file imports.
+#[derive(Default)]
+struct Imports {
+    file: String,
+    /// Where each imported name comes from.
+    names: BTreeMap<String, ItemPath>,
+    /// What it takes for itself: imports that are no re-exports, and paths in its code.
+    taken: Vec<ItemPath>,
+}
+
+/// The files of a crate without tests, by their modules.
+fn files_of(folder: &str) -> BTreeMap<ItemPath, Imports> {
+    let mut found = BTreeMap::new();
+    for source in sources().iter().filter(|source| source.folder == folder) {
+        let file = source.path.strip_prefix(root().join(folder)).unwrap();
+        let module = file.with_extension("");
+        let parts = module.iter().map(|part| part.to_str().unwrap());
+        let parts = parts.filter(|part| !["lib", "mod"].contains(part));
+        let module: ItemPath = parts.map(str::to_owned).collect();
+        if module.iter().any(|part| part.ends_with("tests")) {
+            continue;
+        }
+        let mut imports = Imports {
+            file: file.display().to_string(),
+            ..Imports::default()
+        };
+        let mut lines = source.text.lines();
+        while let Some(line) = lines.next() {
+            // What follows is one declaration, or the unit tests at the end.
+            if line.starts_with("#[cfg(test)]") {
+                match lines.next() {
+                    Some(declared) if declared.ends_with(';') => continue,
+                    _ => break,
+                }
+            }
+            let mut line = line.split("//").next().unwrap_or_default().to_owned();
+            let at = line
+                .find("use ")
+                .filter(|at| *at == 0 || line.starts_with("pub"));
+            let Some(at) = at else {
+                let is_path = |sign: char| sign.is_alphanumeric() || "_:".contains(sign);
+                let words = line.split(|sign| !is_path(sign));
+                let paths = words.filter(|word| word.contains("::"));
+                let paths = paths.map(|word| word.split("::").map(str::to_owned).collect());
+                imports.taken.extend(paths);
+                continue;
+            };
+            while !line.ends_with(';') {
+                line.push_str(lines.next().unwrap_or(";"));
+            }
+            let mut paths = Vec::new();
+            expand(&line[at + 4..line.len() - 1], &[], &mut paths);
+            let named = paths
+                .iter()
+                .filter_map(|path| Some((path.last()?.clone(), path.clone())));
+            imports.names.extend(named);
+            imports.taken.extend(paths.into_iter().filter(|_| at == 0));
+        }
+        found.insert(module, imports);
+    }
+    found
+}
+
+/// The paths that a `use` lists.
+fn expand(tree: &str, before: &[String], out: &mut Vec<ItemPath>) {
+    let mut depth = 0;
+    let parts = tree.split(|sign: char| {
+        depth += i32::from(sign == '{') - i32::from(sign == '}');
+        sign == ',' && depth == 0
+    });
+    for part in parts.filter(|part| !part.trim().is_empty()) {
+        let (head, inner) = part.split_once('{').unwrap_or((part, ""));
+        let head = head.split(" as ").next().unwrap_or_default().trim();
+        let own = head.split("::").filter(|own| !["", "self"].contains(own));
+        let path: ItemPath = before
+            .iter()
+            .cloned()
+            .chain(own.map(str::to_owned))
+            .collect();
+        match inner.rsplit_once('}') {
+            Some((inner, _)) => expand(inner, &path, out),
+            None => out.push(path),
+        }
+    }
+}
+
+/// The module that defines what a path of another names, through all re-exports; `None` outside the crate, and of a folder.
+fn defining(
+    files: &BTreeMap<ItemPath, Imports>,
+    from: &[String],
+    path: &[String],
+) -> Option<ItemPath> {
+    let supers = path.iter().take_while(|part| *part == "super").count();
+    let mut at = from[..from.len().checked_sub(supers)?].to_vec();
+    let mut rest = &path[supers..];
+    if path.first()? == "crate" {
+        (at, rest) = (Vec::new(), &path[1..]);
+    } else if supers == 0 && !files.contains_key(&[from, &path[..1]].concat()) {
+        return None;
+    }
+    while let Some((part, others)) = rest.split_first() {
+        let below = [&at[..], std::slice::from_ref(part)].concat();
+        if files.contains_key(&below) {
+            (at, rest) = (below, others);
+            continue;
+        }
+        return match files[&at].names.get(part) {
+            Some(known) => defining(files, &at, &[known, others].concat()),
+            None => Some(at),
+        };
+    }
+    (!files.get(&at)?.file.ends_with("mod.rs")).then_some(at)
+}
+
+/// The names that each file takes from each other.
+fn ties(files: &BTreeMap<ItemPath, Imports>) -> BTreeMap<(&str, &str), BTreeSet<&str>> {
+    let mut ties: BTreeMap<(&str, &str), BTreeSet<&str>> = BTreeMap::new();
+    for (module, imports) in files {
+        for path in &imports.taken {
+            if let Some(of) = defining(files, module, path).filter(|of| of != module) {
+                let pair = (imports.file.as_str(), files[&of].file.as_str());
+                ties.entry(pair)
+                    .or_default()
+                    .extend(path.last().map(String::as_str));
+            }
+        }
+    }
+    ties
+}
+
+#[test]
+fn files_import_each_other_in_one_direction() {
+    let mut complaints = Vec::new();
+    for folder in IN_ONE_DIRECTION {
+        let files = files_of(folder);
+        let ties = ties(&files);
+        let mut reached: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        for imports in files.values() {
+            let file = imports.file.as_str();
+            let (beyond, mut open) = (reached.entry(file).or_default(), vec![file]);
+            while let Some(next) = open.pop() {
+                let taken = ties.keys().filter(|(of, _)| *of == next);
+                open.extend(taken.map(|(_, to)| *to).filter(|to| beyond.insert(*to)));
+            }
+        }
+        let circle_of = |file: &&str| -> Vec<&str> {
+            let back = reached[file]
+                .iter()
+                .filter(|other| reached[*other].contains(file));
+            back.copied().collect()
+        };
+        let circles: BTreeSet<Vec<&str>> = reached.keys().map(circle_of).collect();
+        for circle in circles
+            .iter()
+            .filter(|circle| circle.len() > LARGEST_CIRCLE)
+        {
+            let (count, list) = (circle.len(), circle.join(", "));
+            complaints.push(format!("{folder}: {count} files import each other: {list}"));
+            // The thinnest tie first: it is most likely the one too many.
+            let is_inside = |(of, to): &(&str, &str)| circle.contains(of) && circle.contains(to);
+            let mut inside: Vec<_> = ties.iter().filter(|(pair, _)| is_inside(pair)).collect();
+            inside.sort_by_key(|(_, names)| names.len());
+            for ((of, to), names) in inside {
+                let names: Vec<&str> = names.iter().copied().collect();
+                complaints.push(format!("    {of} takes {} from {to}", names.join(", ")));
+            }
+        }
+    }
+    assert_none(&complaints);
+}
+
+/// The rooms of `mismatch`: each may import those before it.
+const ROOMS: [&str; 10] = [
+    "observed",
+    "baselines",
+    "noise",
+    "problem",
+    "screen",
+    "hold_out",
+    "unexplained",
+    "candidates",
+    "verdict",
+    "design",
+];
+
+#[test]
+fn rooms_import_only_those_before_them() {
+    let files = files_of("crates/diagnosis/src");
+    let place = |file: &str| {
+        let room = file.strip_prefix("mismatch/")?.split_once('/')?.0;
+        let place = ROOMS.iter().position(|known| *known == room);
+        Some(place.unwrap_or_else(|| panic!("{room} is no room of the table")))
+    };
+    let ties = ties(&files);
+    let upward = ties
+        .iter()
+        .filter(|((of, to), _)| place(to).is_some() && place(of) < place(to));
+    let upward = upward.filter(|((of, _), _)| place(of).is_some());
+    let complaints = upward.map(|((of, to), names)| {
+        let names: Vec<&str> = names.iter().copied().collect();
+        format!("{of} must not take {} from {to}", names.join(", "))
+    });
+    assert_none(&complaints.collect::<Vec<_>>());
 }
 
 /// Words of the problems that the search core serves: it knows rows and columns only.

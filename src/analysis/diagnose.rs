@@ -382,7 +382,7 @@ pub fn diagnose_part(
     step();
     let (diagnosis, critical, located) = diagnose_and_locate(&line, &observations, search)?;
     step();
-    let observations = observations.with_sizes_of(&diagnosis);
+    let observations = diagnosis.sized(&observations);
     let trace = trace(&line, &observations, &diagnosis)?;
     let model = PartModel::new(table, (&line, &observations), &diagnosis)?;
     let next = proposals_for_part(&line, &observations, &diagnosis)?;

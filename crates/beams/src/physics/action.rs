@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use super::law_set::LoadPoint;
-use super::turning::JointPath;
+use super::joint_path::JointPath;
+use super::run_loads::LoadPoint;
 
 /// Most parameters of a law.
 pub const MOST_PARAMETERS: usize = 4;

@@ -10,10 +10,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 use super::action::{HistoryLaw, LawAction, SimulatedRotation, Values, values_of};
-use super::laws::LAWS;
 use super::parameter::ParameterSpec;
 use super::place::{Place, PlaceKind};
-use super::search::{PlaceScale, SearchSpec, TestObject};
+use super::search::{PlaceScale, SearchSpec};
 
 /// A number made of the values of an effect, which readings determine where they do not tell the values apart.
 #[derive(Debug, Clone, Copy)]
@@ -171,35 +170,6 @@ pub enum Curve {
 pub struct Law(pub(super) &'static LawDefinition);
 
 impl Law {
-    /// Every law, in the order of the library.
-    pub const ALL: &'static [Self] = LAWS;
-
-    /// The laws that are searched for in readings of an object.
-    pub fn searched_on(object: TestObject) -> impl Iterator<Item = Self> {
-        let laws = Self::ALL.iter().copied();
-        laws.filter(move |law| law.search.on.contains(object))
-    }
-
-    /// Names of all laws, each once, in the order of the library.
-    #[must_use]
-    pub fn names() -> Vec<&'static str> {
-        let mut names: Vec<&str> = Vec::new();
-        for law in Self::ALL {
-            if !names.contains(&law.name) {
-                names.push(law.name);
-            }
-        }
-        names
-    }
-
-    /// The laws of a name: one, or those distinguished by place, names or units of parameters.
-    pub fn named(name: &str) -> impl Iterator<Item = Self> {
-        Self::ALL
-            .iter()
-            .copied()
-            .filter(move |law| law.name == name)
-    }
-
     /// Whether it is a mistake of the robot file or the set-up.
     #[must_use]
     pub fn is_setup(self) -> bool {
@@ -294,13 +264,6 @@ impl Law {
     #[must_use]
     pub fn contains(self, simpler: Self) -> bool {
         self.contains.contains(&simpler.row)
-    }
-
-    /// Place in the library, from 0.
-    #[must_use]
-    pub fn number(self) -> usize {
-        let same = |law: &&Self| **law == self;
-        Self::ALL.iter().take_while(|law| !same(law)).count()
     }
 }
 

@@ -11,6 +11,8 @@ mod dimension;
 mod documentation_tests;
 mod effect;
 mod effect_text;
+mod joint_effect;
+mod joint_path;
 mod law;
 mod law_set;
 pub mod laws;
@@ -20,6 +22,7 @@ mod parameter;
 mod part;
 mod place;
 mod place_object;
+mod run_loads;
 mod search;
 mod structure_edit;
 mod turning;
@@ -32,11 +35,13 @@ pub use action::{
 pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
+pub use joint_effect::JointRotations;
+pub use joint_path::JointPath;
 pub use law::{
     Check, Combination, Curve, Driving, Law, LawDefinition, LawFigure, LawKind, LawWording,
     MistakePrior,
 };
-pub use law_set::{LawSet, LoadPoint, RunLoads, without_elements};
+pub use law_set::{LawSet, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics, Unloaded};
 pub use model_file::{
     FoundEffect, MODEL_SCHEMA, ModelFile, ModelFileError, ModelProblem, ParameterUncertainty,
@@ -44,6 +49,6 @@ pub use model_file::{
 };
 pub use parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 pub use place::{Place, PlaceKind};
+pub use run_loads::{LoadPoint, RunLoads};
 pub use search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape, TestObject, VISIBLE_SHARE};
 pub use structure_edit::{FileLine, FileSuspects, StructureEdit};
-pub use turning::{JointPath, JointRotations};

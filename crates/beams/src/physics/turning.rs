@@ -1,12 +1,14 @@
 //! How far joints with laws turn under a load, several of them together, and what one more would add.
 
-use stiffbench_numeric::simd::widest;
 use stiffbench_numeric::vector::dot6;
 
-use super::action::{Driven, LawAction, RotationLaw, Values, values_of};
+use super::action::{LawAction, values_of};
 use super::effect::Effect;
-use super::law_set::{LawSet, LoadPoint, RunLoads};
+use super::joint_effect::JointRotations;
+use super::joint_path::{Before, JointPath, PathStep};
+use super::law_set::LawSet;
 use super::mechanics::PoseMechanics;
+use super::run_loads::{LoadPoint, RunLoads};
 
 /// Rounds in which the twists of several joints agree; each round is exact for one joint, and the energy they share is convex.
 const ROUNDS: usize = 200;
@@ -16,107 +18,6 @@ const ROUNDS_OF_TWO: usize = 12;
 
 /// Twists agree when a round changes none of them by more than this share.
 const AGREED: f64 = 1e-12;
-
-/// A law in a joint, by its place among the levers.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct JointEffect {
-    pub(super) joint: usize,
-    law: &'static dyn RotationLaw,
-    values: Values,
-}
-
-impl JointEffect {
-    pub(super) fn new(joint: usize, law: &'static dyn RotationLaw, values: Values) -> Self {
-        Self { joint, law, values }
-    }
-
-    /// # Arguments
-    /// - `moment_nm`, `stiffness_nm_per_rad`, `before_rad`: as of [`Driven`]; rounding may leave the stiffness below zero.
-    fn rotation_rad(&self, moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> f64 {
-        let driven = driven(moment_nm, stiffness_nm_per_rad, before_rad);
-        self.law.rotation_rad(&self.values, driven)
-    }
-
-    fn slope_rad_per_nm(&self, moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> f64 {
-        let driven = driven(moment_nm, stiffness_nm_per_rad, before_rad);
-        self.law.slope_rad_per_nm(&self.values, driven)
-    }
-
-    /// Moment per twist in a state, N·m/rad; infinite where the joint does not turn, zero where it turns freely.
-    ///
-    /// # Arguments
-    /// - `rotation_rad`, `moment_nm`: the state; without a moment the stiffness is that under the smallest one.
-    pub(super) fn secant_nm_per_rad(&self, rotation_rad: f64, moment_nm: f64) -> f64 {
-        if moment_nm == 0.0 {
-            self.law.stiffness_at_rest_nm_per_rad(&self.values)
-        } else if rotation_rad == 0.0 {
-            f64::INFINITY
-        } else {
-            moment_nm / rotation_rad
-        }
-    }
-}
-
-fn driven(moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> Driven {
-    Driven {
-        moment_nm,
-        stiffness_nm_per_rad: stiffness_nm_per_rad.max(0.0),
-        before_rad,
-    }
-}
-
-/// Twists of the joints with laws: the history of a run, and its scratch memory.
-#[derive(Debug, Clone, Default)]
-pub struct JointRotations {
-    pub(super) now: Vec<f64>,
-    /// At the load before; scratch memory.
-    before: Vec<f64>,
-    /// Whether a load has acted.
-    pub(super) loaded: bool,
-}
-
-impl JointRotations {
-    /// No twist, no load before.
-    pub(super) fn begin(&mut self, joints: usize) {
-        self.now.clear();
-        self.now.resize(joints, 0.0);
-        self.loaded = false;
-    }
-}
-
-/// The path of loads as one more joint meets it: what every law at that joint has to do with the structure and the laws that are there.
-///
-/// A joint that turns already gives way a little more: it is taken as linear about where it stands, exact until it meets a kink.
-#[derive(Debug, Clone, Default)]
-pub struct JointPath {
-    /// Moment of the joint at zero twist under each load that is read, N·m.
-    driving_nm: Vec<f64>,
-    /// Moment against a twist, N·m/rad.
-    stiffness_nm_per_rad: Vec<f64>,
-    /// Displacement per twist, m/rad.
-    lever_m: Vec<f64>,
-    /// What came before each load.
-    before: Vec<Before>,
-}
-
-/// What a joint met before a load.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Before {
-    /// Nothing: it is the first load of a run, the joint is virgin.
-    Nothing,
-    /// Another load.
-    Load,
-    /// Another load and a release, which is not read.
-    Release(PathStep),
-}
-
-/// A load, or a release before one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct PathStep {
-    driving_nm: f64,
-    stiffness_nm_per_rad: f64,
-    lever_m: f64,
-}
 
 impl JointPath {
     /// What an effect at the joint adds to the displacements of all readings, m; nothing if it is of no joint.
@@ -128,53 +29,6 @@ impl JointPath {
             LawAction::Joint(law) => law.added_m(&values_of(&effect.values), self, out),
             _ => out.fill(0.0),
         }
-    }
-
-    /// What a law without memory adds, m, all loads side by side.
-    ///
-    /// # Arguments
-    /// - `rotation_rad`: the twist from the driving moment and the stiffness against it; always inlined, it is compiled for the widest
-    ///   instructions.
-    pub(super) fn side_by_side(&self, rotation_rad: impl Fn(f64, f64) -> f64, out: &mut [f64]) {
-        widest(
-            #[inline(always)]
-            || {
-                let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
-                let loads = joint.zip(&self.lever_m);
-                for (added, ((&driving, &k), lever_m)) in out.iter_mut().zip(loads) {
-                    *added = lever_m * rotation_rad(driving, k.max(0.0));
-                }
-            },
-        );
-    }
-
-    /// What a law with memory adds, m, load after load.
-    ///
-    /// # Arguments
-    /// - `rotation_rad`: the twist from the driving moment, the stiffness against it and the twist before.
-    pub(super) fn in_sequence(&self, rotation_rad: impl Fn(f64, f64, f64) -> f64, out: &mut [f64]) {
-        let mut rotation = 0.0;
-        let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
-        let loads = joint.zip(&self.lever_m).zip(&self.before);
-        for (added, (((&driving, &k), lever_m), before)) in out.iter_mut().zip(loads) {
-            match before {
-                Before::Nothing => rotation = 0.0,
-                Before::Load => {}
-                Before::Release(step) => {
-                    let k = step.stiffness_nm_per_rad.max(0.0);
-                    rotation = rotation_rad(step.driving_nm, k, rotation);
-                }
-            }
-            rotation = rotation_rad(driving, k.max(0.0), rotation);
-            *added = lever_m * rotation;
-        }
-    }
-
-    fn push(&mut self, before: Before, load: PathStep) {
-        self.driving_nm.push(load.driving_nm);
-        self.stiffness_nm_per_rad.push(load.stiffness_nm_per_rad);
-        self.lever_m.push(load.lever_m);
-        self.before.push(before);
     }
 }
 

@@ -3,8 +3,7 @@
 use super::Robot;
 use super::error::RobotError;
 use super::kinematics::{Item, Order, Placement};
-use super::mechanism::Mechanism;
-use super::model::Pose;
+use super::model::{Mechanism, Pose};
 
 impl Robot {
     /// Unit vectors of the x, y and z of a body in a pose, in the axes of the base.

@@ -11,11 +11,11 @@ use serde::Deserialize;
 
 use stiffbench_units_and_text::toml_text::remove_null;
 
+use super::exact_array::{exactly, exactly_if_given};
 use super::expression::Expression;
 use super::fitting_factors::FittingFactors;
-use super::model_parameter::{ModelParameter, NotAParameter};
-use super::shapes::{exactly, exactly_if_given};
-use super::springs::SpringAxis;
+use super::model_parameter::{ElementClass, ModelParameter, NotAParameter};
+use super::spring_axis::SpringAxis;
 
 /// The only format known to this version.
 pub const FORMAT: &str = "planar-linkage-robot/1";
@@ -127,28 +127,6 @@ pub struct ElementEntry {
     pub body: String,
     /// Plane whose normal is local y.
     pub plane: String,
-}
-
-/// Role of an element in the fit.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Deserialize,
-    serde::Serialize,
-    JsonSchema,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum ElementClass {
-    /// Drive-carrying: host links, cranks, plates.
-    Beam,
-    /// Coupler rods.
-    Link,
 }
 
 /// Units of the file.

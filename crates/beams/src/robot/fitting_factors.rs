@@ -8,12 +8,10 @@ use std::sync::Arc;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
+use super::spring_axis::SpringAxis;
 use crate::structure::Property;
 
-use super::file::ElementClass;
-use super::model::Member;
-use super::model_parameter::{ModelParameter, NotAParameter};
-use super::springs::SpringAxis;
+use super::model_parameter::{ElementClass, ModelParameter, NotAParameter};
 
 /// Values of the parameters of a model; a factor not listed is one, a spring not listed is that of the robot file, else rigid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -175,20 +173,6 @@ impl FittingFactors {
             ElementClass::Beam => self.beam,
             ElementClass::Link => self.link,
         }
-    }
-
-    /// Multipliers of the constants of a member: those of its class times those of its section, by name, and of its groups.
-    #[must_use]
-    pub fn of_member(&self, member: &Member, section: &str) -> [f64; 4] {
-        let mut multipliers = self.of(member.class);
-        let groups = member.groups.iter();
-        let of_groups = groups.filter_map(|group| self.groups.get(&**group));
-        for factors in self.sections.get(section).into_iter().chain(of_groups) {
-            for (multiplier, factor) in multipliers.iter_mut().zip(factors) {
-                *multiplier *= factor;
-            }
-        }
-        multipliers
     }
 
     /// The value of a parameter; of a spring not listed zero (see [`Robot::with_own_springs`](super::Robot::with_own_springs)).

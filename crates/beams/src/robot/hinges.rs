@@ -2,25 +2,29 @@
 
 use stiffbench_units_and_text::test_point::Direction;
 
+use super::kinematics::FixedDirection;
+use super::model::Mechanism;
+use super::spring_axis::{JointMotion, SpringAxis};
 use crate::structure::Hinge;
 
 use super::Robot;
 use super::fitting_factors::FittingFactors;
-use super::mechanism::Mechanism;
-use super::members::JointModel;
 use super::model_parameter::ModelParameter;
-use super::springs::{JointMotion, SpringAxis, SpringDefault, Yielding};
+use super::springs::{SpringDefault, Yielding};
 
 /// Stiffness that stands for a rigid joint, N·m/rad: far beyond any drive, so that a compliance of zero needs no other structure.
 const RIGID_NM_PER_RAD: f64 = 1e30;
 
-/// A unit vector fixed on a body of the robot.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct FixedDirection {
-    /// The body; `None` for the world.
-    pub(super) body: Option<usize>,
-    /// The vector in its axes.
-    pub(super) local: [f64; 3],
+/// How joints pass on moments.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum JointModel {
+    /// Every joint passes on everything (the paper).
+    #[default]
+    Rigid,
+    /// Every joint turns freely unless a drive or a brake locks it.
+    Pinned,
+    /// The named joints, by index, turn against a stiffness in N·m/rad (zero is a pin); all others are rigid.
+    Hinged(Vec<(usize, f64)>),
 }
 
 /// A hinge of the structure: what stands for one freedom of a joint, the base or the tool.

@@ -1,21 +1,6 @@
 //! Which parts of a robot are there.
 
-use super::{Joint, Robot};
-
-/// One choice of chains and single elements.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mechanism {
-    /// Name.
-    pub name: String,
-    /// Chains that are there.
-    pub chains: Vec<String>,
-    /// Indices of the robot's members that are there.
-    pub members: Vec<usize>,
-    /// Indices of the robot's rigid links that are there.
-    pub rigid_links: Vec<usize>,
-    /// Indices of joints that a drive or a brake holds when a pose is held.
-    pub locked: Vec<usize>,
-}
+use super::model::{Joint, Mechanism, Robot};
 
 impl Mechanism {
     /// Body and nodes of each member, beams first.

@@ -3,31 +3,18 @@
 use stiffbench_numeric::vector::{cross, norm, subtract};
 use stiffbench_units_and_text::test_point::Direction;
 
+use super::carried_masses::{CarriedMass, bodies_of_loads, carried_masses};
 use crate::structure::{Element, Reduction, SolutionPath, Structure, Strut};
 
 use super::Robot;
 use super::error::RobotError;
 use super::fitting_factors::FittingFactors;
-use super::hinges::{FixedDirection, ModelHinge, hinges};
-use super::kinematics::{Item, Order, Placement};
+use super::hinges::{JointModel, ModelHinge, hinges};
+use super::kinematics::{FixedDirection, Item, Order, Placement};
 use super::loads::BodyPoint;
-use super::mechanism::Mechanism;
-use super::model::{Member, Pose};
+use super::model::{Mechanism, Member, Pose};
 use super::model_parameter::ModelParameter;
 use super::structure_parts::StructureParts;
-use super::weight::{CarriedMass, bodies_of_loads, carried_masses};
-
-/// How joints pass on moments.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub enum JointModel {
-    /// Every joint passes on everything (the paper).
-    #[default]
-    Rigid,
-    /// Every joint turns freely unless a drive or a brake locks it.
-    Pinned,
-    /// The named joints, by index, turn against a stiffness in N·m/rad (zero is a pin); all others are rigid.
-    Hinged(Vec<(usize, f64)>),
-}
 
 /// Beam theory of the elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -7,8 +7,7 @@ use stiffbench_numeric::vector::{cross, scale, subtract};
 use super::Robot;
 use super::error::RobotError;
 use super::kinematics::{Item, Order, Placement};
-use super::mechanism::Mechanism;
-use super::model::Pose;
+use super::model::{Mechanism, Pose};
 
 /// A singular value below this share of the largest counts as zero: closure conditions of a linkage in general position are far
 /// above, rounding is at 1e-15.

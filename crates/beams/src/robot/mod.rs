@@ -5,9 +5,11 @@
 //! moves it from pose to pose without allocating.
 
 mod body_axes;
+mod carried_masses;
 mod compile;
 mod crossed;
 mod error;
+mod exact_array;
 mod expression;
 pub mod file;
 mod fitting_factors;
@@ -26,9 +28,11 @@ mod parameters;
 mod placed;
 mod plausible;
 mod predict;
+mod robot_parameters;
 mod sensitivity;
 mod shapes;
 mod simd_poses;
+mod spring_axis;
 mod springs;
 mod structure_parts;
 mod sweep;
@@ -39,90 +43,33 @@ mod weight;
 
 use std::sync::Arc;
 
-use indexmap::IndexMap;
-
-use crate::structure::{Material, Section, ShearCoefficients};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 pub use error::{RobotError, RobotProblem};
 pub use expression::{Expression, ExpressionError};
-pub use file::ElementClass;
 pub use fitting_factors::{FittingFactors, StoredSprings};
+pub use hinges::JointModel;
 pub use lengths::FileLength;
 pub use loads::{Balancer, BalancerForce, BodyPoint, MassPlace, PointMass};
-pub use mechanism::Mechanism;
 pub(crate) use members::base_levers_between;
-pub use members::{JointModel, MechanismModel, Theory};
+pub use members::{MechanismModel, Theory};
 pub use mobility::{ChainMobility, Mobility, chain_mobility, mobility};
 pub use model::{
-    Angle, Body, BodyPlace, Joint, Limit, LimitViolation, Member, NamedPose, NodePlace, Plane,
-    Pose, RadiusOf, RigidLink, RobotNode, Variable,
+    Angle, Body, BodyPlace, Joint, Limit, LimitViolation, Mechanism, Member, NamedPose, NodePlace,
+    Plane, Pose, RadiusOf, RatedSection, RigidLink, Robot, RobotNode, Variable,
 };
-pub use model_parameter::{ModelParameter, NotAParameter};
+pub use model_parameter::{ElementClass, ModelParameter, NotAParameter};
 pub use multi_pose::MultiPosePredictor;
 pub use placed::PlacedRobot;
 pub use predict::Predictor;
-pub use springs::{
-    JointMotion, JointSprings, NotASpringAxis, Payload, RoleInFit, SpringAxis, SpringDefault, Tool,
-    Yielding,
-};
+pub use spring_axis::{JointMotion, NotASpringAxis, SpringAxis};
+pub use springs::{JointSprings, Payload, RoleInFit, SpringDefault, Tool, Yielding};
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 pub use tool_pose::ToolPose;
 pub use tracked_poses::TrackedPoses;
 pub use tracker_frames::{TRACKER_PARAMETERS, TrackerFrames};
 pub use weight::{GRAVITY_M_PER_S2, Masses};
-
-/// A robot, checked and ready to be posed.
-#[derive(Debug, Clone)]
-pub struct Robot {
-    /// The text that it was read from.
-    pub source: Arc<SourceText>,
-    /// What it is called.
-    pub name: String,
-    /// Angles and distances that make a pose.
-    pub variables: Vec<Variable>,
-    /// Coupled limits.
-    pub limits: Vec<Limit>,
-    /// Planes in which linkages move.
-    pub planes: Vec<Plane>,
-    /// Rigid bodies.
-    pub bodies: Vec<Body>,
-    /// Joints between bodies.
-    pub joints: Vec<Joint>,
-    /// Points.
-    pub nodes: Vec<RobotNode>,
-    /// Beams between nodes.
-    pub members: Vec<Member>,
-    /// Rigid members between nodes.
-    pub rigid_links: Vec<RigidLink>,
-    /// Held nodes.
-    pub supports: Vec<usize>,
-    /// The node at the end: the tool centre, where loads act and displacements are read.
-    pub end: usize,
-    /// What is mounted at the end.
-    pub tool: Tool,
-    /// Springs of the base along and about the axes of the world, through the first support: x, y, z (m/N), rx, ry, rz (rad/(N·m)).
-    pub base: [SpringDefault; 6],
-    /// Sections with their material, by name.
-    pub sections: IndexMap<String, RatedSection>,
-    /// Unit vector of the vertical, upward; weight acts against it.
-    pub vertical: [f64; 3],
-    /// Words for x, y, z, for labels.
-    pub axis_words: [Option<String>; 3],
-    /// Masses that no section has.
-    pub masses: Vec<PointMass>,
-    /// Springs and cylinders that carry part of the weight.
-    pub balancers: Vec<Balancer>,
-    /// Mechanisms by name, in the order of the file.
-    pub mechanisms: IndexMap<String, Mechanism>,
-    /// Factor sets by name.
-    pub factors: IndexMap<String, FittingFactors>,
-    /// Named poses, in the order of the file.
-    pub poses: Vec<NamedPose>,
-    /// Keys of the file that this version does not know, and other things that are odd but not wrong.
-    pub warnings: Vec<String>,
-}
 
 /// The JSON Schema of the format that a robot file is in.
 #[must_use]
@@ -132,19 +79,6 @@ pub fn schema_of(source: &SourceText) -> serde_json::Value {
     } else {
         file::json_schema()
     }
-}
-
-/// A nominal section with the material it is made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RatedSection {
-    /// Nominal constants, before any factor.
-    pub section: Section,
-    /// Elastic constants.
-    pub material: Material,
-    /// Shear coefficients for Timoshenko beams.
-    pub shear: ShearCoefficients,
-    /// Mass of a member per length, kg/m; `None` where the file gives neither it nor a density.
-    pub mass_kg_per_m: Option<f64>,
 }
 
 impl Robot {

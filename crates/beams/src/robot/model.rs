@@ -1,14 +1,19 @@
-//! The parts of a checked robot; references are indices.
+//! A checked robot and its parts; references are indices.
 
 use std::sync::Arc;
 
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
 
-use super::Robot;
-use super::file::ElementClass;
-use super::springs::{JointMotion, JointSprings};
+use super::fitting_factors::FittingFactors;
+use super::loads::{Balancer, PointMass};
+use super::model_parameter::ElementClass;
+use super::spring_axis::JointMotion;
+use super::springs::{JointSprings, SpringDefault, Tool};
+use crate::structure::{Material, Section, ShearCoefficients};
 
 /// A limit is broken when a pose lies beyond it by more than this, degrees: files state angles to a thousandth, sums of them
 /// round at 1e-13.
@@ -305,4 +310,99 @@ pub(super) fn violated_limits(robot: &Robot, pose: &Pose) -> Vec<LimitViolation>
         });
     }
     violations
+}
+
+/// A robot, checked and ready to be posed.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// The text that it was read from.
+    pub source: Arc<SourceText>,
+    /// What it is called.
+    pub name: String,
+    /// Angles and distances that make a pose.
+    pub variables: Vec<Variable>,
+    /// Coupled limits.
+    pub limits: Vec<Limit>,
+    /// Planes in which linkages move.
+    pub planes: Vec<Plane>,
+    /// Rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Joints between bodies.
+    pub joints: Vec<Joint>,
+    /// Points.
+    pub nodes: Vec<RobotNode>,
+    /// Beams between nodes.
+    pub members: Vec<Member>,
+    /// Rigid members between nodes.
+    pub rigid_links: Vec<RigidLink>,
+    /// Held nodes.
+    pub supports: Vec<usize>,
+    /// The node at the end: the tool centre, where loads act and displacements are read.
+    pub end: usize,
+    /// What is mounted at the end.
+    pub tool: Tool,
+    /// Springs of the base along and about the axes of the world, through the first support: x, y, z (m/N), rx, ry, rz (rad/(N·m)).
+    pub base: [SpringDefault; 6],
+    /// Sections with their material, by name.
+    pub sections: IndexMap<String, RatedSection>,
+    /// Unit vector of the vertical, upward; weight acts against it.
+    pub vertical: [f64; 3],
+    /// Words for x, y, z, for labels.
+    pub axis_words: [Option<String>; 3],
+    /// Masses that no section has.
+    pub masses: Vec<PointMass>,
+    /// Springs and cylinders that carry part of the weight.
+    pub balancers: Vec<Balancer>,
+    /// Mechanisms by name, in the order of the file.
+    pub mechanisms: IndexMap<String, Mechanism>,
+    /// Factor sets by name.
+    pub factors: IndexMap<String, FittingFactors>,
+    /// Named poses, in the order of the file.
+    pub poses: Vec<NamedPose>,
+    /// Keys of the file that this version does not know, and other things that are odd but not wrong.
+    pub warnings: Vec<String>,
+}
+
+/// A nominal section with the material it is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RatedSection {
+    /// Nominal constants, before any factor.
+    pub section: Section,
+    /// Elastic constants.
+    pub material: Material,
+    /// Shear coefficients for Timoshenko beams.
+    pub shear: ShearCoefficients,
+    /// Mass of a member per length, kg/m; `None` where the file gives neither it nor a density.
+    pub mass_kg_per_m: Option<f64>,
+}
+
+/// One choice of chains and single elements.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mechanism {
+    /// Name.
+    pub name: String,
+    /// Chains that are there.
+    pub chains: Vec<String>,
+    /// Indices of the robot's members that are there.
+    pub members: Vec<usize>,
+    /// Indices of the robot's rigid links that are there.
+    pub rigid_links: Vec<usize>,
+    /// Indices of joints that a drive or a brake holds when a pose is held.
+    pub locked: Vec<usize>,
+}
+
+impl FittingFactors {
+    /// Multipliers of the constants of a member: those of its class times those of its section, by name, and of its groups.
+    #[must_use]
+    pub fn of_member(&self, member: &Member, section: &str) -> [f64; 4] {
+        let mut multipliers = self.of(member.class);
+        let groups = member.groups.iter();
+        let of_groups = groups.filter_map(|group| self.groups.get(&**group));
+        for factors in self.sections.get(section).into_iter().chain(of_groups) {
+            for (multiplier, factor) in multipliers.iter_mut().zip(factors) {
+                *multiplier *= factor;
+            }
+        }
+        multipliers
+    }
 }

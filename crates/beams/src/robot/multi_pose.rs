@@ -1,14 +1,14 @@
 //! Compliance of the end of a robot in several poses, for any factors.
 
+use super::hinges::JointModel;
 use crate::structure::{Compliance6, ParameterPlaces, Reduction, SolutionPath};
 use stiffbench_numeric::simd::InstructionSet;
 
 use super::Robot;
 use super::error::RobotError;
 use super::fitting_factors::FittingFactors;
-use super::mechanism::Mechanism;
-use super::members::{JointModel, MechanismModel, Theory};
-use super::model::Pose;
+use super::members::{MechanismModel, Theory};
+use super::model::{Mechanism, Pose};
 use super::model_parameter::ModelParameter;
 use super::predict::Predictor;
 use super::sensitivity::places;

@@ -4,10 +4,8 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::Robot;
 use super::error::RobotError;
-use super::hinges::FixedDirection;
-use super::kinematics::{Item, Order, Placement};
-use super::mechanism::Mechanism;
-use super::model::Pose;
+use super::kinematics::{FixedDirection, Item, Order, Placement};
+use super::model::{Mechanism, Pose};
 
 /// The bodies, joints and nodes of a mechanism in a pose.
 #[derive(Debug, Clone)]

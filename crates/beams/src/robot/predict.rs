@@ -1,13 +1,13 @@
 //! Compliance of the end of a robot, pose after pose.
 
+use super::hinges::JointModel;
 use crate::structure::{Compliance6, ComplianceGradient, Solver};
 
 use super::Robot;
 use super::error::RobotError;
 use super::fitting_factors::FittingFactors;
-use super::mechanism::Mechanism;
-use super::members::{JointModel, MechanismModel, Theory};
-use super::model::Pose;
+use super::members::{MechanismModel, Theory};
+use super::model::{Mechanism, Pose};
 
 /// Model and solver of one mechanism: the one way from pose and factors to compliance.
 #[derive(Debug)]

@@ -8,39 +8,9 @@ use std::fmt;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
+use super::exact_array::{Exactly, exactly};
 use super::expression::Expression;
 use super::file::{NodeEntry, Radius};
-
-/// An array of exactly N entries.
-pub(super) fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    let entries = Vec::deserialize(deserializer)?;
-    <[T; N]>::try_from(entries).map_err(|entries: Vec<T>| {
-        D::Error::custom(format_args!(
-            "this array must have {N} entries, it has {}",
-            entries.len()
-        ))
-    })
-}
-
-/// The same for a key that may be absent.
-pub(super) fn exactly_if_given<'de, D, T, const N: usize>(
-    deserializer: D,
-) -> Result<Option<[T; N]>, D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    exactly(deserializer).map(Some)
-}
-
-/// An array of exactly N entries as a type, for use inside other shapes.
-#[derive(serde::Deserialize)]
-#[serde(bound = "T: Deserialize<'de>")]
-struct Exactly<T, const N: usize>(#[serde(deserialize_with = "exactly")] [T; N]);
 
 /// All keys that a node of either shape may have.
 #[derive(serde::Deserialize)]

@@ -7,13 +7,13 @@
 
 use pulp::Simd;
 
+use super::model_parameter::ElementClass;
 use crate::structure::{
     Compliance6, ComplianceGradient, GroupGradient, ParameterPlaces, Placed, PlacedStrut, Reducer,
     Reduction, WholeGradient,
 };
 use stiffbench_numeric::simd::{InstructionSet, Kernel, Lane, Number, dot, run, subtract};
 
-use super::file::ElementClass;
 use super::kinematics::Placement;
 use super::members::MechanismModel;
 use super::model::Pose;

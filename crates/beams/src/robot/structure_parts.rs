@@ -2,6 +2,7 @@
 
 use stiffbench_numeric::vector::{norm, subtract};
 
+use super::carried_masses::parent;
 use crate::structure::{Attachment, Node, RigidMember, Structure, Support};
 
 use super::Robot;
@@ -9,9 +10,7 @@ use super::error::RobotError;
 use super::fitting_factors::FittingFactors;
 use super::hinges::{HingePlace, ModelHinge};
 use super::loads::BodyPoint;
-use super::mechanism::Mechanism;
-use super::model::NodePlace;
-use super::weight::parent;
+use super::model::{Mechanism, NodePlace};
 
 /// Nodes, hinges and rigid members of a structure.
 pub(super) struct StructureParts<'a> {

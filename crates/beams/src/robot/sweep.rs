@@ -3,15 +3,15 @@
 use rayon::iter::repeat_n;
 use rayon::prelude::*;
 
+use super::hinges::JointModel;
 use crate::structure::{Compliance6, PartMethod, Reduction, SolutionPath};
 use stiffbench_numeric::simd::InstructionSet;
 
 use super::Robot;
 use super::error::RobotError;
 use super::fitting_factors::FittingFactors;
-use super::mechanism::Mechanism;
-use super::members::{JointModel, MechanismModel, Theory};
-use super::model::Pose;
+use super::members::{MechanismModel, Theory};
+use super::model::{Mechanism, Pose};
 use super::predict::Predictor;
 use super::simd_poses::{SimdPoses, simd_poses};
 

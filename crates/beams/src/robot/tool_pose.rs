@@ -4,10 +4,8 @@ use stiffbench_numeric::vector::cross;
 
 use super::Robot;
 use super::error::RobotError;
-use super::hinges::FixedDirection;
-use super::kinematics::{Item, Order, Placement};
-use super::mechanism::Mechanism;
-use super::model::Pose;
+use super::kinematics::{FixedDirection, Item, Order, Placement};
+use super::model::{Mechanism, Pose};
 
 /// Position and axes of the tool in a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]

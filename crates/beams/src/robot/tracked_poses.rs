@@ -6,7 +6,7 @@ use stiffbench_units_and_text::read_axis::ReadAxis;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::error::RobotError;
-use super::mechanism::Mechanism;
+use super::model::Mechanism;
 use super::tool_pose::ToolPose;
 use super::tracker_frames::TrackerFrames;
 use super::{Pose, Robot};

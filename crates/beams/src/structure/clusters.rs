@@ -16,7 +16,8 @@ use std::collections::btree_map::Entry;
 
 use stiffbench_numeric::vector::{cross, subtract};
 
-use super::parts::{Attachment, Structure, StructureError, Support};
+use super::element::Attachment;
+use super::parts::{Structure, StructureError, Support};
 
 /// How the vertices of a structure move.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,12 +14,31 @@
 //!
 //! and the strain energy is ½ Σ d_m s_m² with the stiffnesses of [`NaturalStiffness`]: no coupling, so each is its own answer.
 
-use super::parts::Attachment;
 use super::rotation::LocalAxes;
 use super::section::{Material, Property, Section, ShearCoefficients};
 
 /// Number of natural strains of a beam.
 pub const STRAINS: usize = 6;
+
+/// Where an element end or a load hangs: on a node, behind zero or more hinges.
+///
+/// Its motion is the node's plus those of the hinges passed on the way.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Attachment {
+    /// Index of the node.
+    pub node: usize,
+    /// Indices of the hinges between the node and what hangs here.
+    pub hinges: Vec<usize>,
+}
+
+impl From<usize> for Attachment {
+    fn from(node: usize) -> Self {
+        Self {
+            node,
+            hinges: Vec::new(),
+        }
+    }
+}
 
 /// A straight two-node beam.
 #[derive(Debug, Clone, PartialEq)]

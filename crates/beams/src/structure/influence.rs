@@ -19,8 +19,8 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::clusters::{Clusters, IndependentFreedom, VertexColumn};
-use super::element::{Element, global_matrix};
-use super::parts::{Attachment, Hinge, Structure, StructureError};
+use super::element::{Attachment, Element, global_matrix};
+use super::parts::{Hinge, Structure, StructureError};
 use super::solve::Solver;
 use super::topology::HELD;
 use stiffbench_numeric::vector::along6;

@@ -31,12 +31,10 @@ mod struts;
 mod topology;
 
 pub use compliance::{Compliance6, ComplianceGradient};
-pub use element::{Element, NaturalStiffness, STRAINS};
+pub use element::{Attachment, Element, NaturalStiffness, STRAINS};
 pub(crate) use gradient::ParameterPlaces;
 pub use influence::RotationInfluence;
-pub use parts::{
-    Attachment, Freedom, Hinge, Node, RigidMember, Structure, StructureError, Support,
-};
+pub use parts::{Freedom, Hinge, Node, RigidMember, Structure, StructureError, Strut, Support};
 pub(crate) use reduction::{GroupGradient, Placed, PlacedStrut, Reducer, Reduction, WholeGradient};
 pub use reduction::{PartMethod, SolutionPath};
 pub use response::{EndForces, Response};
@@ -44,4 +42,3 @@ pub use rotation::LocalAxes;
 pub use section::{Material, Property, Section, ShearCoefficients};
 pub use self_weight::LoadAt;
 pub use solve::Solver;
-pub use struts::Strut;

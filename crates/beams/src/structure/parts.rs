@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use stiffbench_numeric::vector::norm;
 
-use super::element::Element;
-use super::struts::Strut;
+use super::element::{Attachment, Element};
 
 /// A point of the structure with six freedoms.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,26 +44,6 @@ impl Hinge {
     }
 }
 
-/// Where an element end or a load hangs: on a node, behind zero or more hinges.
-///
-/// Its motion is the node's plus those of the hinges passed on the way.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Attachment {
-    /// Index of the node.
-    pub node: usize,
-    /// Indices of the hinges between the node and what hangs here.
-    pub hinges: Vec<usize>,
-}
-
-impl From<usize> for Attachment {
-    fn from(node: usize) -> Self {
-        Self {
-            node,
-            hinges: Vec::new(),
-        }
-    }
-}
-
 /// A member that neither bends nor stretches: its two ends move as one body.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RigidMember {
@@ -92,6 +71,19 @@ impl Support {
             held: [true; 6],
         }
     }
+}
+
+/// A spring between two points, as it is in the pose.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Strut {
+    /// What its two points move with; `None` is the ground.
+    pub ends: [Option<Attachment>; 2],
+    /// Its two points, m.
+    pub points_m: [[f64; 3]; 2],
+    /// Its force, N; above zero it pulls its points together.
+    pub force_n: f64,
+    /// Derivative of the force to the distance of the points, N/m.
+    pub stiffness_n_per_m: f64,
 }
 
 /// A structure of beams: rigid joints unless a hinge stands between an element end and its node.

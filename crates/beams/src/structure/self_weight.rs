@@ -2,7 +2,8 @@
 
 use stiffbench_numeric::vector::{cross, norm, scale, subtract};
 
-use super::parts::{Attachment, Structure};
+use super::element::Attachment;
+use super::parts::Structure;
 
 /// A force and a moment where they act: (Fx, Fy, Fz, Mx, My, Mz), N and N·m.
 pub type LoadAt = (Attachment, [f64; 6]);

@@ -16,20 +16,8 @@
 use stiffbench_numeric::vector::{cross, dot, norm, scale, subtract};
 
 use super::clusters::{Clusters, IndependentFreedom};
-use super::parts::{Attachment, Structure};
-
-/// A spring between two points, as it is in the pose.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Strut {
-    /// What its two points move with; `None` is the ground.
-    pub ends: [Option<Attachment>; 2],
-    /// Its two points, m.
-    pub points_m: [[f64; 3]; 2],
-    /// Its force, N; above zero it pulls its points together.
-    pub force_n: f64,
-    /// Derivative of the force to the distance of the points, N/m.
-    pub stiffness_n_per_m: f64,
-}
+use super::element::Attachment;
+use super::parts::{Structure, Strut};
 
 /// How a freedom moves the ends of a strut.
 struct StrutMotion {

@@ -10,9 +10,10 @@ use faer::sparse::linalg::cholesky::{
 };
 
 use super::clusters::{Clusters, IndependentFreedom};
+use super::element::Attachment;
 use super::ordering::{Eliminated, minimum_degree_before};
-use super::parts::{Attachment, Freedom, Structure, StructureError};
-use super::struts::{Strut, strut_columns};
+use super::parts::{Freedom, Structure, StructureError, Strut};
+use super::struts::strut_columns;
 
 /// Equation of a freedom that is held.
 pub(super) const HELD: usize = usize::MAX;

@@ -2,8 +2,9 @@
 
 use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError};
 
+use super::pose_set::free_variables;
 use super::projected_ascent::{AscentObjective, ProjectedAscent};
-use super::workspace::{EndPlacer, EndPoint, WorkspaceSample, free_variables};
+use super::workspace::{EndPlacer, EndPoint, WorkspaceSample};
 
 /// Step of the differences that give slopes, degrees: their truncation is then near 1e-15 m a degree, their rounding near 1e-12.
 const STEP_DEG: f64 = 1e-4;

@@ -20,9 +20,9 @@ pub use map::{
     SolvedBatch, StiffnessMap, StudyPoses, Surface, cartesian_stiffness, column_statistics,
     fit_uncertainty, regions, row_width,
 };
-pub use plane::{MapPlane, NoPlaneAxis, PlaneAxis};
-pub use pose_set::{PosePlan, PoseSample, Sampling, Shard, variables_beside_the_plane};
+pub use plane::{MapPlane, NoPlaneAxis, PlaneAxis, variables_beside_the_plane};
+pub use pose_set::{PosePlan, PoseSample, Sampling, Shard, WorkspaceError};
 pub use sensitivity::{
     DesignSensitivity, JointSensitivity, SectionSensitivity, design_sensitivity,
 };
-pub use workspace::{EndPoint, UnreachablePose, WorkspaceError, WorkspacePlan, WorkspaceSample};
+pub use workspace::{EndPoint, UnreachablePose, WorkspacePlan, WorkspaceSample};

@@ -2,12 +2,20 @@
 
 use std::str::FromStr;
 
+use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, Variable};
 use stiffbench_numeric::vector::{dot, norm, scale, subtract};
 
 use super::extreme::Extreme;
+use super::workspace::{EndPlacer, WorkspacePlan};
 
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A variable that moves the end by less than this moves it by rounding, m.
+const MOVES_M: f64 = 1e-9;
+
+/// Share of the range by which one variable stands further than the next, so that no two stand alike.
+const GOLDEN_SHARE: f64 = 0.618_033_988_75;
 
 /// A coordinate of the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -132,6 +140,54 @@ impl FromStr for PlaneAxis {
             _ => Err(NoPlaneAxis),
         }
     }
+}
+
+/// Names of the variables that move the end in neither coordinate of a plane. In that of reach and height these are a waist, which only
+/// turns the arm, and what moves only side chains. Each variable is tried at the nominal values of the others and at three more.
+///
+/// # Errors
+/// [`RobotError`] if the mechanism cannot be built, or stands in no pose that was tried.
+pub fn variables_beside_the_plane(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    plane: &MapPlane,
+) -> Result<Vec<String>, RobotError> {
+    let mut place = EndPlacer::new(robot, mechanism, &WorkspacePlan::paper())?;
+    let nominal = robot.nominal_pose();
+    let mut at = |pose: Pose| Ok(plane.place(place.end_point(pose)?.position_m));
+    let mut starts = vec![(nominal.clone(), at(nominal.clone())?)];
+    // A wrist that turns about an axis through the end moves it as soon as another joint bends it.
+    for start in 1..=3 {
+        let mut pose = nominal.clone();
+        for (index, variable) in robot.variables.iter().enumerate() {
+            let share = (GOLDEN_SHARE * (start * (index + 1)) as f64).fract();
+            pose.angles_deg[index] = between(variable, 0.25 + 0.5 * share);
+        }
+        // A pose out of reach carries no information.
+        if let Ok(from) = at(pose.clone()) {
+            starts.push((pose, from));
+        }
+    }
+    let mut beside = Vec::new();
+    for (index, variable) in robot.variables.iter().enumerate() {
+        let moves = starts.iter().any(|(start, from)| {
+            [0.0, 0.3, 0.7, 1.0].into_iter().any(|share| {
+                let mut pose = start.clone();
+                pose.angles_deg[index] = between(variable, share);
+                let to: Result<[f64; 2], RobotError> = at(pose);
+                to.is_ok_and(|to| (0..2).any(|i| (to[i] - from[i]).abs() > MOVES_M))
+            })
+        });
+        if !moves {
+            beside.push(variable.name.clone());
+        }
+    }
+    Ok(beside)
+}
+
+/// A value of a variable by its share of the range.
+fn between(variable: &Variable, share: f64) -> f64 {
+    variable.min_deg + share * (variable.max_deg - variable.min_deg)
 }
 
 #[cfg(test)]

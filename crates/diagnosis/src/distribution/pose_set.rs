@@ -7,11 +7,8 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError, Variable};
+use stiffbench_beams::robot::{Pose, Robot, RobotError};
 use stiffbench_numeric::statistics::golden_ratio;
-
-use super::plane::MapPlane;
-use super::workspace::{EndPlacer, WorkspaceError, WorkspacePlan, free_variables};
 
 /// Poses drawn for each one wanted before the limits are taken to exclude (almost) everything.
 ///
@@ -21,12 +18,6 @@ const DRAWS_PER_POSE: u64 = 10_000;
 /// Shifts of the low-discrepancy points: points of one shift are evenly spread, shifts are independent. Their scatter states how well a mean
 /// is known (Cranley and Patterson, SIAM Journal on Numerical Analysis 13 (1976) 904), with one less degree of freedom.
 pub(super) const SHIFTS: u64 = 16;
-
-/// A variable that moves the end by less than this moves it by rounding, m.
-const MOVES_M: f64 = 1e-9;
-
-/// Share of the range by which one variable stands further than the next, so that no two stand alike.
-const GOLDEN_SHARE: f64 = 0.618_033_988_75;
 
 /// How points of the box are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -66,6 +57,33 @@ pub struct PosePlan {
     pub seed: u64,
     /// Variables that stay at their nominal value.
     pub held: Vec<String>,
+}
+
+/// Why a workspace cannot be sampled.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum WorkspaceError {
+    /// The robot cannot be built or placed, for a reason that is no pose's own.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Robot(#[from] RobotError),
+    /// Hardly a pose of the box lies within the coupled limits.
+    #[error(
+        "{drawn} random poses gave {accepted} within the limits, but {wanted} are needed: the limits exclude nearly everything"
+    )]
+    #[diagnostic(
+        code(stiffbench::distribution::limits),
+        help(
+            "check the limits of the robot file and the nominal values of the variables that are held"
+        )
+    )]
+    LimitsExcludeNearlyAll {
+        /// Poses drawn.
+        drawn: usize,
+        /// Of these within the limits.
+        accepted: usize,
+        /// Poses wanted.
+        wanted: usize,
+    },
 }
 
 /// Poses within the limits, in the order of their numbers.
@@ -286,50 +304,12 @@ fn unit_interval(word: u64) -> f64 {
     (word >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Names of the variables that move the end in neither coordinate of a plane. In that of reach and height these are a waist, which only
-/// turns the arm, and what moves only side chains. Each variable is tried at the nominal values of the others and at three more.
-///
-/// # Errors
-/// [`RobotError`] if the mechanism cannot be built, or stands in no pose that was tried.
-pub fn variables_beside_the_plane(
-    robot: &Robot,
-    mechanism: &Mechanism,
-    plane: &MapPlane,
-) -> Result<Vec<String>, RobotError> {
-    let mut place = EndPlacer::new(robot, mechanism, &WorkspacePlan::paper())?;
-    let nominal = robot.nominal_pose();
-    let mut at = |pose: Pose| Ok(plane.place(place.end_point(pose)?.position_m));
-    let mut starts = vec![(nominal.clone(), at(nominal.clone())?)];
-    // A wrist that turns about an axis through the end moves it as soon as another joint bends it.
-    for start in 1..=3 {
-        let mut pose = nominal.clone();
-        for (index, variable) in robot.variables.iter().enumerate() {
-            let share = (GOLDEN_SHARE * (start * (index + 1)) as f64).fract();
-            pose.angles_deg[index] = between(variable, 0.25 + 0.5 * share);
-        }
-        // A pose out of reach carries no information.
-        if let Ok(from) = at(pose.clone()) {
-            starts.push((pose, from));
-        }
-    }
-    let mut beside = Vec::new();
-    for (index, variable) in robot.variables.iter().enumerate() {
-        let moves = starts.iter().any(|(start, from)| {
-            [0.0, 0.3, 0.7, 1.0].into_iter().any(|share| {
-                let mut pose = start.clone();
-                pose.angles_deg[index] = between(variable, share);
-                let to: Result<[f64; 2], RobotError> = at(pose);
-                to.is_ok_and(|to| (0..2).any(|i| (to[i] - from[i]).abs() > MOVES_M))
-            })
-        });
-        if !moves {
-            beside.push(variable.name.clone());
-        }
-    }
-    Ok(beside)
-}
-
-/// A value of a variable by its share of the range.
-fn between(variable: &Variable, share: f64) -> f64 {
-    variable.min_deg + share * (variable.max_deg - variable.min_deg)
+/// Indices of the variables that are drawn.
+pub(super) fn free_variables(robot: &Robot, held: &[String]) -> Result<Vec<usize>, RobotError> {
+    let held: Vec<usize> = held
+        .iter()
+        .map(|name| robot.variable(name))
+        .collect::<Result<_, _>>()?;
+    let all = 0..robot.variables.len();
+    Ok(all.filter(|variable| !held.contains(variable)).collect())
 }

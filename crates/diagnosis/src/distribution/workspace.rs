@@ -5,7 +5,7 @@ use stiffbench_beams::robot::{
 };
 use stiffbench_numeric::vector::{dot, norm, scale, subtract};
 
-use super::pose_set::{PosePlan, PoseSample, Sampling, Shard};
+use super::pose_set::{PosePlan, PoseSample, Sampling, Shard, WorkspaceError};
 
 /// What to draw.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,33 +95,6 @@ pub struct WorkspaceSample {
     pub drawn: usize,
 }
 
-/// Why a workspace cannot be sampled.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum WorkspaceError {
-    /// The robot cannot be built or placed, for a reason that is no pose's own.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Robot(#[from] RobotError),
-    /// Hardly a pose of the box lies within the coupled limits.
-    #[error(
-        "{drawn} random poses gave {accepted} within the limits, but {wanted} are needed: the limits exclude nearly everything"
-    )]
-    #[diagnostic(
-        code(stiffbench::distribution::limits),
-        help(
-            "check the limits of the robot file and the nominal values of the variables that are held"
-        )
-    )]
-    LimitsExcludeNearlyAll {
-        /// Poses drawn.
-        drawn: usize,
-        /// Of these within the limits.
-        accepted: usize,
-        /// Poses wanted.
-        wanted: usize,
-    },
-}
-
 impl WorkspaceSample {
     /// Draws poses evenly from the box of the variables' limits and keeps those within the coupled limits.
     ///
@@ -170,16 +143,6 @@ impl WorkspaceSample {
     pub fn acceptance_rate(&self) -> Option<f64> {
         (self.drawn > 0).then(|| self.accepted() as f64 / self.drawn as f64)
     }
-}
-
-/// Indices of the variables that are drawn.
-pub(super) fn free_variables(robot: &Robot, held: &[String]) -> Result<Vec<usize>, RobotError> {
-    let held: Vec<usize> = held
-        .iter()
-        .map(|name| robot.variable(name))
-        .collect::<Result<_, _>>()?;
-    let all = 0..robot.variables.len();
-    Ok(all.filter(|variable| !held.contains(variable)).collect())
 }
 
 /// Finds the end of a mechanism in one pose after another.

@@ -3,225 +3,72 @@
 //! Works on readings, never on stiffnesses. The run is the unit that repeats: noise is made white run by run ([`ReadingNoise`]), what
 //! the factors can absorb is projected out, every law is tried at every place, and the best is believed only beyond a limit that the
 //! whole search was calibrated to.
+//!
+//! Each folder is a room with one question, and imports only those before it in this list:
+//!
+//! - `observed`: what was measured.
+//! - `baselines`: what the linear structure predicts.
+//! - `noise`: how much readings scatter.
+//! - `problem`: which parameters and effects fit the readings best.
+//! - `screen`: what is wrong with the data themselves.
+//! - `hold_out`: how well readings are predicted that the fit has not seen.
+//! - `unexplained`: what a model leaves, and where.
+//! - `candidates`: which laws at which places explain it.
+//! - `verdict`: what is said in the end.
+//! - `design`: what should be measured next.
+//!
+//! `diagnose.rs` leads through them.
 
-mod bad_readings;
-mod bad_runs;
-mod baseline;
-mod candidate;
-mod candidate_scores;
-mod cell_compliance;
-mod cell_slopes;
-mod changes;
-mod configurations;
-mod critical_values;
-mod curve_residuals;
-mod data_screen;
-mod deleted_residuals;
+mod baselines;
+mod candidates;
 mod design;
-mod detection;
-mod diagnosis;
-mod earlier_noise;
+mod diagnose;
 mod error;
-mod estimated_noise;
-mod found_model;
-mod free_means;
-mod given_noise;
-mod grade;
-mod held_out;
-mod joined_sessions;
-mod known_effects;
-mod known_noise;
-mod memo;
-mod misread;
-mod missing_members;
-mod next_measurement;
+mod hold_out;
 mod noise;
-mod observations;
-mod omnibus;
-mod opposite_slips;
-mod outlier;
-mod part_evidence;
-mod part_model;
-mod part_noise;
-mod part_units;
-mod patterns;
-mod plan;
-mod predictor;
+mod observed;
 mod problem;
-mod profiles;
-mod ranked_candidate;
-mod ranking;
-mod reading_screen;
-mod recorded_history;
-mod refit;
-mod restricted_likelihood;
-mod robot_baseline;
-mod robot_solver;
-mod rounded;
-mod search;
-mod set_displacement;
-mod shares;
-mod sharpness;
-mod specimen;
-mod stand_ins;
-mod state;
-mod stated_values;
-mod strata;
-mod stratum;
-mod tails;
-mod trace;
-mod trial;
-mod unloaded_zero;
-mod usual_factor;
+mod screen;
+mod unexplained;
 mod verdict;
-mod white_laws;
-mod wrong_cells;
 
 pub use crate::search::MOST_READINGS_OF_A_PART;
-pub use bad_readings::{BadReading, OtherJointValue, ReadQuantity};
-pub use bad_runs::BadRun;
-pub use baseline::{Baseline, BaselineParameter, ElementCompliance, PoseSolver, StructureColumn};
-pub use cell_slopes::{CellSlopes, SeriesSlopes};
-pub use configurations::ConfigurationSizes;
-pub use critical_values::{Family, LawCriticalValues};
-pub use data_screen::{ScreenedData, screen_data};
+pub use baselines::{
+    Baseline, BaselineParameter, ElementCompliance, Line, PartUnit, PartUnits, PoseSolver,
+    RobotBaseline, StructureColumn, test_object,
+};
+pub use candidates::{
+    ConfigurationSizes, Family, LawCriticalValues, TrialNoise, Truth, WhiteLaw, WhiteLawShape,
+    scale_to, simulate, standard_errors, standard_errors_between, standard_errors_of_readings,
+    white_laws,
+};
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawAtPlace, LawDesign, NearRival,
-    USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
+    NextMeasurement, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
-pub use diagnosis::{
-    DetectionLimit, Diagnosis, FactorChange, Finding, HeldOut, Impossible, KnownEffect, Location,
-    Quality, Rival, Verdict,
-};
-pub use earlier_noise::EarlierNoise;
+pub use diagnose::{diagnose, diagnose_and_locate};
 pub use error::MismatchError;
-pub use estimated_noise::{EstimatedNoise, NoiseBasis};
-pub use given_noise::{GivenNoise, given_noise};
-pub use grade::VerdictGrade;
-pub(crate) use held_out::folds_of;
-pub use joined_sessions::{ObservedSession, noise_alone};
-pub use known_noise::KnownNoise;
-pub(crate) use misread::{
+pub(crate) use hold_out::folds_of;
+pub use hold_out::{HeldOut, MisfitShares, MisfitSteps, Quality};
+pub use noise::{CellSlopes, EarlierNoise, EstimatedNoise, KnownNoise, NoiseBasis, SeriesSlopes};
+pub(crate) use noise::{ForceReading, NoiseCovariance, ReadForces, estimate_noise};
+pub(crate) use observed::load_point;
+pub use observed::{
+    GaugeNoise, GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun,
+    ObservedSession, PlannedCell, PlannedLoad, ReadingNoise, Recorded,
+};
+pub use problem::{GivenNoise, SearchOptions, given_noise, noise_alone};
+pub use screen::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData, screen_data};
+pub(crate) use screen::{
     Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
-    ValueScale, find_mistake,
+    ValueScale, find_mistake, kept, slip,
 };
-pub use next_measurement::NextMeasurement;
-pub(crate) use noise::{ForceReading, NoiseCovariance, ReadForces};
-pub use noise::{GaugeNoise, ReadingNoise};
-pub(crate) use observations::load_point;
-pub use observations::{
-    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+pub use unexplained::{
+    Contrast, ExplainedShare, Located, Location, MapEntry, Omnibus, OmnibusTest, STRATUM_LEVEL,
+    Spot, Stratum, StratumTest, SuspectComponent, Untested, locate,
 };
-pub use omnibus::{Omnibus, OmnibusTest};
-pub use opposite_slips::reading_between_slips;
-pub use part_model::{PartBand, PartConfiguration, PartModel};
-pub use part_units::{PartUnit, PartUnits};
-pub use plan::{PlannedCell, PlannedLoad};
-pub(crate) use reading_screen::kept;
-pub(crate) use restricted_likelihood::estimate_noise;
-pub use robot_baseline::RobotBaseline;
-pub use search::SearchOptions;
-pub use shares::{MisfitShares, MisfitSteps};
-pub use specimen::{Line, test_object};
-pub use stated_values::{EstimatedValue, ValueInterval};
-pub use strata::{
-    Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,
-    SuspectComponent, Untested, locate,
+pub use verdict::{
+    DetectionLimit, Diagnosis, DiagnosisTrace, EffectTrace, EstimatedValue, FactorChange, Finding,
+    Impossible, KnownEffect, PartBand, PartConfiguration, PartModel, ReadingTrace, Rival,
+    ValueInterval, Verdict, VerdictGrade, reading_between_slips, trace,
 };
-pub use stratum::Stratum;
-pub use trace::{DiagnosisTrace, EffectTrace, ReadingTrace, trace};
-pub use trial::{
-    TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between,
-    standard_errors_of_readings,
-};
-pub(crate) use usual_factor::slip;
-pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};
-
-use problem::DiagnosisProblem;
-use stiffbench_beams::physics::TestObject;
-use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
-
-/// Finds what a baseline cannot explain, and which physics would.
-///
-/// # Arguments
-/// - `known`: limits computed before for the same robot and plan; computed here if `None`.
-///
-/// # Returns
-/// The diagnosis, and the limits for the next session of the same robot and plan.
-///
-/// # Errors
-/// [`MismatchError`].
-pub fn diagnose(
-    baseline: &dyn Baseline,
-    observations: &Observations,
-    options: &SearchOptions,
-    known: Option<&LawCriticalValues>,
-) -> Result<(Diagnosis, LawCriticalValues), MismatchError> {
-    let (diagnosis, critical, ()) =
-        diagnose_and(baseline, observations, options, known, |_| Ok(()))?;
-    Ok((diagnosis, critical))
-}
-
-/// The same, and states where the baseline without effects fails, as [`locate`] does.
-///
-/// # Errors
-/// [`MismatchError`].
-pub fn diagnose_and_locate(
-    baseline: &dyn Baseline,
-    observations: &Observations,
-    options: &SearchOptions,
-) -> Result<(Diagnosis, LawCriticalValues, Located), MismatchError> {
-    diagnose_and(baseline, observations, options, None, |bench| {
-        bench.located_at_start(options)
-    })
-}
-
-/// Diagnoses, and asks something else of the same bench, which keeps what it has computed.
-fn diagnose_and<T>(
-    baseline: &dyn Baseline,
-    observations: &Observations,
-    options: &SearchOptions,
-    known: Option<&LawCriticalValues>,
-    ask: impl FnOnce(&DiagnosisProblem<'_>) -> Result<T, MismatchError>,
-) -> Result<(Diagnosis, LawCriticalValues, T), MismatchError> {
-    if observations.is_empty() {
-        return Err(MismatchError::Empty);
-    }
-    let changing = DiagnosisProblem::new(baseline, observations)
-        .with_known_effects(&options.known_effects)
-        .changing_sizes(options)?;
-    let (sizes, observations) = match &changing {
-        Some((sizes, scaled)) => (*sizes, scaled),
-        None => (ConfigurationSizes::Common, observations),
-    };
-    let (at_start, moved_on);
-    let rough =
-        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects);
-    let positions = rough.positions_at_start(options)?;
-    let asked = ask(&rough)?;
-    at_start = observations.with_positions(&positions);
-    let bench = rough.with_positions(&at_start);
-    let (found, critical) = bench.search(options, known)?;
-    if observations.bench != TestObject::Robot {
-        let diagnosis = Diagnosis {
-            sizes,
-            ..bench.conclude(&found, &critical)?
-        };
-        return Ok((diagnosis, critical, asked));
-    }
-    // What was found moved the gauge too: where it stood is computed again, and with it what its period would explain.
-    let moved = bench.positions(&found.after)?;
-    if !shifts_a_period(&positions, &moved) {
-        return Ok((bench.conclude(&found, &critical)?, critical, asked));
-    }
-    moved_on = observations.with_positions(&moved);
-    let bench = bench.with_positions(&moved_on);
-    let (found, critical) = bench.search(options, Some(&critical))?;
-    Ok((bench.conclude(&found, &critical)?, critical, asked))
-}
-
-/// Whether positions differ by so much, m, that the shortest period searched for is in another phase: by 0.3 rad.
-fn shifts_a_period(before: &[f64], after: &[f64]) -> bool {
-    let shifts = before.iter().zip(after).map(|(a, b)| (a - b).abs());
-    shifts.fold(0.0, f64::max) > 0.05 * SHORTEST_PERIOD_M
-}

@@ -2,13 +2,14 @@
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::columns::ColumnRole;
+use super::columns::{ColumnRole, MissingPart};
 use super::draft::ImportDraft;
-use super::error::TableImportError;
+use super::error::{MissingParts, TableImportError};
 use super::joints::JointPoses;
 use super::mapping::ImportMapping;
 use super::measured::measured;
 use super::note::ImportNote;
+use super::pairs::are_all_equal;
 use super::runs::{NEAR_ZERO, RunDoubt, doubt_of, runs_of, turns_more_than_once};
 use super::values::{branch, direction, meanings, texts};
 use crate::readings::{
@@ -16,6 +17,7 @@ use crate::readings::{
     decimal, read_readings,
 };
 use crate::specimen::{TURN_SHARE, follow};
+use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
@@ -43,6 +45,27 @@ struct ImportedRow {
     raw: [String; 2],
     time_s: Option<f64>,
     temperature_deg_c: Option<f64>,
+}
+
+impl ImportDraft {
+    /// The readings.
+    ///
+    /// # Errors
+    /// [`TableImportError::Missing`] if something is missing; otherwise for the first cell that is not as it must be.
+    pub fn finish(self, command: &str) -> Result<ImportedReadings, TableImportError> {
+        let missing = self.missing();
+        if !missing.is_empty() {
+            let mut options: Vec<String> = missing.iter().map(MissingPart::option).collect();
+            options.dedup();
+            return Err(TableImportError::Missing {
+                at: self.table.header(),
+                missing: MissingParts(missing.clone()),
+                found: listed_names(self.table.names()),
+                help: format!("{command} {}", options.join(" ")),
+            });
+        }
+        build(&self)
+    }
 }
 
 pub(super) fn build(draft: &ImportDraft) -> Result<ImportedReadings, TableImportError> {
@@ -199,13 +222,6 @@ fn times(draft: &ImportDraft, rows: &[usize]) -> Result<Vec<Option<f64>>, TableI
     let conversion = draft.conversion(column, Kind::Time);
     let time = |row: &usize| draft.table.number(*row, column, conversion);
     Ok(rows.iter().map(time).collect::<Result<_, _>>()?)
-}
-
-/// Whether times tell nothing: a column of dates, whose times of day stand in another.
-pub(super) fn are_all_equal(times: &[Option<f64>]) -> bool {
-    let mut known = times.iter().flatten();
-    let first = known.next();
-    known.clone().next().is_some() && known.all(|time| Some(time) == first)
 }
 
 /// Force and displacement as they stand in the file.

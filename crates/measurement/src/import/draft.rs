@@ -1,16 +1,14 @@
 //! A table with what its columns were taken for, before readings are made of it.
 
-use super::build::{ImportedReadings, build};
 use super::columns::{ColumnGuess, ColumnRole, ImportedQuantity, MissingPart};
-use super::error::{MissingParts, TableImportError};
+use super::error::TableImportError;
 use super::guess::{FoundColumns, duplicate};
-use super::joints::joint_unit;
+use super::joint_unit::joint_unit;
 use super::keywords::is_of;
 use super::mapping::ImportMapping;
 use super::pairs::PairedLog;
 use crate::readings::Conversion;
 use crate::table_files::{MachineTable, read_table_file};
-use stiffbench_units_and_text::nearest::listed_names;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// Values of a column that are shown.
@@ -113,7 +111,7 @@ impl ImportDraft {
             }
         }
         if let Some((_, index)) = self.found.joints().next()
-            && joint_unit(self, index).is_none()
+            && joint_unit((&self.table, &self.mapping, &self.found), index).is_none()
         {
             let column = self.name(index).to_owned();
             missing.push(MissingPart::JointUnit { column });
@@ -154,25 +152,6 @@ impl ImportDraft {
             .collect()
     }
 
-    /// The readings.
-    ///
-    /// # Errors
-    /// [`TableImportError::Missing`] if something is missing; otherwise for the first cell that is not as it must be.
-    pub fn finish(self, command: &str) -> Result<ImportedReadings, TableImportError> {
-        let missing = self.missing();
-        if !missing.is_empty() {
-            let mut options: Vec<String> = missing.iter().map(MissingPart::option).collect();
-            options.dedup();
-            return Err(TableImportError::Missing {
-                at: self.table.header(),
-                missing: MissingParts(missing.clone()),
-                found: listed_names(self.table.names()),
-                help: format!("{command} {}", options.join(" ")),
-            });
-        }
-        build(&self)
-    }
-
     pub(super) fn name(&self, index: usize) -> &str {
         self.table.name(index)
     }
@@ -202,7 +181,10 @@ impl ImportDraft {
         let kind = match role {
             Some(ColumnRole::Force) => Kind::Force,
             Some(ColumnRole::Displacement) => Kind::Displacement,
-            Some(ColumnRole::Joint(_)) => return joint_unit(self, index).map(|unit| unit.name),
+            Some(ColumnRole::Joint(_)) => {
+                return joint_unit((&self.table, &self.mapping, &self.found), index)
+                    .map(|unit| unit.name);
+            }
             _ => return self.table.layout.columns[index].unit.clone(),
         };
         self.unit(index, kind)

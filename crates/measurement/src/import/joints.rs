@@ -2,63 +2,12 @@
 
 use super::draft::ImportDraft;
 use super::error::TableImportError;
-use super::keywords::is_of;
-use crate::readings::{Conversion, JointColumn, JointUnit, PoseJoints};
-use stiffbench_units_and_text::quantity::Kind;
+use super::joint_unit::joint_unit;
+use crate::readings::{JointColumn, PoseJoints};
 use stiffbench_units_and_text::test_point::PoseId;
 
 /// Values of a joint within this of each other are the same: encoders of robots show less, rad or m.
 const SAME: f64 = 2e-4;
-
-/// Joint values beyond this are no radians: a little more than a whole turn.
-const LARGEST_RAD: f64 = 7.0;
-
-/// The unit of joint values.
-pub(super) struct JointValueUnit {
-    pub(super) name: String,
-    pub(super) unit: JointUnit,
-    pub(super) conversion: Conversion,
-    /// Whether only the size of the values shows it.
-    pub(super) is_guessed: bool,
-}
-
-/// The unit of a column of joint values; `None` where nothing shows it.
-pub(super) fn joint_unit(draft: &ImportDraft, index: usize) -> Option<JointValueUnit> {
-    let column = &draft.table.layout.columns[index];
-    let of = |name: String, is_guessed| {
-        let (unit, conversion) = JointUnit::of(&name)?;
-        Some(JointValueUnit {
-            name,
-            unit,
-            conversion,
-            is_guessed,
-        })
-    };
-    let length = column
-        .unit
-        .clone()
-        .filter(|unit| is_of(Kind::Displacement, unit));
-    let named = length.or_else(|| draft.unit(index, Kind::Angle));
-    if let Some(name) = named {
-        return of(name, false);
-    }
-    // The end of `joint_q1_deg` is its unit.
-    if let Some((_, end)) = column
-        .stem
-        .rsplit_once('_')
-        .filter(|(_, end)| is_of(Kind::Angle, end))
-    {
-        return of(end.to_owned(), false);
-    }
-    let large = draft.found.joints().any(|(_, index)| {
-        let values = draft.table.numbers(index).unwrap_or_default();
-        values
-            .iter()
-            .flatten()
-            .any(|value| value.abs() > LARGEST_RAD)
-    });
-    large.then(|| of("deg".to_owned(), true)).flatten()
-}
 
 /// Poses by joint values, in the order in which they appear.
 #[derive(Debug, Default)]
@@ -80,7 +29,7 @@ impl JointPoses {
         let mut columns = Vec::new();
         let mut poses = Self::default();
         for (variable, index) in draft.found.joints() {
-            let Some(unit) = joint_unit(draft, index) else {
+            let Some(unit) = joint_unit((&draft.table, &draft.mapping, &draft.found), index) else {
                 continue;
             };
             poses.are_guessed_degrees |= unit.is_guessed;

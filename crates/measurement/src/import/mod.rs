@@ -9,6 +9,7 @@ mod columns;
 mod draft;
 mod error;
 mod guess;
+mod joint_unit;
 mod joints;
 mod keywords;
 mod mapping;

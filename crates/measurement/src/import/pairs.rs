@@ -1,6 +1,5 @@
 //! A log of the force and a log of the displacement, paired by their times.
 
-use super::build::are_all_equal;
 use super::columns::{ColumnRole, ImportedQuantity, MissingPart};
 use super::error::TableImportError;
 use super::guess::FoundColumns;
@@ -142,6 +141,13 @@ fn at(points: &[(f64, f64)], longest: f64, time: f64) -> Option<f64> {
         return None;
     }
     Some(y0 + (y1 - y0) * (time - t0) / (t1 - t0))
+}
+
+/// Whether times tell nothing: a column of dates, whose times of day stand in another.
+pub(super) fn are_all_equal(times: &[Option<f64>]) -> bool {
+    let mut known = times.iter().flatten();
+    let first = known.next();
+    known.clone().next().is_some() && known.all(|time| Some(time) == first)
 }
 
 #[cfg(test)]

@@ -7,20 +7,9 @@ use super::column::Column;
 use super::defaults::fill_defaults;
 use super::error::ReadingsError;
 use super::header::ColumnHeader;
-use super::number::DecimalSign;
 use super::row::RowReader;
-use super::rows::Delimiter;
 use super::table::ReadingTable;
-use super::text_table::RecordTable;
-
-/// What the caller knows about a file; the rest is found from the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ReadOptions {
-    /// The sign between fields.
-    pub delimiter: Option<Delimiter>,
-    /// The decimal sign of the numbers.
-    pub decimal: Option<DecimalSign>,
-}
+use super::text_table::{ReadOptions, RecordTable};
 
 /// Readings from a table.
 ///

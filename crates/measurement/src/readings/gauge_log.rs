@@ -9,38 +9,13 @@ use std::io::Read;
 
 use super::assumption::Assumption;
 use super::column::Column;
-use super::csv::ReadOptions;
 use super::error::ReadingsError;
-use super::log_columns::{LogColumns, Preamble};
+use super::log_columns::{GaugeLogOptions, LoadSign, LogColumns, Preamble};
 use super::rows::Delimiter;
 use super::table::{ReadingTable, RunKey};
 use super::targets::{are_one_load, fill_targets};
-use super::text_table::RecordTable;
-use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
-
-/// Along which sense of the direction the load acted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LoadSign {
-    /// Along the positive axis.
-    Positive,
-    /// Against it: a push along -x has a negative force.
-    Negative,
-}
-
-/// What a gauge log leaves open.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GaugeLogOptions {
-    /// The pose held.
-    pub pose: PoseId,
-    /// The direction of load and displacement.
-    pub direction: Direction,
-    /// Which application of the load sequence it was, from 1.
-    pub repeat: u32,
-    /// The sense of the load; gauges disagree about the sign of a push.
-    pub sign: LoadSign,
-    /// Delimiter (a tab unless stated otherwise) and decimal sign.
-    pub text: ReadOptions,
-}
+use super::text_table::{ReadOptions, RecordTable};
+use stiffbench_units_and_text::test_point::{Branch, Cell};
 
 /// Readings from a force gauge's own log.
 ///
@@ -157,6 +132,7 @@ fn turn_and_split(table: &mut ReadingTable, sign: LoadSign) {
 mod tests {
     use super::*;
     use crate::readings::AssumptionNote;
+    use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
     const LOG: &str = "3/2/2026  9:30 AM\r\nUnits: N\r\nReadings: Continuous\r\nX-Axis: Travel\r\nTravel Unit: mm\r\n\
         Reading\tLoad\tTravel\tTime\r\n1\t0.02\t0.000\t0.000\r\n2\t10.10\t-0.610\t0.181\r\n3\t20.00\t-1.213\t0.360\r\n4\t9.90\t-0.605\t0.540\r\n";

@@ -3,12 +3,11 @@
 use super::assumption::{Assumption, AssumptionNote};
 use super::column::{Column, NamedColumn, understand};
 use super::error::ReadingsError;
-use super::gauge_log::GaugeLogOptions;
 use super::number::Conversion;
 use super::reading::{Reading, ReadingStatus, ReadingText};
-use super::text_table::RecordTable;
+use super::text_table::{ReadOptions, RecordTable};
 use stiffbench_units_and_text::quantity::Kind;
-use stiffbench_units_and_text::test_point::Branch;
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 /// Whether fields are the column names of a gauge's log.
 pub(super) fn is_log_header(names: &[String]) -> bool {
@@ -19,6 +18,30 @@ pub(super) fn is_log_header(names: &[String]) -> bool {
         load |= name.starts_with("load");
     }
     reading && load
+}
+
+/// Along which sense of the direction the load acted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoadSign {
+    /// Along the positive axis.
+    Positive,
+    /// Against it: a push along -x has a negative force.
+    Negative,
+}
+
+/// What a gauge log leaves open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GaugeLogOptions {
+    /// The pose held.
+    pub pose: PoseId,
+    /// The direction of load and displacement.
+    pub direction: Direction,
+    /// Which application of the load sequence it was, from 1.
+    pub repeat: u32,
+    /// The sense of the load; gauges disagree about the sign of a push.
+    pub sign: LoadSign,
+    /// Delimiter (a tab unless stated otherwise) and decimal sign.
+    pub text: ReadOptions,
 }
 
 /// What stands above the table of a log.

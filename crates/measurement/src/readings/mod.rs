@@ -33,11 +33,12 @@ mod write;
 
 pub use assumption::{Assumption, AssumptionNote, Excluded};
 pub use column::Column;
-pub use csv::{ReadOptions, read_readings};
+pub use csv::read_readings;
 pub use error::{FileCell, ReadingsError};
 pub use formula::{escape_formula, unescape_formula};
-pub use gauge_log::{GaugeLogOptions, LoadSign, read_gauge_log};
+pub use gauge_log::read_gauge_log;
 pub use joint_values::{JointColumn, JointUnit, PoseJoints};
+pub use log_columns::{GaugeLogOptions, LoadSign};
 pub use number::DecimalSign;
 pub use procedure_toml::PROCEDURE_SCHEMA;
 pub use reading::{Reading, ReadingStatus, ReadingText};
@@ -49,6 +50,7 @@ pub use session_file::{
 };
 pub use since_zero::SinceZero;
 pub use table::{FieldRow, FileFields, ReadingTable, RunKey, RunNumbers, check_poses};
+pub use text_table::ReadOptions;
 pub use vector_table::{is_vector_table, read_vector_readings};
 pub use write::{WrittenRows, write_readings, write_rows};
 

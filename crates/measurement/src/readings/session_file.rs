@@ -7,6 +7,7 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use super::joint_values::PoseJoints;
+use super::toml_values::Word;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::source_text::PlacedError;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
@@ -276,21 +277,6 @@ pub enum ZeroScope {
     Cell,
     /// Before each run.
     Run,
-}
-
-/// A word of a closed list, as it stands in files.
-pub(super) trait Word: Copy + PartialEq + 'static {
-    /// The members of the list with their words.
-    const WORDS: &'static [(&'static str, Self)];
-    /// The list, for messages.
-    const EXPECTED: &'static str;
-
-    fn word(self) -> &'static str {
-        Self::WORDS
-            .iter()
-            .find(|(_, member)| *member == self)
-            .map_or("", |(word, _)| word)
-    }
 }
 
 impl Word for RepeatOrder {

@@ -7,14 +7,22 @@ use std::cell::Cell;
 use std::io::Read;
 
 use super::assumption::Assumption;
-use super::csv::ReadOptions;
 use super::encoding::Encoding;
 use super::error::{FileCell, ReadingsError};
 use super::formula::unescape_formula;
-use super::number::{Conversion, NumberFault, NumberReader, read_count};
+use super::number::{Conversion, DecimalSign, NumberFault, NumberReader, read_count};
 use super::reading::{BRANCH_WORDS, ReadingStatus, STATUS_WORDS, meaning_of};
 use super::rows::{Delimiter, Rows, text_of};
 use stiffbench_units_and_text::test_point::Branch;
+
+/// What the caller knows about a file; the rest is found from the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ReadOptions {
+    /// The sign between fields.
+    pub delimiter: Option<Delimiter>,
+    /// The decimal sign of the numbers.
+    pub decimal: Option<DecimalSign>,
+}
 
 /// A table that is read record by record.
 pub(crate) struct RecordTable<'a> {

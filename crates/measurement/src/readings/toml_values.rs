@@ -5,9 +5,23 @@ use toml::de::DeValue;
 use toml::{Table, Value};
 
 use super::number::{Conversion, NumberReader};
-use super::session_file::Word;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::toml_text::{self, Read};
+
+/// A word of a closed list, as it stands in files.
+pub(super) trait Word: Copy + PartialEq + 'static {
+    /// The members of the list with their words.
+    const WORDS: &'static [(&'static str, Self)];
+    /// The list, for messages.
+    const EXPECTED: &'static str;
+
+    fn word(self) -> &'static str {
+        Self::WORDS
+            .iter()
+            .find(|(_, member)| *member == self)
+            .map_or("", |(word, _)| word)
+    }
+}
 
 /// A quantity in SI, from the key `STEM_UNIT`.
 pub(super) fn quantity(table: &toml_text::Table<'_>, stem: &str, kind: Kind) -> Read<Option<f64>> {

@@ -6,13 +6,12 @@ use std::io::Read;
 use indexmap::IndexMap;
 
 use super::column::{Column, split_unit};
-use super::csv::ReadOptions;
 use super::error::ReadingsError;
 use super::joint_values::{PlacedJointColumn, PoseJoints};
 use super::number::Conversion;
 use super::reading::{Reading, ReadingStatus, ReadingText};
 use super::table::{FieldRow, FileFields, ReadingTable, RunKey};
-use super::text_table::RecordTable;
+use super::text_table::{ReadOptions, RecordTable};
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::quantity::Kind;

@@ -1,113 +1,13 @@
 //! The uncertainty budget of a stiffness (GUM clauses 4, 5 and annex G).
 
-use std::fmt;
-
-use serde::Serialize;
-
+use super::budget_row::{BudgetInputs, BudgetRow, EvaluationType, RowUse, UncertaintySource};
 use super::contributions::{
     calibration_rows, repeatability, resolution_rows, zero_drift, zero_setting,
 };
 use super::covariance::LnParts;
-use super::curve::LoadCurve;
-use super::estimate::{BareStiffness, StiffnessEstimate};
-use super::gauges::GaugePair;
-use super::line::LineFit;
-use super::scatter::PooledScatter;
+use super::estimate::{BareStiffness, Method, ScatterBasis};
+use super::line::TypeA;
 use stiffbench_numeric::statistics::{Estimate, welch_satterthwaite};
-
-/// What an uncertainty comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum UncertaintySource {
-    /// Scatter of the readings.
-    Repeatability,
-    /// Display step of the force gauge.
-    ForceResolution,
-    /// Display step of the displacement gauge.
-    DisplacementResolution,
-    /// Certificate of the force gauge.
-    ForceCalibration,
-    /// Certificate of the displacement gauge.
-    DisplacementCalibration,
-    /// Error of a gauge zero that several runs share.
-    ZeroSetting,
-    /// Difference of the unloaded readings before and after, and what checks of the zeros found.
-    ZeroDrift,
-}
-
-impl fmt::Display for UncertaintySource {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Repeatability => "repeatability",
-            Self::ForceResolution => "resolution of the force gauge",
-            Self::DisplacementResolution => "resolution of the displacement gauge",
-            Self::ForceCalibration => "calibration of the force gauge",
-            Self::DisplacementCalibration => "calibration of the displacement gauge",
-            Self::ZeroSetting => "zero setting",
-            Self::ZeroDrift => "zero drift",
-        })
-    }
-}
-
-/// Whether a component comes from observed scatter or from other knowledge (GUM 2.3.2, 2.3.3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub enum EvaluationType {
-    /// From the scatter of these readings.
-    A,
-    /// From anything else.
-    B,
-}
-
-/// Shape of the distribution assumed for a component.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Distribution {
-    /// Normal.
-    Normal,
-    /// Even within its limits.
-    Rectangular,
-}
-
-/// Whether and why a row counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum RowUse {
-    /// Part of the combined uncertainty.
-    Counted,
-    /// Shows in the scatter, counted there.
-    InRepeatability,
-    /// Nothing known of it: not in the combined uncertainty.
-    NotStated,
-    /// Does not act on this quantity.
-    NoEffect,
-}
-
-/// One row of the budget.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BudgetRow {
-    /// Where it comes from.
-    pub source: UncertaintySource,
-    /// Type A or B.
-    pub evaluation: EvaluationType,
-    /// Assumed shape.
-    pub distribution: Distribution,
-    /// Whether it counts.
-    pub standing: RowUse,
-    /// Standard uncertainty of the input, in `unit`; `None` if nothing is known.
-    pub standard_uncertainty: Option<f64>,
-    /// SI unit of `standard_uncertainty`.
-    pub unit: &'static str,
-    /// Size of the sensitivity coefficient, N/m per `unit`.
-    pub sensitivity: f64,
-    /// Contribution to the combined standard uncertainty, N/m; zero unless it is counted.
-    pub contribution_n_per_m: f64,
-    /// Degrees of freedom; infinite for what is taken as known.
-    pub dof: f64,
-    /// Share of the combined variance, %.
-    pub share_percent: f64,
-    /// Further remarks.
-    pub note: &'static str,
-}
 
 /// All rows of a stiffness; what is not stated has its row too.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,36 +16,32 @@ pub struct Budget {
     pub rows: Vec<BudgetRow>,
 }
 
+/// Stiffness of one cell by one method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StiffnessEstimate {
+    /// How it was computed.
+    pub method: Method,
+    /// Value, combined standard uncertainty and effective degrees of freedom, N/m. Without a type A part there is no combined
+    /// uncertainty, since the rest alone would be too small.
+    pub estimate: Estimate,
+    /// Part from observed scatter, N/m.
+    pub type_a: Option<TypeA>,
+    /// Part from other knowledge, standard uncertainty in N/m; what is not stated is not in it (see `budget`).
+    pub type_b_n_per_m: f64,
+    /// What `type_a` rests on.
+    pub basis: ScatterBasis,
+    /// Where the uncertainty comes from.
+    pub budget: Budget,
+    /// The uncertainty of ln K, split into what cells share and what they do not.
+    pub ln_parts: LnParts,
+}
+
 impl Budget {
     /// The row of `source`.
     #[must_use]
     pub fn row(&self, source: UncertaintySource) -> Option<&BudgetRow> {
         self.rows.iter().find(|row| row.source == source)
     }
-}
-
-/// Known properties of the unloaded state before and after the loads.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Return {
-    /// No unloaded reading after the loads.
-    NotMeasured,
-    /// The mean difference is within its noise.
-    WithinNoise,
-    /// The mean difference, m.
-    Away(f64),
-    /// The largest change that checks of the zero found, m, without sign.
-    Checked(f64),
-}
-
-/// Everything the budget of one cell draws on.
-pub(super) struct BudgetInputs<'a> {
-    pub(super) curve: &'a LoadCurve,
-    pub(super) line: Option<&'a LineFit>,
-    pub(super) gauges: &'a GaugePair,
-    pub(super) pooled: Option<&'a PooledScatter>,
-    pub(super) back_to_zero: Return,
-    /// The largest change that checks of the force zero found, N, without sign; zero where there was none.
-    pub(super) force_drift_n: f64,
 }
 
 /// Relative size of what the rounding of sums leaves; no scatter of readings is as small.
@@ -232,9 +128,11 @@ fn effective_dof(rows: &[BudgetRow], counts: fn(&BudgetRow) -> bool) -> f64 {
 mod tests {
     use super::*;
     use crate::readings::Reading;
-    use crate::stiffness::GaugeTerms;
-    use crate::stiffness::curve::Branches;
+    use crate::stiffness::budget_row::Return;
+    use crate::stiffness::curve::{Branches, LoadCurve};
     use crate::stiffness::estimate::{paper_stiffness, regression_stiffness};
+    use crate::stiffness::gauges::{GaugePair, GaugeTerms};
+    use crate::stiffness::line::LineFit;
     use crate::stiffness::sample::{cell, reading};
 
     /// Force gauge 0.1 N, U 0.15 N; displacement gauge 10 µm, U 4 µm; both k = 2.

@@ -1,11 +1,10 @@
 //! The checks of a table: each raises flags, none removes a reading.
 
-use super::budget::Return;
+use super::budget_row::Return;
 use super::curve::{Branches, LoadCurve};
-use super::estimate::NoStiffness;
 use super::flags::{Flag, ZeroEvidence};
 use super::gauges::GaugePair;
-use super::line::{FEWEST_RUNS, LineFit, StraightLine};
+use super::line::{FEWEST_RUNS, LineFit, NoStiffness, StraightLine};
 use super::outliers::{flag_outliers, reading_sd_m};
 use super::scatter::{CellScatter, PooledScatter};
 use super::significance::{

@@ -13,7 +13,7 @@
 //! differ by more than the step they round differently, are averaged, and show in the scatter: counted once, there. Where all
 //! repeats fall on one step they are wrong together, nothing shows, and the step is counted without averaging over repeats.
 
-use super::budget::{
+use super::budget_row::{
     BudgetInputs, BudgetRow, Distribution, EvaluationType, Return, RowUse, UncertaintySource,
 };
 use super::curve::{LoadCurve, LoadMean};

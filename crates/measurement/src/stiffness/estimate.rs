@@ -5,13 +5,10 @@ use std::fmt;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::budget::Budget;
-use super::covariance::LnParts;
 use super::curve::LoadCurve;
-use super::line::{FEWEST_RUNS, LineFit};
+use super::line::{FEWEST_RUNS, LineFit, NoStiffness, TypeA};
 use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
-use stiffbench_numeric::statistics::Estimate;
 use stiffbench_units_and_text::count::counted;
 
 /// How a stiffness was computed of the readings.
@@ -58,67 +55,6 @@ pub enum ScatterBasis {
         /// Number of runs.
         n_runs: usize,
     },
-}
-
-/// Standard uncertainty from observed scatter (GUM 4.2), in the unit of the field that holds it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TypeA {
-    /// Standard uncertainty.
-    pub standard_uncertainty: f64,
-    /// Degrees of freedom.
-    pub dof: f64,
-}
-
-/// Stiffness of one cell by one method.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StiffnessEstimate {
-    /// How it was computed.
-    pub method: Method,
-    /// Value, combined standard uncertainty and effective degrees of freedom, N/m. Without a type A part there is no combined
-    /// uncertainty, since the rest alone would be too small.
-    pub estimate: Estimate,
-    /// Part from observed scatter, N/m.
-    pub type_a: Option<TypeA>,
-    /// Part from other knowledge, standard uncertainty in N/m; what is not stated is not in it (see `budget`).
-    pub type_b_n_per_m: f64,
-    /// What `type_a` rests on.
-    pub basis: ScatterBasis,
-    /// Where the uncertainty comes from.
-    pub budget: Budget,
-    /// The uncertainty of ln K, split into what cells share and what they do not.
-    pub ln_parts: LnParts,
-}
-
-/// Why a cell has no stiffness by a method.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum NoStiffness {
-    /// Only unloaded readings.
-    #[error("no reading under load")]
-    NoLoad,
-    /// The mean displacement at a load is exactly zero, so F/δ is infinite there.
-    #[error("the mean displacement at {target_n} N is zero, F/δ has no value there")]
-    NoDisplacement {
-        /// The load, N.
-        target_n: f64,
-    },
-    /// The mean force at a load that should not be zero is exactly zero.
-    #[error("the mean force measured at {target_n} N is zero")]
-    NoForce {
-        /// The load, N.
-        target_n: f64,
-    },
-    /// Force and displacement have opposite signs at a load, so F/δ is negative there.
-    #[error("force and displacement have opposite signs at {target_n} N, F/δ is negative there")]
-    OppositeSigns {
-        /// The load, N.
-        target_n: f64,
-    },
-    /// No gauge zero has readings at two loads.
-    #[error("all readings of each gauge zero are at one load")]
-    OneForce,
-    /// The slope is exactly zero.
-    #[error("the displacement does not change with the force")]
-    NoSlope,
 }
 
 /// A stiffness with the derivatives that its budget needs.

@@ -5,11 +5,12 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 
-use super::budget::{BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
+use super::budget::StiffnessEstimate;
+use super::budget_row::{BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
 use super::curve::{Branches, LoadMean};
-use super::estimate::{NoStiffness, ScatterBasis, StiffnessEstimate};
+use super::estimate::ScatterBasis;
 use super::flags::Flag;
-use super::line::LineFit;
+use super::line::{LineFit, NoStiffness};
 use super::table::{CellStiffness, StiffnessTable};
 use stiffbench_numeric::reported::Reported;
 use stiffbench_numeric::statistics::Estimate;

@@ -1,7 +1,8 @@
 //! Straight lines of displacement against force: one per run, and the common slope with one intercept per gauge zero.
 
+use thiserror::Error;
+
 use super::curve::{CurvePoint, LoadCurve, Run};
-use super::estimate::{NoStiffness, TypeA};
 use crate::readings::are_one_load;
 use stiffbench_numeric::statistics::{Estimate, mean, standard_deviation};
 
@@ -63,6 +64,47 @@ impl StraightLine {
         let force = point.force_n - self.mean_force_n;
         1.0 / self.n as f64 + force * force / self.sxx_n2
     }
+}
+
+/// Standard uncertainty from observed scatter (GUM 4.2), in the unit of the field that holds it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TypeA {
+    /// Standard uncertainty.
+    pub standard_uncertainty: f64,
+    /// Degrees of freedom.
+    pub dof: f64,
+}
+
+/// Why a cell has no stiffness by a method.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum NoStiffness {
+    /// Only unloaded readings.
+    #[error("no reading under load")]
+    NoLoad,
+    /// The mean displacement at a load is exactly zero, so F/δ is infinite there.
+    #[error("the mean displacement at {target_n} N is zero, F/δ has no value there")]
+    NoDisplacement {
+        /// The load, N.
+        target_n: f64,
+    },
+    /// The mean force at a load that should not be zero is exactly zero.
+    #[error("the mean force measured at {target_n} N is zero")]
+    NoForce {
+        /// The load, N.
+        target_n: f64,
+    },
+    /// Force and displacement have opposite signs at a load, so F/δ is negative there.
+    #[error("force and displacement have opposite signs at {target_n} N, F/δ is negative there")]
+    OppositeSigns {
+        /// The load, N.
+        target_n: f64,
+    },
+    /// No gauge zero has readings at two loads.
+    #[error("all readings of each gauge zero are at one load")]
+    OneForce,
+    /// The slope is exactly zero.
+    #[error("the displacement does not change with the force")]
+    NoSlope,
 }
 
 /// Common slope of displacement on force in a cell, with a free intercept per gauge zero.

@@ -9,6 +9,7 @@
 //! is removed.
 
 mod budget;
+mod budget_row;
 mod checks;
 mod compare;
 mod contributions;
@@ -38,7 +39,8 @@ mod straightness;
 mod table;
 mod zeros;
 
-pub use budget::{Budget, BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
+pub use budget::{Budget, StiffnessEstimate};
+pub use budget_row::{BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
 pub use compare::{
     CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, SameGauges,
     StiffnessAgreement, compare,
@@ -46,11 +48,11 @@ pub use compare::{
 pub use covariance::{LnParts, LnStiffnessCovariance};
 pub use curve::{Branches, CurvePoint, LoadCurve, LoadMean, Run, Spread};
 pub use display_step::step_of;
-pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA, stiffness_value};
+pub use estimate::{Method, ScatterBasis, stiffness_value};
 pub use flags::{Flag, ReadingPlace, ZeroEvidence};
 pub use gauges::{GaugePair, GaugeTerms, StiffnessError, is_factor_of_limits, read_off_words};
 pub use grouping::LeftOut;
-pub use line::{LineFit, RunSums};
+pub use line::{LineFit, NoStiffness, RunSums, TypeA};
 pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;

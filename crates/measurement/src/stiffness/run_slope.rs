@@ -5,8 +5,7 @@
 //! others, or has no uncertainty.
 
 use super::curve::LoadCurve;
-use super::estimate::TypeA;
-use super::line::LineFit;
+use super::line::{LineFit, TypeA};
 use super::scatter::PooledScatter;
 use stiffbench_numeric::statistics::{chi_squared_upper_tail, welch_satterthwaite};
 

@@ -2,17 +2,16 @@
 
 use thiserror::Error;
 
-use super::budget::{BudgetInputs, combine};
+use super::budget::{StiffnessEstimate, combine};
+use super::budget_row::BudgetInputs;
 use super::checks::{CellWork, check};
 use super::covariance::LnStiffnessCovariance;
 use super::curve::{Branches, LoadMean};
-use super::estimate::{
-    Elsewhere, Method, NoStiffness, StiffnessEstimate, paper_stiffness, regression_stiffness,
-};
+use super::estimate::{Elsewhere, Method, paper_stiffness, regression_stiffness};
 use super::flags::Flag;
 use super::gauges::GaugePair;
 use super::grouping::{LeftOut, group_by_cell};
-use super::line::LineFit;
+use super::line::{LineFit, NoStiffness};
 use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
 use super::zeros::ZeroDrifts;

@@ -1,5 +1,6 @@
 //! A joint that turns freely through its play once its seat is overcome.
 
+use crate::physics::joint_path::JointPath;
 use super::joint_compliance::{ACROSS_THE_JOINT, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT};
 use crate::physics::action::{
     Driven, DrivenPath, HistoryLaw, LawAction, RotationLaw, SimulatedRotation, Values,
@@ -10,7 +11,6 @@ use crate::physics::parameter::{OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange,
 use crate::physics::part::{LEVEL, SEARCH, SLOPE, at_levels, mean_slope};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
-use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-backlash",

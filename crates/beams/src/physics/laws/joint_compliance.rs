@@ -1,12 +1,12 @@
 //! A joint that turns in proportion to its moment.
 
+use crate::physics::joint_path::JointPath;
 use crate::physics::action::{LawAction, Driven, RotationLaw, SimulatedRotation, Values};
 use crate::physics::dimension::Dimension;
 use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawKind, LawWording};
 use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
 use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn};
-use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-compliance",

@@ -1,5 +1,6 @@
 //! A joint that sticks until its friction moment, then turns as a spring, and sticks again on reversal.
 
+use crate::physics::joint_path::JointPath;
 use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
@@ -11,7 +12,6 @@ use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, PlaceScale, SearchSpec, SearchedOn, Shape};
-use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-friction",

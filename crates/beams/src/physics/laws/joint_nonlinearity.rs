@@ -1,6 +1,7 @@
 //! A joint that turns by a linear and a quadratic term of its moment.
 
 use super::one_of;
+use crate::physics::joint_path::JointPath;
 use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
@@ -10,7 +11,6 @@ use crate::physics::law::{LawDefinition, LawKind, LawWording};
 use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
 use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, SearchedOn, Shape};
-use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "joint-nonlinearity",

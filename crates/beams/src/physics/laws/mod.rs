@@ -4,6 +4,7 @@
 //! filled in, and nothing elsewhere names a law.
 
 use super::law::Law;
+use super::search::TestObject;
 
 /// Declares the files, the list of laws in their order, and a name for each; a second name where a file holds the same law for another kind of place,
 /// with one more parameter, or as a part without a robot file shows it.
@@ -12,7 +13,7 @@ macro_rules! library {
         $(mod $file;)*
 
         /// Every law, in the order of the library.
-        pub(super) const LAWS: &[Law] = &[$($law $(, $other)?),*];
+        const LAWS: &[Law] = &[$($law $(, $other)?),*];
 
         $(
             #[doc = concat!("The law of `laws/", stringify!($file), ".rs`.")]
@@ -71,6 +72,44 @@ pub use gauge_periodic::{NOMINAL_PERIODS_M, SHORTEST_PERIOD_M};
 /// A place as one of its kind: "a joint A3", "a part".
 fn one_of(at: &str) -> String {
     format!("a {}", at.strip_prefix("the ").unwrap_or(at))
+}
+
+impl Law {
+    /// Every law, in the order of the library.
+    pub const ALL: &'static [Self] = LAWS;
+
+    /// The laws that are searched for in readings of an object.
+    pub fn searched_on(object: TestObject) -> impl Iterator<Item = Self> {
+        let laws = Self::ALL.iter().copied();
+        laws.filter(move |law| law.search.on.contains(object))
+    }
+
+    /// Names of all laws, each once, in the order of the library.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        let mut names: Vec<&str> = Vec::new();
+        for law in Self::ALL {
+            if !names.contains(&law.name) {
+                names.push(law.name);
+            }
+        }
+        names
+    }
+
+    /// The laws of a name: one, or those distinguished by place, names or units of parameters.
+    pub fn named(name: &str) -> impl Iterator<Item = Self> {
+        Self::ALL
+            .iter()
+            .copied()
+            .filter(move |law| law.name == name)
+    }
+
+    /// Place in the library, from 0.
+    #[must_use]
+    pub fn number(self) -> usize {
+        let same = |law: &&Self| **law == self;
+        Self::ALL.iter().take_while(|law| !same(law)).count()
+    }
 }
 
 #[cfg(test)]

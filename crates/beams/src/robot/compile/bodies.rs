@@ -3,7 +3,8 @@
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file;
 use crate::robot::model::{Angle, Body, BodyPlace, Joint, Limit, Plane, Variable};
-use crate::robot::springs::{JointMotion, JointSprings};
+use crate::robot::spring_axis::JointMotion;
+use crate::robot::springs::JointSprings;
 use stiffbench_units_and_text::toml_text::DocumentStep::{Index, Key};
 
 use super::Compiler;

@@ -6,8 +6,7 @@ use crate::robot::RatedSection;
 use crate::robot::error::RobotError;
 use crate::robot::file;
 use crate::robot::loads::{MassPlace, PointMass};
-use crate::robot::mechanism::Mechanism;
-use crate::robot::model::Member;
+use crate::robot::model::{Mechanism, Member};
 use crate::structure::{Material, Section, ShearCoefficients};
 use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 

@@ -12,9 +12,8 @@ use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::expression::Expression;
-use crate::robot::mechanism::Mechanism;
 use crate::robot::model::{
-    Body, Joint, Limit, Member, NodePlace, Plane, RigidLink, RobotNode, Variable,
+    Body, Joint, Limit, Mechanism, Member, NodePlace, Plane, RigidLink, RobotNode, Variable,
 };
 use crate::robot::springs::Tool;
 use crate::robot::{RatedSection, Robot, kinematics, parameters, plausible};

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::robot::exact_array::{exactly, exactly_if_given};
 use crate::robot::file::{FactorsEntry, OrderedTable};
-use crate::robot::shapes::{exactly, exactly_if_given};
 
 use super::measure::{AngleOf, ComplianceOf, InUnit, LengthOf, StiffnessOf, TravelOf};
 use super::parts::{BalancerRow, BaseRow, MassRow, MaterialRow, SectionRow, ToolRow};

@@ -4,7 +4,7 @@ use stiffbench_units_and_text::toml_text::DocumentStep::{Index, Key};
 
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::model::{Angle, Body, BodyPlace, Joint, NodePlace};
-use crate::robot::springs::JointMotion;
+use crate::robot::spring_axis::JointMotion;
 
 use super::builder::{BASE, RobotBuilder, TOOL};
 use super::file::{Bearing, DhConvention, JointKind, JointRow};

@@ -6,9 +6,9 @@ use stiffbench_numeric::vector::{cross, norm, scale, subtract};
 use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use crate::robot::error::{RobotError, RobotProblem};
-use crate::robot::file::ElementClass;
 use crate::robot::model::{BodyPlace, Joint, Member, NodePlace, RigidLink};
-use crate::robot::springs::JointMotion;
+use crate::robot::model_parameter::ElementClass;
+use crate::robot::spring_axis::JointMotion;
 
 use super::builder::RobotBuilder;
 use super::file::LinkRow;

@@ -7,7 +7,7 @@ use stiffbench_units_and_text::toml_text::DocumentStep::{self, Key};
 
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::expression::ExpressionError;
-use crate::robot::springs::JointMotion;
+use crate::robot::spring_axis::JointMotion;
 
 use super::builder::{BASE, RobotBuilder, TOOL};
 use super::measure::units;

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::robot::shapes::{exactly, exactly_if_given};
+use crate::robot::exact_array::{exactly, exactly_if_given};
 
 use super::file::SpringRows;
 use super::measure::{

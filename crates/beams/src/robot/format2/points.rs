@@ -4,7 +4,8 @@ use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::model::{Joint, NodePlace, RadiusOf};
-use crate::robot::springs::{JointMotion, Payload, SpringDefault, Tool};
+use crate::robot::spring_axis::JointMotion;
+use crate::robot::springs::{Payload, SpringDefault, Tool};
 
 use super::builder::{RobotBuilder, TOOL};
 use super::file::{JointKind, JointRow, PointRow};

@@ -5,9 +5,8 @@ use std::fmt;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer, StrDeserializer};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-use crate::robot::shapes::exactly;
-
 use super::file::{AxisValue, PoseAngles, SpringRow, SpringShape, SpringWord};
+use crate::robot::exact_array::exactly;
 
 impl<'de> Deserialize<'de> for AxisValue {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

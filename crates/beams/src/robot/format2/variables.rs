@@ -6,7 +6,7 @@ use stiffbench_units_and_text::toml_text::DocumentStep::Key;
 
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::model::Variable;
-use crate::robot::springs::JointMotion;
+use crate::robot::spring_axis::JointMotion;
 
 use super::builder::RobotBuilder;
 use super::file::{JointKind, VariableRow};

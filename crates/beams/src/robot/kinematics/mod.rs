@@ -21,7 +21,6 @@ use stiffbench_numeric::simd::{
 
 use super::Robot;
 use super::error::RobotError;
-use super::hinges::FixedDirection;
 use super::model::{Angle, BodyPlace, NodePlace, Pose, RadiusOf};
 
 pub(super) use order::{Circular, Item, Order, check_order};
@@ -32,6 +31,15 @@ const OUT_OF_PLANE: f64 = 1e-9;
 
 /// A loop that folds flat closes if it lacks no more than this share of its size: far below any length that can be made.
 const OPEN_LOOP: f64 = 1e-12;
+
+/// A unit vector fixed on a body of the robot.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::robot) struct FixedDirection {
+    /// The body; `None` for the world.
+    pub(in crate::robot) body: Option<usize>,
+    /// The vector in its axes.
+    pub(in crate::robot) local: [f64; 3],
+}
 
 /// Origin and axes of a body.
 #[derive(Debug, Clone, Copy)]

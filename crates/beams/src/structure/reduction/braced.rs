@@ -8,7 +8,7 @@ use pulp::Simd;
 use super::block::Block;
 use super::graph::Segment;
 use super::member::{add_dyad, hinge_motion};
-use super::solve::Placed;
+use super::placed::{Placed, PlacedStrut};
 use super::substructure::Reduction;
 use crate::structure::clusters::{Clusters, IndependentFreedom};
 use crate::structure::parts::Structure;
@@ -28,27 +28,6 @@ pub(super) struct Braced {
     pub(super) hinges: Vec<usize>,
     /// Of each end of each strut the hinges that move it and not the other end, from the ground outward, by place among `hinges`.
     struts: Vec<[Vec<usize>; 2]>,
-}
-
-/// A strut as it is in as many poses as a lane holds.
-#[derive(Debug, Clone)]
-pub(crate) struct PlacedStrut<S: Simd> {
-    /// Its two points, m.
-    pub(crate) points_m: [[Lane<S>; 3]; 2],
-    /// Its force, N; above zero it pulls its points together.
-    pub(crate) force_n: Lane<S>,
-    /// Derivative of the force to the distance of the points, N/m.
-    pub(crate) stiffness_n_per_m: Lane<S>,
-}
-
-impl<S: Simd> PlacedStrut<S> {
-    pub(crate) fn new(zero: Lane<S>) -> Self {
-        Self {
-            points_m: [[zero; 3]; 2],
-            force_n: zero,
-            stiffness_n_per_m: zero,
-        }
-    }
 }
 
 impl Braced {

@@ -3,7 +3,8 @@
 use pulp::Simd;
 
 use super::block::{Block, add_whole};
-use super::solve::{Placed, Results, SubstructureState};
+use super::placed::{Placed, Results};
+use super::solve::SubstructureState;
 use super::substructure::Reduction;
 use crate::structure::solve::LOST_PIVOT;
 use stiffbench_numeric::simd::{Kernel, Lane, Number, cross, dot, subtract};

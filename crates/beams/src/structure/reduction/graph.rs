@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::schedule::SchedulePiece;
-use crate::structure::parts::{Attachment, Structure};
+use crate::structure::element::Attachment;
+use crate::structure::parts::Structure;
 use crate::structure::topology::held_freedoms;
 
 /// The ground, to which all held nodes belong; free nodes follow from 1, then what lies behind each hinge.

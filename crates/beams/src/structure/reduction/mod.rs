@@ -40,15 +40,16 @@ mod execute;
 mod gradient;
 mod graph;
 mod member;
+mod placed;
 mod schedule;
 mod series_parallel;
 mod solve;
 mod strained;
 mod substructure;
 
-pub(crate) use braced::PlacedStrut;
 pub(crate) use gradient::{GroupGradient, WholeGradient};
-pub(crate) use solve::{Placed, Reducer};
+pub(crate) use placed::{Placed, PlacedStrut};
+pub(crate) use solve::Reducer;
 pub(crate) use substructure::Reduction;
 pub use substructure::{PartMethod, SolutionPath};
 

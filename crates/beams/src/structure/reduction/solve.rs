@@ -3,13 +3,13 @@
 use pulp::Simd;
 
 use super::block::Block;
-use super::braced::PlacedStrut;
 use super::combine::Combine;
 use super::execute::{Members, SolverBuffers};
 use super::member::{
     add_hinge_in_plane, add_hinge_in_space, components, hinge_motion, hinge_motion_in_plane,
     in_plane, in_space,
 };
+use super::placed::{Placed, Results};
 use super::schedule::ReductionForm;
 use super::substructure::{Reduction, Substructure};
 use stiffbench_numeric::simd::{
@@ -19,40 +19,6 @@ use stiffbench_numeric::simd::{
 /// A node lies in the plane of the end of its part if it leaves it by no more than this share of its distance: far above rounding,
 /// and what it leaves out is of this size and far below what any solver keeps.
 const OUT_OF_PLANE: f64 = 1e-12;
-
-/// Where a structure stands in as many poses as a lane holds.
-#[derive(Debug, Clone)]
-pub(crate) struct Placed<S: Simd> {
-    /// Position of each node, m.
-    pub(crate) nodes_m: Vec<Aligned<[Lane<S>; 3]>>,
-    /// Unit normal of each plane.
-    pub(crate) normals: Vec<Aligned<[Lane<S>; 3]>>,
-    pub(crate) struts: Vec<PlacedStrut<S>>,
-    /// Above zero in poses that could not be placed.
-    pub(crate) faults: Lane<S>,
-}
-
-impl<S: Simd> Placed<S> {
-    pub(crate) fn new(simd: S, node_count: usize, plane_count: usize) -> Self {
-        let zero = Lane::zero(simd);
-        Self {
-            nodes_m: vec![Aligned([zero; 3]); node_count],
-            normals: vec![Aligned([zero; 3]); plane_count],
-            struts: Vec::new(),
-            faults: Lane::one(simd),
-        }
-    }
-}
-
-/// What a solution leaves.
-#[derive(Debug, Clone)]
-#[repr(C, align(64))]
-pub(crate) struct Results<S: Simd> {
-    /// Compliance of the end over ux uy uz rx ry rz, SI; symmetric.
-    pub(crate) compliance: Block<S, 6>,
-    /// Above zero in poses without a solution.
-    pub(crate) faults: Lane<S>,
-}
 
 /// The memory to solve with; one a thread.
 #[derive(Debug)]

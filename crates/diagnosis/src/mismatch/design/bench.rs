@@ -9,10 +9,9 @@ use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
 use stiffbench_measurement::procedure::Pace;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use crate::mismatch::baseline::Baseline;
+use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::noise::{GaugeNoise, ReadingNoise};
-use crate::mismatch::observations::{GaugeSteps, Observations};
+use crate::mismatch::observed::{GaugeNoise, GaugeSteps, Observations, ReadingNoise};
 use crate::search::constants::{USUAL_READING_SD_M, USUAL_RUN_SLOPE_SD, USUAL_ZERO_SD_M};
 
 /// Noise of a bench of which nothing is known yet.

@@ -13,6 +13,7 @@
 mod advice;
 mod bench;
 mod next;
+mod next_measurement;
 mod plans;
 mod report;
 mod schedule;
@@ -25,5 +26,6 @@ mod views;
 pub use crate::search::constants::{CAN_TELL, CANNOT_TELL};
 pub use bench::{DesignBench, LawAtPlace, USUAL_NOISE, poses_at_hand};
 pub use next::next_measurements;
+pub use next_measurement::NextMeasurement;
 pub use report::{DesignReport, LawDesign, Unseen, design_of_plan};
 pub use views::NearRival;

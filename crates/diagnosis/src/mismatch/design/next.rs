@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::mismatch::diagnosis::{Diagnosis, Finding, Verdict};
+use super::next_measurement::NextMeasurement;
+use crate::mismatch::candidates::same;
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::next_measurement::NextMeasurement;
-use crate::mismatch::observations::Observations;
-use crate::mismatch::ranked_candidate::same;
+use crate::mismatch::observed::Observations;
+use crate::mismatch::verdict::{Diagnosis, Finding, Verdict};
 use crate::search::Projected;
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, MOST_PAIRS};
 use stiffbench_beams::physics::{Effect, title};

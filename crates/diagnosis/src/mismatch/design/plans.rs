@@ -6,7 +6,7 @@ use stiffbench_measurement::readings::{LoadOrder, RepeatOrder, ZeroScope};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::bench::DesignBench;
-use crate::mismatch::next_measurement::NextMeasurement;
+use super::next_measurement::NextMeasurement;
 
 /// A way of loading in some poses and directions, as a measurement that separates two explanations.
 ///

@@ -4,16 +4,14 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mismatch::candidate::candidates;
-use crate::mismatch::candidate_scores::{CANDIDATES_AT_A_TIME, WhiteCandidate, WhiteCandidates};
-use crate::mismatch::critical_values::{LawCriticalValues, critical_values};
+use crate::mismatch::candidates::{
+    CANDIDATES_AT_A_TIME, CandidateMemo, CandidateScores, Candidates, LawCriticalValues,
+    WhiteCandidate, WhiteCandidates, candidates, critical_values, see,
+};
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::estimated_noise::EstimatedNoise;
-use crate::mismatch::observations::Observations;
-use crate::mismatch::problem::DiagnosisProblem;
-use crate::mismatch::ranking::CandidateScores;
-use crate::mismatch::refit::FittedModel;
-use crate::mismatch::state::State;
+use crate::mismatch::noise::EstimatedNoise;
+use crate::mismatch::observed::Observations;
+use crate::mismatch::problem::{DiagnosisProblem, FittedModel, State};
 use crate::search::NullNoise;
 use crate::search::constants::{NEAREST, NULL_SAMPLES};
 use stiffbench_beams::physics::{Law, ParameterSpec};
@@ -165,7 +163,7 @@ impl DesignBench<'_> {
             space,
             residuals,
         };
-        scores.seen = bench.see(&state, &scores, list);
+        scores.seen = see(&observations, &state, &scores, list);
         let (space, noise) = (&scores.space, NullNoise::normal(NULL_SAMPLES, seed));
         let hidden = scores.seen.iter().filter(|one| one.shapes.is_empty());
         let hidden = hidden.map(|one| WhiteCandidate {
@@ -174,7 +172,9 @@ impl DesignBench<'_> {
         });
         let mut seen: Vec<WhiteCandidate> = hidden.collect();
         let unseen = seen.len();
-        seen.extend(bench.with_white_shapes(&scores, &state, |searched| {
+        let memo = CandidateMemo::default();
+        let planned = Candidates::new(&bench, &memo);
+        seen.extend(planned.with_white_shapes(&scores, &state, |searched| {
             let places: Vec<usize> = (0..searched.candidates.len()).collect();
             let white = places
                 .par_chunks(CANDIDATES_AT_A_TIME)

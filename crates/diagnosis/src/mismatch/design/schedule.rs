@@ -4,8 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::observations::Observations;
-use crate::mismatch::plan::{PlannedCell, PlannedLoad};
+use crate::mismatch::observed::{Observations, PlannedCell, PlannedLoad};
 use crate::search::constants::TIMES_VARY;
 use stiffbench_beams::physics::TestObject;
 use stiffbench_measurement::procedure::Procedure;

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::mismatch::baseline::{prior_sd, start};
-use crate::mismatch::candidate::candidates;
+use crate::mismatch::baselines::{prior_sd, start};
+use crate::mismatch::candidates::candidates;
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::estimated_noise::EstimatedNoise;
-use crate::mismatch::observations::Observations;
-use crate::mismatch::problem::DiagnosisProblem;
-use crate::mismatch::refit::Model;
+use crate::mismatch::noise::EstimatedNoise;
+use crate::mismatch::observed::Observations;
+use crate::mismatch::problem::{DiagnosisProblem, Model};
 use crate::search::constants::IMITATIONS;
 use crate::search::{Information, Projected, subtract};
 use stiffbench_beams::physics::{Effect, Place, SignConstraint};

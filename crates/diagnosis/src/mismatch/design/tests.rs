@@ -2,9 +2,7 @@
 
 use super::separation::Effects;
 use super::*;
-use crate::mismatch::noise::ReadingNoise;
-use crate::mismatch::observations::{GaugeSteps, Observations};
-use crate::mismatch::plan::{PlannedCell, PlannedLoad};
+use crate::mismatch::observed::{GaugeSteps, Observations, PlannedCell, PlannedLoad, ReadingNoise};
 use crate::mismatch::{Finding, MisfitShares, Rival, RobotBaseline, VerdictGrade};
 use crate::parameters::ParameterChoice;
 use crate::search::Projected;
@@ -210,7 +208,7 @@ fn to_ten_micrometres(
     let model = bench.model();
     let bench = bench.bench(observations);
     let predicted = |effects: Vec<Effect>| {
-        let with = crate::mismatch::refit::Model {
+        let with = crate::mismatch::problem::Model {
             effects,
             ..model.clone()
         };

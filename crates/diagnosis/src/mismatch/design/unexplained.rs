@@ -1,9 +1,8 @@
 //! What to measure when no law of the library explains what is left: whether it comes again, and how it goes on there.
 
-use crate::mismatch::diagnosis::Location;
-use crate::mismatch::next_measurement::NextMeasurement;
-use crate::mismatch::observations::Observations;
-use crate::mismatch::stratum::Stratum;
+use super::next_measurement::NextMeasurement;
+use crate::mismatch::observed::Observations;
+use crate::mismatch::unexplained::{Location, Stratum};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mismatch::candidate_scores::{WhiteCandidate, WhiteShape};
+use crate::mismatch::candidates::{WhiteCandidate, WhiteShape};
 use crate::search::constants::{CAN_TELL, CANNOT_TELL, POWER_80};
 use crate::search::{RowVector, dot, norm};
 

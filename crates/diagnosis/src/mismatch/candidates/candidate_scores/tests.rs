@@ -1,0 +1,110 @@
+use crate::parameters::ParameterChoice;
+use nalgebra::DMatrix;
+use stiffbench_beams::robot::Robot;
+use stiffbench_measurement::readings::{ReadOptions, read_readings};
+use stiffbench_test_files::{shipped_robot, text};
+
+use super::*;
+use crate::mismatch::baselines::{Baseline, RobotBaseline, prior_sd};
+use crate::mismatch::candidates::candidate::candidates;
+use crate::mismatch::noise::KnownNoise;
+use crate::mismatch::observed::Observations;
+use crate::mismatch::problem::{DiagnosisProblem, State};
+use crate::search::{Batched, Plain};
+
+/// V of a noise as it is written: σ² + g² b² + q²/12 c² of a reading, ρ^|i - j| between readings of a run, σ₀² of readings with one zero, σₛ² bᵢ bⱼ
+/// of readings of one run.
+fn dense(observations: &Observations, state: &State, c: &[f64]) -> DMatrix<f64> {
+    let noise = &state.whitening.noise;
+    let b = &state.whitening.slope_m;
+    let step_n = observations.steps.force_n.unwrap_or(0.0);
+    DMatrix::from_fn(b.len(), b.len(), |i, j| {
+        let (one, other) = (&observations.readings[i], &observations.readings[j]);
+        let own = |i: usize| {
+            let of_force = if observations.loads[i].force_n == 0.0 {
+                0.0
+            } else {
+                (step_n * c[i]).powi(2) / 12.0
+            };
+            noise.reading_sd_m.powi(2) + (noise.growth_sd * b[i]).powi(2) + of_force
+        };
+        let mut covariance = 0.0;
+        if one.run == other.run {
+            covariance += (own(i) * own(j)).sqrt() * noise.correlation.powi(i.abs_diff(j) as i32);
+        }
+        if one.zero == other.zero {
+            covariance += noise.zero_sd_m.powi(2);
+        }
+        if one.run == other.run {
+            covariance += noise.run_slope_sd.powi(2) * b[i] * b[j];
+        }
+        covariance
+    })
+}
+
+#[test]
+fn all_scores_of_a_session_are_those_of_the_plain_engine() {
+    let session = text("data/sessions/demo/readings.csv");
+    let table = read_readings("readings.csv", session.as_bytes(), &ReadOptions::default()).unwrap();
+    let observations = Observations::new(&table, None);
+    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    let poses = observations.poses.iter();
+    let poses = poses
+        .map(|pose| robot.pose(pose).unwrap().clone())
+        .collect();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let baseline = RobotBaseline::new(
+        &robot,
+        mechanism,
+        factors,
+        poses,
+        &ParameterChoice::default(),
+    )
+    .unwrap();
+    let bench = DiagnosisProblem::new(&baseline, &observations);
+    let state = bench
+        .alternate(bench.start(), KnownNoise::Nothing)
+        .unwrap()
+        .unwrap();
+    let model = &state.fitted.model;
+    let (space, residuals) = bench.space(&state).unwrap();
+    let mut predictor = bench.predictor();
+    let columns = bench.columns(&mut predictor, model).unwrap();
+    let compliance = bench.slope(&mut predictor, model).unwrap().compliance;
+    let mut y = bench.raw_residuals(model).unwrap();
+    for (known, value) in baseline.parameters().iter().zip(&model.parameters) {
+        y.push((known.start - value) / known.prior_sd);
+    }
+    // In micrometres, so that squares of rows are of the size of the ones behind them.
+    let um = |values: &[f64]| values.iter().map(|x| 1e6 * x).collect::<Vec<f64>>();
+    let n = observations.len();
+    let y = [um(&y[..n]), y[n..].to_vec()].concat();
+    let columns: Vec<Vec<f64>> = columns.iter().map(|column| um(column)).collect();
+    let v = 1e12 * dense(&observations, &state, &compliance);
+    let plain = Plain::new(&v, &prior_sd(&baseline), &columns, space.basis(), &y);
+    let fast = Batched::new(&space, &residuals);
+    let linearised = predictor.linearised(&model.parameters, &[]).unwrap();
+    let changes = Changes::new(&observations, &linearised, &[]).unwrap();
+    let list = candidates(&observations, &linearised, &[]);
+    let scored = score_candidates(&changes, &fast, list);
+    let whites = white_candidates(&changes, &space, &scored);
+    let mut count = 0;
+    for (scored, white) in scored.iter().zip(&whites) {
+        for (scored, white) in scored.shapes.iter().zip(&white.shapes) {
+            let vector = white.vectors[0].whole(n);
+            let mut readings = vector.clone();
+            space.covariance.unwhiten(&mut readings);
+            let expected = plain.moments(&um(&readings), &(0..n), &mut Vec::new());
+            let whole = dot(&vector, &vector);
+            let found = scored.moments;
+            let error = (found.square - expected.square).abs();
+            assert!(error < 1e-9 * whole, "{found:?} {expected:?} {whole}");
+            let error = (found.product - expected.product).abs();
+            let scale = (whole * dot(&residuals, &residuals)).sqrt();
+            assert!(error < 1e-9 * scale, "{found:?} {expected:?} {scale}");
+            count += 1;
+        }
+    }
+    assert!(count > 1000, "{count} shapes");
+}

@@ -1,0 +1,386 @@
+//! The search for laws in a session: forward selection, its rivals, and names taken back where structure is left.
+
+use stiffbench_beams::physics::TestObject;
+
+use super::critical_values::{LawCriticalValues, critical_values};
+use super::outlier::is_outlier;
+use super::problem_candidates::Candidates;
+use super::ranked_candidate::{Ranked, same};
+use super::ranking::CandidateScores;
+use crate::mismatch::error::MismatchError;
+use crate::mismatch::hold_out::AllShares;
+use crate::mismatch::noise::{KnownNoise, NoiseBasis};
+use crate::mismatch::problem::{DiagnosisProblem, SearchOptions, State, key_of};
+use crate::mismatch::screen::lacking;
+use crate::mismatch::unexplained::{Omnibus, Patterns, ResidualPattern, UnexplainedStructure};
+use crate::search::constants::{
+    HELD_OUT_FALL, MOST_EFFECTS, MOST_OF_A_PART, MOST_OF_THE_MISFIT, NULL_SAMPLES, OMNIBUS_LEVEL,
+    OTHER_STARTS, STRONG_EVIDENCE, WORTH_A_FIT,
+};
+use crate::search::{
+    DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
+};
+
+/// A found effect, its rivals in the order of their evidence, itself the first.
+#[derive(Debug, Clone)]
+pub(crate) struct ResolvedEffect {
+    pub(crate) ranked: Vec<Ranked>,
+    pub(crate) family_p: f64,
+}
+
+/// What a search found.
+pub(crate) struct SearchResult {
+    pub(crate) before: State,
+    pub(crate) after: State,
+    pub(crate) resolved: Vec<ResolvedEffect>,
+    /// What the baseline leaves to be seen: for maps, limits and rejected candidates.
+    pub(crate) first: CandidateScores,
+    /// The largest pattern of each stratum that the baseline leaves, with its gain.
+    pub(crate) first_patterns: Vec<(f64, ResidualPattern)>,
+    /// Patterns left by the final model, and the gain of the largest.
+    pub(crate) left: UnexplainedStructure,
+    /// Whether the final model leaves more than noise does.
+    pub(crate) omnibus: Omnibus,
+    /// Shares of the misfit that the findings explain.
+    pub(crate) shares: AllShares,
+}
+
+impl SearchResult {
+    /// Whether the final model leaves more than noise does.
+    pub(crate) fn is_left(&self) -> bool {
+        self.omnibus.p <= OMNIBUS_LEVEL
+    }
+
+    /// Whether the final model is another than the first.
+    pub(crate) fn changed(&self) -> bool {
+        key_of(&self.before) != key_of(&self.after)
+    }
+
+    /// What is asked of the model before and the model after.
+    pub(crate) fn both<T: Clone, E>(
+        &self,
+        ask: impl Fn(&State) -> Result<T, E>,
+    ) -> Result<[T; 2], E> {
+        let before = ask(&self.before)?;
+        let after = if self.changed() {
+            ask(&self.after)?
+        } else {
+            before.clone()
+        };
+        Ok([before, after])
+    }
+
+    /// Shares of the misfit that the findings explain.
+    fn shares_of(&self, problem: &DiagnosisProblem<'_>) -> Result<AllShares, MismatchError> {
+        let found = self.resolved.iter();
+        let found: Vec<&[f64]> = found.map(|one| &one.ranked[0].white[..]).collect();
+        problem.shares([&self.before, &self.after], &found)
+    }
+}
+
+impl Candidates<'_, '_> {
+    /// Critical values for these observations: from the candidates and patterns against the baseline.
+    pub(crate) fn critical_values(
+        &self,
+        first: &CandidateScores,
+        state: &State,
+        seed: u64,
+    ) -> Result<LawCriticalValues, MismatchError> {
+        let slopes = self
+            .problem
+            .slope(&mut self.problem.predictor(), &state.fitted.model)?;
+        let patterns = Patterns::new(self.problem.observations, &slopes.compliance);
+        let rounded = self.problem.rounded(state)?;
+        let null_vectors = rounded
+            .as_ref()
+            .map(|rounded| rounded as &dyn DrawResiduals);
+        let residuals = &first.residuals[..self.problem.observations.len()];
+        let noise = NullNoise::like(residuals, null_vectors, NULL_SAMPLES, seed);
+        self.with_white_shapes(first, state, |searched| {
+            critical_values(
+                self.problem.observations,
+                &first.space,
+                searched,
+                Some(&patterns),
+                &noise,
+            )
+        })
+    }
+
+    /// Searches for what is missing.
+    ///
+    /// # Arguments
+    /// - `known`: critical values computed before for the same robot and plan; computed here if `None`.
+    pub(crate) fn search(
+        &self,
+        options: &SearchOptions,
+        known: Option<&LawCriticalValues>,
+    ) -> Result<(SearchResult, LawCriticalValues), MismatchError> {
+        let before = self.first_state(options)?;
+        let first = self.score_laws(&before, &options.without)?;
+        let critical = match known {
+            Some(critical) => critical.clone(),
+            None => self.critical_values(&first, &before, options.seed)?,
+        };
+        let search = LawSearch {
+            candidates: *self,
+            options,
+            critical: &critical,
+        };
+        // What is too little to decide about is not given names.
+        let is_from_fit = before.noise.basis == NoiseBasis::Fit;
+        let selection = if lacking(self.problem, is_from_fit).is_empty() {
+            forward_selection(&search, &before, &first)?
+        } else {
+            Selection {
+                model: before.clone(),
+                p: Vec::new(),
+            }
+        };
+        let mut state = selection.model;
+        let resolved = search.rivals_of_each(&state, &selection.p)?;
+        if let Some(best) = resolved.first().filter(|_| resolved.len() == 1) {
+            // Its own ranking may have found a simpler or better member.
+            state = search.with(&best.ranked[0])?.unwrap_or(state);
+        }
+        for (term, one) in resolved.iter().enumerate().filter(|_| resolved.len() > 1) {
+            if !search.is_term(&state, term, &one.ranked[0]) {
+                let mut model = one.ranked[0].fitted.model.clone();
+                model.effects[self.problem.known_effects.len() + term..].rotate_right(1);
+                state = self
+                    .problem
+                    .alternate(model, options.noise)?
+                    .unwrap_or(state);
+            }
+        }
+        let first_patterns =
+            self.problem
+                .largest_patterns(&before, &first.space, &first.residuals)?;
+        let left = if resolved.is_empty() {
+            self.problem
+                .largest_left(&first_patterns, &first.residuals, &critical.unexplained)
+        } else {
+            self.problem.unexplained(&state, &critical.unexplained)?
+        };
+        let mut found = SearchResult {
+            omnibus: self.problem.omnibus(&state, &left)?,
+            before,
+            after: state,
+            resolved,
+            first,
+            first_patterns,
+            left,
+            shares: AllShares::default(),
+        };
+        found.shares = found.shares_of(self.problem)?;
+        if found.is_left() && search.take_back_stand_ins(&mut found)? {
+            found.omnibus = self.problem.omnibus(&found.after, &found.left)?;
+            found.shares = found.shares_of(self.problem)?;
+        }
+        Ok((found, critical))
+    }
+}
+
+/// The search for laws: forward selection among candidates of all laws at all places.
+pub(crate) struct LawSearch<'s, 'a> {
+    pub(crate) candidates: Candidates<'s, 'a>,
+    pub(crate) options: &'s SearchOptions,
+    pub(crate) critical: &'s LawCriticalValues,
+}
+
+impl ForwardProblem for LawSearch<'_, '_> {
+    type Model = State;
+    type Scores = CandidateScores;
+    type Fitted = Ranked;
+    type Error = MismatchError;
+
+    fn most_terms(&self) -> usize {
+        if self.candidates.problem.observations.is_recording() {
+            MOST_OF_A_PART
+        } else {
+            MOST_EFFECTS
+        }
+    }
+
+    fn other_starts(
+        &self,
+        start: &State,
+        scores: &CandidateScores,
+        found: &State,
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let left = found.fitted.squares / start.fitted.squares;
+        if !self.candidates.problem.observations.is_recording() || left < 1.0 - MOST_OF_THE_MISFIT {
+            return Ok(Vec::new());
+        }
+        let mut ranked = self.rank(start, scores, WORTH_A_FIT)?;
+        ranked.retain(|one| {
+            let terms = &found.fitted.model.effects;
+            one.evidence.delta_chi2 > one.evidence.critical_value
+                && !terms.iter().any(|term| same(term, &one.effect))
+        });
+        ranked.truncate(OTHER_STARTS);
+        Ok(ranked)
+    }
+
+    fn explains_more(&self, model: &State, other: &State) -> bool {
+        model.fitted.squares < other.fitted.squares
+    }
+
+    fn terms(&self, state: &State) -> usize {
+        state.fitted.model.effects.len() - self.candidates.problem.known_effects.len()
+    }
+
+    fn score(&self, state: &State) -> Result<CandidateScores, MismatchError> {
+        self.candidates.score_laws(state, &self.options.without)
+    }
+
+    fn rescore(
+        &self,
+        state: &State,
+        (before, scores): (&State, &CandidateScores),
+        share: f64,
+    ) -> Result<CandidateScores, MismatchError> {
+        let before = (scores, &before.noise.noise);
+        self.candidates
+            .rescore_laws(state, before, (self.critical, share))
+    }
+
+    fn rank(
+        &self,
+        state: &State,
+        scores: &CandidateScores,
+        share: f64,
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let without = &self.options.without;
+        self.candidates
+            .rank(state, scores, without, (self.critical, share))
+    }
+
+    fn evidence(&self, ranked: &Ranked) -> Evidence {
+        ranked.evidence
+    }
+
+    fn p(&self, ranked: &Ranked, delta_chi2: f64) -> f64 {
+        self.critical.laws.p(ranked.family(), delta_chi2)
+    }
+
+    fn is_same(&self, one: &Ranked, other: &Ranked) -> bool {
+        same(&one.effect, &other.effect)
+    }
+
+    fn is_term(&self, state: &State, term: usize, ranked: &Ranked) -> bool {
+        same(
+            &state.fitted.model.effects[self.candidates.problem.known_effects.len() + term],
+            &ranked.effect,
+        )
+    }
+
+    fn with(&self, ranked: &Ranked) -> Result<Option<State>, MismatchError> {
+        let model = ranked.fitted.model.clone();
+        self.candidates.problem.alternate(model, self.options.noise)
+    }
+
+    fn under_covariance_of(
+        &self,
+        state: &State,
+        other: &State,
+    ) -> Result<Option<State>, MismatchError> {
+        let model = state.fitted.model.clone();
+        self.candidates
+            .problem
+            .alternate(model, KnownNoise::Given(other.noise))
+    }
+
+    fn without(&self, state: &State, effect: usize) -> Result<State, MismatchError> {
+        let place = self.candidates.problem.known_effects.len() + effect;
+        let rest = state.fitted.model.without(place);
+        self.candidates
+            .problem
+            .state_of(rest, KnownNoise::Given(state.noise))
+    }
+
+    fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {
+        let observations = self.candidates.problem.observations;
+        let space = &scores.space;
+        let is_jump = ranked.effect.law.is_of_one_run();
+        let is_gradual = is_jump && ranked.against_gradual < -STRONG_EVIDENCE;
+        let outlier = || is_outlier(observations, space, &ranked.white, &scores.residuals);
+        self.is_sharp(ranked) && !is_gradual && !(is_jump && outlier())
+    }
+
+    /// Of a jump in a robot's run it is enough that a gradual change is not clearly likelier; of a part nothing is repeated.
+    fn is_sharp(&self, ranked: &Ranked) -> bool {
+        self.candidates.problem.observations.bench == TestObject::Robot
+            || ranked.against_gradual >= STRONG_EVIDENCE
+    }
+
+    /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the
+    /// other poses determine helps there too. Of what is in one pose by its name the cells of that pose are left out instead.
+    fn is_confirmed(
+        &self,
+        state: &State,
+        next: &State,
+        ranked: &Ranked,
+    ) -> Result<bool, MismatchError> {
+        if self.candidates.problem.observations.is_recording() {
+            // What speaks for it is counted in parts that were left out.
+            return Ok(true);
+        }
+        let Some(folds) = self
+            .candidates
+            .problem
+            .folds_that_ask(&ranked.effect.place, &ranked.white)
+        else {
+            return Ok(true);
+        };
+        let simple = &state.fitted.model;
+        let fall = self
+            .candidates
+            .problem
+            .held_out_fall(next, simple, &folds)?;
+        Ok(fall > HELD_OUT_FALL)
+    }
+}
+
+impl LawSearch<'_, '_> {
+    /// For each effect of a state the candidates that could stand in its place.
+    ///
+    /// # Arguments
+    /// - `p`: chance of each effect on noise alone.
+    pub(crate) fn rivals_of_each(
+        &self,
+        state: &State,
+        p: &[f64],
+    ) -> Result<Vec<ResolvedEffect>, MismatchError> {
+        (0..self.terms(state))
+            .map(|effect| {
+                let mut ranked = rivals(self, state, effect)?;
+                let any_sharp = ranked.iter().any(|one| self.is_sharp(one));
+                ranked.retain(|one| !any_sharp || self.is_sharp(one));
+                simplest_first(&mut ranked);
+                Ok(ResolvedEffect {
+                    ranked,
+                    family_p: p.get(effect).copied().unwrap_or(1.0),
+                })
+            })
+            .collect()
+    }
+}
+
+/// Puts a simpler law before the one that contains it, if the data do not exclude it.
+fn simplest_first(ranked: &mut [Ranked]) {
+    let Some(best) = ranked.first() else { return };
+    let (law, place, top) = (
+        best.effect.law,
+        best.effect.place.clone(),
+        best.evidence.log_bayes(),
+    );
+    let simpler = ranked.iter().position(|other| {
+        law.contains(other.effect.law)
+            && other.effect.place == place
+            && other.evidence.log_bayes() > top - STRONG_EVIDENCE
+    });
+    if let Some(simpler) = simpler {
+        ranked[..=simpler].rotate_right(1);
+    }
+}

@@ -1,0 +1,452 @@
+//! Candidates in the order of their evidence, given a model that already holds some effects.
+
+use std::sync::OnceLock;
+
+use rayon::prelude::*;
+
+use stiffbench_beams::physics::{Effect, JointRotations, Law};
+
+use super::candidate::{Candidate, candidates};
+use super::candidate_scores::{BestShape, ScoredCandidate, best_shapes, score_candidates};
+use super::changes::Changes;
+use super::critical_values::LawCriticalValues;
+use super::part_evidence::ScoredFit;
+use super::problem_candidates::Candidates;
+use super::ranked_candidate::{Ranked, weigh};
+use crate::mismatch::error::MismatchError;
+use crate::mismatch::observed::{Observations, ReadingNoise};
+use crate::mismatch::problem::{
+    FittedModel, LinearisedModel, ReadingPredictor, State, StateKey, WarmStart, WeightedFit,
+    key_of, kinked,
+};
+use crate::search::constants::{
+    FAR_FROM_ITS_BEST, FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
+};
+use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace};
+
+/// Where candidates are fitted: a state, and its residuals as candidates see them.
+struct FitContext<'a> {
+    state: &'a State,
+    key: StateKey,
+    scores: &'a CandidateScores,
+    changes: &'a Changes<'a>,
+    engine: Batched<'a>,
+    /// Weighted squares that the state leaves in parts of a recording that it was not fitted to.
+    unseen: OnceLock<f64>,
+}
+
+/// All candidates as the residuals of a state see them.
+pub(crate) struct CandidateScores {
+    /// The candidates with their shapes; loose members, which have none, are not among them.
+    pub(crate) seen: Vec<ScoredCandidate>,
+    /// The poses and the space in which they were seen.
+    pub(crate) linearised: LinearisedModel,
+    pub(crate) space: WhiteSpace,
+    /// White residuals of the state.
+    pub(crate) residuals: Vec<f64>,
+}
+
+impl Candidates<'_, '_> {
+    /// Every law at every place as a state leaves it to be seen, nothing fitted.
+    ///
+    /// # Arguments
+    /// - `without`: laws left out.
+    pub(crate) fn score_laws(
+        &self,
+        state: &State,
+        without: &[Law],
+    ) -> Result<CandidateScores, MismatchError> {
+        let mut scores = self.empty_scores(state)?;
+        let mut list = candidates(self.problem.observations, &scores.linearised, without);
+        let baseline = self.problem.baseline;
+        let fitted = &state.fitted.model.parameters;
+        list.retain(|candidate| !baseline.contains(candidate.law, &candidate.place, fitted));
+        let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
+            .into_iter()
+            .partition(|candidate| candidate.law.is_gauge_error());
+        let work = || Ok::<_, MismatchError>(see(self.problem.observations, state, &scores, list));
+        let mut seen = self.memo.seen(&key_of(state), work)?;
+        seen.extend(see(self.problem.observations, state, &scores, periods));
+        scores.seen = seen;
+        Ok(scores)
+    }
+
+    /// The same again under another noise, of those candidates only that may reach a share of their limits.
+    ///
+    /// # Arguments
+    /// - `before`: the view under the noise of the state before.
+    pub(crate) fn rescore_laws(
+        &self,
+        state: &State,
+        (before, noise_before): (&CandidateScores, &ReadingNoise),
+        (critical, least): (&LawCriticalValues, f64),
+    ) -> Result<CandidateScores, MismatchError> {
+        // A gain grows about as the inverse of the variances: by no more than that of them falls which falls most.
+        let growth = noise_before.largest_variance_ratio(&state.noise.noise);
+        let screened = best_shapes(&before.seen);
+        let list = before.seen.iter().zip(screened).filter(|(seen, screened)| {
+            let limit = critical.laws.of(seen.candidate.family());
+            screened.is_some_and(|screened| growth * screened.best.delta_chi2 >= least * limit)
+        });
+        let list = list.map(|(seen, _)| seen.candidate.clone()).collect();
+        let mut scores = self.empty_scores(state)?;
+        scores.seen = see(self.problem.observations, state, &scores, list);
+        Ok(scores)
+    }
+
+    /// A view of no candidate.
+    fn empty_scores(&self, state: &State) -> Result<CandidateScores, MismatchError> {
+        let (space, residuals) = self.problem.space(state)?;
+        let model = &state.fitted.model;
+        let mut predictor = self.problem.predictor();
+        let mut linearised = predictor.linearised(&model.parameters, &model.effects)?;
+        // About the first state that asks: where it stands matters little to what is worth a fit.
+        let columns = || {
+            let springs = self.problem.baseline.spring_columns(&model.parameters)?;
+            let entries = self.problem.baseline.file_columns(&model.parameters)?;
+            Ok::<_, MismatchError>([springs, entries].concat())
+        };
+        linearised.columns = self.memo.structure_columns(columns)?;
+        Ok(CandidateScores {
+            seen: Vec::new(),
+            linearised,
+            space,
+            residuals,
+        })
+    }
+
+    /// Fits what a view shows and weighs the evidence: the best first.
+    ///
+    /// # Arguments
+    /// - `without`: laws left out.
+    /// - `least`: share of its limit below which the linear gain of a candidate is of no interest; minus infinity to fit all.
+    pub(crate) fn rank(
+        &self,
+        state: &State,
+        scores: &CandidateScores,
+        without: &[Law],
+        (critical, least): (&LawCriticalValues, f64),
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let enough =
+            |law, wide, delta_chi2: f64| delta_chi2 >= least * critical.laws.of((law, wide));
+        let mut selected = select(&scores.seen, &best_shapes(&scores.seen), effects);
+        selected.retain(|&(place, screened)| {
+            let Candidate { law, wide, .. } = scores.seen[place].candidate;
+            enough(law, wide, screened.best.delta_chi2)
+        });
+        let mut ranked = self.fit_selected(state, scores, &selected)?;
+        let worth = |law, delta_chi2| !without.contains(&law) && enough(law, false, delta_chi2);
+        ranked.extend(self.missing_members(state, scores, worth)?);
+        weigh(&mut ranked);
+        for ranked in &mut ranked {
+            ranked.evidence.critical_value = critical.laws.of(ranked.family());
+        }
+        ranked.sort_by(|a, b| b.evidence.log_bayes().total_cmp(&a.evidence.log_bayes()));
+        Ok(ranked)
+    }
+
+    /// Fits candidates of a view.
+    ///
+    /// # Arguments
+    /// - `selected`: their places, and their best shapes.
+    fn fit_selected(
+        &self,
+        state: &State,
+        scores: &CandidateScores,
+        selected: &[(usize, BestShape)],
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let Some(changes) = &Changes::new(self.problem.observations, &scores.linearised, effects)
+        else {
+            return Ok(Vec::new());
+        };
+        let field = FitContext {
+            state,
+            key: key_of(state),
+            scores,
+            changes,
+            engine: Batched::new(&scores.space, &scores.residuals),
+            unseen: OnceLock::new(),
+        };
+        let fitted: Vec<Option<Ranked>> = selected
+            .par_iter()
+            .map_init(
+                || self.problem.predictor(),
+                |predictor, &(place, screened)| {
+                    self.fit_candidate(&field, predictor, &scores.seen[place], screened)
+                },
+            )
+            .collect::<Result<_, _>>()?;
+        Ok(fitted.into_iter().flatten().collect())
+    }
+
+    /// A state with one more effect, whose law and place are known and whose values are searched; `None` if nothing can be fitted there.
+    pub(crate) fn with_searched(
+        &self,
+        rest: &State,
+        effect: &Effect,
+    ) -> Result<Option<FittedModel>, MismatchError> {
+        let mut others: Vec<Law> = Law::ALL.to_vec();
+        others.retain(|law| *law != effect.law);
+        let scores = self.score_laws(rest, &others)?;
+        let shapes = best_shapes(&scores.seen).into_iter().enumerate();
+        let selected: Vec<(usize, BestShape)> = shapes
+            .filter(|(place, _)| scores.seen[*place].candidate.place == effect.place)
+            .filter_map(|(place, shape)| Some((place, shape?)))
+            .collect();
+        let fitted = self.fit_selected(rest, &scores, &selected)?;
+        let fitted = fitted.into_iter().map(|ranked| ranked.fitted);
+        Ok(fitted.min_by(|a, b| a.squares.total_cmp(&b.squares)))
+    }
+
+    /// Fits one candidate in full.
+    fn fit_candidate(
+        &self,
+        field: &FitContext<'_>,
+        predictor: &mut ReadingPredictor<'_>,
+        seen: &ScoredCandidate,
+        screened: BestShape,
+    ) -> Result<Option<Ranked>, MismatchError> {
+        let shape = &seen.shapes[screened.shape];
+        let mut effect = shape.effect(&seen.candidate, screened.best.multiple);
+        let bounds = &seen.candidate.bounds_near(&shape.shape);
+        field.polish(bounds, &mut effect);
+        self.memo.fitted(&field.key, &effect, || {
+            let fitted = self.fit_from(field, predictor, bounds, &effect);
+            fitted.map_or(Ok(None), |fitted| {
+                self.ranked(
+                    field,
+                    predictor,
+                    (&seen.candidate, screened.best.delta_chi2),
+                    fitted,
+                )
+            })
+        })
+    }
+
+    /// Fits a candidate from an effect.
+    fn fit_from(
+        &self,
+        field: &FitContext<'_>,
+        predictor: &mut ReadingPredictor<'_>,
+        bounds: &[[f64; 2]],
+        effect: &Effect,
+    ) -> Option<FittedModel> {
+        let state = field.state;
+        let start = state.fitted.model.with(effect);
+        let refit = WeightedFit {
+            bounds_of_last: Some(bounds),
+            ..self.problem.refit(&state.whitening)
+        };
+        let first = WeightedFit {
+            warm_start: Some(WarmStart::Known(field.changes.linearised())),
+            ..refit
+        };
+        let mut fitted = first.fit(predictor, &start)?;
+        // A shape that matters is searched with full fits.
+        if state.fitted.squares - fitted.squares > WORTH_A_SHAPE_SEARCH {
+            fitted = search_shape(&refit, predictor, bounds, fitted);
+        }
+        Some(fitted)
+    }
+
+    /// A fitted candidate, not yet weighed.
+    fn ranked(
+        &self,
+        field: &FitContext<'_>,
+        predictor: &mut ReadingPredictor<'_>,
+        (candidate, linear_delta_chi2): (&Candidate, f64),
+        fitted: FittedModel,
+    ) -> Result<Option<Ranked>, MismatchError> {
+        let state = field.state;
+        let Some(effect) = fitted.model.effects.last().cloned() else {
+            return Ok(None);
+        };
+        let last = fitted.model.effects.len() - 1;
+        let (vector, whole) =
+            self.problem
+                .effect_vector(predictor, &fitted.model, last, &field.scores.space)?;
+        let mut scratch = Vec::new();
+        let shares =
+            state
+                .whitening
+                .variance_shares(self.problem.observations, &vector, &mut scratch);
+        let scored = ScoredFit {
+            fitted: &fitted,
+            linear_delta_chi2,
+            white: &vector,
+            dof: state.noise.degrees_of_freedom(shares),
+        };
+        let seen = (&field.scores.space, &field.scores.residuals[..]);
+        let (of_a_part, against_gradual) =
+            self.problem
+                .part_evidence(state, predictor, &scored, seen, &field.unseen)?;
+        Ok(Some(Ranked {
+            wide: candidate.wide,
+            evidence: Evidence {
+                delta_chi2: state.fitted.squares - fitted.squares,
+                linear_delta_chi2,
+                // On noise alone Δχ² grows by the sizes, of which a law with a phase has two.
+                amplitudes: if effect.law.search.phase.is_some() {
+                    2.0
+                } else {
+                    1.0
+                },
+                parameters: effect.values.len(),
+                dof: scored.dof,
+                critical_value: f64::INFINITY,
+                log_prior: effect.law.log_prior(&effect.values),
+            },
+            against_gradual,
+            of_a_part,
+            white: vector,
+            whole,
+            fitted,
+            effect,
+        }))
+    }
+}
+
+impl FitContext<'_> {
+    /// Moves the values that readings depend on by kinks to where the linear gain is largest.
+    fn polish(&self, bounds: &[[f64; 2]], effect: &mut Effect) {
+        let Some(value) = kinked(effect) else { return };
+        let mut change_m = vec![0.0; self.changes.readings()];
+        let (mut joint_rotations, mut scratch) = (JointRotations::default(), Vec::new());
+        let path = self.changes.path(&effect.place);
+        let mut gain_of = |effect: &Effect| -> f64 {
+            let Some(range) =
+                self.changes
+                    .of(effect, path.as_ref(), &mut joint_rotations, &mut change_m)
+            else {
+                return f64::NEG_INFINITY;
+            };
+            let moments = self.engine.moments(&change_m, &range, &mut scratch);
+            if moments.square == 0.0 {
+                return f64::NEG_INFINITY;
+            }
+            moments.best_within([0.5, 2.0]).delta_chi2
+        };
+        let mut best = gain_of(effect);
+        let [lower, upper] = bounds[value];
+        search_by_ratios(1.25, 14, 1.01, |factor| {
+            let mut trial = effect.clone();
+            trial.values[value] = (trial.values[value] * factor).clamp(lower, upper);
+            let delta_chi2 = gain_of(&trial);
+            let is_better = delta_chi2 > best;
+            if is_better {
+                best = delta_chi2;
+                *effect = trial;
+            }
+            is_better
+        });
+    }
+}
+
+/// Tries factors by which a value may be better, a ratio and its inverse, and smaller ones where neither helps.
+///
+/// # Arguments
+/// - `ratio`: the first, above 1.
+/// - `least`: the search ends below.
+/// - `helps`: tries a factor, and takes it if it is better.
+fn search_by_ratios(mut ratio: f64, rounds: usize, least: f64, mut helps: impl FnMut(f64) -> bool) {
+    for _ in 0..rounds {
+        if !helps(ratio) && !helps(1.0 / ratio) {
+            ratio = ratio.sqrt();
+            if ratio < least {
+                break;
+            }
+        }
+    }
+}
+
+/// Moves the value that readings depend on by kinks to where the squares are smallest, with full fits.
+fn search_shape(
+    refit: &WeightedFit<'_>,
+    predictor: &mut ReadingPredictor<'_>,
+    bounds: &[[f64; 2]],
+    start: FittedModel,
+) -> FittedModel {
+    let last = start.model.effects.len() - 1;
+    let Some(value) = kinked(&start.model.effects[last]) else {
+        return start;
+    };
+    let mut best = start;
+    let [lower, upper] = bounds[value];
+    search_by_ratios(1.2, 12, 1.02, |factor| {
+        let mut trial = best.model.clone();
+        let moved = &mut trial.effects[last].values[value];
+        *moved = (*moved * factor).clamp(lower, upper);
+        let fitted = refit.fit(predictor, &trial);
+        let better = fitted.filter(|fitted| fitted.squares < best.squares);
+        better.map(|better| best = better).is_some()
+    });
+    best
+}
+
+/// Candidates to fit in full: the best, and those near enough to be its rivals, or that contain it, wherever the shapes that were scored lie; of
+/// slips only the best ones.
+fn select(
+    seen: &[ScoredCandidate],
+    screened: &[Option<BestShape>],
+    existing: &[Effect],
+) -> Vec<(usize, BestShape)> {
+    let there = |candidate: &Candidate| {
+        let mut existing = existing.iter();
+        existing.any(|effect| effect.law == candidate.law && effect.place == candidate.place)
+    };
+    let mut all: Vec<(usize, BestShape)> = screened
+        .iter()
+        .enumerate()
+        .filter_map(|(place, screened)| Some((place, (*screened)?)))
+        .filter(|(place, _)| !there(&seen[*place].candidate))
+        .collect();
+    all.sort_by(|a, b| {
+        b.1.best
+            .delta_chi2
+            .total_cmp(&a.1.best.delta_chi2)
+            .then(a.0.cmp(&b.0))
+    });
+    let Some((first, best)) = all
+        .first()
+        .map(|(place, best)| (*place, best.best.delta_chi2))
+    else {
+        return all;
+    };
+    let first = &seen[first].candidate;
+    let mut slips = 0;
+    all.retain(|(place, _)| {
+        let slip = seen[*place].candidate.law.is_of_one_run();
+        slips += usize::from(slip);
+        !slip || slips <= MOST_SLIPS_FITTED
+    });
+    all.retain(|(place, screened)| {
+        let candidate = &seen[*place].candidate;
+        let of_a_part = candidate.law.history().is_some();
+        let contains_best = candidate.law.contains(first.law) && candidate.place == first.place;
+        let within = if of_a_part {
+            FAR_FROM_ITS_BEST * best
+        } else {
+            0.0
+        };
+        contains_best || screened.best.delta_chi2 > best - within.max(FITTED_WITHIN)
+    });
+    all.truncate(MOST_FITTED);
+    all
+}
+
+/// Candidates compared with the residuals of a view.
+pub(crate) fn see(
+    observations: &Observations,
+    state: &State,
+    scores: &CandidateScores,
+    list: Vec<Candidate>,
+) -> Vec<ScoredCandidate> {
+    let effects = &state.fitted.model.effects;
+    let changes = Changes::new(observations, &scores.linearised, effects);
+    let engine = Batched::new(&scores.space, &scores.residuals);
+    changes.map_or_else(Vec::new, |changes| {
+        score_candidates(&changes, &engine, list)
+    })
+}

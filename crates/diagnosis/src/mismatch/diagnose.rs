@@ -1,0 +1,106 @@
+//! From readings to a diagnosis, through all rooms.
+
+use super::baselines::Baseline;
+use super::candidates::{CandidateMemo, Candidates, ConfigurationSizes, LawCriticalValues};
+use super::error::MismatchError;
+use super::observed::Observations;
+use super::problem::{DiagnosisProblem, SearchOptions};
+use super::unexplained::Located;
+use super::verdict::{Diagnosis, conclude};
+use stiffbench_beams::physics::TestObject;
+use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
+
+/// Finds what a baseline cannot explain, and which physics would.
+///
+/// # Arguments
+/// - `known`: limits computed before for the same robot and plan; computed here if `None`.
+///
+/// # Returns
+/// The diagnosis, and the limits for the next session of the same robot and plan.
+///
+/// # Errors
+/// [`MismatchError`].
+pub fn diagnose(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    options: &SearchOptions,
+    known: Option<&LawCriticalValues>,
+) -> Result<(Diagnosis, LawCriticalValues), MismatchError> {
+    let (diagnosis, critical, ()) =
+        diagnose_and(baseline, observations, options, known, |_| Ok(()))?;
+    Ok((diagnosis, critical))
+}
+
+/// The same, and states where the baseline without effects fails, as [`super::locate`] does.
+///
+/// # Errors
+/// [`MismatchError`].
+pub fn diagnose_and_locate(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    options: &SearchOptions,
+) -> Result<(Diagnosis, LawCriticalValues, Located), MismatchError> {
+    diagnose_and(baseline, observations, options, None, |bench| {
+        bench.located_at_start(options)
+    })
+}
+
+/// Diagnoses, and asks something else of the same bench, which keeps what it has computed.
+fn diagnose_and<T>(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    options: &SearchOptions,
+    known: Option<&LawCriticalValues>,
+    ask: impl FnOnce(&DiagnosisProblem<'_>) -> Result<T, MismatchError>,
+) -> Result<(Diagnosis, LawCriticalValues, T), MismatchError> {
+    if observations.is_empty() {
+        return Err(MismatchError::Empty);
+    }
+    let changing = DiagnosisProblem::new(baseline, observations)
+        .with_known_effects(&options.known_effects)
+        .changing_sizes(options)?;
+    let (sizes, observations) = match &changing {
+        Some((sizes, scaled)) => (*sizes, scaled),
+        None => (ConfigurationSizes::Common, observations),
+    };
+    let (at_start, moved_on);
+    let rough =
+        DiagnosisProblem::new(baseline, observations).with_known_effects(&options.known_effects);
+    let positions = rough.positions_at_start(options)?;
+    let asked = ask(&rough)?;
+    at_start = observations.with_positions(&positions);
+    let bench = rough.with_positions(&at_start);
+    let memo = CandidateMemo::default();
+    let candidates = |problem| Candidates::new(problem, &memo);
+    let (found, critical) = candidates(&bench).search(options, known)?;
+    if observations.bench != TestObject::Robot {
+        let diagnosis = Diagnosis {
+            sizes,
+            ..conclude(candidates(&bench), &found, &critical)?
+        };
+        return Ok((diagnosis, critical, asked));
+    }
+    // What was found moved the gauge too: where it stood is computed again, and with it what its period would explain.
+    let moved = bench.positions(&found.after)?;
+    if !shifts_a_period(&positions, &moved) {
+        return Ok((
+            conclude(candidates(&bench), &found, &critical)?,
+            critical,
+            asked,
+        ));
+    }
+    moved_on = observations.with_positions(&moved);
+    let bench = bench.with_positions(&moved_on);
+    let (found, critical) = candidates(&bench).search(options, Some(&critical))?;
+    Ok((
+        conclude(candidates(&bench), &found, &critical)?,
+        critical,
+        asked,
+    ))
+}
+
+/// Whether positions differ by so much, m, that the shortest period searched for is in another phase: by 0.3 rad.
+fn shifts_a_period(before: &[f64], after: &[f64]) -> bool {
+    let shifts = before.iter().zip(after).map(|(a, b)| (a - b).abs());
+    shifts.fold(0.0, f64::max) > 0.05 * SHORTEST_PERIOD_M
+}

@@ -1,0 +1,293 @@
+//! The noise of a part's recording, and how much of what a model leaves of it speaks for itself.
+//!
+//! Nothing is repeated in a recording, so that only the scatter of neighbouring readings counts as noise. What a model leaves beyond that is
+//! physics that it does not hold: it goes on from reading to reading, and comes back in every cycle. So many readings say less than so many
+//! independent ones would, and evidence is counted by the independent ones.
+
+use super::estimated_noise::EstimatedNoise;
+use crate::mismatch::observed::{Observations, ReadingNoise};
+use crate::search::constants::{ENOUGH_OF_A_LINE, ENOUGH_OF_A_RECORDING};
+use crate::search::largest;
+use stiffbench_beams::physics::TestObject;
+
+/// Share of the smallest deviations of neighbours that are used (1): turning points and jumps are among the others.
+const USED: f64 = 0.8;
+
+/// Mean square of the smallest [`USED`] of normal deviates: 1 - 2 z φ(z)/0.8 with z = 1.2816.
+const MEAN_SQUARE_OF_USED: f64 = 0.4377;
+
+/// Independent values per overlapping second difference of white noise: 18/35.
+const PER_DIFFERENCE: f64 = 18.0 / 35.0;
+
+/// Smallest standard deviation, as a share of the largest answer (1): six digits.
+const SIX_DIGITS: f64 = 1e-6;
+
+/// Fewest blocks of which the scatter of means is found.
+const FEWEST_BLOCKS: usize = 8;
+
+/// Places of a cycle at which it is compared with the next one.
+const PLACES: usize = 32;
+
+impl Observations {
+    /// Whether these readings are the recording of a part, long enough to show its own scatter.
+    pub(crate) fn is_recording(&self) -> bool {
+        self.bench != TestObject::Robot
+            && self.len() >= ENOUGH_OF_A_RECORDING
+            && self.has_long_runs()
+    }
+
+    /// The noise of a recording: white, from neighbouring readings, or what a model leaves if that is less.
+    ///
+    /// # Arguments
+    /// - `residual_m`: what the model leaves.
+    pub(crate) fn noise_of_neighbours(&self, residual_m: &[f64]) -> EstimatedNoise {
+        let largest = largest(&self.displacement_m);
+        let (of_neighbours, dof) = self.scatter_of_neighbours();
+        let floor_m = (self.resolution() / 12.0_f64.sqrt()).max(SIX_DIGITS * largest);
+        let left = self.scatter_about_zeros(residual_m);
+        let reading_sd_m = of_neighbours.min(left).max(floor_m);
+        let noise = ReadingNoise {
+            reading_sd_m,
+            zero_sd_m: 10.0 * largest,
+            ..ReadingNoise::default()
+        };
+        EstimatedNoise::of_readings(noise, dof)
+    }
+
+    /// Standard deviation of a reading about the line between its neighbours, and its degrees of freedom.
+    fn scatter_of_neighbours(&self) -> (f64, f64) {
+        let mut squares = Vec::new();
+        for run in &self.runs {
+            for middle in run.readings.clone().skip(1) {
+                if middle + 1 >= run.readings.end {
+                    break;
+                }
+                let driver = |reading: usize| self.loads[reading].force_n;
+                let (before, here, after) =
+                    (driver(middle - 1), driver(middle), driver(middle + 1));
+                if (here - before) * (after - here) < 0.0 {
+                    continue;
+                }
+                let share = if after == before {
+                    0.5
+                } else {
+                    (here - before) / (after - before)
+                };
+                let answer = &self.displacement_m;
+                let line = (1.0 - share) * answer[middle - 1] + share * answer[middle + 1];
+                let variance = 1.0 + share * share + (1.0 - share) * (1.0 - share);
+                squares.push((answer[middle] - line).powi(2) / variance);
+            }
+        }
+        if squares.len() < ENOUGH_OF_A_LINE {
+            return (f64::INFINITY, self.len() as f64);
+        }
+        squares.sort_by(f64::total_cmp);
+        let used = (USED * squares.len() as f64) as usize;
+        let mean = squares[..used].iter().sum::<f64>() / used as f64;
+        (
+            (mean / MEAN_SQUARE_OF_USED).sqrt(),
+            PER_DIFFERENCE * squares.len() as f64,
+        )
+    }
+
+    /// Smallest difference between two answers.
+    fn resolution(&self) -> f64 {
+        let mut sorted = self.displacement_m.clone();
+        sorted.sort_by(f64::total_cmp);
+        let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+        let least = gaps.filter(|gap| *gap > 0.0).fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { 0.0 }
+    }
+
+    /// Standard deviation about the mean of each zero.
+    fn scatter_about_zeros(&self, residual_m: &[f64]) -> f64 {
+        let (mut squares, mut dof) = (0.0, 0.0);
+        for run in &self.runs {
+            let own = &residual_m[run.readings.clone()];
+            let mean = own.iter().sum::<f64>() / own.len() as f64;
+            squares += own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+            dof += own.len() as f64 - 1.0;
+        }
+        (squares / dof.max(1.0)).sqrt()
+    }
+
+    /// How many independent values are as much evidence as these residuals: fewer than readings where they go on from one to the next, or come
+    /// back in each cycle.
+    ///
+    /// # Arguments
+    /// - `white`: of noise alone independent.
+    pub(crate) fn independent_values(&self, white: &[f64]) -> f64 {
+        let count = white.len() as f64;
+        let square = white.iter().map(|x| x * x).sum::<f64>() / count;
+        if square == 0.0 {
+            return count;
+        }
+        // Flyvbjerg & Petersen, Journal of Chemical Physics 91, 1989, p. 461: scatter of means of blocks, of the length that shows most.
+        let mut per_value = 1.0_f64;
+        let mut means = white.to_vec();
+        let mut length = 1.0;
+        while means.len() >= FEWEST_BLOCKS {
+            let mean_square = means.iter().map(|x| x * x).sum::<f64>() / means.len() as f64;
+            per_value = per_value.max(length * mean_square / square);
+            means = means
+                .chunks_exact(2)
+                .map(|pair| 0.5 * (pair[0] + pair[1]))
+                .collect();
+            length *= 2.0;
+        }
+        (count / per_value / self.cycles_alike(white)).max(1.0)
+    }
+
+    /// How many cycles say no more than one: 1 where none is like the next.
+    fn cycles_alike(&self, white: &[f64]) -> f64 {
+        let cycles = self.cycles();
+        let (mut product, mut square, mut count) = (0.0, 0.0, 0.0);
+        for history in &self.histories {
+            let mut before: Option<Vec<f64>> = None;
+            let readings: Vec<usize> = history.kept_readings().collect();
+            let of = |reading: &usize| (self.readings[*reading].run, cycles[*reading]);
+            for cycle in readings.chunk_by(|a, b| of(a) == of(b)) {
+                let own = &white[cycle[0]..cycle[0] + cycle.len()];
+                if own.len() < 2 * PLACES {
+                    before = None;
+                    continue;
+                }
+                let place = |k: usize| own[k * (own.len() - 1) / (PLACES - 1)];
+                let cycle: Vec<f64> = (0..PLACES).map(place).collect();
+                if let Some(before) = &before {
+                    count += 1.0;
+                    for (a, b) in before.iter().zip(&cycle) {
+                        product += a * b;
+                        square += 0.5 * (a * a + b * b);
+                    }
+                }
+                before = Some(cycle);
+            }
+        }
+        if square == 0.0 {
+            return 1.0;
+        }
+        1.0 + count * (product / square).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mismatch::observed::{
+        GaugeSteps, ObservedCell, ObservedReading, ObservedRun, Recorded, RecordedHistory,
+    };
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+    use stiffbench_beams::physics::LoadPoint;
+    use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+    /// One run of a part along a path.
+    fn along(path: &[f64], answers: Vec<f64>) -> Observations {
+        let recorded = Recorded {
+            time: true,
+            ..Recorded::default()
+        };
+        let mut out = Observations::without_readings(GaugeSteps::default(), recorded);
+        out.bench = TestObject::DisplacementDriven;
+        out.runs = vec![ObservedRun {
+            cell: 0,
+            repeat: 1,
+            session_run: 0,
+            readings: 0..path.len(),
+        }];
+        for (place, driver) in path.iter().enumerate() {
+            let falls = place > 0 && *driver < path[place - 1];
+            out.readings.push(ObservedReading {
+                run: 0,
+                seq: 0,
+                zero: 0,
+                branch: if falls {
+                    Branch::Unloading
+                } else {
+                    Branch::Loading
+                },
+                hold_number: 0,
+                time_s: Some(place as f64),
+                line: 0,
+                target_n: 0.0,
+                flagged: false,
+            });
+            out.loads.push(LoadPoint {
+                force_n: *driver,
+                step: place as u32,
+                hold_s: 0.0,
+                since_zero_s: 0.0,
+                warming_k: 0.0,
+                position_m: None,
+                is_unloaded: false,
+            });
+        }
+        out.displacement_m = answers;
+        out.cells = vec![ObservedCell {
+            pose: 0,
+            load: Direction::X.into(),
+            read: Direction::X.into(),
+            runs: 0..1,
+            readings: 0..path.len(),
+        }];
+        out.histories = RecordedHistory::of_runs(&out);
+        out
+    }
+
+    fn normal(count: usize, seed: u64) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        (0..count)
+            .map(|_| StandardNormal.sample(&mut rng))
+            .collect()
+    }
+
+    /// A triangle of `cycles` cycles with 200 readings each.
+    fn triangle(cycles: usize) -> Vec<f64> {
+        let of_cycle = |place: usize| (100.0 - (place % 200) as f64).abs() - 100.0;
+        (0..200 * cycles).map(of_cycle).collect()
+    }
+
+    #[test]
+    fn neighbours_show_the_scatter_about_a_curve() {
+        let path = triangle(5);
+        let errors = normal(path.len(), 1);
+        let curve = path.iter().map(|x| 1e-6 * x * x * x);
+        let answers: Vec<f64> = curve.zip(&errors).map(|(y, e)| y + 1e-3 * e).collect();
+        let table = along(&path, answers.clone());
+        let noise = table.noise_of_neighbours(&answers);
+        // 514 degrees of freedom of which four fifths are used: the standard error is 4 %.
+        let ratio = noise.noise.reading_sd_m / 1e-3;
+        assert!((ratio - 1.0).abs() < 0.12, "{ratio}");
+    }
+
+    #[test]
+    fn what_goes_on_from_reading_to_reading_counts_less() {
+        let path: Vec<f64> = (0..4000).map(f64::from).collect();
+        let white = normal(path.len(), 2);
+        let table = along(&path, white.clone());
+        let count = table.independent_values(&white);
+        // Means of 8 blocks scatter by half; white noise is taken for at most twice as correlated.
+        assert!(count > 0.4 * 4000.0, "{count}");
+        // An autoregressive series is worth n (1 - r)/(1 + r) independent values.
+        let mut series = white.clone();
+        for place in 1..series.len() {
+            series[place] += 0.9 * series[place - 1];
+        }
+        let count = table.independent_values(&series);
+        let expected = 4000.0 * 0.1 / 1.9;
+        assert!((0.4..1.6).contains(&(count / expected)), "{count}");
+    }
+
+    #[test]
+    fn a_cycle_that_comes_back_counts_once() {
+        let path = triangle(8);
+        let same: Vec<f64> = normal(200, 3).repeat(8);
+        let table = along(&path, same.clone());
+        let once = along(&path[..200], same[..200].to_vec()).independent_values(&same[..200]);
+        let count = table.independent_values(&same);
+        assert!((count / once - 1.0).abs() < 0.35, "{count} {once}");
+    }
+}

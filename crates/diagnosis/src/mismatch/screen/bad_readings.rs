@@ -1,0 +1,87 @@
+//! Bad readings: single ones that the repeats of the same load contradict.
+//!
+//! The test is that of a shift of the mean of one reading (Cook & Weisberg, Residuals and Influence in Regression, 1982, section 2.2.2), with
+//! everything left free that physics or the bench may do to all readings of a load step and to all readings of a run:
+//!
+//! ```text
+//!   y = mean(step, branch, hold) + zero(zero id) + slope(run) b + shift e + error
+//! ```
+//!
+//! So it never asks the model. Errors may have long tails, as far as the others show them (`tails`); the step of the force has
+//! none. Where physics jumps at some force, a reading beyond that force differs from its repeats, and its force is the largest or the smallest
+//! of them: such readings are compared with each other, and those between against each other. Several bad readings are found one after the
+//! other, the noise estimated anew without each, up to the largest number that may be bad, and believed up to the last that is significant:
+//! until all are out, each makes the others look like long tails (generalised extreme studentised deviate: Rosner, Technometrics 25, 1983).
+//! Of these each must contradict the good readings alone. Cells with fewer than three repeats have their neighbours instead (`curve_residuals`).
+
+use super::deleted_residuals::is_testable;
+use super::reading_screen::{ReadingScreen, TestedReadings};
+use super::screened::{BadReading, ScreenedData, ScreenedRuns};
+use crate::mismatch::baselines::Baseline;
+use crate::mismatch::error::MismatchError;
+use crate::mismatch::noise::KnownNoise;
+use crate::search::constants::{BAD_READING_LEVEL, MOST_BAD_READINGS};
+
+/// Looks for bad readings in good runs, and lays out the others.
+pub(crate) fn screen_readings(
+    baseline: &dyn Baseline,
+    runs: &ScreenedRuns,
+    noise: &KnownNoise,
+) -> Result<ScreenedData, MismatchError> {
+    let observations = &runs.observations;
+    let screened = |observations, bad_readings, tails_dof| ScreenedData {
+        observations,
+        bad_runs: runs.bad.clone(),
+        bad_readings,
+        tails_dof,
+    };
+    let mut cells = 0..observations.cells.len();
+    if !cells.any(|cell| is_testable(observations, cell)) {
+        return Ok(screened(observations.clone(), Vec::new(), None));
+    }
+    let screen = ReadingScreen::new(baseline, observations, noise)?;
+    let most = (MOST_BAD_READINGS * observations.len() as f64).ceil() as usize;
+    let noise_of_all = runs.noise.unwrap_or_else(|| screen.noise_of_all());
+    let all = vec![true; observations.len()];
+    let mut tested = TestedReadings::new(&screen, all, noise_of_all);
+    let tails_of_all = tested.tails_dof();
+    let mut suspects: Vec<usize> = Vec::new();
+    let mut p: Vec<f64> = Vec::new();
+    while suspects.len() < most {
+        let Some(suspect) = tested.take_worst() else {
+            break;
+        };
+        let (suspect, is_clearly_good) = (suspect.own.reading, suspect.is_clearly_good());
+        let mut family_p = 1.0;
+        if !is_clearly_good {
+            // What it does to the noise must not speak for it; a reading that passed for good hardly changed it.
+            let similar = p.last().filter(|p| **p > BAD_READING_LEVEL);
+            let similar = similar.map(|_| tested.noise);
+            let noise = screen.noise_of(&tested.keep, similar.as_ref());
+            tested = TestedReadings::new(&screen, tested.keep, noise);
+            // Those before it that passed for good lie farther out than all others too.
+            let passed = p.iter().rev().take_while(|p| **p > BAD_READING_LEVEL);
+            let judged = tested.judged(suspect, 1 + passed.count());
+            family_p = judged.map_or(1.0, |judged| judged.p_family);
+        }
+        suspects.push(suspect);
+        p.push(family_p);
+    }
+    let Some(last) = p.iter().rposition(|p| *p <= BAD_READING_LEVEL) else {
+        return Ok(screened(observations.clone(), Vec::new(), tails_of_all));
+    };
+    suspects.truncate(last + 1);
+    // Each as the good readings alone let expect it: what lay far out only beside the others is good.
+    let good_without = |suspects: &[usize]| observations.mask(|one| !suspects.contains(&one));
+    let all_out = good_without(&suspects);
+    let found = screen.noise_of(&all_out, None);
+    let tested = TestedReadings::new(&screen, all_out, found);
+    let again = suspects.iter().filter_map(|one| tested.judged(*one, 1));
+    let mut bad: Vec<BadReading> = again.filter(BadReading::is_named).collect();
+    let places: Vec<usize> = bad.iter().map(|one| one.reading).collect();
+    let good = good_without(&places);
+    bad.sort_by(|a, b| a.p_family.total_cmp(&b.p_family).then(a.line.cmp(&b.line)));
+    let others = observations.filtered(&good);
+    let tails_dof = TestedReadings::new(&screen, good, found).tails_dof();
+    Ok(screened(others, bad, tails_dof))
+}
