@@ -19,4 +19,3 @@ pub use observations::{
 pub(crate) use observations::{ReadingClock, about_means, load_point};
 pub use plan::{PlannedCell, PlannedLoad};
 pub use reading_noise::{GaugeNoise, ReadingNoise};
-pub(crate) use recorded_history::RecordedHistory;
