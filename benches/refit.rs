@@ -42,6 +42,7 @@ fn refit(criterion: &mut Criterion) {
             .iter()
             .zip(&truth)
             .map(|(cell, &stiffness_n_per_m)| MeasuredCell {
+                line: 0,
                 cell: cell.clone(),
                 stiffness_n_per_m,
                 ln_uncertainty: None,

@@ -12,11 +12,12 @@ use crate::physics::{Effect, FileLine, Law};
 use crate::robot::ModelParameter;
 use crate::specimen::SpecimenTable;
 
-use super::data::{Data, LoadedSession};
+use super::data::{Data, LoadedLoadCases, LoadedSession};
 use super::design::{baseline_of, proposals, proposals_for_part};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::{AnalysisError, ArgumentError};
 use super::inputs::Inputs;
+use super::listed_stiffness::{ListedScatter, listed_load_cases};
 use super::model::{ModelChoice, ResolvedModel};
 use super::posed::PosedData;
 use super::session_table::SessionTable;
@@ -49,6 +50,8 @@ pub enum NoiseSource {
     /// The readings.
     #[default]
     Readings,
+    /// What the data state: standard deviation of a reading, m.
+    Stated(f64),
     /// The records of the instruments: step of the displacement gauge and spread when settled.
     Records,
     /// The readings, together with those of earlier sessions on the same bench, each as [`noise_of`](super::noise_of) has it.
@@ -58,7 +61,7 @@ pub enum NoiseSource {
 impl NoiseSource {
     /// Refuses noise that is known for one session where several are diagnosed.
     fn serves(&self, sessions: usize) -> Result<(), ArgumentError> {
-        if sessions > 1 && !matches!(self, Self::Readings) {
+        if sessions > 1 && !matches!(self, Self::Readings | Self::Stated(_)) {
             return Err(ArgumentError::new(
                 "--noise, --earlier",
                 "each of several sessions has its own noise, by its own readings",
@@ -74,6 +77,8 @@ impl NoiseSource {
 pub enum NoiseOrigin {
     /// The readings.
     Readings,
+    /// The data state it.
+    Stated,
     /// The readings, but for that of single ones, which the records of the instruments give.
     Records,
     /// The readings, together with those of earlier sessions on the same bench.
@@ -167,6 +172,8 @@ pub struct DiagnosisData {
     /// Data, robot, mechanism and factors.
     pub inputs: Inputs,
     observed: Observed,
+    /// What a list of stiffness values states; `None` of readings.
+    listed: Option<ListedScatter>,
 }
 
 /// What a diagnosis searches.
@@ -178,12 +185,26 @@ enum Observed {
     Loads(Box<(SessionTable<()>, PosedData)>),
 }
 
+impl Observed {
+    /// Load cases of one robot with its model, and what a user should know.
+    fn loads(
+        loaded: &[LoadedLoadCases],
+        choice: &ModelChoice,
+    ) -> Result<(ResolvedModel, Self, Vec<String>), AnalysisError> {
+        let (model, posed, warnings) = PosedData::new(loaded, choice)?;
+        let first = loaded.first().ok_or(MismatchError::Empty)?;
+        let loads = Box::new((first.with_table(()), posed));
+        Ok((model, Self::Loads(loads), warnings))
+    }
+}
+
 impl DiagnosisData {
-    /// Resolves the model of sessions or load cases of one robot.
+    /// Resolves the model of sessions, load cases or stiffness values of one robot.
     ///
     /// # Errors
-    /// For a model that cannot be resolved, data that do not go together, and stiffness values without readings.
+    /// For a model that cannot be resolved, and data that do not go together.
     pub fn new(data: &Data, choice: &ModelChoice) -> Result<Self, AnalysisError> {
+        let mut listed = None;
         let (model, observed, warnings) = match data {
             Data::Readings(sessions) => {
                 let model = resolve_together(sessions, choice)?;
@@ -191,17 +212,15 @@ impl DiagnosisData {
                 let observed = sessions.iter().map(LoadedSession::observed).collect();
                 (model, Observed::Series(observed), warnings)
             }
-            Data::LoadCases(loaded) => {
-                let (model, posed, warnings) = PosedData::new(loaded, choice)?;
-                let first = loaded.first().ok_or(MismatchError::Empty)?;
-                let loads = Box::new((first.with_table(()), posed));
-                (model, Observed::Loads(loads), warnings)
-            }
-            Data::Stiffness { name, .. } => {
-                return Err(AnalysisError::NeedsReadings {
-                    data: name.clone(),
-                    needs: "a diagnosis",
-                });
+            Data::LoadCases(loaded) => Observed::loads(loaded, choice)?,
+            Data::Stiffness { name, measured, .. } => {
+                let (table, scatter, note) = listed_load_cases(name, measured);
+                listed = Some(scatter);
+                let values = SessionTable {
+                    warnings: vec![note],
+                    ..SessionTable::bare(name.clone(), &[], table)
+                };
+                Observed::loads(&[values], choice)?
             }
         };
         Ok(Self {
@@ -209,6 +228,7 @@ impl DiagnosisData {
             model,
             warnings,
             observed,
+            listed,
         })
     }
 
@@ -234,9 +254,19 @@ impl DiagnosisData {
     /// that cannot be fitted, and readings that no search can begin with.
     pub fn diagnose(
         &mut self,
-        options: DiagnoseSettings,
+        mut options: DiagnoseSettings,
         step: &dyn Fn(),
     ) -> Result<DiagnosisReport, AnalysisError> {
+        if let Some(listed) = self.listed {
+            // The loads of a list were never applied.
+            let unseen = Law::ALL
+                .iter()
+                .filter(|law| !law.is_in_proportion_to_load());
+            options.without.extend(unseen);
+            if let (NoiseSource::Readings, Some(sd_m)) = (&options.noise, listed.0) {
+                options.noise = NoiseSource::Stated(sd_m);
+            }
+        }
         match &self.observed {
             Observed::Series(sessions) => diagnose_together(sessions, &self.model, options, step),
             Observed::Loads(loads) => {
@@ -292,6 +322,10 @@ pub(super) fn diagnose_together(
     };
     let (known, noise_origin) = match options.noise {
         NoiseSource::Readings => (KnownNoise::Nothing, NoiseOrigin::Readings),
+        NoiseSource::Stated(sd_m) => {
+            let noise = given_noise(&baseline, &observations, sd_m)?.noise;
+            (KnownNoise::Given(noise), NoiseOrigin::Stated)
+        }
         NoiseSource::Records => {
             let noise = recorded_noise(&baseline, &observations, session, &mut warnings)?;
             (KnownNoise::Given(noise), NoiseOrigin::Records)

@@ -33,6 +33,7 @@ mod hash;
 mod history;
 mod inputs;
 mod integrity;
+mod listed_stiffness;
 mod marked;
 mod model;
 mod new_robot;

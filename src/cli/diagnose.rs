@@ -46,12 +46,16 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         return diagnose_specimen::run(args, &options, without, global);
     }
     let settings = args.calibration.open_settings(global)?;
-    let first = Data::open_readings(data(args)?, &settings)?;
-    if matches!(first, Data::LoadCases(_)) {
+    let first = Data::open(data(args)?, &settings)?;
+    if !matches!(first, Data::Readings(_)) {
         let of_runs = [("--earlier", !args.earlier.is_empty())];
-        refuse_given(&of_runs, "load cases are no session", |_| {
-            "leave it out: the scatter of load cases comes from repeats, from the fit, or from the records of the instruments".to_owned()
-        })?;
+        refuse_given(
+            &of_runs,
+            "load cases and stiffness values are no session",
+            |_| {
+                "leave it out: the scatter of load cases comes from repeats, from the fit, or from the records of the instruments".to_owned()
+            },
+        )?;
     }
     let data = first.with(&args.further, &settings)?;
     let mut prepared = DiagnosisData::new(&data, &args.model.choice()?)

@@ -178,6 +178,7 @@ fn experiment(rows: &[Printed]) -> MeasuredStiffness {
         .filter_map(|row| {
             Some(MeasuredCell {
                 cell: Cell::new(PoseId::new(&row.pose), direction(&row.physical_direction)?),
+                line: 0,
                 stiffness_n_per_m: row.value * 1e6,
                 ln_uncertainty: None,
                 reading_noise: None,

@@ -484,11 +484,6 @@ fn what_cannot_be_diagnosed_is_refused() {
     );
     assert!(error.contains("P9"), "{error}");
     refused("diagnose nowhere", 11, "stiffbench::input::not_found");
-    refused(
-        "diagnose paper-experiment",
-        2,
-        "stiffbench::usage::needs_readings",
-    );
     let lines: Vec<String> = five_columns(&["P1"], 3)
         .lines()
         .enumerate()

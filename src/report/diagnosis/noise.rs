@@ -20,8 +20,8 @@ pub struct NoiseReport {
     /// Its standard deviations.
     #[serde(flatten)]
     pub deviations: NoiseDeviations,
-    /// Where they come from: `estimated`: repeats, or neighbours in long runs; `fit`: what the model leaves, nothing being repeated; `records` or
-    /// `earlier-sessions`.
+    /// Where they come from: `estimated`: repeats, or neighbours in long runs; `fit`: what the model leaves, nothing being repeated; `stated` with the
+    /// data; `records` or `earlier-sessions`.
     pub source: &'static str,
     /// What each earlier session showed.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -95,6 +95,7 @@ impl From<&DiagnosisReport> for NoiseReport {
         let (source, earlier) = match &report.noise_origin {
             NoiseOrigin::Readings if diagnosis.noise_basis == NoiseBasis::Fit => ("fit", None),
             NoiseOrigin::Readings => ("estimated", None),
+            NoiseOrigin::Stated => ("stated", None),
             NoiseOrigin::Records => ("records", None),
             NoiseOrigin::EarlierSessions(sessions) => {
                 let sessions = sessions.iter().map(Into::into).collect();

@@ -9,9 +9,10 @@ use std::ops::Deref;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
-use super::action::{HistoryLaw, LawAction, SimulatedRotation, Values, values_of};
+use super::action::{HistoryLaw, LawAction, MOST_PARAMETERS, SimulatedRotation, Values, values_of};
 use super::parameter::ParameterSpec;
 use super::place::{Place, PlaceKind};
+use super::run_loads::LoadPoint;
 use super::search::{PlaceScale, SearchSpec};
 
 /// A number made of the values of an effect, which readings determine where they do not tell the values apart.
@@ -209,6 +210,30 @@ impl Law {
     #[must_use]
     pub fn is_nonlinear_joint(self) -> bool {
         matches!(self.action, LawAction::Joint(law) if !law.is_linear())
+    }
+
+    /// Whether it changes what a load does by the same share however large the load is, so that a stiffness without its load shows it.
+    #[must_use]
+    pub fn is_in_proportion_to_load(self) -> bool {
+        let ones = values_of(&[1.0; MOST_PARAMETERS]);
+        let [one, two] = [1.0, 2.0].map(|force_n| LoadPoint {
+            force_n,
+            ..LoadPoint::default()
+        });
+        match self.action {
+            LawAction::Joint(law) => law.is_linear(),
+            LawAction::Force(of) | LawAction::Added(of) => {
+                of(&ones, &one) != 0.0 && of(&ones, &two) == 2.0 * of(&ones, &one)
+            }
+            LawAction::Growth(of) => of(&ones, &one, 1) != 0.0,
+            LawAction::Gauge(_) | LawAction::History(_) => false,
+            LawAction::Base
+            | LawAction::Missing
+            | LawAction::Mechanism
+            | LawAction::Structure
+            | LawAction::Turn
+            | LawAction::Lean => true,
+        }
     }
 
     /// What it is in a simulator of rigid bodies; `None` if it is no law of a joint.

@@ -203,6 +203,7 @@ mod tests {
         let off = |place: usize| 0.01 * ((7 * place) % 5) as f64 - 0.02;
         let measured_cell = |(place, (cell, k)): (usize, (&Cell, &f64))| MeasuredCell {
             cell: cell.clone(),
+            line: 0,
             stiffness_n_per_m: k * f64::exp(off(place)),
             ln_uncertainty: None,
             reading_noise: None,

@@ -13,6 +13,8 @@ use crate::mismatch::CellSlopes;
 pub struct MeasuredCell {
     /// Pose and direction.
     pub cell: Cell,
+    /// Line of the list that states it, from 1; 0 if none does.
+    pub line: u32,
     /// Stiffness, N/m.
     pub stiffness_n_per_m: f64,
     /// What the cell's uncertainty of ln K consists of; `None` if nothing is known.
@@ -190,6 +192,7 @@ impl MeasuredStiffness {
             let of_readings = of_slope.filter(|_| !seen).or(of_readings.map(f64::sqrt));
             measured.cells.push(MeasuredCell {
                 cell: row.cell.clone(),
+                line: 0,
                 stiffness_n_per_m: by_readings.map_or(estimate.estimate.value, |(k, _)| k),
                 ln_uncertainty: own.map(with_own),
                 reading_noise: of_readings.map(with_own),

@@ -115,6 +115,7 @@ pub(super) mod tests {
         let truth = model.stiffness(&start).unwrap();
         let measured_cell = |(cell, k): (&Cell, &f64)| MeasuredCell {
             cell: cell.clone(),
+            line: 0,
             stiffness_n_per_m: *k,
             ln_uncertainty: None,
             reading_noise: None,

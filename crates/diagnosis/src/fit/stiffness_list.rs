@@ -146,7 +146,12 @@ pub fn read_stiffness_list(
             return Err(row.error("pose", columns.pose, "the name of a pose"));
         }
         let place = *places.entry(cell.clone()).or_insert_with(|| {
-            sums.push((cell.clone(), CellSums::default()));
+            let line = u32::try_from(row.line).unwrap_or_default();
+            let first = CellSums {
+                line,
+                ..CellSums::default()
+            };
+            sums.push((cell.clone(), first));
             sums.len() - 1
         });
         sums[place].1.add(&row, &columns.form, &cell)?;
@@ -159,6 +164,7 @@ pub fn read_stiffness_list(
     let stated = sums.iter().all(|(_, sums)| sums.ln_uncertainty.is_some());
     let measured = |(cell, sums): (Cell, CellSums)| MeasuredCell {
         cell,
+        line: sums.line,
         stiffness_n_per_m: sums.force_displacement / sums.displacement_squared,
         ln_uncertainty: sums
             .ln_uncertainty
@@ -247,6 +253,8 @@ impl ListRow<'_> {
 /// Σ F δ and Σ δ² of a cell; a stated stiffness counts as one displacement of 1 m.
 #[derive(Default)]
 struct CellSums {
+    /// Line of the first row.
+    line: u32,
     force_displacement: f64,
     displacement_squared: f64,
     ln_uncertainty: Option<f64>,

@@ -9,13 +9,12 @@ use serde_json::json;
 
 use crate::prove::{
     PowerOptions, SealedAnswers, SealedSets, SessionTexts, Set, ValidationSession,
-    beside_idealised, calibrate, calibration_plans, diagnose_all, power, score, twelve_values,
-    unseal,
+    beside_idealised, calibrate, calibration_plans, diagnose_all, power, score, unseal,
 };
 use crate::report::{
     BlindVerdicts, CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts,
     ProveReport, calibration_text, concealed_text, doors_text, idealised_text, power_figure,
-    power_text, twelve_values_text,
+    power_text,
 };
 use stiffbench::mismatch::SearchOptions;
 use stiffbench::physics::{Law, TestObject, laws};
@@ -31,10 +30,6 @@ use stiffbench::cli::failure::Failure;
 use stiffbench::cli::figure_files::{write_again, write_figure};
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
-
-/// Stiffness of the paper's bench and fitted model, and displacements of its finite elements.
-const TABLE_VI: &str = include_str!("../../../../data/paper/experiment-table-vi.csv");
-const TABLE_V: &str = include_str!("../../../../data/paper/reference.csv");
 
 /// Mechanisms whose standard errors are computed: one arm, and all chains.
 const ERROR_MECHANISMS: [&str; 2] = ["A", "F"];
@@ -77,11 +72,10 @@ type ValidationPart = (
 );
 
 /// The parts, in order.
-const PARTS: [ValidationPart; 6] = [
+const PARTS: [ValidationPart; 5] = [
     (ProvePart::Concealed, concealed),
     (ProvePart::Calibration, calibration),
     (ProvePart::Power, power_part),
-    (ProvePart::Paper, paper),
     (ProvePart::Errors, errors),
     (ProvePart::Doors, doors),
 ];
@@ -243,17 +237,6 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
         Ok::<(), Failure>(())
     })?;
     bar.finish_and_clear();
-    Ok(())
-}
-
-/// The paper's twelve stiffness values on the shipped robot.
-fn paper(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
-    let robot = Robot::parse(&robot_source("hp-robot", None)?)?;
-    let bar = progress(global, "the paper's stiffness values", 1);
-    let found = twelve_values(&robot, TABLE_VI, TABLE_V, args.seed)?;
-    bar.finish_and_clear();
-    done.text.push_str(&twelve_values_text(&found));
-    done.parts.paper = Some(found);
     Ok(())
 }
 

@@ -17,8 +17,6 @@ pub(crate) enum ProvePart {
     Calibration,
     /// Power and right names against size, law by law
     Power,
-    /// The paper's twelve stiffness values
-    Paper,
     /// Standard errors of the laws on the paper's robot, beside those of an idealised bench
     Errors,
     /// The same readings as a session and as a table of vectors: whether the answers differ, and whether data/doors lists how

@@ -1,5 +1,5 @@
 //! The proof that a diagnosis can be trusted: blind verdicts on concealed sessions, error rates counted on benches with a known
-//! answer, recordings by others, the paper's own twelve stiffness values, standard errors beside those of an idealised bench, and the same readings by
+//! answer, recordings by others, standard errors beside those of an idealised bench, and the same readings by
 //! every door.
 //!
 //! Opens no file: sessions, answers and recordings are passed in as texts, and the sealed answers only after every verdict is there.
@@ -14,7 +14,6 @@ mod doors;
 mod error;
 mod ideal;
 mod idealised;
-mod linear_model;
 mod pose_errors;
 mod power;
 mod recording_score;
@@ -24,10 +23,7 @@ mod score;
 mod sealed;
 mod session;
 mod share;
-mod smallest;
-mod stiffness_search;
 mod trial_bench;
-mod twelve_values;
 
 pub use answer_text::{answer_words, diagnosis_words};
 pub use answers::{
@@ -59,4 +55,3 @@ pub use score::{
 pub use sealed::unseal;
 pub use session::{SessionTexts, ValidationSession, fewer_readings};
 pub use share::{AcceptanceCriterion, Share, Target};
-pub use twelve_values::{CellRatio, FittedLaw, FurtherCell, TwelveValues, twelve_values};

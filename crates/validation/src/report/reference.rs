@@ -154,6 +154,7 @@ fn smallest_loads(cells: &[&ReferenceCell]) -> MeasuredStiffness {
             .min_by(|a, b| a.force_n.abs().total_cmp(&b.force_n.abs()))
             .map(|cell| MeasuredCell {
                 cell: Cell::new(PoseId::new(&cell.pose), wanted),
+                line: 0,
                 stiffness_n_per_m: cell.force_n / cell.displacement_um[wanted.index()] * UM_PER_M,
                 ln_uncertainty: None,
                 reading_noise: None,

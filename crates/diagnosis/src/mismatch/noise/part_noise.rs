@@ -176,7 +176,7 @@ impl Observations {
 mod tests {
     use super::*;
     use crate::mismatch::observed::{
-        GaugeSteps, ObservedCell, ObservedReading, ObservedRun, Recorded, RecordedHistory,
+        GaugeSteps, ObservedCell, ObservedReading, ObservedRun, Recorded,
     };
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
@@ -233,8 +233,8 @@ mod tests {
             runs: 0..1,
             readings: 0..path.len(),
         }];
-        out.histories = RecordedHistory::of_runs(&out);
-        out
+        let object = out.bench;
+        out.of_part(object)
     }
 
     fn normal(count: usize, seed: u64) -> Vec<f64> {

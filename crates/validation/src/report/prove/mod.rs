@@ -6,7 +6,6 @@ mod doors;
 mod idealised;
 mod power;
 mod recordings;
-mod twelve_values;
 mod verdicts;
 
 pub use calibration::{CalibrationReport, calibration_text};
@@ -17,13 +16,12 @@ pub use power::{PowerReport, power_figure, power_text};
 pub use recordings::{
     RecordingTotals, RecordingVerdict, RecordingsReport, TimedScore, recordings_text,
 };
-pub use twelve_values::twelve_values_text;
 pub use verdicts::BlindVerdicts;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::prove::{AcceptanceCriterion, Share, Target, TwelveValues};
+use crate::prove::{AcceptanceCriterion, Share, Target};
 
 use stiffbench::report::AlignedTable;
 
@@ -56,9 +54,6 @@ pub struct ProveParts {
     /// Power and right names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power: Option<PowerReport>,
-    /// What the paper's twelve stiffness values can show.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub paper: Option<TwelveValues>,
     /// Standard errors beside those of an idealised bench.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub errors: Option<Vec<IdealisedErrors>>,
