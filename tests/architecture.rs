@@ -98,12 +98,12 @@ const TOP_LEVEL: [&str; 20] = [
 ];
 
 /// A source file with its crate, its module and its lines.
-struct Source {
-    path: PathBuf,
+pub(super) struct Source {
+    pub(super) path: PathBuf,
     /// Folder of the sources of its crate, from the root.
-    folder: String,
+    pub(super) folder: String,
     module: String,
-    text: String,
+    pub(super) text: String,
 }
 
 impl Source {
@@ -142,7 +142,7 @@ fn source_folders() -> Vec<String> {
 }
 
 /// All source files; the module of a file that ties others together (`lib.rs`) is its own name.
-fn sources() -> Vec<Source> {
+pub(super) fn sources() -> Vec<Source> {
     let mut found = Vec::new();
     for folder in source_folders() {
         let src = root().join(&folder);

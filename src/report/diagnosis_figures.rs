@@ -76,10 +76,10 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
             figures.push((numbered("evidence_bars", place), figure));
         }
         figures.extend(waterfall(report).map(|figure| ("misfit_shares".to_owned(), figure)));
-        figures.push((
-            "factor_shift".to_owned(),
-            factor_shift(&shift(report, &found)),
-        ));
+        let shift = shift(report, &found);
+        if !shift.factors.is_empty() {
+            figures.push(("factor_shift".to_owned(), factor_shift(&shift)));
+        }
         if !diagnosis.before.held_out.is_empty() && !report.is_of_part() {
             figures.push((
                 "held_out_error".to_owned(),

@@ -6,9 +6,21 @@ use rand_distr::{Distribution, StandardNormal};
 
 use stiffbench_numeric::statistics::{NORMAL_MEDIAN_DEVIATION, median};
 
-use super::constants::{
-    ENOUGH_FOR_A_DISTRIBUTION, LARGEST_RESAMPLED, POOL, SAMPLES_TOGETHER, SMOOTHING,
-};
+use super::constants::SAMPLES_TOGETHER;
+
+/// Residuals from which on they show their distribution (1); with fewer the noise is normal. By hand (d2ad58c).
+const ENOUGH_FOR_A_DISTRIBUTION: usize = 200;
+
+/// Residuals beyond this many standard deviations are resampled as if they were there: they may be the effect that is searched for. By hand
+/// (d2ad58c).
+const LARGEST_RESAMPLED: f64 = 4.5;
+
+/// Standard deviation of the normal part added to each resampled residual, in those of the residuals, so that no sample is one of the few
+/// hundred values seen. By hand (d2ad58c).
+const SMOOTHING: f64 = 0.3;
+
+/// Smoothed residuals that are drawn from (1): so many that each is rare. Numerics.
+const POOL: usize = 1 << 16;
 
 /// A source of white residuals of rows with nothing missing.
 pub trait DrawResiduals: Sync + std::fmt::Debug {

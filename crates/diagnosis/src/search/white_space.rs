@@ -4,9 +4,12 @@ use std::ops::Range;
 
 use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
-use super::constants::{CANCELLED, ROUNDING, SHORTEST_COLUMN};
+use super::constants::{CANCELLED, ROUNDING};
 use super::covariance::Covariance;
 use super::vectors::{RowVector, dot, push_orthonormal, subtract};
+
+/// White length, standard errors, from which a column of the baseline counts: shorter ones no fit can use. Numerics.
+const SHORTEST_COLUMN: f64 = 1e-6;
 
 /// The space in which candidates are compared: white, and orthogonal to the columns of the baseline.
 ///

@@ -10,8 +10,14 @@ use stiffbench_numeric::simd::widest;
 use super::candidate::Candidate;
 use super::changes::Changes;
 use crate::search::WhiteSpace;
-use crate::search::constants::{HIDDEN_JOINT, INVISIBLE};
 use crate::search::{BestAmplitude, Moments, RowVector, ScoreEngine, dot, subtract};
+
+/// White length at its largest possible size, standard errors, below which a shape is left out. Numerics.
+const INVISIBLE: f64 = 1e-3;
+
+/// White length of a joint that turns freely, standard errors, up to which no law at that joint is tried: none turns it further. By hand
+/// (cba106e).
+const HIDDEN_JOINT: f64 = 2.0;
 
 /// A candidate with its shapes ready: those that can be seen at all.
 #[derive(Debug, Clone)]

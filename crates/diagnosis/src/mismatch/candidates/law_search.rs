@@ -14,12 +14,20 @@ use crate::mismatch::problem::{DiagnosisProblem, SearchOptions, State, key_of};
 use crate::mismatch::screen::lacking;
 use crate::mismatch::unexplained::{Omnibus, Patterns, ResidualPattern, UnexplainedStructure};
 use crate::search::constants::{
-    HELD_OUT_FALL, MOST_EFFECTS, MOST_OF_A_PART, MOST_OF_THE_MISFIT, NULL_SAMPLES, OMNIBUS_LEVEL,
-    OTHER_STARTS, STRONG_EVIDENCE, WORTH_A_FIT,
+    MOST_EFFECTS, MOST_OF_THE_MISFIT, NULL_SAMPLES, OMNIBUS_LEVEL, STRONG_EVIDENCE, WORTH_A_FIT,
 };
 use crate::search::{
     DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
 };
+
+/// Most effects that are searched for in a part (1), whose recording shows more than a session of single readings. Stated.
+const MOST_OF_A_PART: usize = 5;
+
+/// Laws of a part with which the search begins again where what it found first does not explain most (1). Stated.
+const OTHER_STARTS: usize = 3;
+
+/// Fall of the weighted squares in poses left out above which an effect helps there (1). Stated: none but zero favours neither side.
+const HELD_OUT_FALL: f64 = 0.0;
 
 /// A found effect, its rivals in the order of their evidence, itself the first.
 #[derive(Debug, Clone)]

@@ -13,8 +13,14 @@ use super::ranking::CandidateScores;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::problem::{Model, State, WarmStart, WeightedFit, key_of};
 use crate::search::WhiteSpace;
-use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
 use crate::search::{Evidence, RowVector, dot, largest, subtract};
+
+/// Linear Δχ² of a member's absence, as a share of the squared length of what it changes, below which no fit makes it positive: halfway from
+/// what a structure with the member leaves (-1) to what explains nothing (0). By hand (65f5168).
+const HOPELESS: f64 = -0.5;
+
+/// Squared length, in standard errors, below which the readings carry no information on a member: it may as well be loose. Numerics.
+const INVISIBLE_MEMBER: f64 = 1e-6;
 
 impl Candidates<'_, '_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.

@@ -5,7 +5,13 @@ use stiffbench_units_and_text::test_point::Branch;
 
 use crate::mismatch::observed::Observations;
 use crate::search::WhiteSpace;
-use crate::search::constants::{FLAT, GRADUAL_READINGS, GRADUAL_SHARE};
+use crate::search::constants::FLAT;
+
+/// Readings over which a gradual change in a run comes at least: a jump that is read while it happens takes two. Definition.
+const GRADUAL_READINGS: usize = 3;
+
+/// The same as a share of the readings of the run (1). Definition.
+const GRADUAL_SHARE: f64 = 0.25;
 
 /// Log-likelihood of a jump at one reading of a run relative to that of the likeliest change that comes gradually.
 ///

@@ -12,7 +12,15 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observed::{GaugeNoise, GaugeSteps, Observations, ReadingNoise};
-use crate::search::constants::{USUAL_READING_SD_M, USUAL_RUN_SLOPE_SD, USUAL_ZERO_SD_M};
+
+/// Scatter of a reading on a bench of which nothing is known yet, m: a dial gauge with a step of 10 µm, read to 6 µm, √(6² + 10²/12). Stated.
+const USUAL_READING_SD_M: f64 = 6.66e-6;
+
+/// Scatter of its zero, m. Stated.
+const USUAL_ZERO_SD_M: f64 = 5e-6;
+
+/// Relative scatter of its slope from run to run (1): how well the fixture seats. Stated.
+const USUAL_RUN_SLOPE_SD: f64 = 5e-3;
 
 /// Noise of a bench of which nothing is known yet.
 ///

@@ -8,7 +8,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observed::Observations;
 use crate::mismatch::verdict::{Diagnosis, Finding, Verdict};
 use crate::search::Projected;
-use crate::search::constants::{CAN_TELL, CANNOT_TELL, MOST_PAIRS};
+use crate::search::constants::{CAN_TELL, CANNOT_TELL};
 use stiffbench_beams::physics::{Effect, title};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
@@ -18,6 +18,9 @@ use super::bench::{DesignBench, LawAtPlace};
 use super::plans::{loadings, proposed};
 use super::separation::{CellInformation, Effects};
 use super::unexplained::refine_scores;
+
+/// Pairs that are planned for (1), those with the largest posterior. By judgement (2d002a9).
+const MOST_PAIRS: usize = 6;
 
 /// What a finding is compared with where nothing else explains the readings as well.
 const NOTHING: &str = "nothing";

@@ -13,12 +13,15 @@ use crate::mismatch::noise::EstimatedNoise;
 use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, FittedModel, State};
 use crate::search::NullNoise;
-use crate::search::constants::{NEAREST, NULL_SAMPLES};
+use crate::search::constants::NULL_SAMPLES;
 use stiffbench_beams::physics::{Law, ParameterSpec};
 use stiffbench_measurement::procedure::Procedure;
 
 use super::bench::{DesignBench, LawAtPlace};
 use super::views::{EasiestShape, NearRival, groups, nearest, suspect};
+
+/// Rivals that are listed for each law and place (1).
+const NEAREST: usize = 3;
 
 /// What a procedure would show, for programs.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]

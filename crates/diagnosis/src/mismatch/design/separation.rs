@@ -8,12 +8,14 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::EstimatedNoise;
 use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::{DiagnosisProblem, Model};
-use crate::search::constants::IMITATIONS;
 use crate::search::{Information, Projected, subtract};
 use stiffbench_beams::physics::{Effect, Place, SignConstraint};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::bench::DesignBench;
+
+/// Courses of a law that are kept for each rival it may imitate (1): those nearest to it. By judgement (2d002a9).
+const IMITATIONS: usize = 6;
 
 /// What the readings of one cell say of factors and effects.
 #[derive(Debug, Clone)]

@@ -12,7 +12,9 @@ use super::unseen_parts::unseen_parts;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::{KnownNoise, NoiseBasis};
 use crate::mismatch::problem::{DiagnosisProblem, Model, State};
-use crate::search::constants::VISIBLE_MISFIT;
+
+/// Misfit that can be divided into shares, in standard deviations of what noise leaves (1). Stated.
+const VISIBLE_MISFIT: f64 = 3.0;
 
 /// Standard errors of an effect that must remain without a part of the readings, for that part to be predicted.
 const DETERMINED: f64 = 2.0;

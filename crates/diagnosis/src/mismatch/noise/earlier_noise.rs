@@ -6,7 +6,10 @@
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use crate::mismatch::observed::ReadingNoise;
-use crate::search::constants::{FEWEST_DOF, LEAST_CHANCE_OF_SAME_NOISE};
+use crate::search::constants::FEWEST_DOF;
+
+/// Earlier sessions with a smaller chance to have the same noise are not pooled (1). By judgement (94fd81c).
+const LEAST_CHANCE_OF_SAME_NOISE: f64 = 0.01;
 
 /// The variances of earlier sessions, reading, zero and slope of a run, with their degrees of freedom; none where nothing is known.
 #[derive(Debug, Clone, Copy, PartialEq)]

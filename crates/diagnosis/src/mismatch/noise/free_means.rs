@@ -6,8 +6,12 @@ use std::ops::Range;
 use stiffbench_units_and_text::test_point::Branch;
 
 use crate::mismatch::observed::{Observations, about_means};
-use crate::search::constants::{LEAST_INDEPENDENT, SAME_STEP};
+use crate::search::constants::LEAST_INDEPENDENT;
 use crate::search::{dot, largest, push_orthonormal};
+
+/// Scatter of forces within a load step, as a share of the largest force, above which repeats of the step are not the same load (1). By
+/// judgement (750d6b5).
+const SAME_STEP: f64 = 0.05;
 
 /// Fixed part of one series, cells whose readings have noise in common: what may be anything without being noise.
 #[derive(Default)]

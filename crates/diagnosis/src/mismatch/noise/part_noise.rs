@@ -6,9 +6,13 @@
 
 use super::estimated_noise::EstimatedNoise;
 use crate::mismatch::observed::{Observations, ReadingNoise};
-use crate::search::constants::{ENOUGH_OF_A_LINE, ENOUGH_OF_A_RECORDING};
+use crate::search::constants::ENOUGH_OF_A_LINE;
 use crate::search::largest;
 use stiffbench_beams::physics::TestObject;
+
+/// Readings of a part from which on they are a recording, of which neighbours show the scatter (1): of fewer the scatter is what a model leaves. By
+/// judgement.
+const ENOUGH_OF_A_RECORDING: usize = 100;
 
 /// Share of the smallest deviations of neighbours that are used (1): turning points and jumps are among the others.
 const USED: f64 = 0.8;

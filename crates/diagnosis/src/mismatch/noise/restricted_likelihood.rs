@@ -11,9 +11,16 @@ use super::earlier_noise::EarlierNoise;
 use super::estimated_noise::{EstimatedNoise, NoiseBasis};
 use super::free_means::FixedPart;
 use crate::mismatch::observed::{GaugeNoise, Observations, ReadingNoise};
-use crate::search::constants::{ASKED_FOR, COARSE, PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD};
+use crate::search::constants::{ASKED_FOR, COARSE};
 use crate::search::{Precision, SparseRows, largest};
 use stiffbench_numeric::statistics::root_mean_square;
+
+/// Standard deviation of the prior of the logarithm of each variance of the noise (1): a factor of seven either way of a standard deviation. By
+/// hand (750d6b5).
+const PRIOR_LOG_VARIANCE_SD: f64 = 4.0;
+
+/// Relative error of the slope of a run about which that prior lies (1), and of a reading that grows with its displacement. By hand (750d6b5).
+const PRIOR_RUN_SLOPE_SD: f64 = 3e-3;
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;

@@ -8,7 +8,12 @@ use stiffbench_beams::physics::{DrivenPath, Effect, HistoryLaw, TestObject, Valu
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::observations::Observations;
-use crate::search::constants::{CONTINUES, SHUFFLED};
+
+/// Share of the largest load within which a run of a part begins where the one before ended, so that its history goes on. Definition.
+const CONTINUES: f64 = 0.05;
+
+/// Path of a run, in its range, beyond which it is no way up with small errors but loads in shuffled order, if none of it is unloading. Definition.
+const SHUFFLED: f64 = 2.0;
 
 /// What a part went through from its virgin state on, and which of its readings count.
 #[derive(Debug, Clone, PartialEq)]

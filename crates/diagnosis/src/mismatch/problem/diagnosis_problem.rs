@@ -17,8 +17,12 @@ use crate::mismatch::noise::{
     EstimatedNoise, ForceReading, KnownNoise, NoiseCovariance, RoundedNoise, estimate_noise,
 };
 use crate::mismatch::observed::Observations;
-use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
+use crate::search::constants::ALTERNATIONS;
 use crate::search::{WhiteSpace, dot, subtract};
+
+/// Relative difference of all standard deviations below which two estimates of a covariance are the same (1): far less than either is known.
+/// Numerics.
+const SAME_COVARIANCE: f64 = 0.02;
 
 /// What the linear structure makes of the loads, one value a reading.
 pub(crate) struct LinearSlopes {

@@ -8,8 +8,11 @@ use stiffbench_units_and_text::test_point::Branch;
 
 use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observed::Observations;
-use crate::search::constants::{AFTER_A_JUMP, NEIGHBOURS, ROUNDING, UNSEEN_READING};
+use crate::search::constants::{AFTER_A_JUMP, ROUNDING, UNSEEN_READING};
 use crate::search::{dot, largest, push_orthonormal, take_out};
+
+/// Readings on either side that show the curve of a run near one of them (1): a parabola, a kink and a jump need so many. By judgement.
+const NEIGHBOURS: usize = 4;
 
 /// A reading against its repeats.
 #[derive(Debug, Clone, Copy)]

@@ -4,7 +4,10 @@ use stiffbench_beams::physics::TestObject;
 use stiffbench_units_and_text::count::counted;
 
 use crate::mismatch::problem::DiagnosisProblem;
-use crate::search::constants::{ENOUGH_OF_A_LINE, FEWEST_LEFT, FEWEST_POSES};
+use crate::search::constants::{ENOUGH_OF_A_LINE, FEWEST_LEFT};
+
+/// Poses without which readings that are not repeated distinguish nothing. By judgement (e15065f).
+const FEWEST_POSES: usize = 3;
 
 /// What must be there before anything can be decided.
 ///

@@ -16,10 +16,14 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::usual_factor::{alike, usual_factors};
-use crate::search::constants::{
-    BAD_READING_LEVEL, BY_COINCIDENCE, COLUMN_LEFT, MISTAKES_FITTED, STRONG_EVIDENCE,
-};
+use crate::search::constants::{BAD_READING_LEVEL, COLUMN_LEFT, STRONG_EVIDENCE};
 use crate::search::{chance_of_any, push_orthonormal, take_out};
+
+/// Chance that cells which are off by anything look exchanged, or as if their decimal point were wrong (1). Stated.
+const BY_COINCIDENCE: f64 = 0.01;
+
+/// Mistakes in the names of cells that are fitted in full (1): those that explain most if the model is linear. Numerics.
+const MISTAKES_FITTED: usize = 12;
 
 /// Poses that stand farther apart in a table than this are not exchanged (1): somebody takes the next line, or one near it. By judgement.
 const MOST_APART: usize = 50;

@@ -11,7 +11,9 @@ use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::KnownNoise;
 use crate::mismatch::observed::Observations;
-use crate::search::constants::LEAST_KNOWN_CELL;
+
+/// Relative standard error of the compliance of a cell up to which it is compared with the model (1): far below a factor of two. By judgement.
+const LEAST_KNOWN_CELL: f64 = 0.1;
 
 /// Finds cells that are exchanged, or have another unit or a wrong decimal point, by their places among the observed cells.
 ///

@@ -14,10 +14,20 @@ use super::profiles::profiles;
 use super::stratum::Stratum;
 use crate::mismatch::observed::{Observations, ObservedCell};
 use crate::search::WhiteSpace;
-use crate::search::constants::{
-    ABSORBED_PATTERN, ENOUGH_FOR_A_RHYTHM, FREQUENCIES, RUNS_OF_A_SWING,
-};
 use crate::search::{Batched, RowVector, ScoreEngine, largest};
+
+/// A pattern shorter than this share of its length before projection is absorbed by the baseline (1). Numerics.
+const ABSORBED_PATTERN: f64 = 1e-3;
+
+/// Readings in a run from which on a rhythm in their order is searched for (1). By judgement (0f36cf8).
+const ENOUGH_FOR_A_RHYTHM: usize = 32;
+
+/// Runs from which on a swing of the clock is searched for (1): fewer show a trend at most. By judgement.
+const RUNS_OF_A_SWING: usize = 8;
+
+/// Most frequencies that are searched for (1). It bounds the work of runs of more than 400 readings and sessions of more than 100 runs. By
+/// judgement (0f36cf8).
+const FREQUENCIES: usize = 200;
 
 /// The readings a pattern acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

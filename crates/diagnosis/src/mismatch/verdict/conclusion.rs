@@ -15,8 +15,18 @@ use crate::mismatch::noise::NoiseBasis;
 use crate::mismatch::problem::{DiagnosisProblem, Stated, end_effect_m};
 use crate::mismatch::screen::{lacking, lacking_cells};
 use crate::mismatch::unexplained::{Location, Stratum, UnexplainedStructure};
-use crate::search::constants::{AT_A_PLAUSIBLE_BOUND, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL};
+use crate::search::constants::UNEXPLAINED_LEVEL;
 use crate::search::{distinguishable, dot, largest};
+
+/// Distance from a plausible bound, as a share of it, at which a size stands there (1): fits stop at bounds up to rounding, and a page prints three
+/// digits. Stated.
+const AT_A_PLAUSIBLE_BOUND: f64 = 1e-3;
+
+/// Rivals that are printed (1).
+const RIVALS: usize = 8;
+
+/// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data (1). By hand (750d6b5).
+const IDENTIFIED: f64 = 0.5;
 
 /// What a search found, as it is to be said.
 pub(crate) fn conclude(

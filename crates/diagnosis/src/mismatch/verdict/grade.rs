@@ -5,7 +5,10 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::search::constants::{CERTAIN, LAW_LEVEL, MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
+use crate::search::constants::{LAW_LEVEL, MOST_OF_THE_MISFIT, STRONG_EVIDENCE};
+
+/// Chance of the family below which a name is given without reservation (1). Stated.
+const CERTAIN: f64 = 0.005;
 
 /// What is to be said of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]

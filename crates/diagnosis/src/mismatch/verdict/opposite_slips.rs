@@ -8,7 +8,9 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::KnownNoise;
 use crate::mismatch::observed::Observations;
 use crate::mismatch::screen::{BadReading, against_repeats};
-use crate::search::constants::SAME_JUMP;
+
+/// Standard errors by which a jump and its return may differ (1). Stated.
+const SAME_JUMP: f64 = 3.0;
 
 /// The reading between two slips that a diagnosis names with opposite sizes, one reading apart in one run.
 ///

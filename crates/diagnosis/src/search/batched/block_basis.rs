@@ -7,9 +7,12 @@ use std::ops::Range;
 
 use stiffbench_numeric::simd::sums_of_blocks;
 
-use crate::search::constants::{LEFT_OUT, MOST_DIRECTIONS, SAMPLES_TOGETHER};
+use crate::search::constants::{LEFT_OUT, SAMPLES_TOGETHER};
 use crate::search::engine::NullShape;
 use crate::search::vectors::{dot, push_orthonormal};
+
+/// Directions in one block of rows from which on the rows themselves are as good a basis (1). Numerics.
+const MOST_DIRECTIONS: usize = 64;
 
 /// A basis for the rows of a block.
 #[derive(Debug)]

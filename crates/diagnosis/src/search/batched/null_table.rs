@@ -17,10 +17,16 @@ use stiffbench_numeric::simd::sums_of_blocks;
 
 use super::block_basis::{BlockBasis, Directions, Source, left_out};
 use super::low_rank::LowRank;
-use crate::search::constants::{DIRECTIONS_TOGETHER, LONG, SAMPLES_TOGETHER, VECTORS_TOGETHER};
+use crate::search::constants::{LONG, SAMPLES_TOGETHER};
 use crate::search::engine::{NullShape, NullShapes};
 use crate::search::vectors::{RowVector, dot};
 use crate::search::white_space::WhiteSpace;
+
+/// Directions from which on others are taken apart (1): noise along them stays in a fast memory. Numerics.
+const DIRECTIONS_TOGETHER: usize = 8192;
+
+/// Vectors from which a low-rank basis is chosen (1); those of more are chosen apart, for neighbours in the list are most alike. Numerics.
+const VECTORS_TOGETHER: usize = 160;
 
 /// All vectors, ready for noise.
 #[derive(Debug)]

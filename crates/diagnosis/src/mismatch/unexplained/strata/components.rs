@@ -3,7 +3,7 @@
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observed::{Observations, ObservedCell};
 use crate::mismatch::problem::{DiagnosisProblem, State};
-use crate::search::constants::{A_PIN, HIDDEN_PART, INSEPARABLE_PARTS, MOST_WRONG, SOFTEST};
+use crate::search::constants::SOFTEST;
 use crate::search::{dot, norm, push_orthonormal};
 use stiffbench_beams::physics::{Place, PoseMechanics};
 use stiffbench_beams::structure::Property;
@@ -15,6 +15,19 @@ use super::decomposition::{Decomposition, FitContrast, squares};
 use super::levels::{indicators, levels};
 use super::results::{Contrast, ExplainedShare, SuspectComponent};
 use super::tails::tail;
+
+/// Parts with a larger cosine between their effects cannot be distinguished (1). By judgement (f10797f).
+const INSEPARABLE_PARTS: f64 = 0.98;
+
+/// Compliance of a joint times the stiffness of its loop beyond which even a pin does not explain it (1); above 1 for poses in which the loop is
+/// stiffer. By judgement (8de8e53).
+const A_PIN: f64 = 1.5;
+
+/// Factor by which no property of an element is wrong (1): the bounds of the factors. Stated.
+const MOST_WRONG: f64 = 10.0;
+
+/// A part of whose effect the factors leave less than this share is not seen (1). Numerics.
+const HIDDEN_PART: f64 = 1e-3;
 
 /// Parts of a structure with what they do in each cell.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 //! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
 
 use crate::mismatch::noise::{Beside, EstimatedNoise, Tails};
-use crate::search::constants::{COLUMN_LEFT, KNOWN_VARIANCE, LONGEST_PERIOD, UNSEEN_READING};
+use crate::search::constants::{COLUMN_LEFT, UNSEEN_READING};
 use crate::search::{dot, largest};
 use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
 
@@ -10,6 +10,12 @@ use super::contrasts::ErrorTerm;
 use super::decomposition::{Decomposition, squares};
 use super::results::{Contrast, Spot, StratumTest};
 use super::tails::tail;
+
+/// Degrees of freedom above which a variance counts as known (1). Numerics.
+const KNOWN_VARIANCE: f64 = 1e5;
+
+/// A period longer than this share of the displacement is a curve over the load (1). By judgement (f10797f).
+const LONGEST_PERIOD: f64 = 0.5;
 
 impl Decomposition<'_> {
     /// The scatter within runs and levels against a noise that was known beforehand; both too much and too little count.

@@ -3,9 +3,14 @@
 use std::collections::BTreeMap;
 
 use crate::mismatch::observed::Observations;
-use crate::search::constants::{ONE_LEVEL, SAME_FORCE};
 use crate::search::{RowVector, largest};
 use stiffbench_units_and_text::test_point::Branch;
+
+/// Forces closer than this share of the usual distance between loads are one level (1). By judgement (f10797f).
+const ONE_LEVEL: f64 = 0.3;
+
+/// Forces closer than this share of the largest are one level in any case (1): no jack is set more closely. By judgement (f10797f).
+const SAME_FORCE: f64 = 0.01;
 
 /// For each reading of a cell the index of its level of load; levels count up with the force.
 ///

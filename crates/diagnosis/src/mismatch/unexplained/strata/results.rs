@@ -7,12 +7,15 @@ use serde::Serialize;
 
 use crate::mismatch::observed::Observations;
 use crate::mismatch::unexplained::stratum::{Location, Stratum};
-use crate::search::constants::{ONE_SPOT, STRATUM_LEVEL};
+use crate::search::constants::STRATUM_LEVEL;
 use stiffbench_beams::physics::Place;
 use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::map::MapEntry;
+
+/// Share of a stratum's squares above which one spot is said to hold it (1). By judgement (f10797f).
+const ONE_SPOT: f64 = 0.8;
 
 /// What is compared within a stratum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
