@@ -120,9 +120,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
 /// Shortest period that is searched for: shorter ones cannot be distinguished from reading errors, which move with the reading.
 pub const SHORTEST_PERIOD_M: f64 = 5e-5;
 
-/// Periods within the travel of a gauge up to which one of any length is searched for.
-const MOST_PERIODS: f64 = 40.0;
-
 /// Longest period of a wheel, a rack or a scale.
 const LONGEST_M: f64 = 2e-3;
 
@@ -157,15 +154,15 @@ fn nominal(scale: &PlaceScale) -> Vec<Shape> {
 
 fn any_period(scale: &PlaceScale) -> Vec<Shape> {
     let longest_m = longest_m(scale);
-    let shortest_m = SHORTEST_PERIOD_M.max(scale.displacement_m / MOST_PERIODS);
-    if longest_m <= shortest_m {
+    if longest_m <= SHORTEST_PERIOD_M {
         return Vec::new();
     }
     // Half of the width of a line in the spectrum.
     let spacing = 0.5 / scale.displacement_m;
-    let lines = (shortest_m.recip() - longest_m.recip()) / spacing;
+    let lines = (SHORTEST_PERIOD_M.recip() - longest_m.recip()) / spacing;
+    let count = (lines as usize).min(1500);
     let frequency = |place: usize| longest_m.recip() + spacing * place as f64;
-    (0..lines as usize).map(|place| shape(frequency(place).recip())).collect()
+    (0..count).map(|place| shape(frequency(place).recip())).collect()
 }
 
 #[derive(Debug)]
