@@ -293,7 +293,9 @@ impl Observations {
         match self.bench {
             TestObject::Robot => 1e-3,
             TestObject::ForceDriven | TestObject::DisplacementDriven => {
-                largest(&self.displacement_m).max(f64::MIN_POSITIVE)
+                // Answers that are all zero have no size.
+                let largest = largest(&self.displacement_m);
+                if largest > 0.0 { largest } else { 1.0 }
             }
         }
     }
