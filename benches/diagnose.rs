@@ -38,6 +38,7 @@ fn search(criterion: &mut Criterion) {
         factors.clone(),
         poses,
         &ParameterChoice::default(),
+        0.0,
     )
     .unwrap();
     let session = |effects: Vec<Effect>| {
@@ -93,6 +94,7 @@ fn recorded(criterion: &mut Criterion) {
         factors,
         poses,
         &ParameterChoice::default(),
+        0.0,
     )
     .unwrap();
     let options = SearchOptions::default();

@@ -6,6 +6,7 @@ use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader
 
 use super::error::ArgumentError;
 use crate::count::counted;
+use crate::mismatch::StatedScatter;
 
 /// Coverage factor of expanded uncertainties that the command line states (GUM 6.3.3).
 const K: f64 = 2.0;
@@ -17,6 +18,16 @@ pub enum StatedError {
     Expanded(f64),
     /// LimitsOfError of error on both sides of zero, N or m, within which every value is as likely.
     LimitsOfError(f64),
+}
+
+impl StatedError {
+    /// Standard uncertainty, N or m (GUM 4.3.7 of limits).
+    fn standard_uncertainty(self) -> f64 {
+        match self {
+            Self::Expanded(u) => u / K,
+            Self::LimitsOfError(limit) => limit / f64::sqrt(3.0),
+        }
+    }
 }
 
 /// What is given of one gauge; what is absent stays as the session states it.
@@ -65,6 +76,28 @@ impl GivenCalibration {
         let gauges = [&self.force, &self.displacement];
         let none = |gauge: &&GaugeCalibration| gauge.error.is_none() && gauge.curve.is_none();
         self.records.is_none() && gauges.iter().all(none)
+    }
+
+    /// Takes out what is stated of the errors of both gauges, as the scatter of load cases: these have no cell whose budget it could enter.
+    ///
+    /// # Errors
+    /// If it is stated of the force alone.
+    pub fn take_scatter(&mut self) -> Result<Option<StatedScatter>, ArgumentError> {
+        let sd = |(error, _): (StatedError, String)| error.standard_uncertainty();
+        let force_sd_n = self.force.error.take().map(sd);
+        let displacement = self.displacement.error.take().map(sd);
+        match displacement {
+            Some(displacement_sd_m) => Ok(Some(StatedScatter {
+                displacement_sd_m,
+                force_sd_n,
+            })),
+            None if force_sd_n.is_some() => ArgumentError::refuse(
+                "--force-u",
+                "of load cases the scatter of force and displacement is stated together",
+                "state --displacement-u too",
+            ),
+            None => Ok(None),
+        }
     }
 
     /// Refuses calibrations beside data that have no gauge along the load.

@@ -9,7 +9,7 @@ use crate::parameters::ParameterChoice;
 use crate::physics::TestObject;
 use crate::procedure::{Pace, Procedure};
 use crate::readings::SessionHeader;
-use crate::robot::{FittingFactors, Mechanism, Pose, Robot};
+use crate::robot::{FittingFactors, GRAVITY_M_PER_S2, Masses, Mechanism, Pose, Robot};
 use crate::test_point::{Branch, Direction, PoseId};
 
 use super::error::AnalysisError;
@@ -40,7 +40,7 @@ pub fn design(
     let mechanism = model.mechanism()?;
     let measured = procedure.poses.clone().unwrap_or_default();
     let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &measured);
-    let baseline = baseline(model, mechanism, &poses, parameters)?;
+    let baseline = baseline(model, mechanism, &poses, parameters, 0.0)?;
     let procedure = Procedure {
         poses: Some(procedure.poses.unwrap_or_else(|| poses.clone())),
         ..procedure
@@ -87,6 +87,7 @@ pub fn usual_plan(
         factors,
         placed,
         &usual_parameters(robot, mechanism),
+        0.0,
     )?;
     let procedure = Procedure {
         poses: Some(poses.clone()),
@@ -115,7 +116,8 @@ pub(super) fn proposals(
         return Ok(Proposals::default());
     }
     let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &done.poses);
-    let baseline = baseline(model, mechanism, &poses, parameters)?;
+    let measured = done.largest_m_per_n(0.0);
+    let baseline = baseline(model, mechanism, &poses, parameters, measured)?;
     let fitted = baseline.fitted_values(found);
     let bench = DesignBench {
         baseline: &baseline,
@@ -185,7 +187,7 @@ pub(super) fn proposals_for_part(
         noise,
         steps: done.steps,
         pace: Pace::default(),
-        object: done.bench,
+        object: done.object,
     };
     Ok(next_measurements(&bench, done, diagnosis, &base)?)
 }
@@ -197,7 +199,11 @@ pub(super) fn baseline_of<'a>(
     poses: &[PoseId],
     parameters: &ParameterChoice,
 ) -> Result<RobotBaseline<'a>, AnalysisError> {
-    let mut baseline = baseline(model, model.mechanism()?, poses, parameters)?;
+    let mechanism = model.mechanism()?;
+    let masses = Masses::of(&model.robot, mechanism).at_nodes;
+    let mass_kg: f64 = masses.iter().map(|(_, mass_kg)| mass_kg).sum();
+    let measured = observations.largest_m_per_n(GRAVITY_M_PER_S2 * mass_kg);
+    let mut baseline = baseline(model, mechanism, poses, parameters, measured)?;
     baseline.add_variant(&model.physics.effects)?;
     if let Some(frames) = &observations.tracker {
         baseline.track(frames)?;
@@ -205,12 +211,13 @@ pub(super) fn baseline_of<'a>(
     Ok(baseline)
 }
 
-/// The beam model of a resolved model in these poses.
+/// The beam model of a resolved model in these poses, where so much was measured per force (m/N).
 pub(super) fn baseline<'a>(
     model: &'a ResolvedModel,
     mechanism: &Mechanism,
     poses: &[PoseId],
     parameters: &ParameterChoice,
+    measured_m_per_n: f64,
 ) -> Result<RobotBaseline<'a>, AnalysisError> {
     let placed = poses
         .iter()
@@ -223,5 +230,6 @@ pub(super) fn baseline<'a>(
         factors,
         placed,
         parameters,
+        measured_m_per_n,
     )?)
 }

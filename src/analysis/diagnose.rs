@@ -4,8 +4,8 @@ use crate::fit::TableMistake;
 use crate::mismatch::{
     BadReading, BadRun, Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise,
     KnownNoise, LawCriticalValues, Line, Located, Location, MismatchError, NextMeasurement,
-    Observations, PartModel, PartUnits, RobotBaseline, SearchOptions, diagnose_and_locate,
-    given_noise, reading_between_slips, trace,
+    Observations, PartModel, PartUnits, RobotBaseline, SearchOptions, StatedScatter,
+    diagnose_and_locate, given_noise, reading_between_slips, trace,
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::{Effect, FileLine, Law};
@@ -50,8 +50,8 @@ pub enum NoiseSource {
     /// The readings.
     #[default]
     Readings,
-    /// What the data state: standard deviation of a reading, m.
-    Stated(f64),
+    /// What the user, or a list of stiffness values, states.
+    Stated(StatedScatter),
     /// The records of the instruments: step of the displacement gauge and spread when settled.
     Records,
     /// The readings, together with those of earlier sessions on the same bench, each as [`noise_of`](super::noise_of) has it.
@@ -77,7 +77,7 @@ impl NoiseSource {
 pub enum NoiseOrigin {
     /// The readings.
     Readings,
-    /// The data state it.
+    /// The user, or a list of stiffness values, states it.
     Stated,
     /// The readings, but for that of single ones, which the records of the instruments give.
     Records,
@@ -263,8 +263,8 @@ impl DiagnosisData {
                 .iter()
                 .filter(|law| !law.is_in_proportion_to_load());
             options.without.extend(unseen);
-            if let (NoiseSource::Readings, Some(sd_m)) = (&options.noise, listed.0) {
-                options.noise = NoiseSource::Stated(sd_m);
+            if let (NoiseSource::Readings, Some(stated)) = (&options.noise, listed.0) {
+                options.noise = NoiseSource::Stated(stated);
             }
         }
         match &self.observed {
@@ -322,8 +322,8 @@ pub(super) fn diagnose_together(
     };
     let (known, noise_origin) = match options.noise {
         NoiseSource::Readings => (KnownNoise::Nothing, NoiseOrigin::Readings),
-        NoiseSource::Stated(sd_m) => {
-            let noise = given_noise(&baseline, &observations, sd_m)?.noise;
+        NoiseSource::Stated(stated) => {
+            let noise = given_noise(&baseline, &observations, stated)?.noise;
             (KnownNoise::Given(noise), NoiseOrigin::Stated)
         }
         NoiseSource::Records => {
@@ -549,7 +549,11 @@ fn recorded_noise(
     let spread_m = procedure.and_then(|procedure| procedure.settle.spread_m);
     // A step, and a spread within which readings count as settled, are widths: anything within is as likely.
     let sd_m = step_m.hypot(spread_m.unwrap_or(0.0)) / 12f64.sqrt();
-    let given = given_noise(baseline, observations, sd_m)?;
+    let recorded = StatedScatter {
+        displacement_sd_m: sd_m,
+        force_sd_n: None,
+    };
+    let given = given_noise(baseline, observations, recorded)?;
     if given.seen_sd_m > RECORD_TOO_GOOD * sd_m {
         warnings.push(format!(
             "single readings scatter with {:.2} um, the records of the instruments allow {:.2} um: scatter that the records do not know of \

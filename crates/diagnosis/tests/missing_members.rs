@@ -48,7 +48,7 @@ fn a_missing_member_is_compared_with_an_effect_of_its_size() {
     let plan = &Observations::new(&bench.run(&procedure, "plan", 1).unwrap(), None);
     let poses: Vec<Pose> = poses.iter().map(|named| named.pose.clone()).collect();
     let choice = ParameterChoice::default();
-    let baseline = &RobotBaseline::new(&robot, mechanism, factors, poses, &choice).unwrap();
+    let baseline = &RobotBaseline::new(&robot, mechanism, factors, poses, &choice, 0.0).unwrap();
     let length = |truth: &Truth| standard_errors(baseline, plan, truth).unwrap();
     let between = |truth: &Truth, rival: &Effect| {
         standard_errors_between(baseline, plan, truth, rival).unwrap()

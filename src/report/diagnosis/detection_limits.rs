@@ -119,7 +119,7 @@ impl DiagnosisReport {
             limits.iter().all(|limit| limit.law != *law)
                 && tested.keys().all(|(tested, _)| tested != law)
         };
-        let whole = Law::searched_on(self.observations.bench).filter(is_whole);
+        let whole = Law::searched_on(self.observations.object).filter(is_whole);
         all.extend(whole.map(|law| DetectionLimitReport {
             physics: law,
             place: law.place_kind.only(),

@@ -173,7 +173,7 @@ pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
             listed(&weak, "and of")
         ));
     }
-    if from_fit && diagnosis.grade != VerdictGrade::Undecided {
+    if from_fit {
         sentences.push(format!(
             "Nothing was repeated: the scatter of {} is what the fit leaves. If your gauge repeats better, something is missing.",
             subject.reading(diagnosis.noise.reading_sd_m)

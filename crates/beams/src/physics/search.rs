@@ -169,8 +169,8 @@ impl SearchedOn {
 
     /// Whether one of them is a given one.
     #[must_use]
-    pub fn contains(self, bench: TestObject) -> bool {
-        self.0.contains(&bench)
+    pub fn contains(self, object: TestObject) -> bool {
+        self.0.contains(&object)
     }
 }
 

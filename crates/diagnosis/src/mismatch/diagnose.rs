@@ -73,7 +73,7 @@ fn diagnose_and<T>(
     let memo = CandidateMemo::default();
     let candidates = |problem| Candidates::new(problem, &memo);
     let (found, critical) = candidates(&bench).search(options, known)?;
-    if observations.bench != TestObject::Robot {
+    if observations.object != TestObject::Robot {
         let diagnosis = Diagnosis {
             sizes,
             ..conclude(candidates(&bench), &found, &critical)?

@@ -57,11 +57,11 @@ pub use observed::{
     GaugeNoise, GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun,
     ObservedSession, PlannedCell, PlannedLoad, ReadingNoise, Recorded,
 };
-pub use problem::{GivenNoise, SearchOptions, given_noise, noise_alone};
+pub use problem::{GivenNoise, SearchOptions, StatedScatter, given_noise, noise_alone};
 pub use screen::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData, screen_data};
 pub(crate) use screen::{
     Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,
-    ValueScale, find_mistake, kept, slip,
+    ValueScale, find_mistake, kept, misread_factor,
 };
 pub use unexplained::{
     Contrast, ExplainedShare, Located, Location, MapEntry, Omnibus, OmnibusTest, STRATUM_LEVEL,

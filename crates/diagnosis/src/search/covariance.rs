@@ -53,7 +53,7 @@ impl Covariance {
     /// - `blocks`: U, in the order of the rows.
     #[must_use]
     pub fn new(variances: &[f64], blocks: impl IntoIterator<Item = LowRankBlock>) -> Self {
-        Self::with_errors(variances, &RowErrors::Memory(Vec::new()), blocks)
+        Self::with_errors(variances, &RowErrors::Correlated(Vec::new()), blocks)
     }
 
     /// The same with errors that rows have in common with those before them.
@@ -109,7 +109,7 @@ impl Covariance {
 
     /// Whether no row remembers the row before it.
     #[must_use]
-    pub fn is_without_memory(&self) -> bool {
+    pub fn is_without_correlation(&self) -> bool {
         self.serial.is_identity()
     }
 

@@ -50,7 +50,7 @@ pub use linear::{
 pub(crate) use null_noise::put_drawn;
 pub use null_noise::{DrawResiduals, NullNoise};
 pub use precision::{Precision, SparseRows};
-pub use serial_correlation::{MOST_STATES, RowErrors, RowMemory, RowStates};
+pub use serial_correlation::{MOST_STATES, RowCorrelation, RowErrors, RowStates};
 #[cfg(test)]
 pub(crate) use tests::Plain;
 pub use vectors::{

@@ -1,14 +1,14 @@
 //! Errors of which a part remembers the row before, or is common to rows that come together.
 //!
 //! The filter of Kalman (Box, Jenkins, Reinsel & Ljung, Time Series Analysis, 5th edition, section 5.5): a first-order autoregressive process
-//! that is seen beside errors without memory. It gives each row without what the rows before let expect, in one pass. Several series that
-//! come together have an error in common, which lasts as long as they do, and each its own memory: states of the same filter.
+//! that is seen beside errors without correlation. It gives each row without what the rows before let expect, in one pass. Several series that
+//! come together have an error in common, which lasts as long as they do, and each its own correlation: states of the same filter.
 
 use std::ops::Range;
 
 /// How a row remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RowMemory {
+pub struct RowCorrelation {
     /// Correlation of the part that remembers with that of the row before, between -1 and 1; zero in the first row of each series.
     pub correlation: f64,
     /// Share of that part in the variance of the row.
@@ -19,7 +19,7 @@ pub struct RowMemory {
 #[derive(Debug, Clone, PartialEq)]
 pub enum RowErrors {
     /// Each row remembers the one before it; empty where none does.
-    Memory(Vec<RowMemory>),
+    Correlated(Vec<RowCorrelation>),
     /// Rows of several series that come together, in the order in which they come.
     Common(Vec<RowStates<MOST_STATES>>),
 }
@@ -40,7 +40,7 @@ pub struct RowStates<const STATES: usize> {
     pub has: [f64; STATES],
 }
 
-/// Most errors that rows have in common: those of three series, each with a memory, and one that is common to them.
+/// Most errors that rows have in common: those of three series, each with a correlation, and one that is common to them.
 pub const MOST_STATES: usize = 4;
 
 /// A triangular F with Fᵀ F = R⁻¹, for rows of standard deviation one with the correlations R; the identity without rows.
@@ -191,12 +191,12 @@ macro_rules! with_steps {
 }
 
 impl SerialFilter {
-    pub(super) fn new(memory: &RowErrors) -> Self {
-        match memory {
-            RowErrors::Memory(memory) => {
+    pub(super) fn new(errors: &RowErrors) -> Self {
+        match errors {
+            RowErrors::Correlated(rows) => {
                 let mut log_determinant = 0.0;
                 let mut variance = 1.0;
-                let steps = memory.iter().map(|row| {
+                let steps = rows.iter().map(|row| {
                     let correlation = row.correlation;
                     variance = 1.0 - correlation * correlation * (1.0 - variance);
                     let root = row.share.sqrt();

@@ -44,13 +44,13 @@ const COMING: [(usize, usize, usize); BLOCK] = [
 fn common_errors(seed: u64) -> (RowErrors, DMatrix<f64>) {
     let share = wave(seed, 45);
     let common = wave(seed, 46);
-    let memory = [0.8, 0.5, -0.4];
+    let correlations = [0.8, 0.5, -0.4];
     let mut states = Vec::new();
     let mut dense = DMatrix::identity(ROWS, ROWS);
     for block in 0..ROWS / BLOCK {
         for (place, (row, series, time)) in COMING.into_iter().enumerate() {
             let mut correlation = [1.0; MOST_STATES];
-            correlation[series] = memory[series];
+            correlation[series] = correlations[series];
             if place == 0 {
                 correlation = [0.0; MOST_STATES];
             } else if COMING[place - 1].2 != time {
@@ -75,7 +75,8 @@ fn common_errors(seed: u64) -> (RowErrors, DMatrix<f64>) {
                 let mut sum = 0.0;
                 if series == of {
                     let apart = i32::try_from(time.abs_diff(then)).unwrap();
-                    sum += 0.49 * share[i].abs() * share[j].abs() * memory[series].powi(apart);
+                    sum +=
+                        0.49 * share[i].abs() * share[j].abs() * correlations[series].powi(apart);
                 }
                 if time == then {
                     sum += 0.36 * common[i] * common[j];
@@ -92,9 +93,9 @@ fn common_errors(seed: u64) -> (RowErrors, DMatrix<f64>) {
 fn parts_of_covariance(seed: u64) -> (Vec<f64>, RowErrors, Vec<LowRankBlock>, DMatrix<f64>) {
     let variances: Vec<f64> = wave(seed, 40).iter().map(|x| 0.3 + x * x).collect();
     let several = seed.is_multiple_of(5).then(|| common_errors(seed));
-    let memory: Vec<RowMemory> = if seed.is_multiple_of(2) {
-        let memory = wave(seed, 43).into_iter().zip(wave(seed, 45)).enumerate();
-        let of_row = |(row, (correlation, share)): (usize, (f64, f64))| RowMemory {
+    let correlations: Vec<RowCorrelation> = if seed.is_multiple_of(2) {
+        let correlations = wave(seed, 43).into_iter().zip(wave(seed, 45)).enumerate();
+        let of_row = |(row, (correlation, share)): (usize, (f64, f64))| RowCorrelation {
             correlation: if row % BLOCK == 0 {
                 0.0
             } else {
@@ -102,7 +103,7 @@ fn parts_of_covariance(seed: u64) -> (Vec<f64>, RowErrors, Vec<LowRankBlock>, DM
             },
             share: share.abs(),
         };
-        memory.map(of_row).collect()
+        correlations.map(of_row).collect()
     } else {
         Vec::new()
     };
@@ -110,12 +111,12 @@ fn parts_of_covariance(seed: u64) -> (Vec<f64>, RowErrors, Vec<LowRankBlock>, DM
         if let Some((_, dense)) = &several {
             return dense[(i, j)];
         }
-        if i == j || memory.is_empty() {
+        if i == j || correlations.is_empty() {
             return f64::from(u8::from(i == j));
         }
-        let between = memory[i.min(j) + 1..=i.max(j)].iter();
+        let between = correlations[i.min(j) + 1..=i.max(j)].iter();
         let steps: f64 = between.map(|row| row.correlation).product();
-        steps * (memory[i].share * memory[j].share).sqrt()
+        steps * (correlations[i].share * correlations[j].share).sqrt()
     };
     let mut dense = DMatrix::from_fn(ROWS, ROWS, |i, j| {
         (variances[i] * variances[j]).sqrt() * correlation(i, j)
@@ -141,7 +142,7 @@ fn parts_of_covariance(seed: u64) -> (Vec<f64>, RowErrors, Vec<LowRankBlock>, DM
             }
         }
     }
-    let errors = several.map_or(RowErrors::Memory(memory), |(errors, _)| errors);
+    let errors = several.map_or(RowErrors::Correlated(correlations), |(errors, _)| errors);
     (variances, errors, blocks, dense)
 }
 

@@ -137,6 +137,7 @@ impl ValidationSession {
             self.factors.clone(),
             self.poses.clone(),
             &self.choice,
+            self.observations.largest_m_per_n(0.0),
         )?)
     }
 

@@ -7,7 +7,7 @@
 use stiffbench_units_and_text::test_point::Branch;
 
 use crate::fit::{FitError, FitOptions, FitOutcome};
-use crate::mismatch::{BadReading, slip};
+use crate::mismatch::{BadReading, misread_factor};
 use crate::search::constants::MOST_BAD_READINGS;
 
 use super::bad_positions::bad_positions;
@@ -86,7 +86,7 @@ pub(super) fn bad_value(
         expected_m: expected,
         u_m: standard_error,
         p_family,
-        factor: slip(read.value, expected, standard_error),
+        factor: misread_factor(read.value, expected, standard_error),
         joint: None,
     })
 }

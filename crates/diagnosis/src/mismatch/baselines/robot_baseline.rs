@@ -111,6 +111,8 @@ impl<'a> RobotBaseline<'a> {
     /// - `factors`: where the free parameters start, and what the others are kept at.
     /// - `choice`: which parameters are free, and their bounds. A tied spring is free by itself; one that no load acts on is kept
     ///   ([`RobotBaseline::unloaded`]).
+    /// - `measured_m_per_n`: largest displacement per force that was measured, m/N, which bounds the springs of a robot that is softer than its
+    ///   file says ([`Observations::largest_m_per_n`](crate::mismatch::Observations::largest_m_per_n)); zero before a measurement.
     ///
     /// # Errors
     /// [`MismatchError::Robot`] for a structure that carries nothing, [`MismatchError::Parameter`] for a factor that is tied, and a parameter
@@ -121,6 +123,7 @@ impl<'a> RobotBaseline<'a> {
         factors: FittingFactors,
         poses: Vec<Pose>,
         choice: &ParameterChoice,
+        measured_m_per_n: f64,
     ) -> Result<Self, MismatchError> {
         let free = choice.members.iter().filter(|m| m.role != FitRole::Fixed);
         let free: Vec<&ChosenParameter> = free.collect();
@@ -131,7 +134,7 @@ impl<'a> RobotBaseline<'a> {
                 Direction::ALL.map(|direction| ScaleCell {
                     pose,
                     direction,
-                    measured_m_per_n: 0.0,
+                    measured_m_per_n,
                 })
             };
             let cells: Vec<ScaleCell> = (0..poses.len()).flat_map(of_pose).collect();

@@ -409,7 +409,7 @@ mod tests {
         let poses: Vec<Pose> = robot.poses.iter().map(|one| one.pose.clone()).collect();
         let (_, factors) = robot.default_factors();
         let choice = ParameterChoice::default();
-        let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, &choice).unwrap();
+        let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, &choice, 0.0).unwrap();
         let start: Vec<f64> = baseline.parameters().iter().map(|one| one.start).collect();
         let columns = spring_columns(&baseline, &start).unwrap();
         let in_loops = columns.iter().filter(|one| one.loop_stiffness[0] > 1.0);

@@ -74,7 +74,7 @@ pub(crate) fn candidates(
                 && !without.contains(law)
                 && !(is_tracked && law.is_hidden_from_trackers())
         };
-        let laws: Vec<Law> = Law::searched_on(observations.bench).filter(here).collect();
+        let laws: Vec<Law> = Law::searched_on(observations.object).filter(here).collect();
         for (place, scale) in scales.of_kind(kind, observations, poses) {
             for &law in &laws {
                 // An angle that is wrong in one pose alone is one of many: a wide search of a wrong angle.

@@ -107,7 +107,7 @@ impl DiagnosisProblem<'_> {
         options: &SearchOptions,
     ) -> Result<Option<(ConfigurationSizes, Observations)>, MismatchError> {
         let observations = self.observations;
-        if observations.bench == TestObject::Robot || observations.cells.len() < 2 {
+        if observations.object == TestObject::Robot || observations.cells.len() < 2 {
             return Ok(None);
         }
         let memo = CandidateMemo::default();

@@ -43,9 +43,9 @@ pub(crate) struct SearchResult {
     pub(crate) resolved: Vec<ResolvedEffect>,
     /// What the baseline leaves to be seen: for maps, limits and rejected candidates.
     pub(crate) first: CandidateScores,
-    /// The largest pattern of each stratum that the baseline leaves, with its gain.
+    /// The largest pattern of each stratum that the baseline leaves, with its fall of the squares.
     pub(crate) first_patterns: Vec<(f64, ResidualPattern)>,
-    /// Patterns left by the final model, and the gain of the largest.
+    /// Patterns left by the final model, and the fall of the squares by the largest.
     pub(crate) left: UnexplainedStructure,
     /// Whether the final model leaves more than noise does.
     pub(crate) omnibus: Omnibus,
@@ -318,7 +318,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     /// Of a jump in a robot's run it is enough that a gradual change is not clearly likelier; of a part nothing is repeated.
     fn is_sharp(&self, ranked: &Ranked) -> bool {
-        self.candidates.problem.observations.bench == TestObject::Robot
+        self.candidates.problem.observations.object == TestObject::Robot
             || ranked.against_gradual >= STRONG_EVIDENCE
     }
 

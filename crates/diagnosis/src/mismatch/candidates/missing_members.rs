@@ -101,7 +101,7 @@ impl Candidates<'_, '_> {
     /// Structures without one element, fitted.
     ///
     /// # Arguments
-    /// - `worth`: whether a linear gain of the law is worth a fit.
+    /// - `worth`: whether the linear fall of the squares is worth a fit.
     pub(crate) fn missing_members(
         &self,
         state: &State,

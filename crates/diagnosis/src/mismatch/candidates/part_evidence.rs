@@ -129,7 +129,7 @@ impl DiagnosisProblem<'_> {
             return Ok((of_a_part, gradual));
         }
         let is_alone = state.fitted.model.effects.is_empty();
-        let must_be_sharp = self.observations.bench != TestObject::Robot
+        let must_be_sharp = self.observations.object != TestObject::Robot
             && effect.law.search.is_sharp
             && (effect.law.is_gauge_error() || !is_alone);
         if !must_be_sharp {

@@ -130,14 +130,15 @@ mod tests {
                 .map(|pose| robot.pose(pose).unwrap().clone())
                 .collect(),
             &ParameterChoice::default(),
+            0.0,
         )
         .unwrap();
         let options = SearchOptions::default();
-        let bench = DiagnosisProblem::new(&baseline, &observations);
+        let problem = DiagnosisProblem::new(&baseline, &observations);
         let memo = CandidateMemo::default();
         let search = |problem, memo, known| Candidates::new(problem, memo).search(&options, known);
-        let (_, critical) = search(&bench, &memo, None).unwrap();
-        let (again, _) = search(&bench, &memo, Some(&critical)).unwrap();
+        let (_, critical) = search(&problem, &memo, None).unwrap();
+        let (again, _) = search(&problem, &memo, Some(&critical)).unwrap();
         let anew = DiagnosisProblem::new(&baseline, &observations);
         let (anew, _) = search(&anew, &CandidateMemo::default(), Some(&critical)).unwrap();
         let said_again = said(&again);

@@ -95,7 +95,7 @@ impl Candidates<'_, '_> {
         (before, noise_before): (&CandidateScores, &ReadingNoise),
         (critical, least): (&LawCriticalValues, f64),
     ) -> Result<CandidateScores, MismatchError> {
-        // A gain grows about as the inverse of the variances: by no more than that of them falls which falls most.
+        // A fall of the squares grows about as the inverse of the variances: by no more than that of them falls which falls most.
         let growth = noise_before.largest_variance_ratio(&state.noise.noise);
         let screened = best_shapes(&before.seen);
         let list = before.seen.iter().zip(screened).filter(|(seen, screened)| {
@@ -133,7 +133,7 @@ impl Candidates<'_, '_> {
     ///
     /// # Arguments
     /// - `without`: laws left out.
-    /// - `least`: share of its limit below which the linear gain of a candidate is of no interest; minus infinity to fit all.
+    /// - `least`: share of its limit below which the linear fall of the squares of a candidate is of no interest; minus infinity to fit all.
     pub(crate) fn rank(
         &self,
         state: &State,
@@ -175,7 +175,7 @@ impl Candidates<'_, '_> {
         else {
             return Ok(Vec::new());
         };
-        let field = FitContext {
+        let context = FitContext {
             state,
             key: key_of(state),
             scores,
@@ -188,7 +188,7 @@ impl Candidates<'_, '_> {
             .map_init(
                 || self.problem.predictor(),
                 |predictor, &(place, screened)| {
-                    self.fit_candidate(&field, predictor, &scores.seen[place], screened)
+                    self.fit_candidate(&context, predictor, &scores.seen[place], screened)
                 },
             )
             .collect::<Result<_, _>>()?;
@@ -217,7 +217,7 @@ impl Candidates<'_, '_> {
     /// Fits one candidate in full.
     fn fit_candidate(
         &self,
-        field: &FitContext<'_>,
+        context: &FitContext<'_>,
         predictor: &mut ReadingPredictor<'_>,
         seen: &ScoredCandidate,
         screened: BestShape,
@@ -225,12 +225,12 @@ impl Candidates<'_, '_> {
         let shape = &seen.shapes[screened.shape];
         let mut effect = shape.effect(&seen.candidate, screened.best.multiple);
         let bounds = &seen.candidate.bounds_near(&shape.shape);
-        field.polish(bounds, &mut effect);
-        self.memo.fitted(&field.key, &effect, || {
-            let fitted = self.fit_from(field, predictor, bounds, &effect);
+        context.polish(bounds, &mut effect);
+        self.memo.fitted(&context.key, &effect, || {
+            let fitted = self.fit_from(context, predictor, bounds, &effect);
             fitted.map_or(Ok(None), |fitted| {
                 self.ranked(
-                    field,
+                    context,
                     predictor,
                     (&seen.candidate, screened.best.delta_chi2),
                     fitted,
@@ -242,19 +242,19 @@ impl Candidates<'_, '_> {
     /// Fits a candidate from an effect.
     fn fit_from(
         &self,
-        field: &FitContext<'_>,
+        context: &FitContext<'_>,
         predictor: &mut ReadingPredictor<'_>,
         bounds: &[[f64; 2]],
         effect: &Effect,
     ) -> Option<FittedModel> {
-        let state = field.state;
+        let state = context.state;
         let start = state.fitted.model.with(effect);
         let refit = WeightedFit {
             bounds_of_last: Some(bounds),
             ..self.problem.refit(&state.whitening)
         };
         let first = WeightedFit {
-            warm_start: Some(WarmStart::Known(field.changes.linearised())),
+            warm_start: Some(WarmStart::Known(context.changes.linearised())),
             ..refit
         };
         let mut fitted = first.fit(predictor, &start)?;
@@ -268,19 +268,19 @@ impl Candidates<'_, '_> {
     /// A fitted candidate, not yet weighed.
     fn ranked(
         &self,
-        field: &FitContext<'_>,
+        context: &FitContext<'_>,
         predictor: &mut ReadingPredictor<'_>,
         (candidate, linear_delta_chi2): (&Candidate, f64),
         fitted: FittedModel,
     ) -> Result<Option<Ranked>, MismatchError> {
-        let state = field.state;
+        let state = context.state;
         let Some(effect) = fitted.model.effects.last().cloned() else {
             return Ok(None);
         };
         let last = fitted.model.effects.len() - 1;
         let (vector, whole) =
             self.problem
-                .effect_vector(predictor, &fitted.model, last, &field.scores.space)?;
+                .effect_vector(predictor, &fitted.model, last, &context.scores.space)?;
         let mut scratch = Vec::new();
         let shares =
             state
@@ -292,10 +292,10 @@ impl Candidates<'_, '_> {
             white: &vector,
             dof: state.noise.degrees_of_freedom(shares),
         };
-        let seen = (&field.scores.space, &field.scores.residuals[..]);
+        let seen = (&context.scores.space, &context.scores.residuals[..]);
         let (of_a_part, against_gradual) =
             self.problem
-                .part_evidence(state, predictor, &scored, seen, &field.unseen)?;
+                .part_evidence(state, predictor, &scored, seen, &context.unseen)?;
         Ok(Some(Ranked {
             wide: candidate.wide,
             evidence: Evidence {
@@ -323,7 +323,7 @@ impl Candidates<'_, '_> {
 }
 
 impl FitContext<'_> {
-    /// Moves the values that readings depend on by kinks to where the linear gain is largest.
+    /// Moves the values that readings depend on by kinks to where the linear fall of the squares is largest.
     fn polish(&self, bounds: &[[f64; 2]], effect: &mut Effect) {
         let Some(value) = kinked(effect) else { return };
         let mut change_m = vec![0.0; self.changes.readings()];

@@ -47,7 +47,7 @@ pub(crate) fn against_gradual_change(
     }
     let gradual = ramps.fold(0.0, f64::max);
     // In a recording without repeats a loop between loading and unloading is one too.
-    let of_the_loop = if observations.bench == TestObject::Robot {
+    let of_the_loop = if observations.object == TestObject::Robot {
         0.0
     } else {
         let mut branches = vec![0.0; observations.len()];

@@ -206,7 +206,7 @@ pub fn standard_errors_between(
 
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
 struct TrueSpace<'a> {
-    bench: DiagnosisProblem<'a>,
+    problem: DiagnosisProblem<'a>,
     predictor: ReadingPredictor<'a>,
     parameters: &'a [f64],
     space: WhiteSpace,
@@ -220,17 +220,17 @@ impl<'a> TrueSpace<'a> {
         beside: &[Effect],
         prior_sd: &[f64],
     ) -> Result<Self, MismatchError> {
-        let bench = DiagnosisProblem::new(baseline, plan);
-        let mut predictor = bench.predictor();
+        let problem = DiagnosisProblem::new(baseline, plan);
+        let mut predictor = problem.predictor();
         let model = |effects: &[Effect]| Model {
             parameters: truth.parameters.clone(),
             effects: effects.to_vec(),
         };
-        let whitening = bench.whitening(&mut predictor, &model(&[]), &known_noise(truth))?;
-        let columns = bench.columns(&mut predictor, &model(beside))?;
+        let whitening = problem.whitening(&mut predictor, &model(&[]), &known_noise(truth))?;
+        let columns = problem.columns(&mut predictor, &model(beside))?;
         let space = WhiteSpace::new(whitening.covariance, prior_sd, &columns);
         Ok(Self {
-            bench,
+            problem,
             predictor,
             parameters: &truth.parameters,
             space,
@@ -243,8 +243,8 @@ impl<'a> TrueSpace<'a> {
             parameters: self.parameters.to_vec(),
             effects: effects.to_vec(),
         };
-        let (bench, space) = (&self.bench, &self.space);
-        let (white, _) = bench.effect_vector(&mut self.predictor, &model, effect, space)?;
+        let (problem, space) = (&self.problem, &self.space);
+        let (white, _) = problem.effect_vector(&mut self.predictor, &model, effect, space)?;
         Ok(white)
     }
 
@@ -255,7 +255,7 @@ impl<'a> TrueSpace<'a> {
         rival: &Effect,
         own: &[f64],
     ) -> Result<f64, MismatchError> {
-        let observations = self.bench.observations;
+        let observations = self.problem.observations;
         let linearised = self.predictor.linearised(self.parameters, beside)?;
         let mut list = candidates(observations, &linearised, &[]);
         list.retain(|one| one.law == rival.law && one.place == rival.place);

@@ -1,4 +1,4 @@
-//! All that is searched on a bench as white vectors, for counts of what could be found if the noise were known.
+//! All that is searched on a problem as white vectors, for counts of what could be found if the noise were known.
 
 use stiffbench_beams::physics::{Law, Place};
 
@@ -38,11 +38,11 @@ pub struct WhiteLawShape {
     pub sizes: [f64; 2],
 }
 
-/// All that is searched on a bench.
+/// All that is searched on a problem.
 ///
 /// # Arguments
 /// - `observations`: readings with nothing missing, for where the gauge stands and for the noise.
-/// - `critical`: those of the bench.
+/// - `critical`: those of the problem.
 ///
 /// # Errors
 /// [`MismatchError`].
@@ -57,10 +57,10 @@ pub fn white_laws(
     }
     let positions = DiagnosisProblem::new(baseline, observations).positions_at_start(options)?;
     let at_start = observations.with_positions(&positions);
-    let bench = DiagnosisProblem::new(baseline, &at_start);
-    let state = bench.state_of(bench.start(), options.noise)?;
+    let problem = DiagnosisProblem::new(baseline, &at_start);
+    let state = problem.state_of(problem.start(), options.noise)?;
     let memo = CandidateMemo::default();
-    let candidates = Candidates::new(&bench, &memo);
+    let candidates = Candidates::new(&problem, &memo);
     let scores = candidates.score_laws(&state, &options.without)?;
     candidates.with_white_shapes(&scores, &state, |searched| {
         let all: Vec<usize> = (0..searched.candidates.len()).collect();

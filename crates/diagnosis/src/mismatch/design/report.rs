@@ -142,10 +142,10 @@ impl DesignBench<'_> {
         let model = self.model();
         let predicted = rough.predicted(&mut rough.predictor(), &model)?;
         let observations = observations.with_displacements(predicted);
-        let bench = DiagnosisProblem::new(self.baseline, &observations);
-        let mut predictor = bench.predictor();
+        let problem = DiagnosisProblem::new(self.baseline, &observations);
+        let mut predictor = problem.predictor();
         let noise = EstimatedNoise::known(self.noise);
-        let whitening = bench.whitening(&mut predictor, &model, &noise)?;
+        let whitening = problem.whitening(&mut predictor, &model, &noise)?;
         let linearised = predictor.linearised(&model.parameters, &[])?;
         // What happens once is nothing to plan for.
         let happens_once = Law::ALL.iter().filter(|law| law.is_of_one_run());
@@ -159,7 +159,7 @@ impl DesignBench<'_> {
             noise,
             whitening,
         };
-        let (space, residuals) = bench.space(&state)?;
+        let (space, residuals) = problem.space(&state)?;
         let mut scores = CandidateScores {
             seen: Vec::new(),
             linearised,
@@ -176,7 +176,7 @@ impl DesignBench<'_> {
         let mut seen: Vec<WhiteCandidate> = hidden.collect();
         let unseen = seen.len();
         let memo = CandidateMemo::default();
-        let planned = Candidates::new(&bench, &memo);
+        let planned = Candidates::new(&problem, &memo);
         seen.extend(planned.with_white_shapes(&scores, &state, |searched| {
             let places: Vec<usize> = (0..searched.candidates.len()).collect();
             let white = places

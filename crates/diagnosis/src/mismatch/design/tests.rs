@@ -41,6 +41,7 @@ fn baseline<'a>(robot: &'a Robot, mechanism: &str, poses: &[PoseId]) -> RobotBas
         factors,
         poses.collect(),
         &ParameterChoice::default(),
+        0.0,
     )
     .unwrap()
 }

@@ -179,7 +179,7 @@ impl DiagnosisProblem<'_> {
             });
             folds.len() > 1 && determined
         };
-        if self.observations.bench != TestObject::Robot {
+        if self.observations.object != TestObject::Robot {
             return Some(unseen_parts(self.observations)).filter(determines);
         }
         let folds = |label: &dyn Fn(usize) -> u32| -> Option<Vec<Fold>> {

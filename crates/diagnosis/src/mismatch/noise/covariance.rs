@@ -16,7 +16,7 @@ use std::ops::Range;
 use crate::mismatch::observed::{GaugeNoise, NoisePart, Observations, ReadingNoise};
 use crate::search::largest;
 use crate::search::{
-    Covariance, LowRankBlock, MOST_STATES, Precision, RowErrors, RowMemory, RowStates,
+    Covariance, LowRankBlock, MOST_STATES, Precision, RowCorrelation, RowErrors, RowStates,
 };
 
 /// How the force was read whose error moves readings, with what a force moves by the baseline, m/N, one a reading.
@@ -281,26 +281,26 @@ impl RowVariances {
         let no_memory = parts.iter().all(|part| part.noise.correlation == 0.0);
         if !observations.gauges.is_empty() {
             if no_memory && self.force_m.iter().all(|moved| *moved == 0.0) {
-                return RowErrors::Memory(Vec::new());
+                return RowErrors::Correlated(Vec::new());
             }
             return RowErrors::Common(self.states_in_common(parts, observations));
         }
         if no_memory {
-            return RowErrors::Memory(Vec::new());
+            return RowErrors::Correlated(Vec::new());
         }
         let all = 0..observations.len();
-        let mut memory: Vec<RowMemory> = all
-            .map(|reading| RowMemory {
+        let mut correlations: Vec<RowCorrelation> = all
+            .map(|reading| RowCorrelation {
                 correlation: part_of(parts, reading).noise.correlation,
                 share: self.remembering_share(parts, reading),
             })
             .collect();
         for run in &observations.runs {
-            if let Some(first) = memory.get_mut(run.readings.start) {
+            if let Some(first) = correlations.get_mut(run.readings.start) {
                 first.correlation = 0.0;
             }
         }
-        RowErrors::Memory(memory)
+        RowErrors::Correlated(correlations)
     }
 
     /// Share of a reading's variance that remembers: its own without the step of the gauge.
@@ -310,7 +310,7 @@ impl RowVariances {
         ((self.own[reading] - of_step) / self.whole[reading]).clamp(0.0, 1.0)
     }
 
-    /// The rows of several gauges as they come: each gauge with its memory, and the error of the force, which begins anew with each reading.
+    /// The rows of several gauges as they come: each gauge with its correlation, and the error of the force, which begins anew with each reading.
     fn states_in_common(
         &self,
         parts: &[NoisePart],

@@ -35,7 +35,7 @@ const PLACES: usize = 32;
 impl Observations {
     /// Whether these readings are the recording of a part, long enough to show its own scatter.
     pub(crate) fn is_recording(&self) -> bool {
-        self.bench != TestObject::Robot
+        self.object != TestObject::Robot
             && self.len() >= ENOUGH_OF_A_RECORDING
             && self.has_long_runs()
     }
@@ -195,7 +195,7 @@ mod tests {
             ..Recorded::default()
         };
         let mut out = Observations::without_readings(GaugeSteps::default(), recorded);
-        out.bench = TestObject::DisplacementDriven;
+        out.object = TestObject::DisplacementDriven;
         out.runs = vec![ObservedRun {
             cell: 0,
             repeat: 1,
@@ -237,7 +237,7 @@ mod tests {
             runs: 0..1,
             readings: 0..path.len(),
         }];
-        let object = out.bench;
+        let object = out.object;
         out.of_part(object)
     }
 

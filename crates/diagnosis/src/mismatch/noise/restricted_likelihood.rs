@@ -164,7 +164,7 @@ impl NoiseValues {
         self.0[place]
     }
 
-    /// Each part that readings may ask for beside these. Without repeats what a model leaves cannot be distinguished from noise with a memory, nor
+    /// Each part that readings may ask for beside these. Without repeats what a model leaves cannot be distinguished from correlated noise, nor
     /// from slopes of a gauge alone.
     fn more(self, observations: &Observations, basis: NoiseBasis) -> impl Iterator<Item = Self> {
         let of_gauges = [OWN_SLOPE, FORCE].into_iter();
@@ -334,7 +334,7 @@ impl VarianceProblem<'_> {
         let least = NoiseValues::least(self.observations);
         let mut best = self.maximise(start(least), centre, least);
         // Each of several sessions has its own; of one load in each run the slope is all that grows; a smooth curve along a run takes whatever
-        // grows or has a memory.
+        // grows or is correlated.
         let is_of_series = self.observations.has_series() && self.observations.sessions.is_empty();
         if !is_of_series || basis == NoiseBasis::Neighbours {
             return best;

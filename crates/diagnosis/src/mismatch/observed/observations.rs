@@ -173,7 +173,7 @@ pub struct Observations {
     /// Largest displacement of a cell without load, m, from which it counts, where the gauge was not zeroed there.
     pub unloaded_shift_m: Option<f64>,
     /// What they were taken of.
-    pub bench: TestObject,
+    pub object: TestObject,
     /// What tells when a reading was taken.
     pub clock: ReadingClock,
     /// What parts without a robot file went through, each from its virgin state on.
@@ -269,7 +269,7 @@ impl Observations {
             free_zeros: false,
             sessions: Vec::new(),
             unloaded_shift_m: None,
-            bench: TestObject::Robot,
+            object: TestObject::Robot,
             clock: ReadingClock::Times,
             histories: Vec::new(),
             tracker: None,
@@ -290,7 +290,7 @@ impl Observations {
 
     /// What displacements are of the order of, m: a millimetre at the end of a robot, the largest answer of a part.
     pub(crate) fn usual_displacement_m(&self) -> f64 {
-        match self.bench {
+        match self.object {
             TestObject::Robot => 1e-3,
             TestObject::ForceDriven | TestObject::DisplacementDriven => {
                 // Answers that are all zero have no size.
@@ -298,6 +298,28 @@ impl Observations {
                 if largest > 0.0 { largest } else { 1.0 }
             }
         }
+    }
+
+    /// Largest displacement per force of a cell, m/N; zero where no force acted.
+    ///
+    /// # Arguments
+    /// - `weight_n`: own weight of the robot, N, or of what is known to weigh something: it acts beside the load where positions are counted from the rigid robot.
+    #[must_use]
+    pub fn largest_m_per_n(&self, weight_n: f64) -> f64 {
+        let weight_n = self.tracker.map_or(0.0, |_| weight_n);
+        let of_cell = |cell: &ObservedCell| {
+            let forces = self.loads[cell.readings.clone()].iter();
+            let force_n = forces.fold(0.0, |most: f64, load| most.max(load.force_n.abs()));
+            let force_n = force_n + weight_n;
+            let displacement_m = largest(&self.displacement_m[cell.readings.clone()]);
+            if force_n > 0.0 {
+                displacement_m / force_n
+            } else {
+                0.0
+            }
+        };
+        let displacements = self.cells.iter().filter(|cell| !cell.read.is_rotation());
+        displacements.map(of_cell).fold(0.0, f64::max)
     }
 
     /// Size of the largest load, N; of a part in the unit of what was set.
@@ -472,7 +494,7 @@ impl Observations {
             release_n: self.release_n,
             free_zeros: self.free_zeros,
             sessions: self.sessions.clone(),
-            bench: self.bench,
+            object: self.object,
             clock: self.clock,
             tracker: self.tracker,
             histories: RecordedHistory::filtered(&self.histories, &all, keep),

@@ -137,7 +137,7 @@ impl Observations {
 
     /// These as readings of a part: zeros may be anything, and what the part went through counts.
     pub(crate) fn of_part(mut self, object: TestObject) -> Self {
-        self.bench = object;
+        self.object = object;
         self.free_zeros = true;
         self.histories = RecordedHistory::of_runs(&self);
         self

@@ -19,7 +19,7 @@ impl Observations {
     /// Whether the displacement of a part is a straight line of time in every branch, and the force, for its size, clearly less of one: loads
     /// that are set step by step scatter in both alike.
     pub(crate) fn displacement_was_set(&self) -> bool {
-        let has_clock = self.bench == TestObject::ForceDriven && self.clock == ReadingClock::Times;
+        let has_clock = self.object == TestObject::ForceDriven && self.clock == ReadingClock::Times;
         let largest_n = self.largest_load();
         let largest_m = largest(&self.displacement_m);
         let force = || self.off_the_clock(|place| self.loads[place].force_n / largest_n);

@@ -53,7 +53,7 @@ pub(crate) struct DiagnosisProblem<'a> {
     /// Physics of the model itself: in every model, first among its effects.
     pub(crate) known_effects: Arc<[Effect]>,
     idle: Arc<IdleSolvers<'a>>,
-    pub(crate) memory: Arc<FitMemo>,
+    pub(crate) memo: Arc<FitMemo>,
 }
 
 impl<'a> DiagnosisProblem<'a> {
@@ -64,7 +64,7 @@ impl<'a> DiagnosisProblem<'a> {
             observations,
             known_effects: Arc::default(),
             idle: Arc::default(),
-            memory: Arc::default(),
+            memo: Arc::default(),
         }
     }
 
@@ -91,7 +91,7 @@ impl<'a> DiagnosisProblem<'a> {
 
     /// What the loads make of places, by the structure at the start; of one that cannot be solved there only what needs no structure.
     pub(crate) fn scales(&self) -> &PlaceScales {
-        self.memory.scales(|| {
+        self.memo.scales(|| {
             let start = self.start();
             let linearised = self.predictor().linearised(&start.parameters, &[]);
             let mut linearised = linearised.unwrap_or_default();
@@ -126,7 +126,7 @@ impl<'a> DiagnosisProblem<'a> {
         start: Model,
         known: KnownNoise,
     ) -> Result<Option<State>, MismatchError> {
-        self.memory
+        self.memo
             .model(start, known, |start| self.alternate_anew(start, known))
     }
 
@@ -207,11 +207,11 @@ impl<'a> DiagnosisProblem<'a> {
             self.observations,
             &residual,
             (&slopes.slope_m, slopes.force()),
-            self.memory.noise(),
+            self.memo.noise(),
             known.earlier(),
             columns,
         );
-        self.memory.keep_noise(found.noise);
+        self.memo.keep_noise(found.noise);
         Ok(Some(found))
     }
 

@@ -293,7 +293,7 @@ fn direction_scale(
 /// Runs, from each step on at which something may have happened: only where runs are repeated, of a part each, for in one recording a jump cannot
 /// be told from the answer of the part, and in one run of each cell not from its zero and slope.
 fn runs(observations: &Observations) -> impl Iterator<Item = Place> + '_ {
-    let is_robot = observations.bench == TestObject::Robot;
+    let is_robot = observations.object == TestObject::Robot;
     let shows_jumps = is_robot && observations.has_repeats();
     let is_repeated =
         move |run: &&ObservedRun| shows_jumps || observations.cells[run.cell].runs.len() > 1;

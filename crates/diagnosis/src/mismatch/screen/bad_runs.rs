@@ -10,7 +10,7 @@ use stiffbench_numeric::statistics::{mean, normal_upper_tail, root_mean_square};
 
 use super::reading_screen::ReadingScreen;
 use super::screened::{BadRun, ScreenedRuns};
-use super::usual_factor::slip;
+use super::usual_factor::misread_factor;
 use super::wrong_cells::wrong_cells;
 use crate::mismatch::baselines::Baseline;
 use crate::mismatch::error::MismatchError;
@@ -115,7 +115,7 @@ fn worst_run(
     let u = tails.scale(Beside::NOTHING) * own.u * expected.abs();
     let compliance = expected * (1.0 + own.off);
     let place = (observations.runs[own.run].cell, Some(own.run));
-    let factor = slip(compliance, expected, u);
+    let factor = misread_factor(compliance, expected, u);
     let values = [compliance, expected, u];
     let bad = BadRun::new(observations, place, values, p_family, factor);
     Some((own.run, bad))

@@ -3,6 +3,7 @@
 use stiffbench_beams::physics::TestObject;
 use stiffbench_units_and_text::count::counted;
 
+use crate::mismatch::observed::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::search::constants::{ENOUGH_OF_A_LINE, FEWEST_LEFT};
 
@@ -27,7 +28,7 @@ pub(crate) fn lacking(problem: &DiagnosisProblem<'_>, is_from_fit: bool) -> Vec<
     let several = observations.has_repeats();
     let is_long = is_line && observations.len() >= ENOUGH_OF_A_LINE;
     let (readings, parameters) = (observations.len(), problem.baseline.parameters().len());
-    if observations.bench == TestObject::Robot {
+    if observations.object == TestObject::Robot {
         let dof = readings.saturating_sub(parameters);
         if is_from_fit && dof < FEWEST_LEFT {
             lacking.push(format!(
@@ -61,6 +62,18 @@ pub(crate) fn lacking(problem: &DiagnosisProblem<'_>, is_from_fit: bool) -> Vec<
         ));
     }
     lacking
+}
+
+/// Why a scatter that the fit leaves cannot show that nothing is missing.
+pub(crate) fn lacking_scatter(observations: &Observations) -> String {
+    let or = if observations.has_series() {
+        ""
+    } else {
+        ", or state the scatter (--displacement-u)"
+    };
+    format!(
+        "no load sequence was repeated: the scatter is known from the fit alone, which may hide missing physics; take at least three repeats{or}"
+    )
 }
 
 /// Why a single cell cannot show that nothing is missing: the free factors fit any stiffness of it.

@@ -47,8 +47,8 @@ impl<'a> ReadingScreen<'a> {
         observations: &'a Observations,
         noise: &'a KnownNoise,
     ) -> Result<Self, MismatchError> {
-        let bench = DiagnosisProblem::new(baseline, observations);
-        let slopes = bench.slope(&mut bench.predictor(), &bench.start())?;
+        let problem = DiagnosisProblem::new(baseline, observations);
+        let slopes = problem.slope(&mut problem.predictor(), &problem.start())?;
         let (mut slope_m, mut compliance) = (slopes.slope_m, slopes.compliance);
         for cell in 0..observations.cells.len() {
             let Some(measured) = measured_compliance(observations, cell) else {

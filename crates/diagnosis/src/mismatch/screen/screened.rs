@@ -5,7 +5,7 @@ use std::fmt;
 use stiffbench_units_and_text::test_point::{Branch, Direction, DirectionName, PoseId};
 
 use super::deleted_residuals::repeats_of;
-use super::usual_factor::slip;
+use super::usual_factor::misread_factor;
 use crate::mismatch::observed::{Observations, ReadingNoise};
 use crate::search::constants::BAD_READING_LEVEL;
 
@@ -175,7 +175,7 @@ impl BadReading {
             expected_m,
             u_m,
             p_family,
-            factor: slip(value_m, expected_m, u_m),
+            factor: misread_factor(value_m, expected_m, u_m),
             joint: None,
         }
     }

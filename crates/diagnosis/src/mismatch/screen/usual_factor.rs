@@ -32,7 +32,7 @@ fn is(factor: f64, other: f64) -> bool {
 }
 
 /// The usual factor by which a value agrees with what it should be; `None` if it is off by anything else.
-pub(crate) fn slip(value: f64, expected: f64, u: f64) -> Option<f64> {
+pub(crate) fn misread_factor(value: f64, expected: f64, u: f64) -> Option<f64> {
     // A value that lies near zero agrees with itself of any sign.
     if expected.abs() < 10.0 * u {
         return None;
@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn usual_factors_are_found_and_others_are_not() {
-        let found = |factor: f64| slip(3.0 / factor, 3.01, 0.01);
+        let found = |factor: f64| misread_factor(3.0 / factor, 3.01, 0.01);
         for factor in [1000.0, 0.1, 25.4, 1.0 / 4.448_221_6, -1.0, 1e-6] {
             let found = found(factor).unwrap();
             assert!(is(found, factor), "{factor}: {found}");
@@ -55,7 +55,7 @@ mod tests {
         for factor in [1.0, 2.0, 0.8, 50.0, -10.0] {
             assert_eq!(found(factor), None, "{factor}");
         }
-        assert_eq!(slip(-0.05, 0.05, 0.01), None);
+        assert_eq!(misread_factor(-0.05, 0.05, 0.01), None);
     }
 
     #[test]

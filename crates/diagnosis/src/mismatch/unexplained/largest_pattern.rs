@@ -14,7 +14,7 @@ pub(crate) struct UnexplainedStructure {
 }
 
 impl DiagnosisProblem<'_> {
-    /// The largest pattern of each stratum that a state leaves, and its gain.
+    /// The largest pattern of each stratum that a state leaves, and its fall of the squares.
     pub(crate) fn largest_patterns(
         &self,
         state: &State,

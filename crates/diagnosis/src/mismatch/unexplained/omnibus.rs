@@ -77,7 +77,7 @@ impl DiagnosisProblem<'_> {
         omnibus.p = (2.0 * omnibus.p).min(1.0);
         // A structure that gives no way, or springs that stand at their bounds, may have no patterns: the size of what is left says enough. Of a part
         // it says nothing, for there only the scatter of neighbours is noise.
-        let is_known = self.observations.bench == TestObject::Robot
+        let is_known = self.observations.object == TestObject::Robot
             && state.noise.basis != NoiseBasis::Neighbours;
         let readings = self.observations.len() as f64;
         if is_known && state.fitted.squares > BEYOND_NOISE * BEYOND_NOISE * readings {

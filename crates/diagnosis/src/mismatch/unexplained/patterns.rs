@@ -329,7 +329,7 @@ impl<'a> Patterns<'a> {
         pair.delta_chi2()
     }
 
-    /// The largest pattern of each stratum in white residuals, and its gain; of equal ones the first.
+    /// The largest pattern of each stratum in white residuals, and its fall of the squares; of equal ones the first.
     pub(crate) fn largest(
         &self,
         space: &WhiteSpace,

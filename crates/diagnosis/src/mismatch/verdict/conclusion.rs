@@ -13,7 +13,7 @@ use crate::mismatch::candidates::{
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::NoiseBasis;
 use crate::mismatch::problem::{DiagnosisProblem, Stated, end_effect_m};
-use crate::mismatch::screen::{lacking, lacking_cells};
+use crate::mismatch::screen::{lacking, lacking_cells, lacking_scatter};
 use crate::mismatch::unexplained::{Location, Stratum, UnexplainedStructure};
 use crate::search::constants::UNEXPLAINED_LEVEL;
 use crate::search::{distinguishable, dot, largest};
@@ -73,7 +73,7 @@ pub(crate) fn conclude(
         (Verdict::InsufficientData, VerdictGrade::Undecided)
     };
     if verdict == Verdict::InsufficientData && lacking.is_empty() {
-        lacking.push("no load sequence was repeated: the scatter is known from the fit alone, which may hide missing physics; take at least three repeats".to_owned());
+        lacking.push(lacking_scatter(problem.observations));
     }
     if verdict == Verdict::NothingMissing
         && let Some(lack) = lacking_cells(problem)

@@ -87,9 +87,9 @@ fn detection_limit(seen: &ScoredCandidate, limit: f64) -> DetectionLimit {
     }
 }
 
-/// The multiple of a shape whose gain passes a limit in 80 % of sessions; `None` if it may not be as large.
+/// The multiple of a shape whose fall of the squares passes a limit in 80 % of sessions; `None` if it may not be as large.
 ///
-/// A size that is free gives the gain z², z normal about the length L; one that is what it is, as a member that is off or not, 2 z L - L².
+/// A size that is free gives the fall z², z normal about the length L; one that is what it is, as a member that is off or not, 2 z L - L².
 fn multiple_80(shape: &ScoredShape, limit: f64) -> Option<f64> {
     let length = shape.moments.square.sqrt();
     let [lowest, highest] = shape.shape.scale;
@@ -100,7 +100,7 @@ fn multiple_80(shape: &ScoredShape, limit: f64) -> Option<f64> {
     (multiple <= highest).then_some(multiple)
 }
 
-/// Candidates that would need an impossible value to gain more than their limit, the largest gain first.
+/// Candidates that would need an impossible value to lower the squares by more than their limit, the largest fall first.
 pub(crate) fn impossible(
     scores: &CandidateScores,
     critical: &LawCriticalValues,

@@ -87,8 +87,8 @@ pub fn trace(
     observations: &Observations,
     diagnosis: &Diagnosis,
 ) -> Result<DiagnosisTrace, MismatchError> {
-    let bench = DiagnosisProblem::new(baseline, observations);
-    let mut predictor = bench.predictor();
+    let problem = DiagnosisProblem::new(baseline, observations);
+    let mut predictor = problem.predictor();
     let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
     let known = diagnosis.known_effects.iter().map(|known| Effect {
         values: known.before.iter().map(|value| value.value).collect(),
@@ -102,7 +102,7 @@ pub fn trace(
         parameters: parameters.clone(),
         effects: effects.clone(),
     };
-    let slopes = bench.slope(&mut predictor, &model)?;
+    let slopes = problem.slope(&mut predictor, &model)?;
     let mut traced = Vec::new();
     for place in 0..effects.len() {
         let rest = model.without(place).effects;

@@ -104,7 +104,7 @@ impl<'a> Batched<'a> {
     )]
     fn own_product(&self, [s, t]: [&[f64]; 2], range: &Range<usize>) -> f64 {
         let covariance = &self.space.covariance;
-        if covariance.is_without_memory() {
+        if covariance.is_without_correlation() {
             let weights = &self.weights[range.clone()];
             triple(weights, &s[range.clone()], &t[range.clone()])
         } else {

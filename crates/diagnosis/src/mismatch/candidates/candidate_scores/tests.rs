@@ -60,19 +60,20 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
         factors,
         poses,
         &ParameterChoice::default(),
+        0.0,
     )
     .unwrap();
-    let bench = DiagnosisProblem::new(&baseline, &observations);
-    let state = bench
-        .alternate(bench.start(), KnownNoise::Nothing)
+    let problem = DiagnosisProblem::new(&baseline, &observations);
+    let state = problem
+        .alternate(problem.start(), KnownNoise::Nothing)
         .unwrap()
         .unwrap();
     let model = &state.fitted.model;
-    let (space, residuals) = bench.space(&state).unwrap();
-    let mut predictor = bench.predictor();
-    let columns = bench.columns(&mut predictor, model).unwrap();
-    let compliance = bench.slope(&mut predictor, model).unwrap().compliance;
-    let mut y = bench.raw_residuals(model).unwrap();
+    let (space, residuals) = problem.space(&state).unwrap();
+    let mut predictor = problem.predictor();
+    let columns = problem.columns(&mut predictor, model).unwrap();
+    let compliance = problem.slope(&mut predictor, model).unwrap().compliance;
+    let mut y = problem.raw_residuals(model).unwrap();
     for (known, value) in baseline.parameters().iter().zip(&model.parameters) {
         y.push((known.start - value) / known.prior_sd);
     }

@@ -130,6 +130,7 @@ pub(crate) fn baseline<'a>(robot: &'a Robot, mechanism: &str) -> RobotBaseline<'
         factors,
         poses,
         &ParameterChoice::default(),
+        0.0,
     )
     .unwrap()
 }
@@ -143,17 +144,17 @@ struct Ready {
     prior_sd: Vec<f64>,
 }
 
-fn ready(bench: &DiagnosisProblem<'_>, noise: &ReadingNoise) -> Ready {
-    let mut predictor = bench.predictor();
-    let model = bench.start();
+fn ready(problem: &DiagnosisProblem<'_>, noise: &ReadingNoise) -> Ready {
+    let mut predictor = problem.predictor();
+    let model = problem.start();
     Ready {
-        whitening: bench
+        whitening: problem
             .whitening(&mut predictor, &model, &known(*noise))
             .unwrap(),
-        columns: bench.columns(&mut predictor, &model).unwrap(),
-        slope_m: bench.slope(&mut predictor, &model).unwrap().slope_m,
-        predicted_m: bench.predicted(&mut bench.predictor(), &model).unwrap(),
-        prior_sd: prior_sd(bench.baseline),
+        columns: problem.columns(&mut predictor, &model).unwrap(),
+        slope_m: problem.slope(&mut predictor, &model).unwrap().slope_m,
+        predicted_m: problem.predicted(&mut problem.predictor(), &model).unwrap(),
+        prior_sd: prior_sd(problem.baseline),
     }
 }
 
@@ -195,9 +196,9 @@ fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &DiagnosisProblem<'
     let robot = robot();
     let fixture = fixture(&UP_AND_DOWN, true);
     let baseline = baseline(&robot, mechanism);
-    let bench = DiagnosisProblem::new(&baseline, &fixture.observations);
-    let ready = ready(&bench, &fixture.noise);
-    check(&fixture, &bench, &ready);
+    let problem = DiagnosisProblem::new(&baseline, &fixture.observations);
+    let ready = ready(&problem, &fixture.noise);
+    check(&fixture, &problem, &ready);
 }
 
 const NULL_SAMPLES: usize = 2000;
@@ -259,13 +260,13 @@ fn on_noise_every_chance_is_uniform() {
 
 #[test]
 fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
-    up_and_down("F", |fixture, bench, assumed| {
+    up_and_down("F", |fixture, problem, assumed| {
         let truth = ReadingNoise {
             zero_sd_m: 9e-6,
             run_slope_sd: 0.02,
             ..fixture.noise
         };
-        let real = ready(bench, &truth);
+        let real = ready(problem, &truth);
         let decomposition = assumed.decomposition(&fixture.observations);
         let mut chances = vec![Vec::new(); 4];
         for seed in 0..NULL_SAMPLES as u64 {
@@ -311,13 +312,13 @@ fn whitening_undone_gives_back_the_readings() {
 fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) -> Located {
     let robot = robot();
     let baseline = baseline(&robot, mechanism);
-    let bench = DiagnosisProblem::new(&baseline, &fixture.observations);
-    let mut model = bench.start();
-    let ready = ready(&bench, &fixture.noise);
+    let problem = DiagnosisProblem::new(&baseline, &fixture.observations);
+    let mut model = problem.start();
+    let ready = ready(&problem, &fixture.noise);
     let decomposition = ready.decomposition(&fixture.observations);
     for _ in 0..3 {
         model.effects = vec![effect.clone()];
-        let mut change = bench.predicted(&mut bench.predictor(), &model).unwrap();
+        let mut change = problem.predicted(&mut problem.predictor(), &model).unwrap();
         for (with, without) in change.iter_mut().zip(&ready.predicted_m) {
             *with -= without;
         }
@@ -329,7 +330,7 @@ fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) 
     ready.whitening.covariance.unwhiten(&mut readings_m);
     for (reading, predicted) in readings_m
         .iter_mut()
-        .zip(bench.predicted(&mut bench.predictor(), &model).unwrap())
+        .zip(problem.predicted(&mut problem.predictor(), &model).unwrap())
     {
         *reading += predicted;
     }
