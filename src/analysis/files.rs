@@ -136,10 +136,20 @@ pub fn session_file(folder: &Path, name: &str) -> Result<Option<PathBuf>, ReadEr
 /// # Errors
 /// For a file that is not there, may not be read or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, ReadError> {
-    let bytes = read_bytes(path)?;
-    String::from_utf8(bytes)
-        .map_err(|error| std::io::Error::new(ErrorKind::InvalidData, error.utf8_error()))
-        .map_err(ReadError::of(path))
+    String::from_utf8(read_bytes(path)?).map_err(|error| {
+        let advice = "save it in UTF-8, for example: iconv -f UTF-16 -t UTF-8 FILE > NEW";
+        match error.as_bytes() {
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => ReadError {
+                path: path.to_owned(),
+                source: std::io::Error::new(ErrorKind::InvalidData, "it is text in UTF-16"),
+                advice: advice.to_owned(),
+            },
+            _ => {
+                let source = std::io::Error::new(ErrorKind::InvalidData, error.utf8_error());
+                ReadError::of(path)(source)
+            }
+        }
+    })
 }
 
 /// The bytes of a file; `-` is standard input.

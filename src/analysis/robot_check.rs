@@ -34,6 +34,8 @@ pub struct RobotCheck {
     pub checked: Vec<CheckedPose>,
     /// What is wrong or odd, in words.
     pub findings: Vec<String>,
+    /// Rigid links between points of a body that the file does not ask for, because no beam of it leads there.
+    pub added_rigid_links: Vec<String>,
     /// What a fit is to find.
     pub free_springs: Vec<String>,
     /// Which springs of a mechanism have no value yet, in words; empty if all have.
@@ -63,12 +65,14 @@ pub struct CheckedPose {
 /// # Errors
 /// [`RobotError`] if a mechanism cannot be solved.
 pub fn check_robot(robot: &Robot, source: &SourceText) -> Result<RobotCheck, RobotError> {
+    let added = robot.rigid_links.iter().filter(|link| link.is_added);
     let mut check = RobotCheck {
         name: robot.name.clone(),
         reach_m: None,
         mass_kg: None,
         checked: Vec::new(),
         findings: robot.warnings.clone(),
+        added_rigid_links: added.map(|link| link.name.clone()).collect(),
         free_springs: Vec::new(),
         unknown_springs: Vec::new(),
         load_case_columns: load_case_columns(robot),

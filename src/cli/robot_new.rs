@@ -7,8 +7,8 @@ use crate::analysis::{
     is_dash, read_text, robot_from_dh, robot_from_urdf, template,
 };
 use crate::report::NewRobotReport;
-use crate::robot::Robot;
 use crate::robot::format2::file::DhConvention;
+use crate::robot::{Robot, RobotError};
 use crate::source_text::SourceText;
 
 use super::failure::{CliError, Failure};
@@ -22,11 +22,14 @@ pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {
         return Err(CliError::Dash.into());
     }
     check_new(&args.out)?;
-    let made = match (&args.urdf, &args.dh, &args.template) {
-        (Some(urdf), ..) => robot_from_urdf(&text_of(urdf)?, &urdf_settings(args))?,
-        (None, Some(dh), _) => robot_from_dh(&text_of(dh)?, &dh_settings(args))?,
-        (None, None, name) => NewRobot {
-            text: name
+    let path = args.urdf.as_ref().or(args.dh.as_ref());
+    let input = path.map(|path| text_of(path)).transpose()?;
+    let made = match &input {
+        Some(input) if args.urdf.is_some() => robot_from_urdf(input, &urdf_settings(args))?,
+        Some(input) => robot_from_dh(input, &dh_settings(args))?,
+        None => NewRobot {
+            text: args
+                .template
                 .as_deref()
                 .and_then(template)
                 .unwrap_or_default()
@@ -36,7 +39,12 @@ pub(super) fn new_robot(args: &NewArgs) -> Result<Outcome, Failure> {
     };
     // What is written can be read: what the file cannot say is found here, before there is a file.
     let source = SourceText::new(args.out.display().to_string(), made.text.clone());
-    let robot = Robot::parse(&source)?;
+    let robot = match (Robot::parse(&source), &input) {
+        (Err(RobotError::File(error)), Some(input)) => {
+            return Err(made.error(input, &error).into());
+        }
+        (parsed, _) => parsed?,
+    };
     let stated = args.check_position.iter().map(|text| {
         let parsed = text.parse::<StatedPosition>();
         parsed.map_err(|help| {

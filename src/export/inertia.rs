@@ -9,8 +9,42 @@ pub(super) const PLACEHOLDER: f64 = 1e-12;
 /// What stands beside it.
 pub(super) const PLACEHOLDER_WORDS: &str = "placeholder: the robot file gives this body no mass";
 
+/// Ends of a rigid link nearer to one another than this, m, are one place, and it is not drawn.
+const SAME_PLACE_M: f64 = 1e-9;
+
+/// Radius of what stands for a rigid link in pictures, as a share of its length.
+const SLENDER: f64 = 0.04;
+
 /// Radius of the ball that stands for a mass at a point, m: without any size two of them would have no inertia about the line between them.
 const BALL_M: f64 = 0.05;
+
+/// A round rod, which stands for a beam or a rigid link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rod {
+    /// Its ends, m.
+    pub ends_m: [[f64; 3]; 2],
+    /// Its radius, m.
+    pub radius_m: f64,
+}
+
+impl Rod {
+    /// Of a beam: it has the area of the section, m².
+    #[must_use]
+    pub fn beam(ends_m: [[f64; 3]; 2], area_m2: f64) -> Self {
+        let radius_m = (area_m2 / std::f64::consts::PI).sqrt();
+        Self { ends_m, radius_m }
+    }
+
+    /// Of a rigid link, for pictures; `None` where its ends lie in one place.
+    #[must_use]
+    pub fn rigid([a, b]: [[f64; 3]; 2]) -> Option<Self> {
+        let length_m = norm(subtract(b, a));
+        (length_m > SAME_PLACE_M).then_some(Self {
+            ends_m: [a, b],
+            radius_m: SLENDER * length_m,
+        })
+    }
+}
 
 /// What a rigid body weighs, in the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -47,8 +81,8 @@ impl Inertia {
     /// About its centre ∫ x xᵀ dm = m (L² u uᵀ/12 + r² (1 - u uᵀ)/4) with u along it (Goldstein, Classical Mechanics, 3rd edition,
     /// section 5.3, for the inertia tensor).
     #[must_use]
-    pub fn rod(kg_per_m: f64, ends_m: [[f64; 3]; 2], radius_m: f64) -> Self {
-        let [a, b] = ends_m;
+    pub fn rod(kg_per_m: f64, rod: Rod) -> Self {
+        let [a, b] = rod.ends_m;
         let span_m = subtract(b, a);
         let length_m = norm(span_m);
         if length_m == 0.0 {
@@ -56,8 +90,8 @@ impl Inertia {
         }
         let mass_kg = kg_per_m * length_m;
         let along = span_m.map(|x| x / length_m);
+        let (lengthwise, across) = (length_m * length_m / 12.0, rod.radius_m.powi(2) / 4.0);
         let mut rod = Self::at(mass_kg, [0, 1, 2].map(|i| 0.5 * (a[i] + b[i])));
-        let (lengthwise, across) = (length_m * length_m / 12.0, radius_m * radius_m / 4.0);
         for i in 0..3 {
             for j in 0..3 {
                 let axial = along[i] * along[j];
@@ -155,9 +189,13 @@ mod tests {
     fn a_rod_made_of_two_halves_is_the_whole() {
         let ends = [[0.1, -0.2, 0.3], [0.4, 0.2, 0.3]];
         let middle = [0.25, 0.0, 0.3];
-        let whole = Inertia::rod(3.0, ends, 0.01);
+        let rod = |ends_m| {
+            let radius_m = 0.01;
+            Inertia::rod(3.0, Rod { ends_m, radius_m })
+        };
+        let whole = rod(ends);
         let halves = [[ends[0], middle], [middle, ends[1]]];
-        let halves = halves.map(|ends| Inertia::rod(3.0, ends, 0.01));
+        let halves = halves.map(rod);
         let sum = halves[0].with(halves[1]);
         assert!((sum.mass_kg() - 1.5).abs() < 1e-15);
         // m L²/12 + m r²/4 across, m r²/2 along.

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use crate::robot::{BodyPlace, JointMotion, Mechanism, PlacedRobot, Pose, Robot, RobotError};
 use crate::vector::{cross, dot, subtract};
 
-use super::inertia::Inertia;
+use super::inertia::{Inertia, Rod};
+use super::xml::numbers;
 
 /// Step of the variables by which it is found how joints follow them, degrees or m.
 const STEP: f64 = 1e-3;
@@ -40,8 +41,8 @@ pub struct KinematicLink {
     pub position_m: [f64; 3],
     /// What it weighs.
     pub inertia: Inertia,
-    /// Its beams: ends, m, and radius of a round rod of the same area, m.
-    pub rods: Vec<([[f64; 3]; 2], f64)>,
+    /// Its beams and rigid links.
+    pub rods: Vec<Rod>,
 }
 
 /// A joint between two bodies.
@@ -63,6 +64,8 @@ pub struct KinematicJoint {
     pub friction: f64,
     /// How far it can move from where it stands, rad or m; `None` where several variables move it.
     pub limits: Option<[f64; 2]>,
+    /// The variables that move it together or in a ratio; empty where one moves it one to one.
+    pub moved_by: Vec<String>,
 }
 
 /// What is known of a joint besides its place.
@@ -117,6 +120,28 @@ impl KinematicTree {
         builder.build(&bodies);
         builder.weigh(masses);
         Ok(builder.found)
+    }
+
+    /// What no file holds of joints that move together.
+    pub(super) fn coupled(&self) -> Option<String> {
+        let joints = self.links.iter().filter_map(|link| link.joint.as_ref());
+        let coupled = joints.filter(|joint| !joint.moved_by.is_empty());
+        let words = coupled.map(|joint| format!("{} ({})", joint.name, joint.moved_by.join(", ")));
+        let words = words.collect::<Vec<_>>().join(", ");
+        (!words.is_empty()).then(|| format!("joints that several variables move, or one in a ratio: {words}; each is a joint of its own here, without limits"))
+    }
+
+    /// What a file without loops leaves out, one each.
+    pub(super) fn loops(&self) -> impl Iterator<Item = String> {
+        self.cut.iter().map(|joint| {
+            let [first, second] = joint.links.map(|link| self.links[link].name.as_str());
+            format!(
+                "URDF holds no loops: joint {} between {first} and {second} is left out; it is at {} about {}",
+                joint.name,
+                numbers(joint.position_m),
+                numbers(joint.axis)
+            )
+        })
     }
 
     /// Name of a link, another one than those that the file itself needs.
@@ -189,6 +214,7 @@ impl TreeBuilder<'_> {
                 stiffness: None,
                 friction: 0.0,
                 limits: None,
+                moved_by: Vec::new(),
             };
             self.add(body, Some(joint), position_m);
             next.push_back(body);
@@ -239,6 +265,7 @@ impl TreeBuilder<'_> {
             .iter()
             .find(|spring| spring.joint == joint.name);
         let compliance = spring.map_or(0.0, |spring| spring.compliance);
+        let (limits, moved_by) = self.movers(number, forward);
         KinematicJoint {
             name: joint.name.clone(),
             links: [self.link(from), to],
@@ -247,44 +274,45 @@ impl TreeBuilder<'_> {
             motion: Some(joint.motion),
             stiffness: (compliance > STIFFEST).then(|| 1.0 / compliance),
             friction: spring.map_or(0.0, |spring| spring.friction),
-            limits: self.limits(number, forward),
+            limits,
+            moved_by,
         }
     }
 
-    /// Limits of the one variable that moves a joint, from where it stands.
-    fn limits(&self, number: usize, forward: bool) -> Option<[f64; 2]> {
+    /// Limits of the one variable that moves a joint, from where it stands, or the variables that move it otherwise.
+    fn movers(&self, number: usize, forward: bool) -> (Option<[f64; 2]>, Vec<String>) {
         let joint = &self.robot.joints[number];
-        let mut found = None;
+        let mut movers = Vec::new();
         for (place, variable) in self.robot.variables.iter().enumerate() {
             let mut moved = self.pose.clone();
             moved.angles_deg[place] += STEP;
             // A loop that does not close a step further is at its limit.
-            let moved = PlacedRobot::new(self.robot, self.mechanism, &moved).ok()?;
+            let Ok(moved) = PlacedRobot::new(self.robot, self.mechanism, &moved) else {
+                return (None, Vec::new());
+            };
             let rate = match joint.motion {
                 JointMotion::Turns => self.turn_rad(&moved, number) / STEP.to_radians(),
                 JointMotion::Slides => self.slide_m(&moved, number) / STEP,
             };
-            if rate.abs() < ONE_TO_ONE {
-                continue;
+            if rate.abs() >= ONE_TO_ONE {
+                let now = self.pose.angles_deg[place];
+                let ends = [variable.min_deg, variable.max_deg].map(|end| end - now);
+                movers.push((variable.name.clone(), rate, ends));
             }
-            if found.is_some() || (rate.abs() - 1.0).abs() > ONE_TO_ONE {
-                return None;
-            }
-            let now = self.pose.angles_deg[place];
-            let scale = if joint.motion == JointMotion::Turns {
-                1.0_f64.to_radians()
-            } else {
-                1.0
-            };
-            let sign = if forward {
-                rate.signum()
-            } else {
-                -rate.signum()
-            };
-            let ends = [variable.min_deg, variable.max_deg].map(|end| sign * scale * (end - now));
-            found = Some([ends[0].min(ends[1]), ends[0].max(ends[1])]);
         }
-        found.filter(|limits| limits[0] < limits[1])
+        match movers[..] {
+            [(_, rate, [low, high])] if (rate.abs() - 1.0).abs() <= ONE_TO_ONE => {
+                let unit = match joint.motion {
+                    JointMotion::Turns => 1.0_f64.to_radians(),
+                    JointMotion::Slides => 1.0,
+                };
+                let unit = if forward { unit } else { -unit } * rate.signum();
+                let (low, high) = (unit * low, unit * high);
+                let limits = [low.min(high), low.max(high)];
+                (Some(limits).filter(|[low, high]| low < high), Vec::new())
+            }
+            _ => (None, movers.into_iter().map(|(name, ..)| name).collect()),
+        }
     }
 
     /// How far the second body of a joint has turned on the first about its axis, rad; for small turns.
@@ -302,15 +330,15 @@ impl TreeBuilder<'_> {
         turn(joint.bodies[1]) - turn(joint.bodies[0])
     }
 
-    /// How far the second body of a joint has slid on the first along its axis, m.
+    /// How far the second body of a joint has slid on the first along its axis, which turns with them, m.
     fn slide_m(&self, moved: &PlacedRobot<'_>, number: usize) -> f64 {
-        let joint = &self.robot.joints[number];
-        let axis = self.placed.axis(number);
-        let travel = |body: usize| {
-            let moved_m = subtract(moved.body_origin_m(body), self.placed.body_origin_m(body));
-            dot(axis, moved_m)
+        let distance_m = |placed: &PlacedRobot<'_>| {
+            let origins_m = self.robot.joints[number]
+                .bodies
+                .map(|body| placed.body_origin_m(body));
+            dot(placed.axis(number), subtract(origins_m[1], origins_m[0]))
         };
-        travel(joint.bodies[1]) - travel(joint.bodies[0])
+        distance_m(moved) - distance_m(&self.placed)
     }
 
     /// Gives each link its beams and masses, and finds the end.
@@ -318,9 +346,12 @@ impl TreeBuilder<'_> {
         self.found.end_m = self.placed.node_m(self.robot.end);
         for &link in &self.mechanism.rigid_links {
             let link = &self.robot.rigid_links[link];
+            let place = self.link(link.body);
             if link.nodes.contains(&self.robot.end) {
-                self.found.end = self.link(link.body);
+                self.found.end = place;
             }
+            let ends_m = link.nodes.map(|node| self.placed.node_m(node));
+            self.found.links[place].rods.extend(Rod::rigid(ends_m));
         }
         for &(body, mass_kg, centre_m) in masses {
             let body = self.link_of[body].or_else(|| Some(self.link(self.carrier(body)?)));
@@ -330,16 +361,16 @@ impl TreeBuilder<'_> {
         for &member in &self.mechanism.members {
             let member = &self.robot.members[member];
             let section = &self.robot.sections[member.section];
-            let radius_m = (section.section.area_m2 / std::f64::consts::PI).sqrt();
             let ends_m = member.nodes.map(|node| self.placed.node_m(node));
-            let rod = Inertia::rod(section.mass_kg_per_m.unwrap_or(0.0), ends_m, radius_m);
+            let rod = Rod::beam(ends_m, section.section.area_m2);
+            let weight = Inertia::rod(section.mass_kg_per_m.unwrap_or(0.0), rod);
             let link = self.link(member.body);
             if member.nodes.contains(&self.robot.end) {
                 self.found.end = link;
             }
             let link = &mut self.found.links[link];
-            link.inertia = link.inertia.with(rod);
-            link.rods.push((ends_m, radius_m));
+            link.inertia = link.inertia.with(weight);
+            link.rods.push(rod);
         }
     }
 }

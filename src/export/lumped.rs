@@ -16,7 +16,7 @@ use crate::structure::{Attachment, LocalAxes, NaturalStiffness, Structure};
 use crate::test_point::Direction;
 use crate::vector::subtract;
 
-use super::inertia::Inertia;
+use super::inertia::{Inertia, Rod};
 
 /// A stiffness from which on a spring is as good as rigid, N·m/rad or N/m: what stands for rigid joints in a structure is far above it.
 const RIGID: f64 = 1e18;
@@ -47,17 +47,8 @@ pub struct LumpedBody {
     pub joints: Vec<LumpedJoint>,
     /// What it weighs.
     pub inertia: Inertia,
-    /// Rigid halves of beams on it.
-    pub halves: Vec<BeamHalf>,
-}
-
-/// Half a beam as a round rod of the same area.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BeamHalf {
-    /// Its ends, m.
-    pub ends_m: [[f64; 3]; 2],
-    /// Its radius, m.
-    pub radius_m: f64,
+    /// Rigid halves of beams, and rigid links, on it.
+    pub rods: Vec<Rod>,
 }
 
 /// A motion about or along one axis.
@@ -273,7 +264,7 @@ impl LumpedBuilder<'_> {
             position_m,
             joints,
             inertia: Inertia::default(),
-            halves: Vec::new(),
+            rods: Vec::new(),
         });
         self.found.bodies.len() - 1
     }
@@ -283,8 +274,13 @@ impl LumpedBuilder<'_> {
         let joints = self.joints(link);
         let (parent, position_m) = (self.body(from), self.position_m(to));
         let body = self.add(name, Some(parent), position_m, joints);
-        if let LumpedLink::Beam(element) = link {
-            self.add_halves(element, [(from, parent), (to, body)]);
+        match link {
+            LumpedLink::Beam(element) => self.add_halves(element, [(from, parent), (to, body)]),
+            LumpedLink::Rigid => {
+                let rod = Rod::rigid([self.position_m(from), position_m]);
+                self.found.bodies[parent].rods.extend(rod);
+            }
+            LumpedLink::Hinge(_) => {}
         }
         body
     }
@@ -391,20 +387,15 @@ impl LumpedBuilder<'_> {
     fn add_halves(&mut self, element: usize, ends: [(usize, usize); 2]) {
         let middle_m = middle_of(self.ends_m(element));
         let area_m2 = self.structure.elements[element].section.area_m2;
-        let radius_m = (area_m2 / std::f64::consts::PI).sqrt();
         for (vertex, body) in ends {
-            let half = BeamHalf {
-                ends_m: [self.position_m(vertex), middle_m],
-                radius_m,
-            };
+            let node_m = self.position_m(vertex);
             // Half the mass with its centre a sixth of the length from the node pulls and turns the node as the weight of the beam does.
-            let [node_m, _] = half.ends_m;
             let third_m = [0, 1, 2].map(|i| node_m[i] + (middle_m[i] - node_m[i]) / 1.5);
             let kg_per_m = 1.5 * self.parts.kg_per_m[element];
-            let rod = Inertia::rod(kg_per_m, [node_m, third_m], radius_m);
+            let rod = Inertia::rod(kg_per_m, Rod::beam([node_m, third_m], area_m2));
             let body = &mut self.found.bodies[body];
             body.inertia = body.inertia.with(rod);
-            body.halves.push(half);
+            body.rods.push(Rod::beam([node_m, middle_m], area_m2));
         }
     }
 }

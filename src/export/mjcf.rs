@@ -34,7 +34,7 @@ const LEAST_CROSSING_NM: f64 = 1.0;
 /// The file.
 ///
 /// # Arguments
-/// - `gravity_m_per_s2`: acceleration of free fall; zero where the masses are not known.
+/// - `gravity_m_per_s2`: acceleration of free fall.
 /// - `comments`: at the beginning.
 pub(super) fn mjcf(
     name: &str,
@@ -44,13 +44,8 @@ pub(super) fn mjcf(
 ) -> String {
     let mut xml = Xml::new(comments);
     xml.open("mujoco", &[("model", name.to_owned())]);
-    xml.empty(
-        "compiler",
-        &[
-            ("angle", "radian".to_owned()),
-            ("autolimits", "true".to_owned()),
-        ],
-    );
+    let words = [("angle", "radian"), ("autolimits", "true")];
+    xml.empty("compiler", &words.map(|(key, word)| (key, word.to_owned())));
     xml.empty(
         "option",
         &[
@@ -70,18 +65,10 @@ pub(super) fn mjcf(
             ("solimpfriction", IMPEDANCE.to_owned()),
         ],
     );
-    xml.empty(
-        "geom",
-        &[
-            ("contype", "0".to_owned()),
-            ("conaffinity", "0".to_owned()),
-            ("mass", "0".to_owned()),
-        ],
-    );
-    xml.empty(
-        "equality",
-        &[("solref", constraint), ("solimp", IMPEDANCE.to_owned())],
-    );
+    let none = ["contype", "conaffinity", "mass"].map(|key| (key, "0".to_owned()));
+    xml.empty("geom", &none);
+    let weld = [("solref", constraint), ("solimp", IMPEDANCE.to_owned())];
+    xml.empty("equality", &weld);
     xml.close();
     xml.open("worldbody", &[]);
     write_bodies(&mut xml, model);
@@ -142,14 +129,14 @@ fn begin_body(xml: &mut Xml, model: &LumpedModel, place: usize) {
     for joint in &body.joints {
         write_joint(xml, body, joint);
     }
-    for half in &body.halves {
-        let ends = half.ends_m.map(|end| subtract(end, body.position_m));
+    for rod in &body.rods {
+        let ends = rod.ends_m.map(|end| subtract(end, body.position_m));
         xml.empty(
             "geom",
             &[
                 ("type", "capsule".to_owned()),
                 ("fromto", numbers(ends.concat())),
-                ("size", number(half.radius_m)),
+                ("size", number(rod.radius_m)),
             ],
         );
     }
@@ -160,21 +147,17 @@ fn begin_body(xml: &mut Xml, model: &LumpedModel, place: usize) {
 }
 
 fn write_inertia(xml: &mut Xml, body: &LumpedBody) {
-    let Inertial {
-        mass_kg,
-        centre_m,
-        about_kg_m2,
-        is_placeholder,
-    } = Inertial::of(&body.inertia, body.position_m);
-    if is_placeholder {
+    let inertial = Inertial::of(&body.inertia, body.position_m);
+    if inertial.is_placeholder {
         xml.comment(PLACEHOLDER_WORDS);
     }
-    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = about_kg_m2;
+    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = inertial.about_kg_m2;
+    let at = subtract(inertial.centre_m, body.position_m);
     xml.empty(
         "inertial",
         &[
-            ("pos", numbers(subtract(centre_m, body.position_m))),
-            ("mass", number(mass_kg)),
+            ("pos", numbers(at)),
+            ("mass", number(inertial.mass_kg)),
             ("fullinertia", numbers([xx, yy, zz, xy, xz, yz])),
         ],
     );

@@ -16,9 +16,9 @@ pub mod tidy;
 mod urdf;
 mod xml;
 
-pub use inertia::Inertia;
+pub use inertia::{Inertia, Rod};
 pub use kinematics::{KinematicJoint, KinematicLink, KinematicTree};
-pub use lumped::{BeamHalf, LumpedBody, LumpedJoint, LumpedModel, LumpedParts, Weld};
+pub use lumped::{LumpedBody, LumpedJoint, LumpedModel, LumpedParts, Weld};
 pub use model::{ExportModel, NotedFile};
 pub use table::{ExportTable, ParameterRow, PoseRow, SpringStiffness};
 pub use xml::number;

@@ -3,9 +3,10 @@
 use crate::analysis::{AnalysisError, ResolvedModel, UnknownSprings};
 use crate::physics::{Effect, Place, SimulatedRotation};
 use crate::robot::{
-    GRAVITY_M_PER_S2, JointModel, MechanismModel, ModelParameter, Pose, Predictor, Robot,
-    RobotError, Theory,
+    GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, ModelParameter, Pose, Predictor, Robot,
+    RobotError, RoleInFit, Theory,
 };
+use crate::structure::Hinge;
 use crate::vector::scale;
 
 use super::inertia::{Inertia, PLACEHOLDER};
@@ -122,6 +123,14 @@ struct PlacedModel<'a> {
     parts: LumpedParts,
 }
 
+impl PlacedModel<'_> {
+    /// Its hinges and their parameters.
+    fn hinges(&self) -> impl Iterator<Item = (&Hinge, &ModelParameter)> {
+        let hinges = self.model.structure().hinges.iter();
+        hinges.zip(self.model.hinge_parameters())
+    }
+}
+
 impl<'a> ExportModel<'a> {
     /// The factors, springs and values of laws.
     fn parameters(&self, pose: &Pose) -> Result<Vec<ParameterRow>, RobotError> {
@@ -137,13 +146,7 @@ impl<'a> ExportModel<'a> {
                 let value = factors.get(factor);
                 rows.push(ParameterRow::of(factor, Some(value)));
             }
-            let PlacedModel { model, .. } = self.placed(pose)?;
-            let hinges = model
-                .structure()
-                .hinges
-                .iter()
-                .zip(model.hinge_parameters());
-            for (hinge, spring) in hinges {
+            for (hinge, spring) in self.placed(pose)?.hinges() {
                 let compliance = 1.0 / hinge.stiffness_nm_per_rad;
                 if compliance > STIFFEST && compliance.is_finite() {
                     rows.push(ParameterRow::of(spring, Some(compliance)));
@@ -170,6 +173,15 @@ impl<'a> ExportModel<'a> {
         notes.extend(approximate);
         let balancers = self.robot().balancers.iter();
         notes.extend(balancers.map(|balancer| format!("balancer {}: left out", balancer.name)));
+        let tied = self.robot().own_springs().filter_map(|(spring, default)| {
+            let RoleInFit::Tied(other) = &default.in_fit else {
+                return None;
+            };
+            Some(format!(
+                "{spring}: tied to {other}; a number of its own here"
+            ))
+        });
+        notes.extend(tied);
         let unknown = UnknownSprings::of(self.resolved).words();
         notes.extend(unknown.map(|words| format!("{words}; rigid here")));
         notes
@@ -225,37 +237,33 @@ impl<'a> ExportModel<'a> {
         Ok(PlacedModel { model, parts })
     }
 
-    /// Whether every member has a mass.
-    fn is_weighed(&self) -> bool {
-        let mechanism = &self.resolved.physics.mechanism;
-        let mut members = mechanism.members.iter();
-        members.all(|&member| {
-            let section = self.robot().members[member].section;
-            self.robot().sections[section].mass_kg_per_m.is_some()
-        })
-    }
-
     /// A file for a simulator.
     ///
     /// # Arguments
     /// - `about`: comments on the format.
     /// - `bodies`: of the file.
+    /// - `left_out`: what the format cannot hold.
     /// - `text`: the file with these comments at its beginning.
     fn file<'i>(
         &self,
         (name, pose): (&str, &Pose),
         about: [&str; 2],
         bodies: impl Iterator<Item = &'i Inertia>,
+        mut left_out: Vec<String>,
         text: impl FnOnce(&[String]) -> String,
     ) -> Result<NotedFile, AnalysisError> {
         let resolved = self.resolved;
-        let mut on_masses = Vec::new();
         let count = bodies.filter(|body| body.mass_kg() == 0.0).count();
         if count > 0 {
-            on_masses.push(format!("bodies without a mass in the robot file: {count}; each has a placeholder of {PLACEHOLDER:e} kg here"));
+            left_out.push(format!("bodies without a mass in the robot file: {count}; each has a placeholder of {PLACEHOLDER:e} kg here"));
         }
-        if !self.is_weighed() {
-            on_masses.push("not every section has a mass in the robot file: its beams weigh nothing here, and MuJoCo gets no gravity".to_owned());
+        let mechanism = &resolved.physics.mechanism;
+        let unweighed = Masses::of(self.robot(), mechanism).unweighed;
+        if !unweighed.is_empty() {
+            left_out.push(format!(
+                "sections without a mass in the robot file: {}; their beams weigh nothing here",
+                unweighed.join(", ")
+            ));
         }
         let mut comments = vec![format!(
             "{}: mechanism {}, factors {}, pose {name}. Written by stiffbench {}. SI units; axes of the robot file, {} is up.",
@@ -266,10 +274,10 @@ impl<'a> ExportModel<'a> {
             self.robot().vertical.map(number).join(" ")
         )];
         comments.extend(about.map(str::to_owned));
-        comments.extend_from_slice(&on_masses);
+        comments.extend_from_slice(&left_out);
         comments.extend(self.parameters(pose)?.iter().map(ParameterRow::in_words));
         comments.extend(self.notes());
-        Ok((text(&comments), on_masses))
+        Ok((text(&comments), left_out))
     }
 
     /// The robot in a pose for MuJoCo.
@@ -281,11 +289,7 @@ impl<'a> ExportModel<'a> {
         let robot = self.robot();
         let PlacedModel { model, parts } = self.placed(&pose)?;
         let lumped = LumpedModel::new(model.structure(), &parts);
-        let gravity = if self.is_weighed() {
-            -GRAVITY_M_PER_S2
-        } else {
-            0.0
-        };
+        let gravity = scale(robot.vertical, -GRAVITY_M_PER_S2);
         self.file(
             (&name, &pose),
             [
@@ -293,20 +297,17 @@ impl<'a> ExportModel<'a> {
                 "The site `end` is where loads act and displacements are read. Damping is chosen for the time step, not measured.",
             ],
             lumped.bodies.iter().map(|body| &body.inertia),
-            |comments| mjcf(&robot.name, scale(robot.vertical, gravity), &lumped, comments),
+            Vec::new(),
+            |comments| mjcf(&robot.name, gravity, &lumped, comments),
         )
     }
 
     /// The bodies and joints of the robot, at zero in a pose, with the springs and friction of its joints.
     fn tree(&self, pose: &Pose) -> Result<KinematicTree, RobotError> {
-        let PlacedModel { parts, model } = self.placed(pose)?;
+        let placed = self.placed(pose)?;
+        let PlacedModel { parts, model } = &placed;
         let mut springs = Vec::new();
-        let hinges = model
-            .structure()
-            .hinges
-            .iter()
-            .zip(model.hinge_parameters());
-        for (number, (hinge, spring)) in hinges.enumerate() {
+        for (number, (hinge, spring)) in placed.hinges().enumerate() {
             let own = matches!(
                 spring,
                 ModelParameter::Joint(_) | ModelParameter::JointAlong(_)
@@ -351,6 +352,7 @@ impl<'a> ExportModel<'a> {
                 "Links are rigid: the beams, the base and what else yields stand in these comments only.",
             ],
             tree.links.iter().map(|link| &link.inertia),
+            tree.coupled().into_iter().collect(),
             |comments| sdf(&robot.name, robot.vertical, &tree, comments),
         )
     }
@@ -371,6 +373,7 @@ impl<'a> ExportModel<'a> {
             ],
             // The link of the end has no mass.
             links.chain([&Inertia::default()]),
+            tree.loops().chain(tree.coupled()).collect(),
             |comments| urdf(&robot.name, robot.vertical, &tree, comments),
         )
     }

@@ -1,4 +1,4 @@
-//! A robot for Gazebo and others (SDF 1.7): links, joints with springs and friction, loops.
+//! A robot for Gazebo and others (SDF 1.11): links, joints with springs and friction, loops.
 
 use crate::robot::JointMotion;
 use crate::vector::subtract;
@@ -11,6 +11,9 @@ use super::xml::{Xml, number, numbers};
 /// The frame that the ground is fixed to.
 const WORLD: &str = "world";
 
+/// The limit that SDF gives an axis without one, rad or m.
+const UNLIMITED: f64 = 1e16;
+
 /// The file.
 pub(super) fn sdf(
     name: &str,
@@ -19,7 +22,8 @@ pub(super) fn sdf(
     comments: &[String],
 ) -> String {
     let mut xml = Xml::new(comments);
-    xml.open("sdf", &[("version", "1.7".to_owned())]);
+    xml.open("sdf", &[("version", "1.11".to_owned())]);
+    xml.open("world", &[("name", "robot".to_owned())]);
     xml.open("model", &[("name", name.to_owned())]);
     let [roll, pitch] = upright(vertical);
     xml.text("pose", numbers([0.0, 0.0, 0.0, roll, pitch, 0.0]));
@@ -27,24 +31,20 @@ pub(super) fn sdf(
         write_link(&mut xml, &tree.link_name(place, &[WORLD]), link);
     }
     let on = &tree.links[tree.end];
-    let name_of_end = tree.link_name(tree.end, &[WORLD]);
-    xml.open(
-        "frame",
-        &[
-            ("name", "end".to_owned()),
-            ("attached_to", name_of_end.clone()),
-        ],
-    );
+    let link_of_end = tree.link_name(tree.end, &[WORLD]);
+    let frame = [("name", "end".to_owned()), ("attached_to", link_of_end)];
+    xml.open("frame", &frame);
     pose(&mut xml, subtract(tree.end_m, on.position_m), [0.0; 3]);
-    xml.close();
-    xml.open_joint("ground.fixed", "fixed");
-    xml.text("parent", WORLD);
-    xml.text("child", tree.link_name(0, &[WORLD]));
     xml.close();
     let joints = tree.links.iter().filter_map(|link| link.joint.as_ref());
     for joint in joints.chain(&tree.cut) {
         write_joint(&mut xml, tree, joint);
     }
+    xml.close();
+    // Outside the model, where PyBullet, which knows no parent of this name, passes it over.
+    xml.open_joint("ground.fixed", "fixed");
+    xml.text("parent", WORLD);
+    xml.text("child", format!("{name}::{}", tree.link_name(0, &[WORLD])));
     xml.finish()
 }
 
@@ -68,13 +68,13 @@ fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
     }
     xml.close();
     xml.close();
-    for (place, &(ends_m, radius_m)) in link.rods.iter().enumerate() {
-        let (rpy, middle_m, length_m) = along(ends_m);
+    for (place, rod) in link.rods.iter().enumerate() {
+        let (rpy, middle_m, length_m) = along(rod.ends_m);
         xml.open("visual", &[("name", format!("rod{}", place + 1))]);
         pose(xml, subtract(middle_m, link.position_m), rpy);
         xml.open("geometry", &[]);
         xml.open("cylinder", &[]);
-        xml.text("radius", number(radius_m));
+        xml.text("radius", number(rod.radius_m));
         xml.text("length", number(length_m));
         xml.close();
         xml.close();
@@ -101,12 +101,12 @@ fn write_joint(xml: &mut Xml, tree: &KinematicTree, joint: &KinematicJoint) {
     if joint.motion.is_some() {
         xml.open("axis", &[]);
         xml.text("xyz", numbers(joint.axis));
-        if let Some([low, high]) = joint.limits {
-            xml.open("limit", &[]);
-            xml.text("lower", number(low));
-            xml.text("upper", number(high));
-            xml.close();
-        }
+        // PyBullet takes no axis without limits.
+        let [low, high] = joint.limits.unwrap_or([-UNLIMITED, UNLIMITED]);
+        xml.open("limit", &[]);
+        xml.text("lower", number(low));
+        xml.text("upper", number(high));
+        xml.close();
         xml.open("dynamics", &[]);
         xml.text("damping", 0);
         xml.text("friction", number(joint.friction));

@@ -4,10 +4,10 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::readings::escape_formula;
 use crate::robot::ModelParameter;
 use crate::structure::Compliance6;
 
+use super::tidy::csv_of;
 use super::xml::{number, rounded};
 
 /// What an export is made of.
@@ -141,76 +141,61 @@ impl ExportTable {
     /// One row a value: `pose,name,value,unit,ci95_low,ci95_high,status`; the pose is empty for parameters.
     #[must_use]
     pub fn csv(&self) -> String {
-        let mut rows = Vec::new();
+        let mut rows: Vec<Vec<String>> = Vec::new();
         for parameter in &self.parameters {
             rows.extend(parameter.csv_rows());
         }
         for pose in &self.poses {
             for (i, row) in pose.compliance.iter().enumerate() {
-                rows.extend(row.iter().enumerate().map(|(j, entry)| CsvRow {
-                    pose: escape_formula(&pose.pose).into_owned(),
-                    name: format!(
-                        "compliance.{}.{}",
-                        Compliance6::DISPLACEMENTS[i],
-                        Compliance6::LOADS[j]
-                    ),
-                    value: entry.map_or_else(String::new, number),
-                    unit: unit(i, j).to_owned(),
-                    ..CsvRow::default()
-                }));
+                for (j, entry) in row.iter().enumerate() {
+                    let (moved, load) = (Compliance6::DISPLACEMENTS[i], Compliance6::LOADS[j]);
+                    let name = format!("compliance.{moved}.{load}");
+                    let fields = [
+                        pose.pose.clone(),
+                        name,
+                        known(*entry),
+                        unit(i, j).to_owned(),
+                    ];
+                    rows.push([&fields[..], &[const { String::new() }; 3]].concat());
+                }
             }
         }
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        for row in rows {
-            writer
-                .serialize(row)
-                .expect("memory takes whatever is written");
-        }
-        let bytes = writer
-            .into_inner()
-            .expect("memory takes whatever is written");
-        String::from_utf8_lossy(&bytes).into_owned()
+        let heads = "pose,name,value,unit,ci95_low,ci95_high,status".split(',');
+        String::from_utf8_lossy(&csv_of(heads, &rows)).into_owned()
     }
 }
 
-/// A row of the table, with numbers as texts: what is not known is empty.
-#[derive(Debug, Clone, Default, Serialize)]
-struct CsvRow {
-    pose: String,
-    name: String,
-    value: String,
-    unit: String,
-    ci95_low: String,
-    ci95_high: String,
-    status: String,
+/// A number; empty where it is not known.
+fn known(value: Option<f64>) -> String {
+    value.map_or_else(String::new, number)
 }
 
 impl ParameterRow {
     /// The parameter and, of a spring, its stiffness.
-    fn csv_rows(&self) -> Vec<CsvRow> {
-        let text = |value: Option<f64>| value.map_or_else(String::new, number);
-        let infinite = || "inf".to_owned();
-        let own = CsvRow {
-            name: escape_formula(&self.name).into_owned(),
-            value: text(self.value),
-            unit: self.unit.clone(),
-            ci95_low: text(self.ci95.map(|[low, _]| low)),
-            ci95_high: text(self.ci95.map(|[_, high]| high)),
-            status: self.status.clone().unwrap_or_default(),
-            ..CsvRow::default()
+    fn csv_rows(&self) -> Vec<Vec<String>> {
+        let row = |name: &str, value: String, unit: &str, [low, high]: [String; 2]| {
+            let status = self.status.clone().unwrap_or_default();
+            let unit = unit.to_owned();
+            vec![
+                String::new(),
+                name.to_owned(),
+                value,
+                unit,
+                low,
+                high,
+                status,
+            ]
         };
-        let stiffness = self.stiffness.as_ref().map(|spring| CsvRow {
-            name: format!("{}.stiffness", own.name),
-            value: spring.value.map_or_else(infinite, number),
-            unit: spring.unit.to_owned(),
-            ci95_low: text(spring.low95),
-            ci95_high: match (spring.low95, spring.high95) {
-                (Some(_), None) => infinite(),
-                (_, high) => text(high),
-            },
-            ..own.clone()
-        });
-        std::iter::once(own).chain(stiffness).collect()
+        let ends = [0, 1].map(|end: usize| known(self.ci95.map(|ends| ends[end])));
+        let mut rows = vec![row(&self.name, known(self.value), &self.unit, ends)];
+        if let Some(spring) = &self.stiffness {
+            let or_infinite = |value: Option<f64>| value.map_or_else(|| "inf".to_owned(), number);
+            let high = spring.low95.map(|_| or_infinite(spring.high95));
+            let ends = [known(spring.low95), high.unwrap_or_default()];
+            let name = format!("{}.stiffness", self.name);
+            rows.push(row(&name, or_infinite(spring.value), spring.unit, ends));
+        }
+        rows
     }
 }
 

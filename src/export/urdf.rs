@@ -24,15 +24,6 @@ pub(super) fn urdf(
     comments: &[String],
 ) -> String {
     let mut xml = Xml::new(comments);
-    for joint in &tree.cut {
-        let [first, second] = joint.links.map(|link| tree.links[link].name.as_str());
-        xml.comment(&format!(
-            "URDF holds no loops: joint {} between {first} and {second} is left out; it is at {} about {}.",
-            joint.name,
-            numbers(joint.position_m),
-            numbers(joint.axis)
-        ));
-    }
     xml.open("robot", &[("name", name.to_owned())]);
     xml.empty("link", &[("name", WORLD.to_owned())]);
     for (place, link) in tree.links.iter().enumerate() {
@@ -94,14 +85,17 @@ fn fixed(xml: &mut Xml, name: &str, [parent, child]: [&str; 2], at: [f64; 3], rp
 fn write_link(xml: &mut Xml, name: &str, link: &KinematicLink) {
     xml.open("link", &[("name", name.to_owned())]);
     write_inertial(xml, &link.inertia, link.position_m);
-    for &(ends_m, radius_m) in &link.rods {
-        let (rpy, middle_m, length_m) = along(ends_m);
+    for rod in &link.rods {
+        let (rpy, middle_m, length_m) = along(rod.ends_m);
         xml.open("visual", &[]);
         origin(xml, subtract(middle_m, link.position_m), rpy);
         xml.open("geometry", &[]);
         xml.empty(
             "cylinder",
-            &[("length", number(length_m)), ("radius", number(radius_m))],
+            &[
+                ("length", number(length_m)),
+                ("radius", number(rod.radius_m)),
+            ],
         );
         xml.close();
         xml.close();

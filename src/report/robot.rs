@@ -327,6 +327,10 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
         Some(mass) => writeln!(text, "Mass: {} kg.", significant(mass, 4)),
         None => writeln!(text, "Mass: not stated; own weight is left out."),
     };
+    if !check.added_rigid_links.is_empty() {
+        let links = check.added_rigid_links.join(", ");
+        let _ = writeln!(text, "Rigid, because no beam leads there: {links}.");
+    }
     if !check.free_springs.is_empty() {
         let _ = writeln!(
             text,

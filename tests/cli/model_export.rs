@@ -205,17 +205,57 @@ fn the_table_holds_the_intervals_of_a_fit_and_the_compliance_of_the_robot() {
     near(of(&json["parameters"]), of(fitted));
 }
 
+/// Inertia tensor of each body of a file, kg·m², as it is written.
+fn inertias(form: &str, document: &Document<'_>) -> Vec<[[f64; 3]; 3]> {
+    let names = ["ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
+    let elements = document.descendants().filter_map(|node| {
+        let moments: Vec<f64> = match (form, node.tag_name().name()) {
+            ("mjcf", "inertial") => numbers(node.attribute("fullinertia")?),
+            ("urdf", "inertia") => names.map(|name| attribute(node, name)).into(),
+            ("sdf", "inertia") => names.map(|name| child(node, name).parse().unwrap()).into(),
+            _ => return None,
+        };
+        let [xx, yy, zz, xy, xz, yz] = moments.try_into().unwrap();
+        Some([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    });
+    elements.collect()
+}
+
+/// All principal moments are positive and each is less than the sum of the others: then trace/2 - I is positive definite, by leading minors.
+fn is_of_a_body(inertia: [[f64; 3]; 3]) -> bool {
+    let half = (inertia[0][0] + inertia[1][1] + inertia[2][2]) / 2.0;
+    let mut m = inertia.map(|row| row.map(|x| -x));
+    (0..3).for_each(|i| m[i][i] += half);
+    let minor = |i: usize, j: usize, k: usize, l: usize| m[i][j] * m[k][l] - m[i][l] * m[k][j];
+    let whole =
+        m[0][0] * minor(1, 1, 2, 2) - m[0][1] * minor(1, 0, 2, 2) + m[0][2] * minor(1, 0, 2, 1);
+    m[0][0] > 0.0 && minor(0, 0, 1, 1) > 0.0 && whole > 0.0
+}
+
+/// Robots that `tests/mujoco/random_robots.py` made.
+const RANDOM_ROBOTS: [&str; 6] = ["1", "2", "4", "10", "11", "13"];
+
 #[test]
 fn bodies_weigh_what_the_robot_file_says_and_placeholders_next_to_nothing() {
     let desk = desk();
     // Beams behind slides change their length: `robot check` states the largest mass of all poses.
-    for (robot, pose) in [
+    let mut robots: Vec<(String, &str)> = [
         ("franka-panda", "P1"),
+        ("fanuc-r2000ic", "P1"),
         ("scara", "P4"),
         ("gantry", "P3"),
         ("four-bar", "P1"),
         ("hp-robot", "P1"),
-    ] {
+        ("serial-arm", "P1"),
+    ]
+    .map(|(robot, pose)| (robot.to_owned(), pose))
+    .into();
+    robots.extend(RANDOM_ROBOTS.map(|number| {
+        let file = format!("robot-{number}.toml");
+        desk.write(&file, text(&format!("fixtures/cases/random-robots/{file}")));
+        (file, "P1")
+    }));
+    for (robot, pose) in robots {
         let check = desk.data(&format!("robot check {robot}"));
         let kg = check["mass_kg"].as_f64().unwrap_or(0.0);
         for form in ["mjcf", "urdf", "sdf"] {
@@ -233,10 +273,45 @@ fn bodies_weigh_what_the_robot_file_says_and_placeholders_next_to_nothing() {
             });
             let sum: f64 = masses.sum();
             assert!((sum - kg).abs() < 1e-6 * kg.max(1e-3), "{line}: {sum} {kg}");
+            let inertias = inertias(form, &document);
+            assert!(inertias.len() > 1, "{line}");
+            let odd = inertias.iter().find(|inertia| !is_of_a_body(**inertia));
+            assert_eq!(odd, None, "{line}");
+            let shape = if form == "mjcf" { "geom" } else { "cylinder" };
+            let mut shapes = document.descendants();
+            assert!(shapes.any(|node| node.has_tag_name(shape)), "{line}");
             let marked = run.stdout.matches("placeholder: the robot file").count();
             assert_eq!(marked > 0, run.stderr.contains("placeholder"), "{line}");
             assert!(marked > 0 || robot != "hp-robot", "{line}");
         }
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_said_and_stands_in_the_file() {
+    let desk = desk();
+    desk.write(
+        "robot.toml",
+        text("fixtures/cases/random-robots/robot-11.toml"),
+    );
+    for (form, words) in [
+        (
+            "mjcf",
+            "joint.J3: tied to joint.J1; a number of its own here",
+        ),
+        (
+            "urdf",
+            "joints that several variables move, or one in a ratio: J4 (J1, J4); each is a joint of its own here, without limits",
+        ),
+        (
+            "sdf",
+            "joints that several variables move, or one in a ratio: J4 (J1, J4); each is a joint of its own here, without limits",
+        ),
+    ] {
+        let line = format!("model export --format {form} --robot robot.toml --pose P1");
+        let run = desk.run(&line).succeeds();
+        assert!(run.stdout.contains(words), "{}", run.stdout);
+        assert!(run.stderr.contains(words), "{}", run.stderr);
     }
 }
 

@@ -1,17 +1,19 @@
 """Hangs a load on models that `stiffbench model export --format mjcf` writes, in MuJoCo, and compares the displacement of the end.
 
-    python3 -m venv venv && venv/bin/pip install mujoco yourdfpy pybullet example-robot-data
+    python3 -m venv venv && venv/bin/pip install mujoco yourdfpy pin pybullet example-robot-data
     venv/bin/python tests/mujoco/check.py target/release/stiffbench            compare
     venv/bin/python tests/mujoco/check.py target/release/stiffbench --write    write fixtures/mujoco again
 
 MuJoCo steps each model until it is at rest; nothing of stiffbench takes part. The displacement must lie within 1 % of what the compliance that
 `robot compliance --load` prints under the same load gives, relative to its length. yourdfpy reads each URDF and places its end.
 
-Masses: of every shipped robot, every template and robots made of public URDFs, MuJoCo, yourdfpy and PyBullet load what is exported. Mass and centre of mass must
-agree, with the robot file and among the three; inertias of the SDF must be those of a body. MuJoCo's sag under gravity must lie within 1 % of `map --sag`.
+Masses: of every shipped robot, every template, 40 random robots and robots made of public URDFs, MuJoCo, yourdfpy, Pinocchio and PyBullet load what is exported. Mass
+and centre of mass must agree, with the robot file and among them; inertias of the SDF must be those of a body; links must be visible. MuJoCo's sag under gravity must
+lie within 1 % of `map --sag`.
 """
 
 import argparse
+import io
 import json
 import os
 import pathlib
@@ -20,6 +22,8 @@ import sys
 import sysconfig
 import tempfile
 import xml.etree.ElementTree
+
+from random_robots import random_robot
 
 FORCE_N = 70.0
 # MuJoCo is at rest when no displacement changes by more than this share over a tenth of a second; its friction creeps a little.
@@ -31,6 +35,9 @@ TOLERANCE = 0.01
 # Of a whole mass, kg, and of coordinates of its centre, m.
 SAME_MASS = 1e-6
 SAME_CENTRE_M = 1e-6
+# At most this sag, m, is compared.
+SMALL_SAG_M = 1e-3
+RANDOM_ROBOTS = 40
 PACKAGES = pathlib.Path(sysconfig.get_path("purelib"))
 DATA = "cmeel.prefix/share/example-robot-data/robots"
 # Public URDFs: file, base, tip.
@@ -121,8 +128,12 @@ def with_stiffness(line):
 
 
 def robots_with_masses(program, folder):
-    """Arguments of shipped robots, of templates, and of robots made of public URDFs where their packages are installed."""
+    """Arguments of shipped robots, of random ones, of templates, and of robots made of public URDFs where their packages are installed."""
     yield from (["--robot", name] for name in SHIPPED)
+    for seed in range(RANDOM_ROBOTS):
+        file = pathlib.Path(folder) / f"random-{seed}.toml"
+        file.write_text(random_robot(seed))
+        yield ["--robot", str(file)]
     made = [(name, ["--template", name]) for name in TEMPLATES]
     for path, base, tip in PUBLIC:
         if (PACKAGES / path).exists():
@@ -139,11 +150,82 @@ def robots_with_masses(program, folder):
         yield ["--robot", file]
 
 
+def by_mujoco(mujoco, text):
+    """The model, its mass, kg, and the centre of mass, m."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, (model.body_mass.sum(), (model.body_mass[:, None] * data.xipos).sum(0) / model.body_mass.sum())
+
+
+def in_axes_of_robot(text, centre):
+    """A place in a URDF in the axes of the robot file, which may have y upwards."""
+    x, y, z = centre
+    return [x, y, z] if "axes of the robot file, 0 0 1 is up" in text else [x, z, -y]
+
+
+def by_yourdfpy(text):
+    """Mass, kg, and centre of mass, m, of a URDF."""
+    import yourdfpy
+
+    robot = yourdfpy.URDF.load(io.BytesIO(text.encode()), build_scene_graph=True, load_meshes=False)
+    links = [link for link in robot.robot.links if link.inertial]
+    places = [robot.get_transform(link.name, "world") @ link.inertial.origin for link in links]
+    mass = sum(link.inertial.mass for link in links)
+    centre = sum(link.inertial.mass * place[:3, 3] for link, place in zip(links, places)) / mass
+    return mass, in_axes_of_robot(text, centre)
+
+
+def by_pinocchio(text):
+    """Mass, kg, and centre of mass, m, of a URDF."""
+    import pinocchio as pin
+
+    model = pin.buildModelFromXML(text)
+    data = model.createData()
+    pin.forwardKinematics(model, data, pin.neutral(model))
+    mass = sum(inertia.mass for inertia in model.inertias)
+    centre = sum(inertia.mass * place.act(inertia.lever) for inertia, place in zip(model.inertias, data.oMi)) / mass
+    return mass, in_axes_of_robot(text, centre)
+
+
+def by_pybullet(text, form):
+    """Mass, kg, and centre of mass, m, of a URDF or SDF."""
+    import numpy as np
+    import pybullet
+
+    with tempfile.NamedTemporaryFile("w", suffix=f".{form}") as file:
+        file.write(text)
+        file.flush()
+        client = pybullet.connect(pybullet.DIRECT)
+        try:
+            body = pybullet.loadSDF(file.name)[0] if form == "sdf" else pybullet.loadURDF(file.name, useFixedBase=True)
+            links = range(pybullet.getNumJoints(body))
+            masses = np.array([pybullet.getDynamicsInfo(body, i)[0] for i in [-1, *links]])
+            places = [pybullet.getLinkState(body, i, computeForwardKinematics=1)[0] for i in links]
+            places.insert(0, pybullet.getBasePositionAndOrientation(body)[0])
+            return masses.sum(), in_axes_of_robot(text, masses @ np.array(places) / masses.sum())
+        finally:
+            pybullet.disconnect(client)
+
+
+def by_sdf(text):
+    """Mass, kg, and centre of mass, m, of an SDF in the axes of its model, and whether each inertia is that of a body."""
+    import numpy as np
+
+    mass, moment, are_bodies = 0.0, np.zeros(3), True
+    for link in xml.etree.ElementTree.fromstring(text).iter("link"):
+        numbers = [[float(word) for word in link.findtext(path).split()] for path in ("pose", "inertial/pose", "inertial/mass")]
+        mass += numbers[2][0]
+        moment += numbers[2][0] * (np.array(numbers[0][:3]) + numbers[1][:3])
+        xx, xy, xz, yy, yz, zz = (float(link.findtext(f"inertial/inertia/{name}")) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+        least, middle, most = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        are_bodies &= least > 0 and least + middle > most
+    return (mass, moment / mass), are_bodies
+
+
 def masses_and_sag(mujoco, program, robot):
     """What is wrong with the masses of the exports of a robot in a random pose, and a line about them."""
     import numpy as np
-    import pybullet
-    import yourdfpy
 
     wrong = []
     weighed = printed(program, "robot", "check", robot[1]).get("mass_kg") is not None
@@ -156,40 +238,27 @@ def masses_and_sag(mujoco, program, robot):
         mass = found["mass_kg"]
         sag = [1e-6 * found[f"displacement_{axis}"]["least"] for axis in "xyz"]
     files = {form: export(program, arguments, form) for form in ("mjcf", "urdf", "sdf")}
-    model = mujoco.MjModel.from_xml_string(files["mjcf"])
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    centre = (model.body_mass[:, None] * data.xipos).sum(0) / model.body_mass.sum()
-    with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
-        file.write(files["urdf"])
-        file.flush()
-        urdf = yourdfpy.URDF.load(file.name, build_scene_graph=True, load_meshes=False)
-        client = pybullet.connect(pybullet.DIRECT)
-        body = pybullet.loadURDF(file.name, useFixedBase=True)
-        in_bullet = sum(pybullet.getDynamicsInfo(body, i)[0] for i in range(-1, pybullet.getNumJoints(body)))
-        pybullet.disconnect(client)
-    links = [link for link in urdf.robot.links if link.inertial]
-    places = [urdf.get_transform(link.name, "world") @ link.inertial.origin for link in links]
-    in_urdf = sum(link.inertial.mass for link in links)
-    of_urdf = sum(link.inertial.mass * place[:3, 3] for link, place in zip(links, places)) / in_urdf
-    if "axes of the robot file, 0 0 1 is up" not in files["urdf"]:
-        x, y, z = of_urdf
-        of_urdf = np.array([x, z, -y])
-    sdf = xml.etree.ElementTree.fromstring(files["sdf"])
-    in_sdf = sum(float(element.text) for element in sdf.iter("mass"))
-    for moments in sdf.iter("inertia"):
-        xx, xy, xz, yy, yz, zz = (float(moments.find(name).text) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
-        least, middle, most = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        if not (least > 0 and least + middle > most):
-            wrong.append("an inertia of the SDF is that of no body")
-    for form, own in (("MJCF", model.body_mass.sum()), ("URDF", in_urdf), ("PyBullet", in_bullet), ("SDF", in_sdf)):
+    model, found = by_mujoco(mujoco, files["mjcf"])
+    of_sdf, are_bodies = by_sdf(files["sdf"])
+    loaded = {"MJCF": found, "yourdfpy": by_yourdfpy(files["urdf"]), "Pinocchio": by_pinocchio(files["urdf"]), "SDF": of_sdf}
+    loaded["PyBullet, URDF"] = by_pybullet(files["urdf"], "urdf")
+    # PyBullet has no loops in SDF: a link with two joints above it would be there twice.
+    if "URDF holds no loops" not in files["urdf"]:
+        loaded["PyBullet, SDF"] = by_pybullet(files["sdf"], "sdf")
+    if not are_bodies:
+        wrong.append("an inertia of the SDF is that of no body")
+    if model.ngeom == 0 or "<visual" not in files["urdf"] or "<visual" not in files["sdf"]:
+        wrong.append("nothing can be seen")
+    for name, (own, centre) in loaded.items():
         if abs(own - mass) > SAME_MASS * max(mass, 1.0):
-            wrong.append(f"{form}: {own} kg")
-    if weighed and np.abs(centre - of_urdf).max() > SAME_CENTRE_M:
-        wrong.append(f"centres of mass: MJCF {centre}, URDF {of_urdf}")
+            wrong.append(f"{name}: {own} kg")
+        if weighed and np.abs(np.array(centre) - found[1]).max() > SAME_CENTRE_M:
+            wrong.append(f"centre of mass: MJCF {found[1]}, {name} {centre}")
     line = f"{mass:.6g} kg"
     if sag:
-        off = apart(moved(mujoco, model, [0.0] * 3, model.opt.gravity.copy()), sag)
+        # MuJoCo's displacements are large ones: of a robot that sags far a part of its weight is hung on.
+        share = min(1.0, SMALL_SAG_M / np.linalg.norm(sag))
+        off = apart(moved(mujoco, model, [0.0] * 3, share * model.opt.gravity), share * np.array(sag))
         line += f", sag {1e3 * np.linalg.norm(sag):.3g} mm differs by {100 * off:.3f} %"
         if off > TOLERANCE:
             wrong.append("sag")
@@ -198,14 +267,11 @@ def masses_and_sag(mujoco, program, robot):
 
 def urdf_differs_m(yourdfpy, program, arguments):
     """How far the link `end` of the URDF at zero lies from the end of the robot, m; a vertical y is turned to z there."""
-    import io
-
     text = export(program, arguments, "urdf")
     robot = yourdfpy.URDF.load(io.BytesIO(text.encode()), build_scene_graph=True, load_meshes=False)
     found = robot.get_transform("end", "world")[:3, 3]
-    x, y, z = json.loads(export(program, arguments, "json"))["poses"][0]["end_m"]
-    ours = (x, y, z) if "axes of the robot file, 0 0 1 is up" in text else (x, -z, y)
-    return max(abs(a - b) for a, b in zip(found, ours))
+    ours = json.loads(export(program, arguments, "json"))["poses"][0]["end_m"]
+    return max(abs(a - b) for a, b in zip(in_axes_of_robot(text, found), ours))
 
 
 def main():
@@ -240,10 +306,11 @@ def main():
         kept = {"mujoco": mujoco.__version__, "force_N": FORCE_N, "displacement_m": found}
         (FOLDER / "displacements.json").write_text(json.dumps(kept, indent=1) + "\n")
     try:
+        import pinocchio  # noqa: F401
         import pybullet  # noqa: F401
         import yourdfpy
     except ImportError:
-        print("URDF and masses skipped: yourdfpy or pybullet is not installed (pip install yourdfpy pybullet)")
+        print("URDF and masses skipped: yourdfpy, pin or pybullet is not installed (pip install yourdfpy pin pybullet)")
         return 1 if failed else 0
     for name, arguments in cases.items():
         apart_m = urdf_differs_m(yourdfpy, options.program, arguments)

@@ -5,7 +5,7 @@
     venv/bin/python tests/urdf/check.py target/release/stiffbench --write    write fixtures/urdf/kinematics.json again, for tests/robot_new.rs
 
 Nothing is changed by hand: the file that the command writes gets the poses, and `robot check` says where the tool is. The position must
-agree to 1e-9 m, the mass of all that moves on the base to a millionth. The fixture holds, for each robot, joint names and values (rad, m), position (m) and the rows of the rotation matrix of
+agree to 1e-9 m, the mass of all that moves on the base to a millionth, its centre in the URDF that `model export` writes with all joints at zero to 1e-6 m. The fixture holds, for each robot, joint names and values (rad, m), position (m) and the rows of the rotation matrix of
 the tip in the axes of the base; the URDFs stay in their packages.
 """
 
@@ -40,6 +40,7 @@ POSES = 20
 KEPT_POSES = 3
 TOLERANCE_M = 1e-9
 TOLERANCE_OF_MASS = 1e-6
+TOLERANCE_OF_CENTRE_M = 1e-6
 FIXTURE = Path(__file__).resolve().parents[2] / "fixtures" / "urdf" / "kinematics.json"
 
 
@@ -62,6 +63,8 @@ def by_pinocchio(pin, path, base, tip, count):
     held = model.frames[frames[base]].parentJoint
     moved = [joint for joint in range(1, model.njoints) if held in model.supports[joint] and joint != held]
     mass_kg = sum(model.inertias[joint].mass for joint in moved)
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    at_zero_m = data.oMf[frames[base]].actInv(centre(model, data, moved))
     poses = []
     for _ in range(count):
         q = pin.neutral(model)
@@ -80,7 +83,13 @@ def by_pinocchio(pin, path, base, tip, count):
         place = data.oMf[frames[base]].actInv(data.oMf[frames[tip]])
         values = {name: value for name, value in values.items() if name in chain}
         poses.append({"values": values, "position_m": place.translation.tolist(), "rotation": place.rotation.tolist()})
-    return base, tip, chain, mass_kg, poses
+    return base, tip, chain, (mass_kg, at_zero_m), poses
+
+
+def centre(model, data, joints):
+    """Centre of mass of what moves with these joints, m."""
+    moment = sum(model.inertias[joint].mass * data.oMi[joint].act(model.inertias[joint].lever) for joint in joints)
+    return moment / sum(model.inertias[joint].mass for joint in joints)
 
 
 def with_poses(text, chain, poses):
@@ -96,11 +105,22 @@ def with_poses(text, chain, poses):
             key, value = (f"{name_here}_m", value) if chain[name] == "slides" else (f"{name_here}_deg", math.degrees(value))
             cells.append(f'"{key}" = {value!r}')
         rows.append(f"Q{index} = {{ {', '.join(cells)} }}")
+    names = [cell.split(" = ")[0] for cell in cells]
+    rows.append(f"Zero = {{ {', '.join(f'{name} = 0' for name in names)} }}")
     return head + "\n[poses]\n" + "\n".join(rows) + "\n"
 
 
-def imported(program, path, base, tip, chain, poses):
-    """Notes of the import, the largest difference of a position, m, and the mass, kg."""
+def exported_centre(pin, program, file):
+    """Centre of mass of the URDF that is exported again with all joints at zero, m."""
+    command = [program, "model", "export", "--format", "urdf", "--robot", str(file), "--pose", "Zero", "--quiet"]
+    model = pin.buildModelFromXML(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    data = model.createData()
+    pin.forwardKinematics(model, data, pin.neutral(model))
+    return centre(model, data, range(model.njoints))
+
+
+def imported(pin, program, path, base, tip, chain, poses):
+    """Notes of the import, the largest difference of a position, m, the mass, kg, and its centre with all joints at zero, m."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "robot.toml"
         command = [program, "robot", "new", str(file), "--urdf", str(PACKAGES / path)]
@@ -114,8 +134,9 @@ def imported(program, path, base, tip, chain, poses):
             sys.exit(f"{path}: {checked.stdout}{checked.stderr}")
         checked = json.loads(checked.stdout)["data"]
         places = {row["pose"]: row["tool_m"] for row in checked["checked"]}
+        at_zero_m = exported_centre(pin, program, file)
     worst = max(abs(a - b) for i, pose in enumerate(poses) for a, b in zip(pose["position_m"], places[f"Q{i}"]))
-    return json.loads(made.stdout).get("warnings", []), worst, checked["mass_kg"]
+    return json.loads(made.stdout).get("warnings", []), worst, (checked["mass_kg"], at_zero_m)
 
 
 def main():
@@ -133,12 +154,13 @@ def main():
     kept, failed = [], 0
     print("| robot | from | to | joints | largest difference in 20 poses, m | mass, kg | warnings |\n| --- | --- | --- | --- | --- | --- | --- |")
     for path, base, tip in ROBOTS:
-        base_found, tip_found, chain, mass_kg, poses = by_pinocchio(pin, path, base, tip, POSES)
-        warnings, worst, own_kg = imported(program, path, base, tip, chain, poses)
-        same = worst <= TOLERANCE_M and abs(own_kg - mass_kg) <= TOLERANCE_OF_MASS * mass_kg
+        base_found, tip_found, chain, (mass_kg, centre_m), poses = by_pinocchio(pin, path, base, tip, POSES)
+        warnings, worst, (own_kg, own_centre_m) = imported(pin, program, path, base, tip, chain, poses)
+        off_m = abs(own_centre_m - centre_m).max()
+        same = worst <= TOLERANCE_M and abs(own_kg - mass_kg) <= TOLERANCE_OF_MASS * mass_kg and off_m <= TOLERANCE_OF_CENTRE_M
         failed += not same
         name = path.rsplit("/", 1)[1]
-        mark = "" if same else f" **FAILED**, URDF {mass_kg:.6f} kg"
+        mark = "" if same else f" **FAILED**, URDF {mass_kg:.6f} kg, centre {off_m:.1e} m off"
         print(f"| `{name}` | {base_found} | {tip_found} | {len(chain)} | {worst:.1e} | {own_kg:.6f}{mark} | {len(warnings)} |")
         kept.append({"package_path": path, "base": base_found, "tip": tip_found, "poses": poses[:KEPT_POSES]})
     if options.write:

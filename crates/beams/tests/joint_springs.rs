@@ -625,6 +625,7 @@ fn a_rigid_strut_beside_an_arm_leaves_it_nothing_that_yields() {
         nodes: [0, robot.end - 1],
         chain: "arm".to_owned(),
         body: 0,
+        is_added: false,
     });
     let links = robot.rigid_links.len();
     robot.mechanisms[0].rigid_links = (0..links).collect();

@@ -11,7 +11,8 @@ mod urdf_meshes;
 mod urdf_mimic;
 mod urdf_tree;
 
-use crate::source_text::PlacedError;
+use crate::robot::RobotProblem;
+use crate::source_text::{PlacedError, SourceText};
 
 pub use dh::{Controller, DhSettings, robot_from_dh};
 pub use positions::{StatedPosition, check_positions};
@@ -25,6 +26,35 @@ pub struct NewRobot {
     pub text: String,
     /// What was left out or assumed.
     pub notes: Vec<String>,
+}
+
+impl NewRobot {
+    /// An error of the text, at the element of what it was made from: the text is in no file yet.
+    #[must_use]
+    pub fn error(&self, source: &SourceText, error: &PlacedError<RobotProblem>) -> ImportError {
+        let lines: Vec<&str> = self.text.lines().take(error.line).collect();
+        let row = lines.last().copied().unwrap_or_default();
+        let name = row
+            .split(" = ")
+            .next()
+            .unwrap_or_default()
+            .trim_matches('"');
+        let table = lines.iter().rev().find(|line| line.starts_with('['));
+        let element = match table.copied() {
+            Some("[joints]") => format!("joint `{name}`"),
+            Some("[masses]") => format!("link `{name}`"),
+            other => format!("{name} in {}", other.unwrap_or("the head")),
+        };
+        let quoted = source.text.find(&format!("\"{name}\""));
+        let at = quoted.or_else(|| source.text.find(name)).unwrap_or(0);
+        let help = error.help.clone();
+        let message = format!("{element}: {}", error.problem);
+        let problem = ImportProblem {
+            message,
+            help: help.or_else(|| Some(format!("the robot file would have: {row}"))),
+        };
+        ImportError::new(source, at..at, problem)
+    }
 }
 
 /// What is wrong with a URDF or a Denavit-Hartenberg table.

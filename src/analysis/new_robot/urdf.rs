@@ -69,10 +69,19 @@ pub(super) fn read(source: &SourceText) -> Result<Urdf, ImportError> {
     let error = |at: usize, message: String, help: &str| {
         ImportError::new(source, at..at, ImportProblem::new(message, help))
     };
-    let document = Document::parse(&source.text).map_err(|problem| {
-        let at = byte_of(&source.text, problem.pos());
+    if source.text.trim_start_matches('\u{feff}').trim().is_empty() {
+        let message = "the file is empty".to_owned();
+        return Err(error(0, message, "name a URDF file that describes a robot"));
+    }
+    if source.text.contains('\0') {
+        let message = "this is no text in UTF-8: it has zero bytes, as UTF-16 has".to_owned();
+        let help = "save it in UTF-8, for example: iconv -f UTF-16LE -t UTF-8 FILE > NEW";
+        return Err(error(0, message, help));
+    }
+    let text = tolerated(&source.text);
+    let document = Document::parse(&text).map_err(|problem| {
         error(
-            at,
+            byte_of(&text, problem.pos()),
             format!("no XML: {problem}"),
             "a URDF is an XML file whose root is <robot>",
         )
@@ -85,9 +94,11 @@ pub(super) fn read(source: &SourceText) -> Result<Urdf, ImportError> {
     let is_xacro = |node: &Node<'_, '_>| {
         let namespace = node.tag_name().namespace();
         namespace.is_some_and(|namespace| namespace.contains("xacro"))
+            || node.tag_name().name().starts_with("xacro.")
     };
     if let Some(node) = root.descendants().find(is_xacro) {
-        let message = format!("<xacro:{}>: this file is a xacro", node.tag_name().name());
+        let name = node.tag_name().name().trim_start_matches("xacro.");
+        let message = format!("<xacro:{name}>: this file is a xacro");
         let help = "expand it first: xacro FILE.xacro > FILE.urdf";
         return Err(error(node.range().start, message, help));
     }
@@ -127,11 +138,37 @@ pub(super) fn read(source: &SourceText) -> Result<Urdf, ImportError> {
     })
 }
 
+/// The text as the parser of ROS takes it, every byte in its place: an XML declaration may stand behind comments, and a prefix need not be
+/// declared. Declarations become blanks, and the colon behind such a prefix a full stop.
+fn tolerated(text: &str) -> String {
+    let mut text = text.to_owned();
+    while let Some(start) = text.find("<?xml") {
+        let length = text[start..].find("?>").map_or(5, |length| length + 2);
+        let blanks = text[start..start + length].bytes();
+        let blanks: String = blanks
+            .map(|b| if b == b'\n' { '\n' } else { ' ' })
+            .collect();
+        text.replace_range(start..start + length, &blanks);
+    }
+    while let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse(&text) {
+        let before = text.clone();
+        for ahead in ["<", "</", " ", "\t", "\n"] {
+            text = text.replace(&format!("{ahead}{prefix}:"), &format!("{ahead}{prefix}."));
+        }
+        if text == before {
+            break;
+        }
+    }
+    text
+}
+
 /// Byte offset of a row and column.
 fn byte_of(text: &str, position: roxmltree::TextPos) -> usize {
-    let row = (position.row as usize).saturating_sub(1);
+    let [row, column] = [position.row, position.col].map(|one| (one as usize).saturating_sub(1));
     let before = text.split_inclusive('\n').take(row).map(str::len);
-    before.sum::<usize>().min(text.len())
+    let start = before.sum::<usize>().min(text.len());
+    let mut places = text[start..].char_indices();
+    places.nth(column).map_or(text.len(), |(at, _)| start + at)
 }
 
 /// What to do about a text that is no number.
@@ -165,6 +202,16 @@ impl UrdfReader<'_> {
             let message = format!("{of}: <{}> has no `{name}`", node.tag_name().name());
             self.error(node, message, "add the attribute")
         })
+    }
+
+    /// Name of a link or joint, which the robot file takes over.
+    fn name(&self, node: Node<'_, '_>, of: &str) -> Result<String, ImportError> {
+        let name = self.attribute(node, "name", of)?;
+        if name.trim().is_empty() || name.contains(char::is_control) {
+            let message = format!("{of}: its name is `{}`", name.escape_debug());
+            return Err(self.error(node, message, "give it a name in one line"));
+        }
+        Ok(name.to_owned())
     }
 
     fn number(
@@ -210,7 +257,7 @@ impl UrdfReader<'_> {
     }
 
     fn link(&self, node: Node<'_, '_>) -> Result<UrdfLink, ImportError> {
-        let name = self.attribute(node, "name", "a link")?.to_owned();
+        let name = self.name(node, "a link")?;
         let of = format!("link `{name}`");
         let inertial = node.children().find(|child| child.has_tag_name("inertial"));
         let mut mass = None;
@@ -250,7 +297,7 @@ impl UrdfReader<'_> {
         node: Node<'_, '_>,
         links: &HashMap<String, usize>,
     ) -> Result<UrdfJoint, ImportError> {
-        let name = self.attribute(node, "name", "a joint")?.to_owned();
+        let name = self.name(node, "a joint")?;
         let of = format!("joint `{name}`");
         let motion = match self.attribute(node, "type", &of)? {
             "fixed" => UrdfMotion::Fixed,

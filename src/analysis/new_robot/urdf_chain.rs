@@ -11,6 +11,9 @@ use super::draft::{Draft, DraftRow, number, three};
 use super::urdf::{UrdfJoint, UrdfMotion};
 use super::urdf_tree::{UrdfTree, list};
 
+/// Largest angle of a joint that is taken for radians without a note: a whole turn, and what its rounding adds.
+const WHOLE_TURN_RAD: f64 = std::f64::consts::TAU + 1e-3;
+
 /// A direction whose length differs from one by more than this is noted.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
@@ -77,6 +80,10 @@ pub(super) struct ChainWriter<'t, 'a> {
     /// Body of each link, and where the link lies in its axes.
     pub(super) places: HashMap<usize, (String, LinkPlace)>,
     pub(super) notes: Vec<String>,
+    /// What has another name in the robot file: both names.
+    pub(super) renamed: Vec<(String, String)>,
+    /// Angles beyond a whole turn, in words.
+    pub(super) degrees: Vec<String>,
     /// Variables of the chain with their ranges.
     pub(super) ranges: Vec<(String, bool, [f64; 2])>,
 }
@@ -88,6 +95,18 @@ impl ChainWriter<'_, '_> {
             return Ok(());
         };
         let here = parent.then(&LinkPlace::of(joint.xyz_m, joint.rpy_rad));
+        let is_beyond = |angle: &f64| angle.abs() > WHOLE_TURN_RAD;
+        if joint.rpy_rad.iter().any(is_beyond) {
+            let [roll, pitch, yaw] = joint.rpy_rad;
+            let words = format!("rpy=\"{roll} {pitch} {yaw}\" of `{}`", joint.name);
+            self.degrees.push(words);
+        }
+        if let (UrdfMotion::Revolute, Some([low, high])) = (joint.motion, joint.limits)
+            && [low, high].iter().any(is_beyond)
+        {
+            let words = format!("limits {low} and {high} of `{}`", joint.name);
+            self.degrees.push(words);
+        }
         let slides = match joint.motion {
             UrdfMotion::Fixed => {
                 self.places.insert(joint.child, (on, here));
@@ -127,8 +146,16 @@ impl ChainWriter<'_, '_> {
                 ),
             );
         }
-        let name = name_of(&joint.name);
-        let body = self.body_name(joint.child);
+        let name = self.tree.joint_name(&joint.name);
+        let body = self.tree.body_name(joint.child);
+        for (old, new) in [
+            (&joint.name, &name),
+            (&self.tree.urdf.links[joint.child].name, &body),
+        ] {
+            if old != new {
+                self.renamed.push((old.clone(), new.clone()));
+            }
+        }
         let mut row = DraftRow::new(&name);
         if slides {
             row.set("kind", "\"sliding\"");
@@ -172,7 +199,7 @@ impl ChainWriter<'_, '_> {
         if joint.mimic.is_some() {
             match tree.leader(joint)? {
                 Ok(leader) => {
-                    row.set("angle", leader.angle(&name_of(leader.name), slides));
+                    row.set("angle", leader.angle(&tree.joint_name(leader.name), slides));
                     return Ok(());
                 }
                 Err(why) => self.note(joint, format!("{why}: it has a variable of its own")),
@@ -275,14 +302,59 @@ impl ChainWriter<'_, '_> {
         ));
     }
 
-    fn body_name(&self, link: usize) -> String {
-        let name = self.tree.urdf.links[link].name.as_str();
-        if name == "base" {
-            "base_link".to_owned()
-        } else {
-            name.to_owned()
+    /// What is said once of all joints: other names, and angles that look like degrees.
+    pub(super) fn notes_on_all(&mut self) {
+        if !self.degrees.is_empty() {
+            let note = format!(
+                "angles beyond a whole turn (2 pi rad) look like degrees, but a URDF has radians, and they were taken as such: {}",
+                list(self.degrees.iter().map(String::as_str))
+            );
+            self.notes.push(note);
+        }
+        if !self.renamed.is_empty() {
+            let pairs = self.renamed.iter();
+            let pairs: Vec<String> = pairs.map(|(old, new)| format!("{old} is {new}")).collect();
+            let note = format!(
+                "renamed, because these names mean something else in a robot file: {}",
+                list(pairs.iter().map(String::as_str))
+            );
+            self.notes.push(note);
         }
     }
+}
+
+impl UrdfTree<'_> {
+    /// The name of a joint in the robot file.
+    fn joint_name(&self, name: &str) -> String {
+        let reserved = ["base", "tool", "offset"].contains(&name);
+        if !reserved && !crate::robot::format2::ends_in_unit(name) {
+            return name.to_owned();
+        }
+        let joints = &self.urdf.joints;
+        let is_taken = |name: &str| joints.iter().any(|joint| joint.name == name);
+        unused(name, "_joint", is_taken)
+    }
+
+    /// The name of a link that moves in the robot file.
+    fn body_name(&self, link: usize) -> String {
+        let name = self.urdf.links[link].name.as_str();
+        if name != "base" {
+            return name.to_owned();
+        }
+        let links = &self.urdf.links;
+        unused(name, "_link", |name| {
+            links.iter().any(|link| link.name == name)
+        })
+    }
+}
+
+/// A name with an ending, so often that no other has it.
+fn unused(name: &str, ending: &str, is_taken: impl Fn(&str) -> bool) -> String {
+    let mut longer = format!("{name}{ending}");
+    while is_taken(&longer) {
+        longer.push_str(ending);
+    }
+    longer
 }
 
 /// An axis of the joint as a word where it is one.
@@ -300,14 +372,4 @@ fn axis_text(axis: [f64; 3]) -> String {
     }
     // All digits: a rounded direction is another one.
     format!("[{}]", axis.map(|c| c.to_string()).join(", "))
-}
-
-/// A name that the file may use for a joint.
-fn name_of(name: &str) -> String {
-    let reserved = ["base", "tool", "offset"].contains(&name);
-    if reserved || crate::robot::format2::ends_in_unit(name) {
-        format!("{name}_joint")
-    } else {
-        name.to_owned()
-    }
 }

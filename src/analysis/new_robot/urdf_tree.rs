@@ -203,6 +203,8 @@ impl<'a> UrdfTree<'a> {
             },
             places: HashMap::new(),
             notes: Vec::new(),
+            renamed: Vec::new(),
+            degrees: Vec::new(),
             ranges: Vec::new(),
         };
         writer.places.insert(
@@ -231,6 +233,7 @@ impl<'a> UrdfTree<'a> {
         writer.branches()?;
         writer.tool();
         writer.masses();
+        writer.notes_on_all();
         writer.draft.poses = poses_within(&writer.ranges);
         for (joint, _) in &self.settings.sections {
             if let Some(name) = joint

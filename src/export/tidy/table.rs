@@ -114,11 +114,19 @@ impl TidyTable {
 /// The table as CSV: UTF-8, `,`, `.`, line feeds; a text that would be a formula stands behind `'`.
 #[must_use]
 pub fn csv(table: &TidyTable) -> Vec<u8> {
-    let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
     let heads = table.columns.iter().map(|column| column.name.as_str());
-    // Writing into memory cannot fail, and every row is as long as the heads.
+    csv_of(heads, &table.rows)
+}
+
+/// Rows below their heads, each as long as them, as CSV of the same kind.
+pub(in crate::export) fn csv_of<'h>(
+    heads: impl Iterator<Item = &'h str>,
+    rows: &[Vec<String>],
+) -> Vec<u8> {
+    let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
+    // Writing into memory cannot fail.
     let _ = writer.write_record(heads);
-    for row in &table.rows {
+    for row in rows {
         let cells = row.iter().map(|text| escape_formula(text).into_owned());
         let _ = writer.write_record(cells);
     }

@@ -246,6 +246,8 @@ pub struct RigidLink {
     pub chain: String,
     /// Body it is part of.
     pub body: usize,
+    /// Whether the robot file does not ask for it: its nodes lie apart, and no beam leads from one to the other.
+    pub is_added: bool,
 }
 
 /// Values of the variables, degrees or, of those that slide, m, in the order of the robot.

@@ -174,6 +174,7 @@ pub(crate) fn arm(joints: &[ArmJoint], end: &ArmEnd) -> Robot {
         nodes,
         chain: "arm".to_owned(),
         body,
+        is_added: false,
     };
     bodies.push(body("ground".to_owned(), BodyPlace::Ground));
     nodes.push(fixed("foot".to_owned(), 0, [0.0; 3]));

@@ -82,8 +82,9 @@ impl RobotBuilder<'_> {
                 let there = |other: &&usize| self.is_one_place([**other, node], body);
                 let other = points[..place].iter().find(there);
                 if let Some(&other) = other.filter(|other| is_apart(other)) {
-                    self.link_rigidly([other, node], body);
-                    connected.join([other, node]);
+                    let nodes = [other, node];
+                    self.link_rigidly(self.name_of_link(nodes), nodes, body);
+                    connected.join(nodes);
                 }
             }
             self.link_of_joint(body, &points, &mut connected)?;
@@ -91,22 +92,23 @@ impl RobotBuilder<'_> {
             let apart: Vec<usize> = connected.apart().collect();
             for node in apart {
                 let nodes = [points[0], node];
+                let name = self.name_of_link(nodes);
                 if has_beams {
                     self.warnings.push(format!(
-                        "rigid link `{}`: no beam of the body `{}` leads there: describe it in [links], with a section if it yields",
-                        self.name_of_link(nodes),
+                        "rigid link `{name}`: no beam of the body `{}` leads there: describe it in [links], with a section if it yields",
                         self.body_names.get_index(body).map_or("", |(name, _)| name)
                     ));
                 }
-                self.link_rigidly(nodes, body);
+                self.link_rigidly(name, nodes, body);
             }
         }
         Ok(())
     }
 
-    fn link_rigidly(&mut self, nodes: [usize; 2], body: usize) {
+    fn link_rigidly(&mut self, name: String, nodes: [usize; 2], body: usize) {
         self.rigid_links.push(RigidLink {
-            name: self.name_of_link(nodes),
+            is_added: !(self.file.links.contains_key(&name) || self.is_one_place(nodes, body)),
+            name,
             nodes,
             chain: Self::chain(),
             body,
@@ -140,14 +142,8 @@ impl RobotBuilder<'_> {
                 self.bodies_of_node[node].push(body);
             }
         }
-        let groups = groups(&row.groups);
         let Some(section) = &row.section else {
-            self.rigid_links.push(RigidLink {
-                name: name.to_owned(),
-                nodes,
-                chain: Self::chain(),
-                body,
-            });
+            self.link_rigidly(name.to_owned(), nodes, body);
             return Ok((body, nodes));
         };
         let section = self.section(section, &at("section"))?;
@@ -165,17 +161,29 @@ impl RobotBuilder<'_> {
             (None, Some(plane)) => self.plane(plane, &at("plane"))?,
             (None, None) => self.plane_across(nodes, body, section, name, &path),
         };
+        self.add_beam(name.to_owned(), nodes, [body, section, plane], &row.groups);
+        Ok((body, nodes))
+    }
+
+    /// A beam of a body with a section, both by their places, its width along the normal of a plane.
+    fn add_beam(
+        &mut self,
+        name: String,
+        nodes: [usize; 2],
+        [body, section, plane]: [usize; 3],
+        groups: &[String],
+    ) {
+        let groups = groups.iter().map(|name| Arc::from(name.as_str()));
         self.members.push(Member {
-            name: name.to_owned(),
+            name,
             nodes,
             chain: Self::chain(),
             class: ElementClass::Beam,
             section,
             body,
             plane,
-            groups,
+            groups: groups.collect(),
         });
-        Ok((body, nodes))
     }
 
     /// The one body that two points lie on.
@@ -230,11 +238,8 @@ impl RobotBuilder<'_> {
         let tool = tool
             .iter()
             .filter_map(|name| self.nodes.get_index_of(*name));
-        for node in joints
-            .chain(beams)
-            .chain(tool)
-            .chain(supports.iter().copied())
-        {
+        let held = supports.iter().copied();
+        for node in joints.chain(beams).chain(tool).chain(held) {
             used[node] = true;
         }
         used
@@ -281,7 +286,6 @@ impl RobotBuilder<'_> {
         };
         let path = [Key("joints"), Key(&name), Key("link")];
         let section = self.section(text, &path)?;
-        let groups = groups(&row.groups);
         for &node in points.iter().skip(1) {
             let nodes = [points[0], node];
             // What another beam connects already, and what lies in the same place, needs none.
@@ -292,16 +296,7 @@ impl RobotBuilder<'_> {
             }
             let link = self.name_of_link(nodes);
             let plane = self.plane_across(nodes, body, section, &link, &path);
-            self.members.push(Member {
-                name: link,
-                nodes,
-                chain: Self::chain(),
-                class: ElementClass::Beam,
-                section,
-                body,
-                plane,
-                groups: groups.clone(),
-            });
+            self.add_beam(link, nodes, [body, section, plane], &row.groups);
             connected.join(nodes);
         }
         Ok(())
@@ -397,9 +392,4 @@ impl RobotBuilder<'_> {
         }
         self.plane_of(format!("width of {name}"), body, normal)
     }
-}
-
-/// Names of groups.
-fn groups(names: &[String]) -> Vec<Arc<str>> {
-    names.iter().map(|name| Arc::from(name.as_str())).collect()
 }

@@ -60,16 +60,9 @@ impl RobotBuilder<'_> {
         rows: &SpringRows,
         path: &[DocumentStep<'_>],
     ) -> Result<[SpringDefault; 6], RobotError> {
-        let SpringRows {
-            x,
-            y,
-            z,
-            rx,
-            ry,
-            rz,
-        } = rows;
+        let all = [&rows.x, &rows.y, &rows.z, &rows.rx, &rows.ry, &rows.rz];
         let mut springs: [SpringDefault; 6] = Default::default();
-        for (axis, row) in [x, y, z, rx, ry, rz].into_iter().enumerate() {
+        for (axis, row) in all.into_iter().enumerate() {
             let path = [path, &[Key(["x", "y", "z", "rx", "ry", "rz"][axis])]].concat();
             springs[axis] = self.spring(row.as_ref(), axis >= 3, &path)?;
         }
