@@ -124,29 +124,8 @@ pub struct NullShape {
 /// Shapes of one group are much alike before projection and may share bases; it changes no result beyond rounding and their tolerance.
 pub type NullShapes<'a> = Box<dyn FnOnce() -> Vec<NullShape> + Send + 'a>;
 
-/// What the whole search gives on noise alone.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NullMaxima {
-    /// For each family its largest Δχ², one a sample.
-    pub families: Vec<Vec<f64>>,
-    /// Squared length of the projected noise, one a sample: χ² with as many degrees of freedom as the baseline leaves.
-    pub squares: Vec<f64>,
-}
-
-impl NullMaxima {
-    /// The maxima where the variance of all rows is estimated from what the best amplitude leaves: each is an F statistic.
-    ///
-    /// # Arguments
-    /// - `dof`: degrees of freedom that the baseline and one amplitude leave.
-    #[must_use]
-    pub fn under_estimated_variance(&self, dof: f64) -> Vec<Vec<f64>> {
-        let ratio = |(delta_chi2, squares): (&f64, &f64)| dof * delta_chi2 / (squares - delta_chi2);
-        let families = self.families.iter();
-        families
-            .map(|family| family.iter().zip(&self.squares).map(ratio).collect())
-            .collect()
-    }
-}
+/// What the whole search gives on noise alone: for each family its largest Δχ², one a sample.
+pub type NullMaxima = Vec<Vec<f64>>;
 
 /// Scores of shapes against one white residual in one white space, and null samples of them.
 ///

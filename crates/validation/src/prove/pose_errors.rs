@@ -370,7 +370,7 @@ fn search(poses: &Poses, equal: &Covariance, seed: u64) -> Result<Found, NotInde
         baseline: &poses.rigid,
         candidates: &candidates,
         covariance: SharedErrors,
-        critical_values: CriticalValues::calibrate(&families, &maxima.families, LEVEL),
+        critical_values: CriticalValues::calibrate(&families, &maxima, LEVEL),
     };
     let start = problem.start()?;
     let scores = problem.score(&start)?;

@@ -97,9 +97,9 @@ pub(crate) fn critical_values(
     let nothing_left = vec![0.0; space.length];
     let engine = Batched::new(space, &nothing_left);
     let mut maxima = engine.null_maxima(groups, families.len() + 1, &blocks, noise);
-    let unexplained = maxima.families.pop().unwrap_or_default();
+    let unexplained = maxima.pop().unwrap_or_default();
     let of_kind = |setup: bool, level: f64| {
-        let here = families.iter().zip(&maxima.families);
+        let here = families.iter().zip(&maxima);
         let here = here.filter(|((law, _), _)| law.is_setup() == setup);
         let (families, maxima): (Vec<Family>, Vec<Vec<f64>>) = here
             .map(|(family, maxima)| (*family, maxima.clone()))

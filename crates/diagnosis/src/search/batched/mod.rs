@@ -24,7 +24,7 @@ use super::engine::{Moments, NullMaxima, NullShapes, PairMoments, ScoreEngine};
 use super::null_noise::NullNoise;
 use super::vectors::dot;
 use super::white_space::WhiteSpace;
-use null_table::{BlockMaxima, NullScratch, NullTable};
+use null_table::{NullScratch, NullTable};
 
 /// Scores by products with a few columns of each block of rows.
 #[derive(Debug)]
@@ -175,24 +175,18 @@ impl ScoreEngine for Batched<'_> {
         noise: &NullNoise<'_>,
     ) -> NullMaxima {
         let table = NullTable::new(self.space, blocks, families, groups);
-        let maxima: Vec<BlockMaxima> = (0..noise.blocks())
+        let maxima: Vec<Vec<[f32; SAMPLES_TOGETHER]>> = (0..noise.blocks())
             .into_par_iter()
             .map_init(NullScratch::default, |scratch, block| {
                 table.maxima(&mut noise.block(block, self.space.length), scratch)
             })
             .collect();
-        let all = |of: &dyn Fn(&BlockMaxima) -> [f32; SAMPLES_TOGETHER]| -> Vec<f64> {
-            maxima
-                .iter()
-                .flat_map(|block| of(block).map(f64::from))
-                .collect()
+        let of_family = |family: usize| {
+            let blocks = maxima.iter();
+            let all = blocks.flat_map(|block: &Vec<_>| block[family].map(f64::from));
+            all.collect()
         };
-        NullMaxima {
-            families: (0..families)
-                .map(|family| all(&|block| block.families[family]))
-                .collect(),
-            squares: all(&|block| block.squares),
-        }
+        (0..families).map(of_family).collect()
     }
 }
 

@@ -52,14 +52,6 @@ pub(super) struct NullScratch {
     basis: Vec<[f32; SAMPLES_TOGETHER]>,
 }
 
-/// What a block of samples gives.
-pub(super) struct BlockMaxima {
-    /// Largest Δχ² of each family.
-    pub(super) families: Vec<[f32; SAMPLES_TOGETHER]>,
-    /// Squared length of the projected noise.
-    pub(super) squares: [f32; SAMPLES_TOGETHER],
-}
-
 /// Vectors of one group that live in the same blocks.
 struct VectorGroup {
     /// Blocks by number, and the basis in each.
@@ -135,15 +127,13 @@ impl NullTable {
     ///
     /// # Arguments
     /// - `noise`: white noise, [`SAMPLES_TOGETHER`] samples of each row, one row after the other; overwritten.
-    pub(super) fn maxima(&self, noise: &mut [f32], scratch: &mut NullScratch) -> BlockMaxima {
+    pub(super) fn maxima(
+        &self,
+        noise: &mut [f32],
+        scratch: &mut NullScratch,
+    ) -> Vec<[f32; SAMPLES_TOGETHER]> {
         self.project(noise);
         let (noise, _) = noise.as_chunks();
-        let mut squares = [0.0_f32; SAMPLES_TOGETHER];
-        for row in noise {
-            for (square, value) in squares.iter_mut().zip(row) {
-                *square += value * value;
-            }
-        }
         let mut families = vec![[0.0_f32; SAMPLES_TOGETHER]; self.families];
         for together in &self.groups {
             together.directions.products(noise, &mut scratch.directions);
@@ -153,7 +143,7 @@ impl NullTable {
                 }
             }
         }
-        BlockMaxima { families, squares }
+        families
     }
 
     fn project(&self, noise: &mut [f32]) {

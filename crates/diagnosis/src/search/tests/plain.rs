@@ -130,17 +130,13 @@ impl ScoreEngine for Plain {
     ) -> NullMaxima {
         let length = self.y.len();
         let shapes: Vec<NullShape> = groups.into_iter().flat_map(|group| group()).collect();
-        let mut maxima = NullMaxima {
-            families: vec![Vec::new(); families],
-            squares: Vec::new(),
-        };
+        let mut maxima = vec![Vec::new(); families];
         for block in 0..noise.blocks() {
             let numbers = noise.block(block, length);
             for sample in 0..SAMPLES_TOGETHER {
                 let of_row = |row, _| f64::from(numbers[row * SAMPLES_TOGETHER + sample]);
                 let projected = &self.white_projector * DVector::from_fn(length, of_row);
-                maxima.squares.push(projected.norm_squared());
-                for (family, maxima) in maxima.families.iter_mut().enumerate() {
+                for (family, maxima) in maxima.iter_mut().enumerate() {
                     let own = shapes.iter().filter(|shape| shape.family == family);
                     let scores = own.map(|shape| delta_chi2(shape, &projected));
                     maxima.push(scores.fold(0.0, f64::max));
