@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use jiff::civil::Date;
 
-use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
+use crate::fit::MeasuredStiffness;
 use crate::load_cases::{LoadCaseTable, is_load_case_table, read_load_cases};
 use crate::nearest::nearest;
 use crate::readings::{
@@ -16,6 +16,7 @@ use crate::stiffness::{
     Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable,
     stiffness_table_with_drifts,
 };
+use crate::stiffness_list::{is_stiffness_list, read_stiffness_list};
 
 use super::calibration::GivenCalibration;
 use super::error::{AnalysisError, ArgumentError};
@@ -108,16 +109,16 @@ impl Data {
             return Ok(Self::Stiffness {
                 name: name.to_owned(),
                 sha256: sha256(text),
-                measured: read_stiffness_list(name, text)?,
+                measured: MeasuredStiffness::of_list(&read_stiffness_list(name, text.as_bytes())?),
             });
         }
         let may_be_list = is_file(path) && !LoadedLoadCases::is_at(path);
-        if may_be_list && is_stiffness_list(&first_line(path)?) {
+        if may_be_list && is_stiffness_list(first_line(path)?.as_bytes()) {
             let name = shown(path);
-            let text = read_text(path)?;
+            let bytes = read_bytes(path)?;
             return Ok(Self::Stiffness {
-                measured: read_stiffness_list(&name, &text)?,
-                sha256: sha256(&text),
+                measured: MeasuredStiffness::of_list(&read_stiffness_list(&name, &bytes)?),
+                sha256: sha256(&bytes),
                 name,
             });
         }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::calibration::CalibrationTableError;
-use crate::fit::{FitError, StiffnessListError};
+use crate::fit::FitError;
 use crate::import::TableImportError;
 use crate::load_cases::LoadCaseError;
 use crate::mismatch::MismatchError;
@@ -12,6 +12,7 @@ use crate::procedure::ProcedureError;
 use crate::readings::{ReadingsError, SessionFileError};
 use crate::robot::RobotError;
 use crate::stiffness::StiffnessError;
+use crate::stiffness_list::StiffnessListError;
 
 use super::files::ReadError;
 

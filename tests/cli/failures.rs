@@ -114,7 +114,7 @@ fn stiffness_values_where_readings_are_needed() {
         "stiffbench::fit::stiffness_list_duplicate",
     );
     desk.write("word.csv", "pose,direction,stiffness_N_per_um\nP1,x,soft\n");
-    let error = desk.refusal("fit word.csv", 11, "stiffbench::fit::stiffness_list_value");
+    let error = desk.refusal("fit word.csv", 11, "stiffbench::readings::bad_value");
     assert_output_contains(&error, &["word.csv", "soft"]);
 }
 

@@ -16,10 +16,11 @@ use stiffbench_beams::physics::ActingPhysics;
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::fit::{
     FitOptions, FitOutcome, FitProblem, MeasuredStiffness, MonteCarloSettings, PaperOptions,
-    PaperSource, fit_cells, follow_paper, read_stiffness_list,
+    PaperSource, fit_cells, follow_paper,
 };
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::stiffness::{GaugePair, Method, StiffnessOptions, stiffness_table};
+use stiffbench_measurement::stiffness_list::read_stiffness_list;
 use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
 use stiffbench_test_files::shipped_robot;
 
@@ -203,9 +204,9 @@ fn single_source_factors_follow_from_reference_displacements() {
     // Table V's finite-element displacements under 50 N, as a user would give them.
     let reference = read_stiffness_list(
         "reference",
-        "pose,direction,force_N,displacement_um\nP1,x,-50,-2622\nP1,y,-50,-421.44\nP1,z,-50,-57.59\n",
-    )
-    .unwrap();
+        b"pose,direction,force_N,displacement_um\nP1,x,-50,-2622\nP1,y,-50,-421.44\nP1,z,-50,-57.59\n",
+    );
+    let reference = MeasuredStiffness::of_list(&reference.unwrap());
     let options = PaperOptions {
         poses: vec![("P1".into(), 1.0)],
         source: PaperSource::Reference(reference.clone()),

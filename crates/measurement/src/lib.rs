@@ -8,6 +8,7 @@
 //! - [`calibration`]: calibration of a gauge, given beside its readings.
 //! - [`import`]: tables of other programs to readings.
 //! - [`stiffness`]: readings to measured stiffness. Contains no model.
+//! - [`stiffness_list`]: stiffness values that come without readings.
 
 pub mod calibration;
 pub mod import;
@@ -16,4 +17,5 @@ pub mod procedure;
 pub mod readings;
 pub mod specimen;
 pub mod stiffness;
+pub mod stiffness_list;
 pub mod table_files;

@@ -3,6 +3,7 @@
 
 use nalgebra::DMatrix;
 use stiffbench_measurement::stiffness::{Method, PooledScatter, StiffnessTable};
+use stiffbench_measurement::stiffness_list::ListedStiffness;
 use stiffbench_units_and_text::load_direction::LoadDirection;
 use stiffbench_units_and_text::test_point::Cell;
 
@@ -115,6 +116,31 @@ pub struct MeasuredStiffness {
 }
 
 impl MeasuredStiffness {
+    /// The values of a list; their uncertainties only where all have one.
+    #[must_use]
+    pub fn of_list(list: &[ListedStiffness]) -> Self {
+        let stated = list.iter().all(|one| one.relative_u.is_some());
+        let measured = |one: &ListedStiffness| MeasuredCell {
+            cell: one.cell.clone(),
+            line: one.line,
+            stiffness_n_per_m: one.stiffness_n_per_m,
+            ln_uncertainty: one.relative_u.filter(|_| stated).map(|own| LnUncertainty {
+                own,
+                ..LnUncertainty::default()
+            }),
+            reading_noise: None,
+        };
+        Self {
+            cells: list.iter().map(measured).collect(),
+            basis: if stated {
+                WeightBasis::Stated
+            } else {
+                WeightBasis::Equal
+            },
+            ..Self::default()
+        }
+    }
+
     /// Takes the stiffness by `method` of every cell of a table.
     ///
     /// The scatter from run to run of one cell rests on as many degrees of freedom as it has runs less one, four with five repeats;

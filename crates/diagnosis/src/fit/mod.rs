@@ -35,7 +35,6 @@ mod procedure;
 mod refit;
 mod shares;
 mod significance;
-mod stiffness_list;
 mod weighed_problem;
 
 pub use best_poses::{BestPoses, best_poses};
@@ -69,4 +68,3 @@ pub use shares::Shares;
 pub use significance::{
     PAPER_FACTOR, ParameterSignificance, Scope, SectionSignificance, SequenceStep, significance,
 };
-pub use stiffness_list::{StiffnessListError, is_stiffness_list, read_stiffness_list};
