@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::analysis::{
-    AnalysisError, ArgumentError, Data, FitData, FitSettings, Inputs, LoadedSession, is_dash,
+    AnalysisError, ArgumentError, Data, FitData, FitSettings, Inputs, LoadedSession,
+    UnknownSprings, is_dash,
 };
 use crate::fit::FitOutcome;
 use crate::physics::{Effect, PlaceKind};
@@ -183,6 +184,9 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<NamedFigure, Fai
     };
     let not_drawn = physics.effects.iter().filter(at_rest);
     warnings.extend(not_drawn.map(|effect| format!("{effect}: not drawn")));
+    if args.load.iter().any(|force| *force != 0.0) {
+        UnknownSprings::of(&resolved).refuse(&pose)?;
+    }
     let joints = physics.joints_under(robot, factors, &pose, args.load)?;
     let mut predictor = Predictor::with(
         robot,

@@ -1,6 +1,6 @@
 //! `stiffbench significance`.
 
-use crate::analysis::{ArgumentError, Inputs, fixed_physics};
+use crate::analysis::{ArgumentError, Inputs, UnknownSprings, fixed_physics};
 use crate::fit::{Scope, significance};
 use crate::report::SignificanceReport;
 use crate::robot::ModelParameter;
@@ -33,6 +33,7 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
     };
     let mechanism = resolved.mechanism()?;
     let physics = fixed_physics(&resolved, Method::Regression);
+    UnknownSprings::of(&resolved).refuse(resolved.robot.pose(&pose)?)?;
     let further = args.parameters.iter();
     let further = further.map(|name| ModelParameter::find(&resolved.robot, mechanism, name));
     let further = further.collect::<Result<Vec<_>, _>>()?;

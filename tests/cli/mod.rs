@@ -36,6 +36,7 @@ mod physics;
 mod pipes;
 mod positions;
 mod predict;
+mod random_robots;
 mod report;
 mod report_forgeries;
 mod results;

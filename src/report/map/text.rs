@@ -287,7 +287,7 @@ impl MapReport<'_> {
             ],
         );
         format!(
-            "\nWhere stiffness is low, medium and high (thirds of the range between the extremes)\n\n{table}"
+            "\nWhere stiffness is low, medium and high (thirds of the range between the extremes, or of the poses where the range spans a decade or leaves a third empty)\n\n{table}"
         )
     }
 

@@ -234,10 +234,9 @@ impl RobotBuilder<'_> {
         let mut used = vec![false; self.nodes.len()];
         let joints = self.joints.iter().map(|joint| joint.node);
         let beams = beams.iter().flat_map(|(_, nodes)| *nodes);
-        let tool = [super::builder::TOOL, "tool.mount"];
-        let tool = tool
-            .iter()
-            .filter_map(|name| self.nodes.get_index_of(*name));
+        // Springs stand between the mount of the tool and its centre: nothing else may lead to the centre.
+        let index = |name| self.nodes.get_index_of(name);
+        let tool = index("tool.mount").or_else(|| index(super::builder::TOOL));
         let held = supports.iter().copied();
         for node in joints.chain(beams).chain(tool).chain(held) {
             used[node] = true;

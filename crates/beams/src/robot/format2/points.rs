@@ -109,11 +109,13 @@ impl RobotBuilder<'_> {
         self.bodies_of_node[end].push(body);
         let turn = roll_pitch_yaw(self.three(row.turn.as_ref(), &at("turn"))?);
         let springs = self.six_springs(&row.springs, &at("springs"))?;
+        let mut carrying = self.joints.iter().filter(|one| one.bodies[1] == body);
+        let link = carrying.find_map(|one| file.joints[one.name.as_str()].link.as_deref());
         let mount = (springs != <[SpringDefault; 6]>::default()).then(|| {
-            let flange = NodePlace::Fixed {
-                body,
-                at_m: frame.origin_m,
-            };
+            // Behind the beam of its body, if there is one.
+            let is_beam = link.is_some_and(|text| text != "rigid");
+            let at_m = frame.point(if is_beam { centre_m } else { [0.0; 3] });
+            let flange = NodePlace::Fixed { body, at_m };
             self.add_node("tool.mount".to_owned(), flange, vec![body])
         });
         let payload = match &row.payload {

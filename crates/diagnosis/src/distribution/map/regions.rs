@@ -1,14 +1,21 @@
 //! Where a mechanism is stiff, and where it is not.
 //!
 //! Decision: low, medium and high are the three equal parts of the range from the smallest to the largest stiffness of the map, as the
-//! colours of a picture of it show them.
+//! colours of a picture of it show them. Where the range spans a decade, or hardly a pose is in one of them, they would not divide the
+//! workspace: low, medium and high are then thirds of the poses.
 
-use super::statistics::ColumnStatistics;
+use super::statistics::{ColumnStatistics, quantile};
 use super::stiffness_map::StiffnessMap;
 use crate::distribution::extreme::Extreme;
 use crate::distribution::pose_set::PoseSample;
 
-/// A third of the range.
+/// A range whose largest stiffness is more than this times the smallest is divided by the poses.
+const WIDE: f64 = 10.0;
+
+/// Share of the poses below which a third of the range divides nothing.
+const FEW_POSES: f64 = 0.01;
+
+/// A third of the range or of the poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
@@ -23,7 +30,7 @@ pub enum Level {
 /// Where the stiffness of a column is low, medium or high.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
-    /// Which third of the range.
+    /// Which third of the range or of the poses.
     pub level: Level,
     /// Stiffness from and to, N/m or N·m/rad.
     pub between_n_per_m: [f64; 2],
@@ -55,16 +62,17 @@ pub fn regions(
 ) -> [Region; 3] {
     let low = statistics.smallest.stiffness_n_per_m;
     let high = statistics.largest.stiffness_n_per_m;
-    let third = (high - low) / 3.0;
-    let level_of = |stiffness: f64| {
-        usize::from(stiffness >= low + third) + usize::from(stiffness >= high - third)
-    };
-    let mut regions = [Level::Low, Level::Medium, Level::High].map(|level| {
-        let from = low + third * f64::from(level as u8);
-        Gathered::new(level, [from, from + third], poses.free.len())
-    });
-    let mut outermost: [Option<(f64, usize)>; 4] = [None; 4];
     let values: Vec<f64> = map.column(column).collect();
+    let [second, third] = borders(&values, [low, high]);
+    let level_of =
+        |stiffness: f64| usize::from(stiffness >= second) + usize::from(stiffness >= third);
+    let mut regions = [
+        (Level::Low, [low, second]),
+        (Level::Medium, [second, third]),
+        (Level::High, [third, high]),
+    ]
+    .map(|(level, between)| Gathered::new(level, between, poses.free.len()));
+    let mut outermost: [Option<(f64, usize)>; 4] = [None; 4];
     for (row, (&stiffness, &at)) in values.iter().zip(places).enumerate() {
         let level = level_of(stiffness);
         let place = map.places[row] as usize;
@@ -94,6 +102,24 @@ pub fn regions(
             .map(|areas| areas[level] / total);
         gathered.region(map.len(), area)
     })
+}
+
+/// Where the second and the third level begin.
+fn borders(values: &[f64], [low, high]: [f64; 2]) -> [f64; 2] {
+    let third = (high - low) / 3.0;
+    let of_range = [low + third, high - third];
+    let share = |level: usize| {
+        let level_of = |value: f64| of_range.iter().filter(|border| value >= **border).count();
+        let within = values.iter().filter(|value| level_of(**value) == level);
+        within.count() as f64 / values.len() as f64
+    };
+    if high <= WIDE * low && (0..3).all(|level| share(level) >= FEW_POSES) {
+        return of_range;
+    }
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    let mut sorted: Vec<f64> = finite.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    [1.0, 2.0].map(|thirds| quantile(&sorted, thirds / 3.0))
 }
 
 /// Area of the triangles whose mean stiffness is of each level, m².

@@ -145,7 +145,8 @@ fn mean_of_shifts(map: &StiffnessMap, poses: &PoseSample, values: &[f64], mean: 
     }
 }
 
-fn quantile(sorted: &[f64], share: f64) -> f64 {
+/// The value below which a share of sorted values lies, between its neighbours by the straight line.
+pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
     let above = (below + 1).min(sorted.len() - 1);
