@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use crate::fit::{
     BootstrapDraws, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
-    MonteCarloSettings, PaperFit, PaperOptions, PaperSource, PlannedLoadCase, ResampledUnit,
-    TableMistake, WeightBasis, bootstrap_cells, find_lower_minimum, fit_cells, fit_load_cases,
-    follow_paper, plan_beside_cells, plan_load_cases,
+    MonteCarloSettings, PaperFit, PaperOptions, PaperSource, PlannedLoadCases, PoseRules,
+    ResampledUnit, TableMistake, WeightBasis, bootstrap_cells, find_lower_minimum, fit_cells,
+    fit_load_cases, follow_paper, plan_beside_cells, plan_load_cases,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::load_cases::LoadCaseTable;
@@ -63,7 +63,7 @@ const PLANNED: usize = 3;
 #[derive(Debug, Clone)]
 pub struct PlannedFit {
     /// The load cases, one after the other; none if nothing is open, or nothing would narrow it.
-    pub planned: Vec<PlannedLoadCase>,
+    pub planned: PlannedLoadCases,
     /// The same as a table to be filled in.
     pub table: LoadCaseTable,
     /// A procedure that measures them.
@@ -415,16 +415,21 @@ impl FitData {
     /// them.
     ///
     /// # Errors
-    /// For a structure that carries nothing.
-    pub fn plan(&self, outcome: &FitOutcome) -> Result<PlannedFit, AnalysisError> {
+    /// For a structure that carries nothing, or if no pose keeps the rules.
+    pub fn plan(
+        &self,
+        outcome: &FitOutcome,
+        rules: &PoseRules,
+    ) -> Result<PlannedFit, AnalysisError> {
+        let wanted = (rules, PLANNED);
         let session = self.session.as_ref().map(|(session, _)| session);
         let planned = if let Some(posed) = &self.posed {
-            plan_load_cases(&posed.problem(&self.model), outcome, PLANNED)?
+            plan_load_cases(&posed.problem(&self.model), outcome, wanted)?
         } else {
             let readings = session.iter().flat_map(|session| &session.table.readings);
             let largest_n = readings.map(|reading| reading.force_n.abs());
             let largest_n = largest_n.fold(0.0, f64::max);
-            plan_beside_cells(&self.problem()?, outcome, largest_n, PLANNED)?
+            plan_beside_cells(&self.problem()?, outcome, largest_n, wanted)?
         };
         let header = session.and_then(|session| session.header.as_ref());
         let followed = header
@@ -432,8 +437,8 @@ impl FitData {
             .and_then(|record| Procedure::from_record(record).ok());
         let robot = &self.model.robot;
         Ok(PlannedFit {
-            table: table_of(robot, &planned),
-            procedure: procedure_of(robot, followed, &planned),
+            table: table_of(robot, &planned.planned),
+            procedure: procedure_of(robot, followed, &planned.planned),
             planned,
         })
     }

@@ -1,7 +1,7 @@
 //! Procedures with poses of the program's own choice: before a session those that determine the parameters best, after one those that
 //! determine what is open.
 
-use crate::fit::{BestPoses, PlannedLoadCase, best_poses};
+use crate::fit::{BestPoses, PlannedLoadCase, PoseRules, best_poses};
 use crate::load_cases::{LoadAxes, LoadCase, LoadCaseTable};
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::procedure::{Pace, Procedure};
@@ -23,15 +23,15 @@ const REPEATS: u32 = 3;
 ///
 /// # Arguments
 /// - `choice`: which parameters are free.
-/// - `count`: number of poses.
+/// - `rules`, `count`: what is stated of the poses, and their number.
 ///
 /// # Errors
-/// Without a pose or a free parameter; if no choice of poses determines all parameters.
+/// Without a pose or a free parameter; if no pose keeps the rules; if no choice of poses determines all parameters.
 pub fn choose_poses(
     model: &ResolvedModel,
     procedure: &mut Procedure,
     choice: &ParameterChoice,
-    count: usize,
+    (rules, count): (&PoseRules, usize),
 ) -> Result<BestPoses, AnalysisError> {
     let free = choice
         .members
@@ -54,7 +54,7 @@ pub fn choose_poses(
         );
     }
     let robot = (&model.robot, model.mechanism()?);
-    let best = best_poses(robot, &start, &free, procedure, count)?;
+    let best = best_poses(robot, &start, &free, procedure, (rules, count))?;
     state(&model.robot, procedure, &best.poses);
     Ok(best)
 }

@@ -26,6 +26,7 @@ pub use super::numbers::{at_least_one, seconds};
 use super::option_values::{BRANCHES, OptionValue, one_of};
 use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
+use super::pose_args::PoseRulesArgs;
 use super::predict::PredictArgs;
 use super::procedure::{AxesArgs, ProcedureArgs};
 use super::report::ReportArgs;
@@ -65,7 +66,7 @@ pub(super) enum Command {
     /// Readings to stiffness with uncertainty
     Stiffness(StiffnessArgs),
     /// Fit the model's factors to measured stiffness, or joint springs to forces and displacements as vectors
-    Fit(FitArgs),
+    Fit(Box<FitArgs>),
     /// Which section constant matters in which direction (the paper's Table III)
     Significance(SignificanceArgs),
     /// Draw one figure as SVG and PNG
@@ -316,6 +317,9 @@ pub(super) struct FitArgs {
     /// Write what would determine best what is open: a procedure (FILE.toml) or a table of load cases to be filled in (FILE.csv)
     #[arg(long, value_name = "FILE")]
     pub(super) next: Option<PathBuf>,
+    /// Which poses may be planned.
+    #[command(flatten)]
+    pub(super) rules: PoseRulesArgs,
     /// Write the figures of the fit into this folder
     #[arg(long, value_name = "FOLDER")]
     pub(super) figures: Option<PathBuf>,

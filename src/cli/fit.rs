@@ -91,7 +91,7 @@ fn fitted(
     if !args.against.is_empty() {
         report.comparison = Some(compared(report, &data.inputs, &args.against)?);
     }
-    let plan = data.plan(&fitted.outcome)?;
+    let plan = data.plan(&fitted.outcome, &args.rules.rules())?;
     Ok((fitted, plan))
 }
 
@@ -112,7 +112,7 @@ fn finished(
     )?;
     let note = args.next.as_ref().map(|file| write_next(file, &plan));
     let note = note.transpose()?;
-    report.next = plan.planned;
+    report.plan_next(plan.planned);
     let text = report.text(outcome);
     warnings.extend(fitted.failed_checks);
     // The text has them already.
@@ -141,7 +141,7 @@ fn finished(
 fn write_next(file: &Path, plan: &PlannedFit) -> Result<String, Failure> {
     let ending = file.extension().and_then(|ending| ending.to_str());
     let name = file.display();
-    if plan.planned.is_empty() {
+    if plan.planned.planned.is_empty() {
         return Ok(format!(
             "{name} was not written: no parameter is open, or no further force at the tool would narrow it"
         ));

@@ -1,8 +1,9 @@
 //! One pose: by name, by values of its variables, or both.
 
-use clap::Args;
+use clap::{Args, value_parser};
 
 use crate::analysis::ArgumentError;
+use crate::fit::PoseRules;
 use crate::robot::{Pose, Robot};
 use crate::test_point::PoseId;
 
@@ -17,6 +18,37 @@ pub(super) struct PoseArgs {
     /// Value of a variable, degrees, or metres of one that slides, for example theta2=397.3
     #[arg(long = "set", value_name = "VARIABLE=DEGREES", num_args = 1..)]
     set: Vec<String>,
+}
+
+/// Options that state which poses may be proposed.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Proposed poses")]
+pub(super) struct PoseRulesArgs {
+    /// Height of the base axes below which no joint and no tool may be in a proposed pose [default: the base, for new poses]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    floor_mm: Option<f64>,
+    /// Least distance of the tool from the vertical through the base [default: a tenth of the largest in a named pose, for new poses]
+    #[arg(long, value_name = "MM")]
+    base_radius_mm: Option<f64>,
+    /// Least distance of a joint from its limits, percent of its range, of new poses [default: 5]
+    #[arg(long, value_name = "PERCENT", value_parser = value_parser!(u8).range(0..=49))]
+    limit_margin_percent: Option<u8>,
+    /// Poses that are not to be proposed, comma-separated: P2, new187
+    #[arg(long, value_delimiter = ',', value_name = "POSES")]
+    forbid_poses: Vec<String>,
+}
+
+impl PoseRulesArgs {
+    /// The rules.
+    pub(super) fn rules(&self) -> PoseRules {
+        let forbidden = self.forbid_poses.iter();
+        PoseRules {
+            floor_m: self.floor_mm.map(|floor_mm| 1e-3 * floor_mm),
+            base_radius_m: self.base_radius_mm.map(|radius_mm| 1e-3 * radius_mm),
+            limit_margin_percent: self.limit_margin_percent.map(f64::from),
+            forbidden: forbidden.map(|name| PoseId::new(name)).collect(),
+        }
+    }
 }
 
 impl PoseArgs {

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
-use crate::fit::PlannedLoadCase;
 use crate::fit::{FactorStatus, FitMethod, FitOutcome, WeightBasis};
+use crate::fit::{PlannedLoadCase, ProposedWithin};
 use crate::least_squares::SigmaMode;
 use crate::test_point::PoseId;
 
@@ -325,7 +325,9 @@ fn next_text(fit: &FitReport) -> String {
         return String::new();
     }
     if !fit.next.is_empty() {
-        return planned_text(&fit.next, &fit.parameters);
+        let within = fit.next_within.as_ref();
+        return planned_text(&fit.next, &fit.parameters)
+            + &within.map_or_else(String::new, kept_text);
     }
     let springs = fit.parameters.iter();
     let springs =
@@ -421,16 +423,32 @@ fn planned_text(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> 
         });
         let _ = writeln!(
             text,
-            "\n{}. {} N along {} in pose {}: {}\n   {}",
+            "\n{}. {} N along {} in pose {}: {}; tool at {} mm\n   {}",
             place + 1,
             significant(next.force_n, 3),
             next.direction,
             next.name,
             joint_words(next),
+            tool_words(next.tool_m),
             errors.collect::<Vec<_>>().join(", ")
         );
     }
     text
+}
+
+/// What the poses of a plan keep, and how to state other rules.
+pub(super) fn kept_text(within: &ProposedWithin) -> String {
+    format!(
+        "\nNew poses keep {}. Nothing else is known of obstacles: --floor-mm, --base-radius-mm and --limit-margin-percent state other distances, --forbid-poses NAME leaves out a pose.\n",
+        within.words()
+    )
+}
+
+/// A tool centre along x, y, z, whole mm.
+pub(super) fn tool_words(tool_m: [f64; 3]) -> String {
+    // No zero has a sign.
+    let [x, y, z] = tool_m.map(|along_m| (1e3 * along_m).round() + 0.0);
+    format!("{x}, {y}, {z}")
 }
 
 /// The pose of a planned load case by its joints.

@@ -6,12 +6,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{DerivedQuantity, FitData, FittedSession, ReadingMark, RunsTest};
-use crate::fit::PlannedLoadCase;
 use crate::fit::{
     BootstrapDraws, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome,
     FittedCell, FittedCompliance, FittedComponent, FittedFrames, FrameParameter, MonteCarloFit,
     PaperFit, PoseError, PoseFit, SequenceStep, WeightBasis,
 };
+use crate::fit::{PlannedLoadCase, PlannedLoadCases, ProposedWithin};
 use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
 use crate::quantity::{
@@ -99,6 +99,9 @@ pub struct FitReport {
     pub termination: String,
     /// Further load cases that would determine best what is open, one after the other.
     pub next: Vec<PlannedLoadCase>,
+    /// What their poses keep; not there without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub next_within: Option<ProposedWithin>,
     /// Quantities that were derived from the parameters.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub derived: Vec<DerivedQuantity>,
@@ -281,6 +284,11 @@ pub struct ComponentReport {
 }
 
 impl FitReport {
+    /// States what is to be measured next.
+    pub fn plan_next(&mut self, plan: PlannedLoadCases) {
+        (self.next, self.next_within) = (plan.planned, plan.within);
+    }
+
     /// The same with the marks of the readings behind it, and with the cells named by their sessions, which follow each other.
     #[must_use]
     pub fn of_data(mut self, data: &FitData) -> Self {
@@ -401,6 +409,7 @@ impl From<&FitOutcome> for FitReport {
             max_error_percent: outcome.max_error_percent(),
             termination: outcome.termination.clone(),
             next: Vec::new(),
+            next_within: None,
             bootstrap: outcome.bootstrap.clone(),
             derived: Vec::new(),
             comparison: None,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::fit::BestPoses;
+use crate::fit::{BestPoses, ProposedWithin};
 use crate::load_direction::LoadDirection;
 use crate::session::{
     OmittedReadings, QUESTIONS, Question, RawCheck, Record, SessionCell, SessionEnd, SessionPlan,
@@ -13,6 +13,7 @@ use crate::session::{
 };
 use crate::test_point::PoseId;
 
+use super::fit::{kept_text, tool_words};
 use super::text::{AlignedTable, significant};
 
 /// What happened in a session.
@@ -40,6 +41,12 @@ pub struct PlanReport {
     /// What the poses determine, where they were chosen for it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub determines: Vec<ExpectedParameter>,
+    /// The tool centre in each pose that was chosen for it, in the axes of the base, m, in the order of the poses.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools_m: Vec<[f64; 3]>,
+    /// What these poses keep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<ProposedWithin>,
 }
 
 /// How well planned poses determine a parameter.
@@ -68,6 +75,8 @@ impl PlanReport {
             prompts: QUESTIONS.to_vec(),
             files,
             determines: Vec::new(),
+            tools_m: Vec::new(),
+            within: None,
         }
     }
 
@@ -82,6 +91,8 @@ impl PlanReport {
             words: se.is_none().then(|| parameter.unloaded_words()),
         });
         self.determines = determines.collect();
+        self.tools_m = best.map_or_else(Vec::new, |best| best.tools_m.clone());
+        self.within = best.map(|best| best.within.clone());
         self
     }
 }
@@ -100,11 +111,15 @@ pub fn best_poses_text(best: &BestPoses) -> String {
             parameter.unit().to_owned(),
         ]);
     }
-    let poses = best.poses.iter().map(|named| named.id.to_string());
+    let mut poses = AlignedTable::new(&["pose", "tool at x, y, z, mm"]);
+    for (named, tool_m) in best.poses.iter().zip(&best.tools_m) {
+        poses.row([named.id.to_string(), tool_words(*tool_m)]);
+    }
     format!(
-        "\nPoses that determine the parameters best, of {} within the limits: {}\nStandard errors with the noise of simulate (Cramér-Rao limit):\n\n{}",
+        "\nPoses that determine the parameters best, of {} that may be proposed:\n\n{}{}\nStandard errors with the noise of simulate (Cramér-Rao limit):\n\n{}",
         best.tried,
-        poses.collect::<Vec<_>>().join(", "),
+        poses.text(),
+        kept_text(&best.within),
         rows.text()
     )
 }

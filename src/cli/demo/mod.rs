@@ -10,6 +10,7 @@ use clap::Args;
 use indexmap::IndexSet;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
+use crate::fit::PoseRules;
 use crate::report::{
     DemoReport, DemoTableVi, Fitted, load_displacement_figure, paper_report, robot_figure,
     stiffness_text,
@@ -99,10 +100,10 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         &robot_figure(&mut predictor, "P1", [0.0, -50.0, 0.0]),
     )?;
 
-    let plan = prepared.plan(outcome)?;
+    let plan = prepared.plan(outcome, &PoseRules::default())?;
     let outcome = fitted.outcome;
     let mut fit = fitted.report;
-    fit.next = plan.planned;
+    fit.plan_next(plan.planned);
     let text = format!(
         "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction\n\n{}\n\
          Factors of the beams fitted to P1 and P3, validated on P2 and P4\n\n{}\n\

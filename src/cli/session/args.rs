@@ -8,6 +8,7 @@ use crate::cli::args::ModelArgs;
 use crate::cli::gauge::BINDINGS_FILE;
 use crate::cli::instrument_args::ProtocolsArgs;
 use crate::cli::moved::MovedArgs;
+use crate::cli::pose_args::PoseRulesArgs;
 use crate::cli::procedure::{AxesArgs, ProcedureArgs};
 use crate::cli::trace::{Speed, pace};
 use crate::instrument::Channel;
@@ -92,6 +93,9 @@ pub(super) struct BestPosesArgs {
     /// Write the procedure that is planned, for --procedure
     #[arg(long, value_name = "FILE")]
     pub(super) save_procedure: Option<PathBuf>,
+    /// Which poses may be chosen.
+    #[command(flatten)]
+    pub(super) rules: PoseRulesArgs,
 }
 
 /// Arguments of `session recover`.

@@ -139,7 +139,8 @@ fn best_poses(
     };
     let usual = spring_choice(&resolved.robot, resolved.mechanism()?);
     let choice = parameters.choice_beside(resolved, usual)?;
-    Ok(Some(choose_poses(resolved, procedure, &choice, count)?))
+    let wanted = (&args.best.rules.rules(), count);
+    Ok(Some(choose_poses(resolved, procedure, &choice, wanted)?))
 }
 
 /// After the last reading on a zero.

@@ -3,6 +3,7 @@
 use crate::analysis::{
     AnalysisError, DiagnoseSettings, DiagnosisData, FitData, FitSettings, ModelChoice,
 };
+use crate::fit::PoseRules;
 use crate::parameters::ParameterChoice;
 use crate::report::{COMMIT, ComparisonReport, Fitted};
 use crate::stiffness::{Comparison, Method, StiffnessTable};
@@ -203,7 +204,9 @@ fn fitted(
     if data.posed.is_some()
         || estimates.any(|one| !one.parameter.is_factor() && one.status.why_open().is_some())
     {
-        fitted.report.next = data.plan(&fitted.outcome)?.planned;
+        fitted
+            .report
+            .plan_next(data.plan(&fitted.outcome, &PoseRules::default())?.planned);
     }
     let of_cases = data.posed.map(|data| data.posed.usual_force_n());
     let at_load_n = of_cases.unwrap_or_else(|| largest_load_n(&source.tables));

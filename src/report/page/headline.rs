@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::fit::PlannedLoadCase;
 use crate::mismatch::{Verdict, VerdictGrade};
 use crate::physics::{LawKind, PlaceKind};
-use crate::report::fit::joint_words;
+use crate::report::fit::{joint_words, tool_words};
 use crate::report::fit_report::stiffness_unit;
 use crate::report::{
     Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport, ParameterReport,
@@ -283,11 +283,12 @@ fn improvement(diagnosis: &DiagnosisResult) -> Option<String> {
 
 fn next_load_case(next: &PlannedLoadCase) -> String {
     format!(
-        "To measure next: {} N along {} in pose {} ({}).",
+        "To measure next: {} N along {} in pose {} ({}; tool at {} mm).",
         significant(next.force_n, 3),
         next.direction,
         next.name,
-        joint_words(next)
+        joint_words(next),
+        tool_words(next.tool_m)
     )
 }
 

@@ -6,6 +6,7 @@ use stiffbench_numeric::vector::{along6, dot6};
 
 use super::load_cases::problem::unloaded_springs;
 use super::plan::{PlannedMotion, TriedPose};
+use super::proposed_poses::{PoseRules, ProposedWithin};
 use crate::fit::FitError;
 use crate::mismatch::USUAL_NOISE;
 use crate::search::Information;
@@ -22,8 +23,12 @@ const VAGUE: f64 = 3e4;
 pub struct BestPoses {
     /// The poses, in the order in which they were chosen.
     pub poses: Vec<NamedPose>,
-    /// Poses within the limits among which they were chosen.
+    /// The tool centre in each of them, in the axes of the base, m.
+    pub tools_m: Vec<[f64; 3]>,
+    /// Poses within the rules among which they were chosen.
     pub tried: usize,
+    /// The rules that they keep.
+    pub within: ProposedWithin,
     /// For each parameter the standard error to be expected, in its unit (of a factor that of its logarithm): the Cramér-Rao limit; `None` of
     /// a spring that no load acts on in any pose.
     pub errors: Vec<(ModelParameter, Option<f64>)>,
@@ -36,19 +41,20 @@ pub struct BestPoses {
 /// - `start`: values of the parameters; errors that grow with the displacement follow from them.
 /// - `parameters`: those to be determined, at least one; springs that no load acts on have no part in the choice.
 /// - `procedure`: what is read in every pose, on a bench with usual noise.
-/// - `count`: number of poses, at least one.
+/// - `rules`, `count`: what is stated of the poses, and their number, at least one.
 ///
 /// # Errors
-/// [`FitError::Dependent`] if no choice of poses determines all parameters; for a structure that carries nothing. Poses that cannot be
+/// [`FitError::NoPose`] if none keeps the rules; [`FitError::Dependent`] if no choice of poses determines all parameters; for a structure that carries nothing. Poses that cannot be
 /// reached are passed over.
 pub fn best_poses(
     robot: (&Robot, &Mechanism),
     start: &FittingFactors,
     parameters: &[ModelParameter],
     procedure: &Procedure,
-    count: usize,
+    (rules, count): (&PoseRules, usize),
 ) -> Result<BestPoses, FitError> {
-    let tried = TriedPose::all(robot, parameters, start, Vec::new(), TRIED_POSES)?;
+    let (proposed, within) = ProposedWithin::poses(robot, rules, Vec::new(), TRIED_POSES)?;
+    let tried = TriedPose::all(robot, parameters, start, proposed)?;
     let says = tried
         .iter()
         .map(|pose| pose.says(&motions(procedure, pose)));
@@ -80,11 +86,13 @@ pub fn best_poses(
             .map(|(place, parameter)| (parameter, error(place)))
             .collect(),
         tried: tried.len(),
+        within,
+        tools_m: chosen.iter().map(|&place| tried[place].at.tool_m).collect(),
         poses: chosen
             .into_iter()
             .map(|place| NamedPose {
-                id: tried[place].name.clone(),
-                pose: tried[place].pose.clone(),
+                id: tried[place].at.name.clone(),
+                pose: tried[place].at.pose.clone(),
                 stated_zy_m: None,
             })
             .collect(),

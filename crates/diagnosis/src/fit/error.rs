@@ -29,6 +29,18 @@ pub enum FitError {
         /// The training poses asked for.
         train: String,
     },
+    /// No pose may be proposed.
+    #[error("no pose can be proposed that keeps {rules}")]
+    #[diagnostic(
+        code(stiffbench::fit::no_pose),
+        help(
+            "lower --floor-mm, --base-radius-mm or --limit-margin-percent, or forbid fewer poses"
+        )
+    )]
+    NoPose {
+        /// What poses are to keep.
+        rules: String,
+    },
     /// Fewer cells than free factors.
     #[error("{} cannot be fitted to {}", counted(.free, "free factor"), counted(.cells, "cell"))]
     #[diagnostic(

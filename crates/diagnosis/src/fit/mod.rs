@@ -8,6 +8,7 @@
 //! - [`PosedLoadCases`], [`fit_load_cases`]: a table of load cases in the poses and axes of a robot, and the same fit of all its components;
 //! - [`bad_load_case_values`], [`table_mistake`]: what is wrong with such a table;
 //! - [`plan_load_cases`], [`plan_beside_cells`], [`best_poses`]: which further pose and load would determine what is open, which poses are best before anything was measured;
+//! - [`PoseRules`], [`ProposedWithin`]: which poses may be proposed;
 //! - [`usual_parameters`], [`usual_choice`]: which parameters are free unless the user says;
 //! - [`Refitter`]: the same fit to other values, by the thousand.
 
@@ -32,6 +33,7 @@ mod physics_model;
 mod plan;
 mod problem;
 mod procedure;
+mod proposed_poses;
 mod refit;
 mod shares;
 mod significance;
@@ -59,11 +61,14 @@ pub use outcome::{
     FitOutcome, FittedCell, FittedCompliance, FittedComponent, FittedFrames, FrameParameter,
     PoseError,
 };
-pub use plan::{NextStandardError, PlannedLoadCase, plan_beside_cells, plan_load_cases};
+pub use plan::{
+    NextStandardError, PlannedLoadCase, PlannedLoadCases, plan_beside_cells, plan_load_cases,
+};
 pub use problem::FitProblem;
 pub use procedure::{
     PaperFit, PaperOptions, PaperSource, PoseFit, fit_single_source, follow_paper,
 };
+pub use proposed_poses::{PoseRules, ProposedWithin};
 pub use refit::{Refit, Refitter};
 pub use shares::Shares;
 pub use significance::{

@@ -5,14 +5,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use stiffbench_beams::physics::{Mechanics, PoseMechanics};
-use stiffbench_beams::robot::{
-    FittingFactors, JointMotion, Mechanism, ModelParameter, Pose, Robot, RobotError,
-};
-use stiffbench_numeric::statistics::{even_share, golden_ratio, median};
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Pose, Robot, RobotError};
+use stiffbench_numeric::statistics::median;
 use stiffbench_numeric::vector::{along6, dot6};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::load_cases::problem::LoadCaseModel;
+use super::proposed_poses::{PoseRules, ProposedPose, ProposedWithin};
 use crate::fit::{FactorEstimate, FactorStatus, FitError, FitOutcome, FitProblem};
 use crate::parameters::place_of;
 use crate::search::Information;
@@ -49,11 +48,22 @@ pub struct PlannedLoadCase {
     pub joints_deg: IndexMap<String, f64>,
     /// Axis of the base along which to load.
     pub direction: Direction,
+    /// The tool centre in this pose, in the axes of the base, m.
+    pub tool_m: [f64; 3],
     /// Size of the force, N.
     #[serde(rename = "force_N")]
     pub force_n: f64,
     /// What becomes of the standard errors of the open parameters.
     pub errors: Vec<NextStandardError>,
+}
+
+/// Load cases that are planned one after the other, none twice, and the rules that their poses keep; without rules where none is planned.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PlannedLoadCases {
+    /// The load cases.
+    pub planned: Vec<PlannedLoadCase>,
+    /// The rules.
+    pub within: Option<ProposedWithin>,
 }
 
 /// The standard error of a parameter before and with this and all earlier planned load cases, in its unit; of a factor that of its logarithm.
@@ -79,15 +89,14 @@ pub(super) struct PlannedMotion {
     pub(super) sd: f64,
 }
 
-/// A pose with the compliance of the end and its derivatives to the parameters.
+/// A pose that may be proposed, with the compliance of the end and its derivatives to the parameters.
 pub(super) struct TriedPose {
-    pub(super) name: PoseId,
-    pub(super) pose: Pose,
+    pub(super) at: ProposedPose,
     pub(super) mechanics: PoseMechanics,
 }
 
 impl TriedPose {
-    /// Solves some poses, and behind them those of [`further_poses`].
+    /// Solves poses.
     ///
     /// # Errors
     /// [`RobotError`] for a structure that carries nothing.
@@ -95,17 +104,14 @@ impl TriedPose {
         (robot, mechanism): (&Robot, &Mechanism),
         parameters: &[ModelParameter],
         factors: &FittingFactors,
-        mut named: Vec<(PoseId, Pose)>,
-        spread: usize,
+        proposed: Vec<ProposedPose>,
     ) -> Result<Vec<Self>, RobotError> {
-        named.extend(further_poses(robot, mechanism, spread));
-        let poses: Vec<Pose> = named.iter().map(|(_, pose)| pose.clone()).collect();
+        let poses: Vec<Pose> = proposed.iter().map(|one| one.pose.clone()).collect();
         let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, factors, &poses)?;
         mechanics.differentiate_whole()?;
-        let named = named.into_iter().enumerate();
-        let all = named.map(|(place, (name, pose))| Self {
-            name,
-            pose,
+        let proposed = proposed.into_iter().enumerate();
+        let all = proposed.map(|(place, at)| Self {
+            at,
             mechanics: mechanics.pose(place).clone(),
         });
         Ok(all.collect())
@@ -130,16 +136,19 @@ impl TriedPose {
 
 /// The further load cases that determine the open parameters of a fit to load cases best; none beside positions.
 ///
+/// # Arguments
+/// - `wanted`: what is stated of the poses, and how many load cases.
+///
 /// # Errors
-/// [`FitError`] for a structure that carries nothing; poses that cannot be reached are passed over.
+/// [`FitError`] for a structure that carries nothing, or if no pose keeps the rules.
 pub fn plan_load_cases(
     model: &LoadCaseModel<'_>,
     fit: &FitOutcome,
-    count: usize,
-) -> Result<Vec<PlannedLoadCase>, FitError> {
+    wanted: (&PoseRules, usize),
+) -> Result<PlannedLoadCases, FitError> {
     let posed = model.posed;
     if posed.has_positions() {
-        return Ok(Vec::new());
+        return Ok(PlannedLoadCases::default());
     }
     let mut poses = Vec::new();
     for case in &posed.cases {
@@ -150,22 +159,23 @@ pub fn plan_load_cases(
     let scatter_m = sd.filter(|sd| *sd > 0.0).unwrap_or(USUAL_SCATTER_M);
     let load = [usual_force(posed.usual_force_n()), scatter_m];
     let robot = (model.robot, model.mechanism);
-    plan(robot, fit, poses, load, count)
+    plan(robot, fit, poses, load, wanted)
 }
 
 /// The same of a fit to stiffnesses and compliances.
 ///
 /// # Arguments
 /// - `force_n`: size of the largest loads.
+/// - `wanted`: what is stated of the poses, and how many load cases.
 ///
 /// # Errors
-/// [`FitError`] for a pose that is not there, or a structure that carries nothing; poses that cannot be reached are passed over.
+/// [`FitError`] for a pose that is not there, for a structure that carries nothing, or if no pose keeps the rules.
 pub fn plan_beside_cells(
     problem: &FitProblem<'_>,
     fit: &FitOutcome,
     force_n: f64,
-    count: usize,
-) -> Result<Vec<PlannedLoadCase>, FitError> {
+    wanted: (&PoseRules, usize),
+) -> Result<PlannedLoadCases, FitError> {
     let force_n = usual_force(force_n);
     let along = fit.cells.iter().map(|cell| {
         let u = cell.ln_uncertainty.map(|u| u / cell.measured_n_per_m);
@@ -191,7 +201,7 @@ pub fn plan_beside_cells(
     }
     let scatter_m = force_n * median(&mut known).unwrap_or(usual);
     let robot = (problem.robot, problem.mechanism);
-    plan(robot, fit, poses, [force_n, scatter_m], count)
+    plan(robot, fit, poses, [force_n, scatter_m], wanted)
 }
 
 /// The further load cases that determine the open parameters best, one after the other; none if no parameter is open.
@@ -207,8 +217,8 @@ fn plan(
     fit: &FitOutcome,
     measured: Vec<(PoseId, Pose)>,
     [force_n, scatter_m]: [f64; 2],
-    count: usize,
-) -> Result<Vec<PlannedLoadCase>, FitError> {
+    (rules, count): (&PoseRules, usize),
+) -> Result<PlannedLoadCases, FitError> {
     let estimates = &fit.estimates;
     let may_move = |place: &usize| {
         let one = &estimates[*place];
@@ -223,13 +233,14 @@ fn plan(
     };
     let open: Vec<usize> = (0..free.len()).filter(is_open).collect();
     if open.is_empty() {
-        return Ok(Vec::new());
+        return Ok(PlannedLoadCases::default());
     }
     let parameters = free.iter().map(|&place| estimates[place].parameter.clone());
     let parameters: Vec<ModelParameter> = parameters.collect();
     let widths = prior_widths(estimates, &free);
     let factors = &fit.factors;
-    let tried = TriedPose::all(robot, &parameters, factors, measured, SPREAD_POSES)?;
+    let (proposed, within) = ProposedWithin::poses(robot, rules, measured, SPREAD_POSES)?;
+    let tried = TriedPose::all(robot, &parameters, factors, proposed)?;
     let loads = |pose| Direction::ALL.map(|axis| (pose, axis));
     let tried: Vec<(&TriedPose, Direction)> = tried.iter().flat_map(loads).collect();
     let places: Vec<usize> = (0..free.len()).collect();
@@ -263,23 +274,25 @@ fn plan(
         };
         open.iter().map(error).collect()
     };
-    let mut planned = Vec::new();
+    let (mut planned, mut chosen) = (Vec::new(), Vec::new());
     for _ in 0..count {
-        let Some((_, best)) = rows.best_further(&says, &[], &worth) else {
+        let Some((_, best)) = rows.best_further(&says, &chosen, &worth) else {
             break;
         };
+        chosen.push(best);
         let with = rows.with(&says[best]);
         let (now, then) = (variances(&rows), variances(&with));
         if !open.iter().any(|&i| then[i] < WORTH * WORTH * now[i]) {
             break;
         }
-        let (TriedPose { name, pose, .. }, direction) = tried[best];
+        let (TriedPose { at, .. }, direction) = tried[best];
         let names = open.iter().map(|&i| estimates[free[i]].name.clone());
         let errors = names.zip(errors(&rows).into_iter().zip(errors(&with)));
         planned.push(PlannedLoadCase {
-            name: name.clone(),
-            pose: pose.clone(),
-            joints_deg: joints_deg(robot.0, pose),
+            name: at.name.clone(),
+            joints_deg: joints_deg(robot.0, &at.pose),
+            pose: at.pose.clone(),
+            tool_m: at.tool_m,
             direction,
             force_n,
             errors: errors
@@ -288,7 +301,8 @@ fn plan(
         });
         rows = with;
     }
-    Ok(planned)
+    let within = (!planned.is_empty()).then_some(within);
+    Ok(PlannedLoadCases { planned, within })
 }
 
 /// Values of the variables of a robot in a pose, degrees or m, without what rounding left.
@@ -331,32 +345,4 @@ fn prior_widths(estimates: &[FactorEstimate], free: &[usize]) -> Vec<f64> {
     allowed
         .map(|width| width.unwrap_or(USUAL_COMPLIANCE))
         .collect()
-}
-
-/// Named poses of the robot, and poses spread over its limits; those that cannot be reached are passed over.
-fn further_poses<'a>(
-    robot: &'a Robot,
-    mechanism: &'a Mechanism,
-    spread: usize,
-) -> impl Iterator<Item = (PoseId, Pose)> + use<'a> {
-    let named = robot.poses.iter();
-    let named = named.map(|named| (named.id.clone(), named.pose.clone()));
-    let ratio = golden_ratio(robot.variables.len());
-    let spread = (1..=spread as u32).map(move |k| {
-        let angle = |(place, variable): (usize, &stiffbench_beams::robot::Variable)| {
-            let share = even_share(ratio, k, place);
-            let angle = variable.min_deg + share * (variable.max_deg - variable.min_deg);
-            let steps = if variable.motion == JointMotion::Turns {
-                10.0
-            } else {
-                1e3
-            };
-            (angle * steps).round() / steps
-        };
-        let angles_deg = robot.variables.iter().enumerate().map(angle).collect();
-        (PoseId::new(&format!("new{k}")), Pose { angles_deg })
-    });
-    let spread = spread.filter(|(_, pose)| robot.is_within_limits(pose));
-    let reached = |(_, pose): &(PoseId, Pose)| robot.end_pose(mechanism, pose).is_ok();
-    named.chain(spread).filter(reached)
 }
