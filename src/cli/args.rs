@@ -66,7 +66,7 @@ pub(super) enum Command {
     /// Readings to stiffness with uncertainty
     Stiffness(StiffnessArgs),
     /// Fit the model's factors to measured stiffness, or joint springs to forces and displacements as vectors
-    Fit(FitArgs),
+    Fit(Box<FitArgs>),
     /// Which section constant matters in which direction (the paper's Table III)
     Significance(SignificanceArgs),
     /// Draw one figure as SVG and PNG
