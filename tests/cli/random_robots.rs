@@ -152,7 +152,7 @@ fn intervals_of(seeds: std::ops::RangeInclusive<u64>) -> [usize; 2] {
                 hold += usize::from((low..=high).contains(truth));
             }
         }
-        desk.data("diagnose s0 --no-figures");
+        desk.data(&format!("diagnose s0 --free {free} --no-figures"));
     }
     [hold, all]
 }
