@@ -40,6 +40,7 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/measurement/src", "calibration", &["readings", "table_files"]),
     ("crates/measurement/src", "procedure", &["readings"]),
     ("crates/measurement/src", "stiffness", &["readings"]),
+    ("crates/measurement/src", "stiffness_list", &["readings"]),
     ("crates/diagnosis/src", "search", &[]),
     ("crates/diagnosis/src", "parameters", &["search"]),
     ("crates/diagnosis/src", "mismatch", &["search", "parameters"]),
