@@ -81,12 +81,17 @@ impl GivenCalibration {
     /// Takes out what is stated of the errors of both gauges, as the scatter of load cases: these have no cell whose budget it could enter.
     ///
     /// # Errors
-    /// If it is stated of the force alone.
+    /// If it is stated of the force alone, or is zero.
     pub fn take_scatter(&mut self) -> Result<Option<StatedScatter>, ArgumentError> {
         let sd = |(error, _): (StatedError, String)| error.standard_uncertainty();
         let force_sd_n = self.force.error.take().map(sd);
         let displacement = self.displacement.error.take().map(sd);
         match displacement {
+            Some(0.0) => ArgumentError::refuse(
+                "--displacement-u",
+                "with a scatter of zero no reading could be off",
+                "state how far the gauge repeats, at least its step",
+            ),
             Some(displacement_sd_m) => Ok(Some(StatedScatter {
                 displacement_sd_m,
                 force_sd_n,
