@@ -78,15 +78,18 @@ impl GivenCalibration {
         self.records.is_none() && gauges.iter().all(none)
     }
 
-    /// Takes out what is stated of the errors of both gauges, as the scatter of load cases: these have no cell whose budget it could enter.
+    /// What is stated of the errors of both gauges as the scatter of load cases: these have no cell whose budget it could enter.
     ///
     /// # Errors
-    /// If it is stated of the force alone, or is zero.
-    pub fn take_scatter(&mut self) -> Result<Option<StatedScatter>, ArgumentError> {
+    /// If it is stated of the force alone, or is zero, and if more than errors is given.
+    pub(super) fn scatter(&self, data: &str) -> Result<Option<StatedScatter>, ArgumentError> {
+        let mut rest = self.clone();
+        let force = rest.force.error.take();
+        let displacement = rest.displacement.error.take();
+        rest.refuse(data)?;
         let sd = |(error, _): (StatedError, String)| error.standard_uncertainty();
-        let force_sd_n = self.force.error.take().map(sd);
-        let displacement = self.displacement.error.take().map(sd);
-        match displacement {
+        let force_sd_n = force.map(sd);
+        match displacement.map(sd) {
             Some(0.0) => ArgumentError::refuse(
                 "--displacement-u",
                 "with a scatter of zero no reading could be off",

@@ -442,7 +442,7 @@ impl LoadedLoadCases {
         let folder = folder_of(&file);
         let bytes = read_bytes(&file)?;
         let name = shown(&file);
-        options.gauges.refuse(&name)?;
+        let scatter = options.gauges.scatter(&name)?;
         let table = read_load_cases(&name, bytes.as_slice(), &ReadOptions::default())?;
         let mut warnings: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
         let header = session_header(&folder, &mut warnings)?;
@@ -452,6 +452,7 @@ impl LoadedLoadCases {
             header,
             folder,
             warnings,
+            scatter,
             overdue,
             ..Self::bare(shown(path), &bytes, table)
         })

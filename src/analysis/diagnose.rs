@@ -17,7 +17,7 @@ use super::design::{baseline_of, proposals, proposals_for_part};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::{AnalysisError, ArgumentError};
 use super::inputs::Inputs;
-use super::listed_stiffness::{ListedScatter, listed_load_cases};
+use super::listed_stiffness::listed_load_cases;
 use super::model::{ModelChoice, ResolvedModel};
 use super::posed::PosedData;
 use super::session_table::SessionTable;
@@ -47,11 +47,9 @@ pub struct DiagnoseSettings {
 /// Where the noise of single readings comes from.
 #[derive(Debug, Default)]
 pub enum NoiseSource {
-    /// The readings.
+    /// What is stated with the readings, else these.
     #[default]
     Readings,
-    /// What the user, or a list of stiffness values, states.
-    Stated(StatedScatter),
     /// The records of the instruments: step of the displacement gauge and spread when settled.
     Records,
     /// The readings, together with those of earlier sessions on the same bench, each as [`noise_of`](super::noise_of) has it.
@@ -61,7 +59,7 @@ pub enum NoiseSource {
 impl NoiseSource {
     /// Refuses noise that is known for one session where several are diagnosed.
     fn serves(&self, sessions: usize) -> Result<(), ArgumentError> {
-        if sessions > 1 && !matches!(self, Self::Readings | Self::Stated(_)) {
+        if sessions > 1 && !matches!(self, Self::Readings) {
             return Err(ArgumentError::new(
                 "--noise, --earlier",
                 "each of several sessions has its own noise, by its own readings",
@@ -172,8 +170,8 @@ pub struct DiagnosisData {
     /// Data, robot, mechanism and factors.
     pub inputs: Inputs,
     observed: Observed,
-    /// What a list of stiffness values states; `None` of readings.
-    listed: Option<ListedScatter>,
+    /// Whether the loads were never applied, as those of a list of stiffness values.
+    is_list: bool,
 }
 
 /// What a diagnosis searches.
@@ -204,7 +202,6 @@ impl DiagnosisData {
     /// # Errors
     /// For a model that cannot be resolved, and data that do not go together.
     pub fn new(data: &Data, choice: &ModelChoice) -> Result<Self, AnalysisError> {
-        let mut listed = None;
         let (model, observed, warnings) = match data {
             Data::Readings(sessions) => {
                 let model = resolve_together(sessions, choice)?;
@@ -214,13 +211,7 @@ impl DiagnosisData {
             }
             Data::LoadCases(loaded) => Observed::loads(loaded, choice)?,
             Data::Stiffness { name, measured, .. } => {
-                let (table, scatter, note) = listed_load_cases(name, measured);
-                listed = Some(scatter);
-                let values = SessionTable {
-                    warnings: vec![note],
-                    ..SessionTable::bare(name.clone(), &[], table)
-                };
-                Observed::loads(&[values], choice)?
+                Observed::loads(&[listed_load_cases(name, measured)], choice)?
             }
         };
         Ok(Self {
@@ -228,7 +219,7 @@ impl DiagnosisData {
             model,
             warnings,
             observed,
-            listed,
+            is_list: matches!(data, Data::Stiffness { .. }),
         })
     }
 
@@ -257,15 +248,11 @@ impl DiagnosisData {
         mut options: DiagnoseSettings,
         step: &dyn Fn(),
     ) -> Result<DiagnosisReport, AnalysisError> {
-        if let Some(listed) = self.listed {
-            // The loads of a list were never applied.
+        if self.is_list {
             let unseen = Law::ALL
                 .iter()
                 .filter(|law| !law.is_in_proportion_to_load());
             options.without.extend(unseen);
-            if let (NoiseSource::Readings, Some(stated)) = (&options.noise, listed.0) {
-                options.noise = NoiseSource::Stated(stated);
-            }
         }
         match &self.observed {
             Observed::Series(sessions) => diagnose_together(sessions, &self.model, options, step),
@@ -320,22 +307,8 @@ pub(super) fn diagnose_together(
         without: options.without,
         known_effects: model.physics.effects.clone(),
     };
-    let (known, noise_origin) = match options.noise {
-        NoiseSource::Readings => (KnownNoise::Nothing, NoiseOrigin::Readings),
-        NoiseSource::Stated(stated) => {
-            let noise = given_noise(&baseline, &observations, stated)?.noise;
-            (KnownNoise::Given(noise), NoiseOrigin::Stated)
-        }
-        NoiseSource::Records => {
-            let noise = recorded_noise(&baseline, &observations, session, &mut warnings)?;
-            (KnownNoise::Given(noise), NoiseOrigin::Records)
-        }
-        NoiseSource::EarlierSessions(others) => {
-            let own = (&baseline as &dyn Baseline, &observations, &search);
-            let (known, sessions) = pooled_noise(session, own, others, &mut warnings)?;
-            (known, NoiseOrigin::EarlierSessions(sessions))
-        }
-    };
+    let own = (&baseline, &observations, &search);
+    let (known, noise_origin) = noise_from(options.noise, session, own, &mut warnings)?;
     search.noise = known;
     let mut found = diagnose_and_locate(&baseline, &observations, &search)?;
     while !options.keep_outliers
@@ -530,6 +503,39 @@ fn unseen_known_effects(diagnosis: &Diagnosis) -> impl Iterator<Item = String> +
                 known.given
             )
         })
+}
+
+/// What is known of the noise before the search, and from where.
+fn noise_from(
+    source: NoiseSource,
+    session: &SessionObservations,
+    own: (&RobotBaseline<'_>, &Observations, &SearchOptions),
+    warnings: &mut Vec<String>,
+) -> Result<(KnownNoise, NoiseOrigin), AnalysisError> {
+    let (baseline, observations, search) = own;
+    Ok(match (source, session.scatter) {
+        (NoiseSource::Readings, None) => (KnownNoise::Nothing, NoiseOrigin::Readings),
+        (NoiseSource::Readings, Some(stated)) => {
+            let noise = given_noise(baseline, observations, stated)?.noise;
+            (KnownNoise::Given(noise), NoiseOrigin::Stated)
+        }
+        (NoiseSource::Records, Some(_)) => {
+            return ArgumentError::refuse(
+                "--noise records",
+                "--displacement-u states the scatter of load cases already",
+                "leave out one of them",
+            );
+        }
+        (NoiseSource::Records, None) => {
+            let noise = recorded_noise(baseline, observations, session, warnings)?;
+            (KnownNoise::Given(noise), NoiseOrigin::Records)
+        }
+        (NoiseSource::EarlierSessions(others), _) => {
+            let own = (baseline as &dyn Baseline, observations, search);
+            let (known, sessions) = pooled_noise(session, own, others, warnings)?;
+            (known, NoiseOrigin::EarlierSessions(sessions))
+        }
+    })
 }
 
 /// The noise, its part of single readings from the records of the instruments.

@@ -328,6 +328,7 @@ impl FitData {
                 None => self.usual_choice()?,
             },
             sigma: settings.sigma,
+            scatter: self.posed.as_ref().and_then(|posed| posed.scatter),
         })
     }
 

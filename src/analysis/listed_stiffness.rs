@@ -7,21 +7,17 @@ use crate::fit::{LnUncertainty, MeasuredCell, MeasuredStiffness};
 use crate::load_cases::{LoadAxes, LoadCase, LoadCaseTable};
 use crate::mismatch::StatedScatter;
 
+use super::data::LoadedLoadCases;
+use super::session_table::SessionTable;
+
 /// Standard uncertainty of each displacement, m.
 const LIST_SCATTER_M: f64 = 1e-6;
 
 /// Displacement of values of which no uncertainty is known, m: 1 um is then one percent of a stiffness.
 const WITHOUT_UNCERTAINTY_M: f64 = 1e-4;
 
-/// Scatter of the displacements of a list, if its values state one.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ListedScatter(pub(super) Option<StatedScatter>);
-
-/// Load cases of a list, the standard uncertainty of their displacements if it is known, m, and what a user should know.
-pub(super) fn listed_load_cases(
-    name: &str,
-    measured: &MeasuredStiffness,
-) -> (LoadCaseTable, ListedScatter, String) {
+/// Load cases of a list, with the standard uncertainty of their displacements if it is known, and what a user should know.
+pub(super) fn listed_load_cases(name: &str, measured: &MeasuredStiffness) -> LoadedLoadCases {
     let known = |cell: &MeasuredCell| cell.ln_uncertainty.map(|u| LnUncertainty::combined(&u));
     let is_known = measured.cells.iter().all(|cell| known(cell).is_some());
     let case = |cell: &MeasuredCell| {
@@ -58,9 +54,13 @@ pub(super) fn listed_load_cases(
         "each 100 um, so that 1 um is one percent of a stiffness; no uncertainty is stated (column u_N_per_um)"
     };
     let note = format!("stiffness values are taken as displacements, {unit}");
-    let scatter = ListedScatter(is_known.then_some(StatedScatter {
+    let scatter = is_known.then_some(StatedScatter {
         displacement_sd_m: LIST_SCATTER_M,
         force_sd_n: None,
-    }));
-    (table, scatter, note)
+    });
+    SessionTable {
+        warnings: vec![note],
+        scatter,
+        ..SessionTable::bare(name.to_owned(), &[], table)
+    }
 }

@@ -4,7 +4,7 @@ use crate::fit::{
     FactorStatus, FitOptions, FitOutcome, LoadCaseModel, PosedLoadCases, TableMistake,
     bad_load_case_values, fit_load_cases, table_mistake, usual_choice,
 };
-use crate::mismatch::{BadReading, GaugeSteps, MismatchError};
+use crate::mismatch::{BadReading, GaugeSteps, MismatchError, StatedScatter};
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::physics::{ActingPhysics, Needs};
 use crate::robot::{FittingFactors, TrackedPoses};
@@ -30,6 +30,8 @@ pub struct PosedData {
     physics: Option<ActingPhysics>,
     /// Steps of the gauges of the first table.
     steps: GaugeSteps,
+    /// What is stated of the scatter.
+    pub(super) scatter: Option<StatedScatter>,
 }
 
 impl PosedData {
@@ -61,6 +63,7 @@ impl PosedData {
             start,
             physics: Some(acting).filter(|acting| !acting.effects.is_empty()),
             steps,
+            scatter: first.scatter,
         };
         for one in further {
             warnings.extend(data.join(one, &mut model)?);
@@ -161,6 +164,7 @@ impl PosedData {
             train: None,
             choice: choice.clone(),
             sigma: None,
+            scatter: self.scatter,
         };
         let fit = fit_load_cases(&self.problem(model), &fitted)?;
         let tracker = self.tracked(model, &fit)?;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::mismatch::StatedScatter;
 use crate::readings::{OverdueGauge, SessionHeader};
 
 use super::hash::sha256;
@@ -25,6 +26,8 @@ pub struct SessionTable<T> {
     pub warnings: Vec<String>,
     /// Calibrations that were given beside the session, in words.
     pub calibration: Vec<String>,
+    /// What is stated of the scatter of its readings; `None` as they show it.
+    pub scatter: Option<StatedScatter>,
     /// Gauges whose calibration is overdue.
     pub overdue: Vec<OverdueGauge>,
     /// Whether the readings were used though they differ from the journal.
@@ -46,6 +49,7 @@ impl<T> SessionTable<T> {
             folder: PathBuf::new(),
             warnings: Vec::new(),
             calibration: Vec::new(),
+            scatter: None,
             overdue: Vec::new(),
             differs_from_journal: false,
         }
@@ -62,6 +66,7 @@ impl<T> SessionTable<T> {
             folder: self.folder.clone(),
             warnings: self.warnings.clone(),
             calibration: self.calibration.clone(),
+            scatter: self.scatter,
             overdue: self.overdue.clone(),
             differs_from_journal: self.differs_from_journal,
         }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::analysis::{
-    ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedLoadCases,
-    LoadedSession, NoiseSource, ResolvedModel, Subject, laws, noise_of, sha256,
+    ArgumentError, Data, DiagnoseSettings, DiagnosisData, DiagnosisReport, Inputs, LoadedSession,
+    NoiseSource, ResolvedModel, Subject, laws, noise_of, sha256,
 };
 use crate::mismatch::Verdict;
 use crate::physics::Law;
@@ -45,18 +45,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         }
         return diagnose_specimen::run(args, &options, without, global);
     }
-    let mut settings = args.calibration.open_settings(global)?;
-    let mut stated = None;
-    if LoadedLoadCases::is_at(data(args)?) {
-        stated = settings.gauges.take_scatter()?;
-        if args.noise == NoiseChoice::Records && stated.is_some() {
-            return ArgumentError::refuse(
-                "--noise records",
-                "--displacement-u states the scatter of load cases already",
-                "leave out one of them",
-            );
-        }
-    }
+    let settings = args.calibration.open_settings(global)?;
     let first = Data::open(data(args)?, &settings)?;
     if !matches!(first, Data::Readings(_)) {
         let of_runs = [("--earlier", !args.earlier.is_empty())];
@@ -72,10 +61,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     let mut prepared = DiagnosisData::new(&data, &args.model.choice()?)
         .map_err(|error| Failure::from(error).with_warnings(&data.warnings()))?;
     let warnings = prepared.warnings.clone();
-    let noise = match stated {
-        Some(stated) => NoiseSource::Stated(stated),
-        None => noise(args, &without, global)?,
-    };
+    let noise = noise(args, &without, global)?;
     diagnosed(args, &mut prepared, (noise, without), global)
         .map_err(|failure| failure.with_warnings(&warnings))
 }

@@ -296,7 +296,9 @@ fn component_scatter(fit: &FitReport, basis: WeightBasis) -> String {
         WeightBasis::FromResiduals { run_slope_sd, dof } => {
             ("from what the fit leaves over the poses", run_slope_sd, dof)
         }
-        WeightBasis::EachCell | WeightBasis::Stated | WeightBasis::Equal => return String::new(),
+        // What is stated has no degrees of freedom that would count.
+        WeightBasis::Stated => ("as stated", 0.0, f64::INFINITY),
+        WeightBasis::EachCell | WeightBasis::Equal => return String::new(),
     };
     let load = (load_sd > 0.0)
         .then(|| format!("{} % of what a load moves", significant(100.0 * load_sd, 2)));
@@ -311,10 +313,11 @@ fn component_scatter(fit: &FitReport, basis: WeightBasis) -> String {
             p_text(p)
         )
     });
+    let dof = (dof.is_finite()).then(|| format!(", {}", degrees_of_freedom(dof)));
     format!(
-        "\nScatter {source}: {}, {}{lack}.\n",
+        "\nScatter {source}: {}{}{lack}.\n",
         parts.join(", "),
-        degrees_of_freedom(dof)
+        dof.unwrap_or_default()
     )
 }
 

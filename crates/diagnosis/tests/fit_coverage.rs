@@ -144,7 +144,7 @@ fn trial(robot: &Robot, kind: Kind, seed: u64) -> Trial {
     let options = FitOptions {
         train: Some(kind.poses()),
         choice: kind.choice(),
-        sigma: None,
+        ..FitOptions::default()
     };
     let outcome = fit_cells(&problem, &options).unwrap();
     let cells: Vec<Cell> = table.cells.iter().map(|row| row.cell.clone()).collect();

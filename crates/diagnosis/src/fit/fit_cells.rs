@@ -17,6 +17,7 @@ use super::outcome::{FactorCorrelations, FactorEstimate, FitAgreement, FitMethod
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::weighed_problem::{WeighedProblem, leave_poses_out};
+use crate::mismatch::StatedScatter;
 use crate::parameters::{ParameterChoice, place_of};
 use stiffbench_units_and_text::count::counted;
 
@@ -29,6 +30,8 @@ pub struct FitOptions {
     pub choice: ParameterChoice,
     /// Where the standard deviation of the residuals comes from; `None`: known if the data state uncertainties.
     pub sigma: Option<SigmaMode>,
+    /// What is stated of the scatter of load cases; `None` as their repeats show it, or as the fit leaves it.
+    pub scatter: Option<StatedScatter>,
 }
 
 /// Fits the factors of a mechanism to measured stiffness.

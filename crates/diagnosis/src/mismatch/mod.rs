@@ -50,14 +50,16 @@ pub use diagnose::{diagnose, diagnose_and_locate};
 pub use error::MismatchError;
 pub(crate) use hold_out::folds_of;
 pub use hold_out::{HeldOut, MisfitShares, MisfitSteps, Quality};
-pub use noise::{CellSlopes, EarlierNoise, EstimatedNoise, KnownNoise, NoiseBasis, SeriesSlopes};
+pub use noise::{
+    CellSlopes, EarlierNoise, EstimatedNoise, KnownNoise, NoiseBasis, SeriesSlopes, StatedScatter,
+};
 pub(crate) use noise::{ForceReading, NoiseCovariance, ReadForces, estimate_noise};
 pub(crate) use observed::load_point;
 pub use observed::{
     GaugeNoise, GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun,
     ObservedSession, PlannedCell, PlannedLoad, ReadingNoise, Recorded,
 };
-pub use problem::{GivenNoise, SearchOptions, StatedScatter, given_noise, noise_alone};
+pub use problem::{GivenNoise, SearchOptions, given_noise, noise_alone};
 pub use screen::{BadReading, BadRun, OtherJointValue, ReadQuantity, ScreenedData, screen_data};
 pub(crate) use screen::{
     Exchanged, FoundMistake, MisreadValues, NamedValue, ValueChange, ValueFit, ValueName,

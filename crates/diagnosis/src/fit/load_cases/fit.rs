@@ -5,7 +5,7 @@ use stiffbench_numeric::least_squares::{
     CovarianceSettings, LeastSquaresError, LeastSquaresFit, LikelihoodSetSettings,
     ParameterCovariance, ParameterSet, ParameterStatus, SigmaMode, minima, spread,
 };
-use stiffbench_numeric::statistics::f_upper_tail;
+use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use crate::fit::intervals::{Profiled, covariance_if_any};
@@ -15,7 +15,7 @@ use crate::fit::{
     FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitError, FitMethod,
     FitOptions, FitOutcome, FittedComponent, WeightBasis,
 };
-use crate::mismatch::{ForceReading, ReadingNoise, estimate_noise};
+use crate::mismatch::{ForceReading, NoiseBasis, ReadingNoise, StatedScatter, estimate_noise};
 use crate::search::constants::ALTERNATIONS;
 
 use super::posed::PosedLoadCases;
@@ -27,7 +27,6 @@ use super::scatter::{RowScatter, kinds, repeated_rows, sizes};
 const STARTS: usize = 12;
 
 /// What is known of the scatter of the rows that take part in a fit.
-#[derive(Default)]
 struct KnownScatter {
     /// Standard deviations of displacements, m, and of rotations, rad; none of what was not read.
     sd: [Option<f64>; 2],
@@ -37,16 +36,16 @@ struct KnownScatter {
     dof: f64,
     /// Those of the differences between repeats.
     repeat_dof: f64,
-    /// Whether it comes from repeats; else from what the fit leaves.
-    is_of_repeats: bool,
+    /// Where it comes from.
+    basis: NoiseBasis,
 }
 
 /// Fits parameters to load cases by least squares over all components.
 ///
 /// Absolute positions are taken under own weight and the load of each case; base frame and tool point are fitted beside the parameters.
 ///
-/// Displacements and rotations are weighed by their scatter: from the differences between repeats of a load where there are any, which soft
-/// cells have more of than stiff ones, else from what the fit leaves over the poses, parameters counted off. Springs are fitted by their compliance, from zero up.
+/// Displacements and rotations are weighed by their scatter: as it is stated, else from the differences between repeats of a load where there
+/// are any, which soft cells have more of than stiff ones, else from what the fit leaves over the poses, parameters counted off. Springs are fitted by their compliance, from zero up.
 ///
 /// # Errors
 /// [`FitError`]; a search that did not converge is a result, not an error.
@@ -191,12 +190,20 @@ fn weighed_fit<'a>(
     let plain = RowScatter::plain(posed, model.steps, sizes(posed));
     let plain = plain.without(|row| !takes_part[row]);
     let has_repeats = plain.series.has_repeats();
+    let from_residuals = options.sigma == Some(SigmaMode::Estimated);
+    let stated = options.scatter.filter(|_| !from_residuals);
     let is_known = options.sigma == Some(SigmaMode::Known);
-    if is_known && !has_repeats {
+    if is_known && !has_repeats && stated.is_none() {
         return Err(FitError::NoRepeats);
     }
-    let by_repeats = has_repeats && options.sigma != Some(SigmaMode::Estimated);
-    let mut known = KnownScatter::default();
+    let by_repeats = has_repeats && !from_residuals;
+    let mut known = KnownScatter {
+        sd: [None; 2],
+        load_sd: 0.0,
+        dof: 0.0,
+        repeat_dof: 0.0,
+        basis: NoiseBasis::Fit,
+    };
     let mut problem = LoadCaseProblem::new(*model, parameters, plain.clone(), tracker)?;
     let mut set = set.clone();
     let mut fit = lowest(&mut problem, &set)?;
@@ -204,7 +211,7 @@ fn weighed_fit<'a>(
     let free = set.free_indices().len();
     for _ in 0..ALTERNATIONS {
         // Nothing is left to show a scatter.
-        if !has_repeats && plain.rows.len() <= free {
+        if !has_repeats && stated.is_none() && plain.rows.len() <= free {
             break;
         }
         let predicted = problem.predictions(&fit.values)?;
@@ -219,7 +226,7 @@ fn weighed_fit<'a>(
             (posed, takes_part),
             &predicted,
             &by_force,
-            columns,
+            (columns, stated),
             &mut warm_start,
         );
         problem.set_scatter(scatter);
@@ -229,21 +236,21 @@ fn weighed_fit<'a>(
     Ok((fit, problem, known))
 }
 
-/// The scatter by the noise of a session, as a diagnosis has it: from repeats, else what the fit leaves.
+/// The scatter by the noise of a session, as a diagnosis has it: stated, else from repeats, else what the fit leaves.
 ///
 /// # Arguments
 /// - `plain`: the rows that take part.
 /// - `predicted`, `by_force`: all rows, and what each component of the force moves them by.
 /// - `columns`: derivatives of the readings to what is free, where no repeats are to show the scatter.
+/// - `stated`: what is stated of it.
 fn scatter_of(
     plain: &RowScatter,
     (posed, takes_part): (&PosedLoadCases, &[bool]),
     predicted: &[f64],
     by_force: &[[f64; 3]],
-    columns: Option<Vec<Vec<f64>>>,
+    (columns, stated): (Option<Vec<Vec<f64>>>, Option<StatedScatter>),
     warm_start: &mut Option<ReadingNoise>,
 ) -> (KnownScatter, RowScatter) {
-    let is_of_repeats = columns.is_none();
     // How large an absolute position is says nothing of its load.
     let positions = posed.has_positions();
     let moved_m = if positions {
@@ -258,8 +265,10 @@ fn scatter_of(
     let residual_m: Vec<f64> = read.map(|(read, predicted)| read - predicted).collect();
     let linear = (&slope_m[..], ForceReading::ByComponents(&by_force));
     let warm = warm_start.as_ref();
-    let found = estimate_noise(&plain.series, &residual_m, linear, warm, None, columns);
-    *warm_start = Some(found.noise);
+    let seen = estimate_noise(&plain.series, &residual_m, linear, warm, None, columns);
+    *warm_start = Some(seen.noise);
+    let has_series = plain.series.has_series();
+    let found = stated.map_or(seen, |stated| seen.with_stated(stated, has_series));
     let noise = found.noise;
     let scatter = plain.with_noise(noise, slope_m, by_force);
     let common = scatter.common_share();
@@ -276,7 +285,7 @@ fn scatter_of(
         load_sd: if positions { 0.0 } else { noise.run_slope_sd },
         dof: found.degrees_of_freedom([1.0 - common, 0.0, common]),
         repeat_dof: repeats.map(|count| count.saturating_sub(1) as f64).sum(),
-        is_of_repeats,
+        basis: found.basis,
     };
     (known, scatter)
 }
@@ -300,7 +309,7 @@ fn covariance_of(
     components: usize,
 ) -> Result<Option<ParameterCovariance>, LeastSquaresError> {
     // Rows that take no part weigh nothing, and are no degrees of freedom: the scatter was estimated without them.
-    if !known.is_of_repeats && components <= set.free_indices().len() {
+    if known.basis == NoiseBasis::Fit && components <= set.free_indices().len() {
         return Ok(None);
     }
     let settings = CovarianceSettings {
@@ -319,37 +328,43 @@ fn agreement(
 ) -> FitAgreement {
     let dof = components.saturating_sub(covariance.rank);
     let reduced = (dof > 0).then(|| fit.sum_of_squares() / dof as f64);
-    let repeat_dof = known.repeat_dof;
+    let (squares, repeat_dof) = (fit.sum_of_squares(), known.repeat_dof);
     // Pure error is part of the residuals: what is compared with it is the rest, the lack of fit (Draper & Smith, section 2.1).
     let more = dof as f64 - repeat_dof;
-    let p_value = reduced
-        .filter(|_| known.is_of_repeats && more >= 1.0)
-        .and_then(|_| {
-            let lack = (fit.sum_of_squares() - repeat_dof).max(0.0) / more;
-            f_upper_tail(lack, more, repeat_dof)
-        });
     let (run_slope_sd, scatter_dof) = (known.load_sd, known.dof);
-    FitAgreement {
-        sigma: if known.is_of_repeats {
-            SigmaMode::Known
-        } else {
-            SigmaMode::Estimated
-        },
-        basis: if known.is_of_repeats {
-            WeightBasis::Pooled {
-                run_slope_sd,
-                dof: scatter_dof,
-            }
-        } else {
+    let (sigma, basis, p_value) = match known.basis {
+        NoiseBasis::Stated => (
+            SigmaMode::Known,
+            WeightBasis::Stated,
+            (dof > 0).then(|| chi_squared_upper_tail(squares, dof as f64)),
+        ),
+        NoiseBasis::Fit => (
+            SigmaMode::Estimated,
             WeightBasis::FromResiduals {
                 run_slope_sd,
                 dof: scatter_dof,
-            }
-        },
+            },
+            None,
+        ),
+        NoiseBasis::Repeats | NoiseBasis::Neighbours => (
+            SigmaMode::Known,
+            WeightBasis::Pooled {
+                run_slope_sd,
+                dof: scatter_dof,
+            },
+            (more >= 1.0).then(|| {
+                let lack = (squares - repeat_dof).max(0.0) / more;
+                f_upper_tail(lack, more, repeat_dof)
+            }),
+        ),
+    };
+    FitAgreement {
+        sigma,
+        basis,
         component_sd: known.sd,
         dof,
         reduced_chi_squared: reduced,
-        p_value,
+        p_value: p_value.flatten(),
         rank: covariance.rank,
         free: covariance.estimated,
         condition: covariance.condition_number,

@@ -34,7 +34,49 @@ pub enum NoiseBasis {
     Fit,
 }
 
+/// What is stated of the scatter of single readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StatedScatter {
+    /// Standard deviation of a reading, the step of its gauge included, m.
+    pub displacement_sd_m: f64,
+    /// Standard deviation of the force, beside its step, N; `None` as the readings show it.
+    pub force_sd_n: Option<f64>,
+}
+
 impl EstimatedNoise {
+    /// With what is stated of single readings; how zeros and slopes of runs scatter nobody states, so it stays as it was estimated, or as the
+    /// fit leaves it where nothing is repeated.
+    ///
+    /// # Arguments
+    /// - `has_series`: whether a run has several loads; of one load its slope is the scatter of the force.
+    #[must_use]
+    pub(crate) fn with_stated(self, stated: StatedScatter, has_series: bool) -> Self {
+        let mut noise = self;
+        // Rotations scatter as they are seen to.
+        noise.noise.gauges.rotation_ratio *= self.noise.reading_sd_m / stated.displacement_sd_m;
+        noise.noise.reading_sd_m = stated.displacement_sd_m;
+        if let Some(force_sd_n) = stated.force_sd_n {
+            noise.noise.gauges.force_sd_n = force_sd_n;
+        }
+        let is_from_fit = self.basis == NoiseBasis::Fit;
+        if !has_series && (is_from_fit || stated.force_sd_n.is_some()) {
+            // Without repeats the rest would be what the model lacks.
+            return Self::known(ReadingNoise {
+                run_slope_sd: 0.0,
+                ..noise.noise
+            });
+        }
+        // What is given has no uncertainty, and none in common with the rest.
+        for other in 0..3 {
+            noise.covariance[0][other] = 0.0;
+            noise.covariance[other][0] = 0.0;
+        }
+        if !is_from_fit {
+            noise.basis = NoiseBasis::Stated;
+        }
+        noise
+    }
+
     /// Noise that is known.
     pub(crate) fn known(noise: ReadingNoise) -> Self {
         Self {

@@ -17,7 +17,7 @@ mod state;
 mod stated;
 
 pub(crate) use diagnosis_problem::DiagnosisProblem;
-pub use given_noise::{GivenNoise, StatedScatter, given_noise, noise_alone};
+pub use given_noise::{GivenNoise, given_noise, noise_alone};
 pub(crate) use linearised::{LinearisedModel, end_effect_m};
 pub(crate) use memo::{Memo, StateKey, key_of, once, stands_anywhere};
 pub(crate) use model::{Model, kinked};
