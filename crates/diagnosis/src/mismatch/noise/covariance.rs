@@ -386,7 +386,7 @@ fn common_parts(
 }
 
 /// What readings of a range have in common: a column σ₀ 1 for each zero and σₛ b for each run, and of a force that was read by its components one for
-/// each of them in each run.
+/// each of them that rounds it, common to all readings that show the same, and one in each run for what else scatters.
 fn common_part(
     observations: &Observations,
     part: &NoisePart,
@@ -406,17 +406,26 @@ fn common_part(
         columns.extend(each.map(|r| only(member(r), slope_sd * slope_m[r])));
     });
     if let ForceReading::ByComponents(components) = force {
-        let force_sd_n = part.force_variance().sqrt();
-        let acts = |axis: usize| readings.clone().any(|r| components[r][axis] != 0.0);
+        let step_sd_n = part.force_step_variance().sqrt();
         let alike = ReadingNoise {
+            run_slope_sd: noise.gauges.force_sd_n,
             gauges: GaugeNoise::ALIKE,
             ..*noise
         };
-        for axis in (0..3).filter(|axis| force_sd_n > 0.0 && acts(*axis)) {
-            for_each_slope(observations, &alike, &readings, |_, member| {
-                let each = readings.clone();
-                columns.extend(each.map(|r| only(member(r), force_sd_n * components[r][axis])));
-            });
+        let acts = |axis: &usize| readings.clone().any(|r| components[r][*axis] != 0.0);
+        for axis in (0..3).filter(acts) {
+            if step_sd_n > 0.0 {
+                for_each_load(observations, &readings, |member| {
+                    let each = readings.clone();
+                    columns.extend(each.map(|r| only(member(r), step_sd_n * components[r][axis])));
+                });
+            }
+            if alike.run_slope_sd > 0.0 {
+                for_each_slope(observations, &alike, &readings, |force_sd_n, member| {
+                    let each = readings.clone();
+                    columns.extend(each.map(|r| only(member(r), force_sd_n * components[r][axis])));
+                });
+            }
         }
     }
     LowRankBlock {
@@ -438,6 +447,23 @@ fn for_each_zero(
         if !seen.contains(&zero) {
             seen.push(zero);
             action(&|other| zero_of(other) == zero);
+        }
+    }
+}
+
+/// Calls `action` once for each load that a range shows, with the test of membership: what the gauge rounds off is the same each time it shows
+/// the same.
+fn for_each_load(
+    observations: &Observations,
+    readings: &Range<usize>,
+    mut action: impl FnMut(&dyn Fn(usize) -> bool),
+) {
+    let shown = |reading: usize| observations.loads[reading].force_n.to_bits();
+    let mut seen: Vec<u64> = Vec::new();
+    for load in readings.clone().map(shown) {
+        if !seen.contains(&load) {
+            seen.push(load);
+            action(&|other| shown(other) == load);
         }
     }
 }
@@ -474,9 +500,9 @@ fn for_each_slope(
     }
 }
 
-/// Ranges of readings that share no zero and no run with the rest.
+/// Ranges of readings that share no zero, no run and no load applied alone with the rest.
 ///
-/// Runs that share a zero lie in one cell; a cell with shared zeros is one group, of at most thirty runs at a time: the rank of a
+/// Runs that share a zero lie in one cell; a cell with shared zeros, or loads one by one that show the same force, is one group, of at most thirty runs at a time: the rank of a
 /// group is bounded, and a zero that spans more is split, which only widens what is allowed to scatter. The cells of several gauges that were
 /// read at once are one group.
 pub(crate) fn groups(observations: &Observations) -> impl Iterator<Item = Range<usize>> + '_ {
@@ -495,7 +521,13 @@ pub(crate) fn groups(observations: &Observations) -> impl Iterator<Item = Range<
                 .iter()
                 .map(|reading| reading.zero)
                 .collect();
-            let shared = zeros.iter().any(|zero| last_zeros.contains(zero));
+            let of_one = run.readings.len() == 1;
+            let same_load = |before: &Range<usize>| {
+                let shown = |reading: usize| observations.loads[reading].force_n;
+                of_one && shown(before.end - 1) == shown(run.readings.start)
+            };
+            let shared = out.last().is_some_and(same_load)
+                || zeros.iter().any(|zero| last_zeros.contains(zero));
             match out.last_mut() {
                 Some(last) if shared && runs_in_last < MOST_RUNS => {
                     last.end = run.readings.end;
@@ -588,6 +620,53 @@ mod tests {
             }
             sum
         };
+        for column in 0..n {
+            let mut unit: Vec<f64> = (0..n).map(|row| expected(row, column)).collect();
+            found.covariance.whiten(&mut unit);
+            found.covariance.whiten_transposed(&mut unit);
+            for (row, value) in unit.iter().enumerate() {
+                let identity = f64::from(u8::from(row == column));
+                assert!((value - identity).abs() < 1e-9, "{row} {column}: {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_force_is_rounded_by_is_common_to_repeats_that_show_the_same() {
+        let noise = ReadingNoise {
+            reading_sd_m: 1e-6,
+            gauges: GaugeNoise {
+                force_sd_n: 0.05,
+                ..GaugeNoise::ALIKE
+            },
+            ..ReadingNoise::default()
+        };
+        let mut both = two_gauges();
+        both.steps = GaugeSteps {
+            force_n: Some(0.1),
+            displacement_m: None,
+        };
+        let n = both.len();
+        let by_force: Vec<[f64; 3]> = (0..n)
+            .map(|row| [2e-6, -1e-6 * (row % 3) as f64, 0.0])
+            .collect();
+        let slope_m = vec![0.0; n];
+        let force = ForceReading::ByComponents(&by_force);
+        let found = NoiseCovariance::new(&both, &noise, &slope_m, force);
+        let session_run = |row: usize| both.runs[both.readings[row].run].session_run;
+        let expected = |i: usize, j: usize| {
+            let moved: f64 = by_force[i]
+                .iter()
+                .zip(by_force[j])
+                .map(|(a, b)| a * b)
+                .sum();
+            let shown = |row: usize| both.loads[row].force_n;
+            let step = f64::from(u8::from(shown(i) == shown(j))) * 0.01 / 12.0;
+            let scatter = f64::from(u8::from(session_run(i) == session_run(j))) * 0.05_f64.powi(2);
+            let own = f64::from(u8::from(i == j)) * 1e-12;
+            own + (step + scatter) * moved
+        };
+        assert!((0..n).any(|i| session_run(i) != session_run(0) && expected(i, 0) != 0.0));
         for column in 0..n {
             let mut unit: Vec<f64> = (0..n).map(|row| expected(row, column)).collect();
             found.covariance.whiten(&mut unit);

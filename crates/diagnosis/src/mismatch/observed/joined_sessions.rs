@@ -24,8 +24,13 @@ pub(crate) struct NoisePart {
 impl NoisePart {
     /// Variance of what was read of a force, by its step and by what scatters, N².
     pub(crate) fn force_variance(&self) -> f64 {
+        self.force_step_variance() + self.noise.gauges.force_sd_n.powi(2)
+    }
+
+    /// The part of it by the step, N².
+    pub(crate) fn force_step_variance(&self) -> f64 {
         let step_n = self.steps.force_n.unwrap_or(0.0);
-        step_n * step_n / 12.0 + self.noise.gauges.force_sd_n.powi(2)
+        step_n * step_n / 12.0
     }
 }
 
