@@ -14,7 +14,7 @@ check:
 test *arguments:
     cargo test --release --locked {{arguments}}
 
-# Build and test one crate: numeric, units-and-text, beams, gauges, measurement, figures, session, simulation, diagnosis or validation
+# Build and test one crate: numeric, units-and-text, document, beams, gauges, measurement, figures, session, simulation, diagnosis or validation
 quick crate *arguments:
     cargo test --release --locked -p stiffbench-{{crate}} {{arguments}}
 

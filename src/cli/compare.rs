@@ -110,7 +110,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
     }
     let differs = comparison.agreement == StiffnessAgreement::Differs;
     let report = ComparisonReport::new(&comparison, robots.is_some());
-    let mut text = report.text(&a.name, &b.name);
+    let mut text = report.document(&a.name, &b.name).text();
     if let Some(words) = robots {
         text = format!("{words}\n\n{text}");
         warnings.insert(0, words);

@@ -12,8 +12,8 @@ use crate::analysis::{
 use crate::mismatch::Verdict;
 use crate::physics::Law;
 use crate::report::{
-    Determination, DiagnosisResult, FactorChangeReport, diagnosis_appendix, diagnosis_figures,
-    diagnosis_page,
+    Determination, DiagnosisResult, FactorChangeReport, ProposedProcedures, diagnosis_appendix,
+    diagnosis_figures, diagnosis_page,
 };
 use crate::session::inside;
 
@@ -101,8 +101,8 @@ pub(super) fn report_of(
     model: impl FnOnce(&Path) -> Result<Option<String>, CliError>,
 ) -> Result<Outcome, Failure> {
     let mut warnings = [warnings, &report.warnings].concat();
-    let mut text = diagnosis_page(report);
-    let whole = format!("{text}\n{}", diagnosis_appendix(report));
+    let mut text = diagnosis_page(report, ProposedProcedures::Beside).text();
+    let whole = format!("{text}\n{}", diagnosis_appendix(report).text());
     let mut data = DiagnosisResult::from(report);
     if let Some(folder) = folder(args)? {
         let write = || -> Result<Vec<PathBuf>, Failure> {

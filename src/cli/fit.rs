@@ -113,7 +113,7 @@ fn finished(
     let note = args.next.as_ref().map(|file| write_next(file, &plan));
     let note = note.transpose()?;
     report.plan_next(plan.planned);
-    let text = report.text(outcome);
+    let text = report.document(outcome).text();
     warnings.extend(fitted.failed_checks);
     // The text has them already.
     if global.json {

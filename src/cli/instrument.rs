@@ -58,7 +58,8 @@ fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
             ("status", &|one| status_text(one)),
             ("what it is", &|one| one.text.clone()),
         ],
-    );
+    )
+    .text();
     warnings.extend(
         descriptions().filter_map(|one| Some(format!("{}: {}", one.name, one.no_tty(OS)?))),
     );

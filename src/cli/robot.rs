@@ -4,7 +4,7 @@ use crate::distribution::{Extreme, MapPlane, RefinedExtreme, WorkspacePlan, Work
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
-    AlignedTable, ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotReport,
+    ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotReport, Table,
     WorkspaceReport, plane_column_heads, robot_check_text, workspace_figure,
 };
 use crate::robot::{
@@ -171,7 +171,7 @@ impl SampledWorkspace {
             .chain(angles)
             .chain(["held by"])
             .collect();
-        let mut rows = AlignedTable::new(&heads);
+        let mut rows = Table::new(&heads);
         for (name, extreme) in &self.extremes {
             let Some(extreme) = extreme else { continue };
             let head = [
@@ -200,7 +200,7 @@ impl SampledWorkspace {
             rows.text()
         );
         if !self.stated.is_empty() {
-            let mut rows = AlignedTable::new(&["stated by the paper", "z, m", "y, m"]);
+            let mut rows = Table::new(&["stated by the paper", "z, m", "y, m"]);
             for (name, [z, y]) in &self.stated {
                 rows.row([name.clone(), z.to_string(), y.to_string()]);
             }

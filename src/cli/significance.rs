@@ -50,7 +50,7 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
     let text = format!(
         "Pose {pose}\n{}\n{}",
         physics_text(&resolved.physics),
-        data.text()
+        data.document().text()
     );
     Ok(Outcome::new("significance", text, data)
         .with_inputs(Inputs::default().with_model(&resolved))

@@ -76,7 +76,7 @@ fn of_vectors(session: LoadedSession, branches: Branches) -> Outcome {
     let mut warnings = session.warnings;
     let loads = session.table.one_of_each_load();
     warnings.extend(not_counted(loads.filter(|one| !one.is_accepted()).count()));
-    let text = report.text();
+    let text = report.document().text();
     Outcome::new("stiffness-vectors", text, report)
         .with_inputs(inputs)
         .with_warnings(warnings)

@@ -1,9 +1,9 @@
 //! The comparison of two sessions, for people and for programs.
 
-use std::fmt::Write;
-
 use schemars::JsonSchema;
 use serde::Serialize;
+
+use stiffbench_document::{Document, table_of};
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
@@ -12,7 +12,7 @@ use crate::stiffness::{
 };
 use crate::test_point::{Direction, PoseId};
 
-use super::text::{significant, table_of, value_and_u};
+use super::text::{significant, value_and_u};
 use crate::count::counted;
 
 /// Unit of every stiffness.
@@ -111,7 +111,7 @@ impl ComparisonReport {
     /// # Arguments
     /// - `a`, `b`: what the sessions are called.
     #[must_use]
-    pub fn text(&self, a: &str, b: &str) -> String {
+    pub fn document(&self, a: &str, b: &str) -> Document {
         let stiffness = |reported: &Reported| significant(reported.value.unwrap_or(f64::NAN), 5);
         let difference = |cell: &CellDifference| {
             let MeasuredDifference {
@@ -136,9 +136,13 @@ impl ComparisonReport {
                 ("differs", &|cell| differs(cell.differs)),
             ],
         );
-        let mut text = format!(
-            "A is {a}\nB is {b}\n\n{rows}\nU is the expanded uncertainty of the difference for 95 %: of cells that have not changed, one in twenty has (B - A)/U\n\
-             beyond 1 or -1. A cell differs where its difference is too large for chance, given the number of cells.\n"
+        let mut document = Document::new();
+        document.item(format!("A is {a}"));
+        document.item(format!("B is {b}"));
+        document.table(rows);
+        document.paragraph(
+            "U is the expanded uncertainty of the difference for 95 %: of cells that have not changed, one in twenty has (B - A)/U beyond 1 or -1. \
+             A cell differs where its difference is too large for chance, given the number of cells.",
         );
         for left_out in &self.not_compared {
             let CellNotCompared {
@@ -146,19 +150,18 @@ impl ComparisonReport {
                 direction,
                 reason,
             } = left_out;
-            let _ = writeln!(text, "not compared: {pose} {direction}: {reason}");
+            document.item(format!("not compared: {pose} {direction}: {reason}"));
         }
         if let Some(overall) = &self.overall {
-            let _ = writeln!(
-                text,
-                "\nAll cells together: chi-squared {:.2} with {}, {}.",
+            document.paragraph(format!(
+                "All cells together: chi-squared {:.2} with {}, {}.",
                 overall.chi_squared,
                 counted(overall.dof, "degree of freedom"),
                 probability(overall.p)
-            );
+            ));
         }
-        let _ = writeln!(text, "{} Rule: {}", self.sentence, self.rule);
-        text
+        document.paragraph(format!("{} Rule: {}", self.sentence, self.rule));
+        document
     }
 
     /// The verdict in a sentence, with the cells that differ.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::text::AlignedTable;
+use stiffbench_document::Table;
 
 /// The settings in force.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -76,7 +76,7 @@ impl ConfigReport {
         } else {
             &["setting", "value"]
         };
-        let mut rows = AlignedTable::new(heads);
+        let mut rows = Table::new(heads);
         for setting in &self.settings {
             let value = setting.value.clone().unwrap_or_else(|| "-".to_owned());
             let mut row = vec![setting.name.clone(), value];

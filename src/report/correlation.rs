@@ -1,23 +1,22 @@
 //! Correlations of fitted parameters for people.
 
-use std::fmt::Write;
-
 use crate::fit::FactorCorrelations;
 use crate::least_squares::STRONG_CORRELATION;
 
-use super::text::AlignedTable;
+use stiffbench_document::{Document, Table};
 
 /// The lower half of the correlation matrix, and strongly correlated pairs in words; empty for less than two parameters.
-pub(super) fn correlation_text(found: Option<&FactorCorrelations>) -> String {
+pub(super) fn correlations(found: Option<&FactorCorrelations>) -> Document {
+    let mut document = Document::new();
     let Some(found) = found.filter(|found| found.names.len() > 1) else {
-        return String::new();
+        return document;
     };
     let count = found.names.len();
     let numbers: Vec<String> = (1..count).map(|number| number.to_string()).collect();
     let mut heads = vec!["correlation"];
     heads.extend(numbers.iter().map(String::as_str));
-    let mut rows = AlignedTable::new(&heads);
-    let mut pairs = String::new();
+    let mut rows = Table::new(&heads);
+    let mut pairs: Vec<String> = Vec::new();
     for (i, (name, row)) in found.names.iter().zip(&found.matrix).enumerate() {
         let mut cells = vec![format!("{} {name}", i + 1)];
         cells.extend((0..count - 1).map(|j| {
@@ -32,18 +31,20 @@ pub(super) fn correlation_text(found: Option<&FactorCorrelations>) -> String {
                 } else {
                     "one larger and the other smaller"
                 };
-                let _ = writeln!(
-                    pairs,
+                pairs.push(format!(
                     "{other} and {name} can hardly be distinguished: correlation {rho:+.3}; {change} fits nearly as well."
-                );
+                ));
             }
         }
     }
     if pairs.is_empty() {
-        let _ = writeln!(
-            pairs,
+        pairs.push(format!(
             "No pair has a correlation beyond {STRONG_CORRELATION}."
-        );
+        ));
     }
-    format!("\n{}\n{pairs}", rows.text())
+    document.table(rows);
+    for pair in pairs {
+        document.paragraph(pair);
+    }
+    document
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::export::tidy::TidyTable;
 
-use super::text::AlignedTable;
+use stiffbench_document::Table;
 
 /// Tables that were written for other programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -76,7 +76,7 @@ impl DataExportReport {
     /// What was written, in words.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut rows = AlignedTable::new(&["table", "rows", "columns", "a row is"]);
+        let mut rows = Table::new(&["table", "rows", "columns", "a row is"]);
         for table in &self.tables {
             let counts = [table.rows, table.columns.len()].map(|count| count.to_string());
             let [count, columns] = counts;

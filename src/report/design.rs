@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
+use stiffbench_document::table_of;
+
 use crate::mismatch::DesignReport;
 
-use super::text::{or_dash, table_of};
+use super::text::or_dash;
 use crate::count::counted;
 
 /// Rows of the printed tables.
@@ -20,27 +22,30 @@ pub fn design_text(report: &DesignReport) -> String {
         report.minutes
     );
     let rows = report.laws.iter().take(ROWS);
-    text.push_str(&table_of(
-        rows.map(|law| (law, law.nearest.first())),
-        &[
-            ("law and place", &|(law, _)| law.suspect.to_string()),
-            ("found in 80 % from, um at the end", &|(law, _)| {
-                format!("{:.1}", law.end_effect_80_um)
-            }),
-            ("hardest to distinguish from", &|(_, nearest)| {
-                or_dash(*nearest, |one| one.rival.to_string())
-            }),
-            ("distinguished from, um at the end", &|(law, nearest)| {
-                if nearest.is_some_and(|rival| rival.never) {
-                    return "never".to_owned();
-                }
-                // What is not found is not distinguished either.
-                or_dash(nearest.and_then(|rival| rival.end_effect_5_m), |m| {
-                    format!("{:.1}", (m * 1e6).max(law.end_effect_80_um))
-                })
-            }),
-        ],
-    ));
+    text.push_str(
+        &table_of(
+            rows.map(|law| (law, law.nearest.first())),
+            &[
+                ("law and place", &|(law, _)| law.suspect.to_string()),
+                ("found in 80 % from, um at the end", &|(law, _)| {
+                    format!("{:.1}", law.end_effect_80_um)
+                }),
+                ("hardest to distinguish from", &|(_, nearest)| {
+                    or_dash(*nearest, |one| one.rival.to_string())
+                }),
+                ("distinguished from, um at the end", &|(law, nearest)| {
+                    if nearest.is_some_and(|rival| rival.never) {
+                        return "never".to_owned();
+                    }
+                    // What is not found is not distinguished either.
+                    or_dash(nearest.and_then(|rival| rival.end_effect_5_m), |m| {
+                        format!("{:.1}", (m * 1e6).max(law.end_effect_80_um))
+                    })
+                }),
+            ],
+        )
+        .text(),
+    );
     if report.laws.len() > ROWS {
         let _ = writeln!(
             text,

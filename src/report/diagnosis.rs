@@ -26,6 +26,8 @@ pub(super) use data_findings::DataFindingKind;
 pub use detection_limits::{DetectionLimitReport, LawLevel, SearchLevels, SeenLimit, UnseenReason};
 pub use known_effects::{KnownEffectReport, KnownParameter};
 pub use noise::{EarlierReport, NoiseDeviation, NoiseDeviations, NoiseReport};
+pub use open_questions::ProposedProcedures;
+pub(super) use open_questions::next_plans;
 pub use page::diagnosis_page;
 pub(super) use page::headline;
 pub(super) use phrases::{listed, short_phrase};

@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use super::text::wrapped;
+use stiffbench_document::wrapped;
 
 /// An explanation, or the list of what can be explained.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

@@ -1,6 +1,6 @@
 //! A fit for people.
 
-use std::fmt::Write;
+use stiffbench_document::{Document, Table, TextColumn, table_of};
 
 use crate::analysis::{DerivedQuantity, ReadingMark, ResidualOrder, RunsTest};
 use crate::fit::{FactorStatus, FitMethod, FitOutcome, WeightBasis};
@@ -8,9 +8,9 @@ use crate::fit::{PlannedLoadCase, ProposedWithin};
 use crate::least_squares::SigmaMode;
 use crate::test_point::PoseId;
 
-use super::correlation::correlation_text;
+use super::correlation::correlations;
 use super::fit_report::{FitReport, FittedCellReport, FramesReport, ParameterReport};
-use super::text::{TextColumn, digits, interval, micro, or_dash, p_text, significant, table_of};
+use super::text::{digits, interval, micro, or_dash, p_text, significant};
 use crate::count::{counted, degrees_of_freedom};
 use crate::physics::Effect;
 
@@ -29,23 +29,24 @@ impl FitReport {
     /// # Arguments
     /// - `outcome`: the fit that this reports.
     #[must_use]
-    pub fn text(&self, outcome: &FitOutcome) -> String {
-        let mut text = self
+    pub fn document(&self, outcome: &FitOutcome) -> Document {
+        let mut document = self
             .steps
             .as_ref()
-            .map_or_else(String::new, |steps| steps.text(&self.mechanism));
-        text.push_str(&result(self, outcome));
-        text
+            .map_or_else(Document::new, |steps| steps.document(&self.mechanism));
+        document.append(result(self, outcome));
+        document
     }
 }
 
-fn result(fit: &FitReport, outcome: &FitOutcome) -> String {
-    let mut text = format!(
-        "Mechanism {}, {}, {}.\n\n",
+fn result(fit: &FitReport, outcome: &FitOutcome) -> Document {
+    let mut document = Document::new();
+    document.paragraph(format!(
+        "Mechanism {}, {}, {}.",
         fit.mechanism,
         method_words(fit),
         fit.termination
-    );
+    ));
     for session in &fit.sessions {
         let slope = session.run_slope_sd.map_or_else(
             || "too few repeats to show how the slopes of its runs scatter".to_owned(),
@@ -56,65 +57,66 @@ fn result(fit: &FitReport, outcome: &FitOutcome) -> String {
                 )
             },
         );
-        let _ = writeln!(
-            text,
+        document.item(format!(
             "Session {}: {}, {slope}.",
             session.name,
             counted(session.cells, "cell")
-        );
+        ));
     }
     for mark in &fit.marked {
-        text.push_str(&mark_text(mark));
+        document.item(mark_words(mark));
     }
-    if !(fit.sessions.is_empty() && fit.marked.is_empty()) {
-        text.push('\n');
-    }
-    text.push_str(&held_fixed(&fit.physics));
-    text.push_str(&parameter_tables(&fit.parameters));
+    document.append(held_fixed(&fit.physics));
+    document.append(parameter_tables(&fit.parameters));
     if let Some(drawn) = &fit.bootstrap {
-        let _ = writeln!(
-            text,
+        document.paragraph(format!(
             "Bootstrap: {}, {} drawn anew (seed {}), {} of the refits failed.",
             counted(drawn.replicates, "replicate"),
             drawn.over,
             drawn.seed,
             drawn.failed
-        );
+        ));
     }
-    text.push_str(&derived_text(&fit.derived));
-    text.push_str(&words(fit));
+    document.append(derived(&fit.derived));
+    document.append(undetermined(fit));
+    document.append(next(fit));
     if let Some(frames) = &fit.frames {
-        text.push_str(&frames_table(frames));
+        document.append(frames_table(frames));
     }
-    text.push_str(&agreement_text(fit));
-    text.push_str(&runs_text(&fit.runs_tests));
-    text.push_str(&correlation_text(fit.correlation.as_ref()));
-    text.push('\n');
-    text.push_str(&cells_text(fit));
+    for sentence in agreement_sentences(fit) {
+        document.paragraph(sentence);
+    }
+    for test in &fit.runs_tests {
+        document.item(runs_words(test));
+    }
+    document.append(correlations(fit.correlation.as_ref()));
+    document.append(cells(fit));
     if !fit.components.is_empty() {
-        text.push_str(&pose_errors_text(fit, outcome));
+        document.append(pose_errors(fit, outcome));
     }
     if let Some(comparison) = &fit.comparison {
-        text.push_str(&comparison.text());
+        document.append(comparison.document());
     }
     for warning in &outcome.warnings {
-        let _ = writeln!(text, "\nnote: {warning}");
+        document.paragraph(format!("note: {warning}"));
     }
-    text
+    document
 }
 
 /// What acts beside the linear structure; empty without effects.
-fn held_fixed(physics: &[Effect]) -> String {
-    if physics.is_empty() {
-        return String::new();
+fn held_fixed(physics: &[Effect]) -> Document {
+    let mut document = Document::new();
+    if !physics.is_empty() {
+        document.paragraph("Physics beside the beams, held fixed:");
+        for effect in physics {
+            document.item(effect.to_string());
+        }
     }
-    let lines: Vec<String> = physics.iter().map(|one| format!("  {one}")).collect();
-    let lines = lines.join("\n");
-    format!("Physics beside the beams, held fixed:\n{lines}\n\n")
+    document
 }
 
 /// Which readings are left out or flagged, and why.
-fn mark_text(mark: &ReadingMark) -> String {
+fn mark_words(mark: &ReadingMark) -> String {
     let used = if mark.status == "accepted" {
         "Used though flagged".to_owned()
     } else {
@@ -132,7 +134,7 @@ fn mark_text(mark: &ReadingMark) -> String {
     let numbers: Vec<String> = numbers.map(ToString::to_string).collect();
     let more = if count > NUMBERS_PRINTED { ", ..." } else { "" };
     format!(
-        "{used} ({reason}): {}{session}, number {}{more}.\n",
+        "{used} ({reason}): {}{session}, number {}{more}.",
         counted(count, "reading"),
         numbers.join(", ")
     )
@@ -149,7 +151,7 @@ fn status_words(status: &str, moved: Option<bool>) -> String {
 }
 
 /// How many of the parameters have a value: of those that the Jacobian determines some may fit with any value within their bounds.
-fn rank_text(fit: &FitReport) -> String {
+fn rank_words(fit: &FitReport) -> String {
     let [rank, free] = [fit.rank, fit.free].map(Option::unwrap_or_default);
     let condition = or_infinite(fit.condition.map(|value| significant(value, 3)));
     let open = fit.parameters.iter();
@@ -158,12 +160,12 @@ fn rank_text(fit: &FitReport) -> String {
     let data = data_words(fit);
     if open.is_empty() || rank < free {
         return format!(
-            "The {data} determine {rank} of {} (rank of the Jacobian); condition number {condition}.\n",
+            "The {data} determine {rank} of {} (rank of the Jacobian); condition number {condition}.",
             counted(free, "parameter")
         );
     }
     format!(
-        "The {data} determine {} of {free} parameters: all but {} (the Jacobian has rank {rank}, but the interval does not end within the bounds); condition number {condition}.\n",
+        "The {data} determine {} of {free} parameters: all but {} (the Jacobian has rank {rank}, but the interval does not end within the bounds); condition number {condition}.",
         free.saturating_sub(open.len()),
         open.join(", ")
     )
@@ -187,12 +189,12 @@ fn interval_in_micro(ends: Option<[f64; 2]>) -> String {
 }
 
 /// Factors and springs, each with start or stiffness, value, standard error and interval; of load cases on rigid links springs alone.
-fn parameter_tables(parameters: &[ParameterReport]) -> String {
+fn parameter_tables(parameters: &[ParameterReport]) -> Document {
     let bootstrap = parameters.iter().any(|one| one.ci95_bootstrap.is_some());
     let (springs, factors): (Vec<_>, Vec<_>) = parameters
         .iter()
         .partition(|one| one.stiffness_unit.is_some());
-    let mut text = String::new();
+    let mut document = Document::new();
     if factors.iter().any(|one| one.status != "fixed") || springs.is_empty() {
         let mut columns: Vec<TextColumn<'_, &ParameterReport>> = vec![
             ("parameter", &|one| one.name.clone()),
@@ -208,13 +210,10 @@ fn parameter_tables(parameters: &[ParameterReport]) -> String {
                 ("95 %, bootstrap", &|one| interval(one.ci95_bootstrap, 4)),
             );
         }
-        text.push_str(&table_of(factors, &columns));
+        document.table(table_of(factors, &columns));
     }
     if springs.is_empty() {
-        return text;
-    }
-    if !text.is_empty() {
-        text.push('\n');
+        return document;
     }
     let stiffness = |one: &&ParameterReport| {
         or_dash(one.value, |_| {
@@ -247,7 +246,8 @@ fn parameter_tables(parameters: &[ParameterReport]) -> String {
             }),
         );
     }
-    text + &table_of(springs, &columns)
+    document.table(table_of(springs, &columns));
+    document
 }
 
 /// The 95 % interval, or the islands that it consists of.
@@ -262,30 +262,23 @@ fn islands(parameter: &ParameterReport) -> String {
     parts.collect::<Vec<_>>().join(" or ")
 }
 
-/// Sentences about factors that the data do not determine, and what would.
-fn words(fit: &FitReport) -> String {
-    let mut text = String::new();
+/// Parameters, and combinations of them, that the data do not determine.
+fn undetermined(fit: &FitReport) -> Document {
+    let mut document = Document::new();
     for parameter in &fit.parameters {
         if let Some(words) = &parameter.words {
-            let _ = writeln!(text, "{}: {words}.", parameter.name);
+            document.item(format!("{}: {words}.", parameter.name));
         }
     }
     for combination in &fit.not_determined {
-        let _ = writeln!(
-            text,
-            "Not determined by these {}: {combination}.",
-            data_words(fit)
-        );
+        let data = data_words(fit);
+        document.item(format!("Not determined by these {data}: {combination}."));
     }
-    if !text.is_empty() {
-        text.insert(0, '\n');
-    }
-    text.push_str(&next_text(fit));
-    text
+    document
 }
 
 /// How the components of load cases scatter.
-fn component_scatter(fit: &FitReport, basis: WeightBasis) -> String {
+fn component_scatter(fit: &FitReport, basis: WeightBasis) -> Option<String> {
     let displacement = fit.displacement_sd_um;
     let displacement =
         displacement.map(|sd| format!("{} um of a displacement", significant(sd, 3)));
@@ -298,7 +291,7 @@ fn component_scatter(fit: &FitReport, basis: WeightBasis) -> String {
         }
         // What is stated has no degrees of freedom that would count.
         WeightBasis::Stated => ("as stated", 0.0, f64::INFINITY),
-        WeightBasis::EachCell | WeightBasis::Equal => return String::new(),
+        WeightBasis::EachCell | WeightBasis::Equal => return None,
     };
     let load = (load_sd > 0.0)
         .then(|| format!("{} % of what a load moves", significant(100.0 * load_sd, 2)));
@@ -314,43 +307,48 @@ fn component_scatter(fit: &FitReport, basis: WeightBasis) -> String {
         )
     });
     let dof = (dof.is_finite()).then(|| format!(", {}", degrees_of_freedom(dof)));
-    format!(
-        "\nScatter {source}: {}{}{lack}.\n",
+    Some(format!(
+        "Scatter {source}: {}{}{lack}.",
         parts.join(", "),
         dof.unwrap_or_default()
-    )
+    ))
 }
 
 /// Further load cases that would determine what is open; of springs that no force loads, that there are none.
-fn next_text(fit: &FitReport) -> String {
+fn next(fit: &FitReport) -> Document {
+    let mut document = Document::new();
     // Of positions the reason of each spring names what would determine it.
     if fit.frames.is_some() {
-        return String::new();
+        return document;
     }
     if !fit.next.is_empty() {
-        let within = fit.next_within.as_ref();
-        return planned_text(&fit.next, &fit.parameters)
-            + &within.map_or_else(String::new, kept_text);
+        document = planned(&fit.next, &fit.parameters);
+        if let Some(within) = &fit.next_within {
+            document.paragraph(kept_words(within));
+        }
+        return document;
     }
     let springs = fit.parameters.iter();
     let springs =
         springs.filter(|one| one.stiffness_unit.is_some() && one.status == "not_identified");
     let open: Vec<&str> = springs.map(|one| one.name.as_str()).collect();
-    if open.is_empty() {
-        return String::new();
+    if !open.is_empty() {
+        document.paragraph(format!(
+            "No force at the tool centre would determine {}: apply a moment, or load a point off the axis and state it as `at_mm` of [tool].",
+            open.join(", ")
+        ));
     }
-    format!(
-        "\nNo force at the tool centre would determine {}: apply a moment, or load a point off the axis and state it as `at_mm` of [tool].\n",
-        open.join(", ")
-    )
+    document
 }
 
-fn agreement_text(fit: &FitReport) -> String {
+/// Scatter and weights, and how many parameters the data determine.
+fn agreement_sentences(fit: &FitReport) -> Vec<String> {
     let (Some(sigma), Some(basis)) = (fit.sigma, fit.weights) else {
-        return String::new();
+        return Vec::new();
     };
     if !fit.components.is_empty() {
-        return component_scatter(fit, basis) + &rank_text(fit);
+        let scatter = component_scatter(fit, basis).into_iter();
+        return scatter.chain([rank_words(fit)]).collect();
     }
     let sigma = match sigma {
         SigmaMode::Known if matches!(basis, WeightBasis::FromResiduals { .. }) => {
@@ -397,17 +395,16 @@ fn agreement_text(fit: &FitReport) -> String {
                 significant(chi.sqrt(), 3)
             ),
         });
-    format!(
-        "\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n{}",
-        rank_text(fit)
-    )
+    let intervals = format!("Intervals: likelihood ratio, {sigma}; {weights}{chi}.");
+    vec![intervals, rank_words(fit)]
 }
 
 /// Planned load cases with what they do for the parameters.
-fn planned_text(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> String {
-    let mut text =
-        "\nLoad cases that would determine best what is open, one after the other (standard errors now and then):\n"
-            .to_owned();
+fn planned(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> Document {
+    let mut document = Document::new();
+    document.paragraph(
+        "Load cases that would determine best what is open, one after the other (standard errors now and then):",
+    );
     for (place, next) in planned.iter().enumerate() {
         let errors = next
             .errors
@@ -424,9 +421,8 @@ fn planned_text(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> 
             let [now, then] = [one.now, one.then].map(|error| significant(scale * error, 2));
             format!("{} {now} to {then}{unit}", one.name)
         });
-        let _ = writeln!(
-            text,
-            "\n{}. {} N along {} in pose {}: {}; tool at {} mm\n   {}",
+        document.item(format!(
+            "{}. {} N along {} in pose {}: {}; tool at {} mm. {}",
             place + 1,
             significant(next.force_n, 3),
             next.direction,
@@ -434,15 +430,15 @@ fn planned_text(planned: &[PlannedLoadCase], parameters: &[ParameterReport]) -> 
             joint_words(next),
             tool_words(next.tool_m),
             errors.collect::<Vec<_>>().join(", ")
-        );
+        ));
     }
-    text
+    document
 }
 
 /// What the poses of a plan keep, and how to state other rules.
-pub(super) fn kept_text(within: &ProposedWithin) -> String {
+pub(super) fn kept_words(within: &ProposedWithin) -> String {
     format!(
-        "\nNew poses keep {}. Nothing else is known of obstacles: --floor-mm, --base-radius-mm and --limit-margin-percent state other distances, --forbid-poses NAME leaves out a pose.\n",
+        "New poses keep {}. Nothing else is known of obstacles: --floor-mm, --base-radius-mm and --limit-margin-percent state other distances, --forbid-poses NAME leaves out a pose.",
         within.words()
     )
 }
@@ -465,11 +461,12 @@ pub(super) fn joint_words(next: &PlannedLoadCase) -> String {
 
 /// Quantities that were derived from the parameters; empty without any.
 #[must_use]
-pub fn derived_text(derived: &[DerivedQuantity]) -> String {
+fn derived(derived: &[DerivedQuantity]) -> Document {
+    let mut document = Document::new();
     if derived.is_empty() {
-        return String::new();
+        return document;
     }
-    let table = table_of(
+    document.table(table_of(
         derived,
         &[
             ("derived", &|one| one.name.clone()),
@@ -478,39 +475,35 @@ pub fn derived_text(derived: &[DerivedQuantity]) -> String {
             ("standard error", &|one| digits(one.se, 2)),
             ("95 % interval", &|one| interval(one.ci95, 4)),
         ],
-    );
-    let mut words = String::new();
+    ));
     for one in derived {
         if let Some(known) = &one.words {
-            let _ = writeln!(words, "{}: {known}.", one.name);
+            document.item(format!("{}: {known}.", one.name));
         }
     }
-    format!("\n{table}{words}")
+    document
 }
 
-/// What the runs tests of the residuals show.
-fn runs_text(tests: &[RunsTest]) -> String {
-    let line = |test: &RunsTest| {
-        let order = match test.against {
-            ResidualOrder::Load => "Residuals by load within runs",
-            ResidualOrder::Order => "Slopes of runs in order of time",
-        };
-        let verdict = if test.p < UNLIKELY {
-            "a structure is left: stiffbench diagnose looks for its cause"
-        } else {
-            "as of independent errors"
-        };
-        format!(
-            "{order}: {} stretches of one sign, {:.0} expected (p = {}): {verdict}.\n",
-            test.runs,
-            test.expected,
-            p_text(test.p)
-        )
+/// What a runs test of the residuals shows.
+fn runs_words(test: &RunsTest) -> String {
+    let order = match test.against {
+        ResidualOrder::Load => "Residuals by load within runs",
+        ResidualOrder::Order => "Slopes of runs in order of time",
     };
-    tests.iter().map(line).collect()
+    let verdict = if test.p < UNLIKELY {
+        "a structure is left: stiffbench diagnose looks for its cause"
+    } else {
+        "as of independent errors"
+    };
+    format!(
+        "{order}: {} stretches of one sign, {:.0} expected (p = {}): {verdict}.",
+        test.runs,
+        test.expected,
+        p_text(test.p)
+    )
 }
 
-fn cells_text(fit: &FitReport) -> String {
+fn cells(fit: &FitReport) -> Document {
     let left_out = fit
         .cells
         .iter()
@@ -521,9 +514,9 @@ fn cells_text(fit: &FitReport) -> String {
         or_dash(without, |ratio| format!("{:.2}", 100.0 * ratio))
     };
     let held_out = |cell: &&FittedCellReport| if cell.held_out { "yes" } else { "" }.to_owned();
-    let mut text = String::new();
+    let mut document = Document::new();
     if !fit.cells.is_empty() {
-        text = table_of(
+        document.table(table_of(
             &fit.cells,
             &[
                 ("pose", &|cell| {
@@ -541,9 +534,11 @@ fn cells_text(fit: &FitReport) -> String {
                     ("held out", &held_out)
                 },
             ],
-        );
+        ));
     }
-    text.push_str(&across_text(fit));
+    if !fit.across.is_empty() {
+        document.table(across(fit));
+    }
     if let Some(worst) = fit.max_error_percent {
         let unseen = left_out || fit.cells.iter().any(|cell| cell.held_out);
         let which = if unseen {
@@ -551,9 +546,9 @@ fn cells_text(fit: &FitReport) -> String {
         } else {
             "cells of the fit itself"
         };
-        let _ = writeln!(text, "\nLargest error over the {which}: {worst:.2} %.");
+        document.paragraph(format!("Largest error over the {which}: {worst:.2} %."));
     }
-    text
+    document
 }
 
 /// A pose, of one of several sessions with its name.
@@ -564,12 +559,9 @@ fn of_session(session: Option<&String>, pose: &PoseId) -> String {
     }
 }
 
-/// Compliances along other axes than that of the load; empty of one gauge.
-fn across_text(fit: &FitReport) -> String {
-    if fit.across.is_empty() {
-        return String::new();
-    }
-    let table = table_of(
+/// Compliances along other axes than that of the load.
+fn across(fit: &FitReport) -> Table {
+    table_of(
         &fit.across,
         &[
             ("pose", &|one| of_session(one.session.as_ref(), &one.pose)),
@@ -581,12 +573,11 @@ fn across_text(fit: &FitReport) -> String {
             }),
             ("predicted, um/N", &|one| digits(one.predicted.value, 4)),
         ],
-    );
-    format!("\n{table}")
+    )
 }
 
 /// Base frame and tool point.
-fn frames_table(fitted: &FramesReport) -> String {
+fn frames_table(fitted: &FramesReport) -> Document {
     let frames = &fitted.frames;
     let values = [
         frames.base_mm,
@@ -606,13 +597,16 @@ fn frames_table(fitted: &FramesReport) -> String {
             ("unit", &|(one, _)| one.unit.to_owned()),
         ],
     );
-    format!(
-        "\nBase frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:\n\n{table}"
-    )
+    let mut document = Document::new();
+    document.paragraph(
+        "Base frame in the axes of the tracker (rotation vector), and the measured point from the tool centre in those of the tool:",
+    );
+    document.table(table);
+    document
 }
 
 /// Root mean square errors of displacements or positions, pose by pose.
-fn pose_errors_text(report: &FitReport, fit: &FitOutcome) -> String {
+fn pose_errors(report: &FitReport, fit: &FitOutcome) -> Document {
     let um = |value: Option<f64>| digits(value.map(micro), 4);
     let each = report.poses.iter().map(|pose| {
         let fitted_m = (!fit.is_held_out(&pose.pose)).then_some(pose.fitted_m);
@@ -653,9 +647,15 @@ fn pose_errors_text(report: &FitReport, fit: &FitOutcome) -> String {
         (true, _) => "fitted factors 1",
         (false, false) => "fitted springs without compliance, fitted factors 1",
     };
-    let gain = match (fit.rigid_unseen_m(), unseen) {
-        (Some(rigid), Some(unseen)) => format!(
-            "In {}: {} um of the rigid robot -> {} um of the fit.\n",
+    let mut document = Document::new();
+    document.paragraph(format!("Root mean square error of the {what}:"));
+    document.table(table);
+    document.paragraph(format!(
+        "Rigid: the robot without what is fitted{own} ({without})."
+    ));
+    if let (Some(rigid), Some(unseen)) = (fit.rigid_unseen_m(), unseen) {
+        document.paragraph(format!(
+            "In {}: {} um of the rigid robot -> {} um of the fit.",
             if held_out > 0 {
                 format!("the {} left out", counted(held_out, "pose"))
             } else {
@@ -663,12 +663,9 @@ fn pose_errors_text(report: &FitReport, fit: &FitOutcome) -> String {
             },
             um(Some(rigid)),
             um(Some(unseen))
-        ),
-        _ => String::new(),
-    };
-    format!(
-        "Root mean square error of the {what}:\n\n{table}Rigid: the robot without what is fitted{own} ({without}).\n{gain}"
-    )
+        ));
+    }
+    document
 }
 
 fn method_words(fit: &FitReport) -> String {

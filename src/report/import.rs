@@ -10,8 +10,8 @@ use crate::import::{ColumnGuess, GuessedFrom};
 use crate::stiffness::StiffnessTable;
 
 use super::stiffness::stiffness_text;
-use super::text::AlignedTable;
 use crate::count::counted;
+use stiffbench_document::Table;
 
 /// A table that became a session folder.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -66,7 +66,7 @@ const MOST_UNUSED: usize = 40;
 /// The first rows of a file, and what its columns were taken for.
 #[must_use]
 pub fn columns_text(columns: &[ColumnGuess]) -> String {
-    let mut table = AlignedTable::new(&["column", "first values", "taken as", "unit", "by"]);
+    let mut table = Table::new(&["column", "first values", "taken as", "unit", "by"]);
     let mut unused = 0;
     for column in columns {
         if column.role.is_none() {

@@ -51,14 +51,13 @@ pub use diagnosis::{
     ComponentShares, DetectionLimitReport, Determination, DiagnosisResult, DiagnosisSummary,
     EarlierReport, FactorChangeReport, FindingReport, FittedParameter, IntervalEnd,
     KnownEffectReport, KnownParameter, LawLevel, NoiseDeviation, NoiseDeviations, NoiseReport,
-    QualityReport, RejectedLaw, RivalReport, SearchLevels, SeenLimit, Strata, UnexplainedReport,
-    UnseenReason, UntestedContrast, diagnosis_appendix, diagnosis_page,
+    ProposedProcedures, QualityReport, RejectedLaw, RivalReport, SearchLevels, SeenLimit, Strata,
+    UnexplainedReport, UnseenReason, UntestedContrast, diagnosis_appendix, diagnosis_page,
 };
 pub use diagnosis_figures::diagnosis_figures;
 pub use doctor::{CheckReport, CheckState, DoctorReport};
 pub use explain::{ExplainResult, LawForm, TopicKind, TopicList, TopicReport};
 pub use figures::{load_displacement_figure, residuals_figure, workspace_figure};
-pub use fit::derived_text;
 pub use fit_report::{
     ClassFactors, ComponentErrors, ComponentReport, FactorReport, FitReport, FittedCellReport,
     PaperSteps, ParameterReport, PoseFitReport,
@@ -94,8 +93,9 @@ pub use specimen::{
     SiValue, SpecimenFinding, SpecimenNoise, SpecimenParameter, SpecimenQuality, SpecimenSlope,
     SpecimenSummary, SpecimenUnexplained, SpecimenValue,
 };
+pub use stiffbench_document::{Block, Document, Table, TextColumn, table_of};
 pub use stiffness::stiffness_text;
-pub use text::{AlignedTable, TextColumn, significant, table_of};
+pub use text::significant;
 pub(crate) use text::{micro, reading_shown};
 pub use vector_stiffness::{
     AxisValues, StaticComplianceRow, VectorStiffnessCell, VectorStiffnessReport,

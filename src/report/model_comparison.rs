@@ -1,14 +1,14 @@
 //! Fits of several models to the same cells, side by side.
 
-use std::fmt::Write;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
+use stiffbench_document::{Document, table_of};
+
 use crate::statistics::f_upper_tail;
 
-use super::text::{digits, or_dash, significant, table_of};
+use super::text::{digits, or_dash, significant};
 
 /// Values that differ by a smaller share are the same: JSON keeps all digits, other machines round the last ones otherwise.
 const SAME: f64 = 1e-9;
@@ -256,7 +256,7 @@ impl ModelComparison {
     }
 
     /// The comparison for people.
-    pub(super) fn text(&self) -> String {
+    pub(super) fn document(&self) -> Document {
         let table = table_of(
             &self.models,
             &[
@@ -274,9 +274,11 @@ impl ModelComparison {
                 }),
             ],
         );
-        let mut text = format!("\nModels of the same cells; the smallest AICc is best:\n\n{table}");
+        let mut document = Document::new();
+        document.paragraph("Models of the same cells; the smallest AICc is best:");
+        document.table(table);
         if self.models.iter().any(|model| model.effects > 0) {
-            text.push_str("Effects are held fixed: their parameters are not counted.\n");
+            document.paragraph("Effects are held fixed: their parameters are not counted.");
         }
         for test in &self.nested {
             let [more, left] = test.dof;
@@ -285,16 +287,15 @@ impl ModelComparison {
             } else {
                 "the data do not need the richer model"
             };
-            let _ = writeln!(
-                text,
+            document.item(format!(
                 "{} is contained in {}: F({more}, {left}) = {}, p = {}: {verdict}.",
                 test.simpler,
                 test.richer,
                 significant(test.f, 3),
                 significant(test.p, 2)
-            );
+            ));
         }
-        text
+        document
     }
 }
 
@@ -345,6 +346,7 @@ mod tests {
         );
         assert!(
             found
+                .document()
                 .text()
                 .contains("line is contained in parabola: F(1, 7) = 4.20")
         );

@@ -9,6 +9,8 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
+use stiffbench_document::table_of;
+
 use crate::fit::{
     FitError, FitOptions, FitOutcome, FitProblem, MeasuredCell, MeasuredStiffness,
     MonteCarloSettings, PaperOptions, PaperSource, WeightBasis, fit_cells, follow_paper,
@@ -19,7 +21,7 @@ use crate::test_point::{Cell, Direction, PoseId};
 use models::PaperModels;
 
 use super::fit_report::FitReport;
-use super::text::{or_dash, significant, table_of};
+use super::text::{or_dash, significant};
 
 /// The transcribed tables.
 const TABLES: &str = include_str!("../../data/paper/tables.csv");
@@ -241,19 +243,22 @@ impl PaperReport {
                 have.len(),
                 100.0 * (REPRODUCED_WITHIN - 1.0)
             );
-            text.push_str(&table_of(
-                have,
-                &[
-                    ("row", &|cell| cell.row.clone()),
-                    ("place", &|cell| cell.place.clone()),
-                    ("quantity", &|cell| cell.quantity.clone()),
-                    ("paper", &|cell| printed(cell.paper)),
-                    ("ours", &|cell| or_dash(cell.ours, printed)),
-                    ("ours/paper", &|cell| {
-                        or_dash(cell.ratio, |ratio| format!("{ratio:.3}"))
-                    }),
-                ],
-            ));
+            text.push_str(
+                &table_of(
+                    have,
+                    &[
+                        ("row", &|cell| cell.row.clone()),
+                        ("place", &|cell| cell.place.clone()),
+                        ("quantity", &|cell| cell.quantity.clone()),
+                        ("paper", &|cell| printed(cell.paper)),
+                        ("ours", &|cell| or_dash(cell.ours, printed)),
+                        ("ours/paper", &|cell| {
+                            or_dash(cell.ratio, |ratio| format!("{ratio:.3}"))
+                        }),
+                    ],
+                )
+                .text(),
+            );
             text.push_str(&reasons(&cells));
             text.push('\n');
         }
@@ -293,6 +298,7 @@ impl PaperReport {
                 ("second", &|(_, [_, second])| second.clone()),
             ],
         )
+        .text()
     }
 }
 

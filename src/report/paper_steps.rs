@@ -1,6 +1,6 @@
 //! The steps of the paper's method for people.
 
-use std::fmt::Write;
+use stiffbench_document::Document;
 
 use crate::count::counted;
 use crate::fit::MonteCarloFit;
@@ -11,63 +11,53 @@ use super::text::significant;
 
 impl PaperSteps {
     /// The nine steps for people, up to the combination.
-    pub(super) fn text(&self, mechanism: &str) -> String {
-        let mut text =
-            format!("Step 1. Objective: a multi-source (M-FSD) model of mechanism {mechanism}.\n");
+    pub(super) fn document(&self, mechanism: &str) -> Document {
+        let mut document = Document::new();
+        document.paragraph(format!(
+            "Step 1. Objective: a multi-source (M-FSD) model of mechanism {mechanism}."
+        ));
+        let single_source = factors_text(self.single_source_factors.beam);
         if let Some(name) = &self.single_source_given {
-            let _ = writeln!(
-                text,
-                "\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.",
-                factors_text(self.single_source_factors.beam)
-            );
+            document.paragraph(format!(
+                "Steps 2 to 4. Single-source (S-FSD) factors as given: {name} {single_source}."
+            ));
         } else {
-            text.push_str(
-            "\nSteps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.\n",
-        );
-            for pose in &self.single_source {
-                text.push_str(&pose_text(pose));
-            }
-            let _ = writeln!(
-                text,
-                "\nCombined: {}.",
-                factors_text(self.single_source_factors.beam)
+            document.paragraph(
+                "Steps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.",
             );
+            for pose in &self.single_source {
+                document.append(of_pose(pose));
+            }
+            document.paragraph(format!("Combined: {single_source}."));
         }
-        let _ = writeln!(
-            text,
-            "\nStep 5. Beams and links part. Links keep {}.",
+        document.paragraph(format!(
+            "Step 5. Beams and links part. Links keep {}.",
             factors_text(self.start.link)
-        );
-        text.push_str(
-            "\nSteps 6 and 7. Multi-source fits of the beams to the measured stiffness.\n",
-        );
+        ));
+        document
+            .paragraph("Steps 6 and 7. Multi-source fits of the beams to the measured stiffness.");
         for pose in &self.multi_source {
-            text.push_str(&pose_text(pose));
+            document.append(of_pose(pose));
         }
-        let weights = self
-            .multi_source
-            .iter()
-            .map(|pose| format!("{} {}", pose.pose, pose.weight))
-            .collect::<Vec<_>>()
-            .join(", ");
-        let _ = writeln!(
-            text,
-            "\nStep 8. Weighted combination ({weights}): beams {}.",
+        let weights = self.multi_source.iter();
+        let weights = weights.map(|pose| format!("{} {}", pose.pose, pose.weight));
+        document.paragraph(format!(
+            "Step 8. Weighted combination ({}): beams {}.",
+            weights.collect::<Vec<_>>().join(", "),
             factors_text(self.combined.beam)
-        );
-        text.push_str("\nStep 9. Validation.\n\n");
-        text
+        ));
+        document.paragraph("Step 9. Validation.");
+        document
     }
 }
 
-fn pose_text(pose: &PoseFitReport) -> String {
-    format!(
-        "\nPose {}: significance of the constants\n\n{}\nSequence: {}.\n{}",
-        pose.pose,
-        pose.significance.table(),
-        sequence_text(&pose.sequence),
-        trials_text(&pose.trials)
-    )
+fn of_pose(pose: &PoseFitReport) -> Document {
+    let mut document = Document::new();
+    document.paragraph(format!("Pose {}: significance of the constants", pose.pose));
+    document.append(pose.significance.of_constants());
+    document.paragraph(format!("Sequence: {}.", sequence_text(&pose.sequence)));
+    document.paragraph(trials_text(&pose.trials));
+    document
 }
 
 /// The last pass of the trials.
@@ -87,7 +77,7 @@ fn trials_text(trials: &MonteCarloFit) -> String {
             )
         });
     format!(
-        "Trials: {} solved; pass {last}: {}.\n",
+        "Trials: {} solved; pass {last}: {}.",
         counted(trials.evaluations, "structure"),
         steps.collect::<Vec<_>>().join(", ")
     )

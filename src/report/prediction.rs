@@ -5,11 +5,13 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_document::table_of;
+
 use crate::mismatch::PartModel;
 use crate::readings::escape_formula;
 use crate::specimen::SpecimenTable;
 
-use super::text::{significant, table_of, unit_behind, with_unit};
+use super::text::{significant, unit_behind, with_unit};
 use crate::count::counted;
 
 /// Predictions of the answers of a table, in the units of the model.
@@ -150,6 +152,7 @@ impl PredictionReport {
                 }),
             ],
         )
+        .text()
     }
 
     /// As a table: comma, point, one row a reading, units in the names of the columns.

@@ -6,6 +6,8 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_document::{Table, table_of};
+
 use crate::analysis::RobotCheck;
 use crate::physics::{ActingPhysics, Effect};
 use crate::robot::{
@@ -14,7 +16,7 @@ use crate::robot::{
 };
 use crate::structure::Compliance6;
 
-use super::text::{AlignedTable, or_dash, significant, table_of};
+use super::text::{or_dash, significant};
 
 /// What a robot file says, counted.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -128,29 +130,35 @@ impl RobotReport {
             self.end,
             self.supports.join(", ")
         );
-        text.push_str(&table_of(
-            &self.mechanisms,
-            &[
-                ("mechanism", &|one| one.name.clone()),
-                ("chains", &|one| one.chains.join(" ")),
-                ("elements", &|one| one.elements.len().to_string()),
-                ("rigid links", &|one| one.rigid_links.len().to_string()),
-                ("joints", &|one| one.joints.len().to_string()),
-            ],
-        ));
+        text.push_str(
+            &table_of(
+                &self.mechanisms,
+                &[
+                    ("mechanism", &|one| one.name.clone()),
+                    ("chains", &|one| one.chains.join(" ")),
+                    ("elements", &|one| one.elements.len().to_string()),
+                    ("rigid links", &|one| one.rigid_links.len().to_string()),
+                    ("joints", &|one| one.joints.len().to_string()),
+                ],
+            )
+            .text(),
+        );
         text.push('\n');
-        text.push_str(&table_of(
-            &self.variables,
-            &[
-                ("variable", &|one| one.name.clone()),
-                ("smallest, deg", &|one| one.min_deg.to_string()),
-                ("largest, deg", &|one| one.max_deg.to_string()),
-                ("nominal, deg", &|one| one.nominal_deg.to_string()),
-            ],
-        ));
+        text.push_str(
+            &table_of(
+                &self.variables,
+                &[
+                    ("variable", &|one| one.name.clone()),
+                    ("smallest, deg", &|one| one.min_deg.to_string()),
+                    ("largest, deg", &|one| one.max_deg.to_string()),
+                    ("nominal, deg", &|one| one.nominal_deg.to_string()),
+                ],
+            )
+            .text(),
+        );
         let names = self.variables.iter().map(|variable| variable.name.as_str());
         let heads: Vec<&str> = std::iter::once("pose").chain(names).collect();
-        let mut rows = AlignedTable::new(&heads);
+        let mut rows = Table::new(&heads);
         for pose in &self.poses {
             let angles = pose.pose.angles_deg.iter().map(f64::to_string);
             rows.row(std::iter::once(pose.id.to_string()).chain(angles));
@@ -211,23 +219,27 @@ impl MobilityReport {
                 ("equations", &|one| equations(one.host)),
                 ("F", &|one| one.freedoms.to_string()),
             ],
-        );
+        )
+        .text();
         let mut text = match self.total {
         Some(total) => format!("{chains}\nTotal by eq. (1): F = {total}.\n\n"),
         None => "No body of the robot file names its `chain`, so eqs. (1) to (5) have nothing to count.\n\n".to_owned(),
     };
-        text.push_str(&table_of(
-            &self.mechanisms,
-            &[
-                ("mechanism", &|one| one.mechanism.clone()),
-                ("joints", &|one| one.rank_check.joints.to_string()),
-                ("loops", &|one| one.rank_check.loops.to_string()),
-                ("rank of 6 x loops conditions", &|one| {
-                    one.rank_check.rank.to_string()
-                }),
-                ("freedoms", &|one| one.rank_check.freedoms.to_string()),
-            ],
-        ));
+        text.push_str(
+            &table_of(
+                &self.mechanisms,
+                &[
+                    ("mechanism", &|one| one.mechanism.clone()),
+                    ("joints", &|one| one.rank_check.joints.to_string()),
+                    ("loops", &|one| one.rank_check.loops.to_string()),
+                    ("rank of 6 x loops conditions", &|one| {
+                        one.rank_check.rank.to_string()
+                    }),
+                    ("freedoms", &|one| one.rank_check.freedoms.to_string()),
+                ],
+            )
+            .text(),
+        );
         text.push_str("\nThe second table counts nothing: it is the rank of the conditions that the loops close, in the first pose of the robot.\n");
         text
     }
@@ -275,7 +287,7 @@ impl ComplianceReport {
     #[must_use]
     pub fn text(&self) -> String {
         let heads: Vec<&str> = std::iter::once("").chain(self.columns).collect();
-        let mut rows = AlignedTable::new(&heads);
+        let mut rows = Table::new(&heads);
         let text = |value: Option<f64>, known: &dyn Fn(f64) -> String| {
             value.map_or_else(|| "unknown".to_owned(), known)
         };
@@ -319,7 +331,9 @@ pub fn robot_check_text(check: &RobotCheck) -> String {
             ("Kz, N/um", &|one| stiffness(one.stiffness_n_per_um[2])),
             ("plausible", &|one| or_dash(one.plausible, mark)),
         ],
-    ) + "\n";
+    )
+    .text()
+        + "\n";
     if let Some(reach) = check.reach_m {
         let _ = writeln!(text, "Reach in these poses: {reach:.3} m.");
     }

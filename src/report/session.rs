@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_document::{Document, Table};
+
 use crate::fit::{BestPoses, ProposedWithin};
 use crate::load_direction::LoadDirection;
 use crate::session::{
@@ -13,8 +15,8 @@ use crate::session::{
 };
 use crate::test_point::PoseId;
 
-use super::fit::{kept_text, tool_words};
-use super::text::{AlignedTable, significant};
+use super::fit::{kept_words, tool_words};
+use super::text::significant;
 
 /// What happened in a session.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -99,8 +101,8 @@ impl PlanReport {
 
 /// The standard errors to be expected in poses that were chosen for it, as a table.
 #[must_use]
-pub fn best_poses_text(best: &BestPoses) -> String {
-    let mut rows = AlignedTable::new(&["parameter", "standard error to be expected", "unit"]);
+pub fn best_poses_document(best: &BestPoses) -> Document {
+    let mut rows = Table::new(&["parameter", "standard error to be expected", "unit"]);
     for (parameter, error) in &best.errors {
         rows.row([
             parameter.to_string(),
@@ -111,17 +113,20 @@ pub fn best_poses_text(best: &BestPoses) -> String {
             parameter.unit().to_owned(),
         ]);
     }
-    let mut poses = AlignedTable::new(&["pose", "tool at x, y, z, mm"]);
+    let mut poses = Table::new(&["pose", "tool at x, y, z, mm"]);
     for (named, tool_m) in best.poses.iter().zip(&best.tools_m) {
         poses.row([named.id.to_string(), tool_words(*tool_m)]);
     }
-    format!(
-        "\nPoses that determine the parameters best, of {} that may be proposed:\n\n{}{}\nStandard errors with the noise of simulate (Cramér-Rao limit):\n\n{}",
-        best.tried,
-        poses.text(),
-        kept_text(&best.within),
-        rows.text()
-    )
+    let mut document = Document::new();
+    document.paragraph(format!(
+        "Poses that determine the parameters best, of {} that may be proposed:",
+        best.tried
+    ));
+    document.table(poses);
+    document.paragraph(kept_words(&best.within));
+    document.paragraph("Standard errors with the noise of simulate (Cramér-Rao limit):");
+    document.table(rows);
+    document
 }
 
 /// How a session ended, or that it has not.

@@ -5,12 +5,14 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_document::{Document, table_of};
+
 use crate::fit::{Scope, SectionSignificance, SequenceStep};
 use crate::robot::FittingFactors;
 use crate::structure::Property;
 use crate::test_point::PoseId;
 
-use super::text::{digits, significant, table_of, with_unit};
+use super::text::{digits, significant, with_unit};
 
 /// Significance as the data of `stiffbench significance --json`.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -112,17 +114,18 @@ impl From<&SectionSignificance> for SignificanceReport {
 impl SignificanceReport {
     /// Tables and sequence.
     #[must_use]
-    pub fn text(&self) -> String {
-        format!(
-            "{}{}\nFitting sequence: {}.\n",
-            self.table(),
-            self.further_text(),
+    pub fn document(&self) -> Document {
+        let mut document = self.of_constants();
+        document.append(self.of_further());
+        document.paragraph(format!(
+            "Fitting sequence: {}.",
             sequence_text(&self.sequence)
-        )
+        ));
+        document
     }
 
     /// Both readings of significance beside each other: what a hundredfold leaves, and the exact share.
-    pub(super) fn table(&self) -> String {
+    pub(super) fn of_constants(&self) -> Document {
         let constants = Property::ALL.map(|property| {
             let name = property.name();
             (name, Some(&self.remaining_at_100[name]), &self.share[name])
@@ -132,7 +135,8 @@ impl SignificanceReport {
         let left = |left: Option<&ByDirection<f64>>, axis: usize| {
             left.map_or_else(String::new, |left| percent(left.each()[axis]))
         };
-        let table = table_of(
+        let mut document = Document::new();
+        document.table(table_of(
             constants.into_iter().chain(links),
             &[
                 ("constant", &|(name, ..)| (*name).to_owned()),
@@ -143,30 +147,32 @@ impl SignificanceReport {
                 ("y: share, %", &|(.., share)| percent(share.y)),
                 ("z: share, %", &|(.., share)| percent(share.z)),
             ],
-        );
+        ));
         let others = self.share_of_others.each();
         let total = [0, 1, 2].map(|i| {
             let shares = Property::ALL.map(|property| self.share[property.name()].each()[i]);
             shares.iter().sum::<f64>() + others[i]
         });
         let compliance = self.compliance_um_per_n.each().map(|c| significant(c, 4));
-        format!(
-            "{table}\n% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the\n\
-         compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} um/N (x, y, z).\n",
+        document.paragraph(format!(
+            "% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the \
+             compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} um/N (x, y, z).",
             total[0],
             total[1],
             total[2],
             compliance.join(", ")
-        )
+        ));
+        document
     }
 
     /// Single sections and springs; empty without any.
-    fn further_text(&self) -> String {
+    fn of_further(&self) -> Document {
+        let mut document = Document::new();
         if self.further.is_empty() {
-            return String::new();
+            return document;
         }
         let percent = |part: f64| format!("{:.2}", 100.0 * part);
-        let table = table_of(
+        document.table(table_of(
             &self.further,
             &[
                 ("parameter", &|one| with_unit(&one.name, one.unit)),
@@ -178,10 +184,11 @@ impl SignificanceReport {
                 ("y: 1 % at", &|one| digits(one.adds_one_percent_at.y, 3)),
                 ("z: 1 % at", &|one| digits(one.adds_one_percent_at.z, 3)),
             ],
+        ));
+        document.paragraph(
+            "Share: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.",
         );
-        format!(
-            "\n{table}\nShare: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.\n"
-        )
+        document
     }
 }
 

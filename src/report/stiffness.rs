@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use indexmap::IndexSet;
 
+use stiffbench_document::table_of;
+
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::statistics::Estimate;
 use crate::stiffness::{
@@ -11,7 +13,7 @@ use crate::stiffness::{
     StiffnessTable,
 };
 
-use super::text::{or_dash, significant, table_of, value_and_u};
+use super::text::{or_dash, significant, value_and_u};
 use crate::count::{counted, degrees_of_freedom};
 
 /// What stands behind a stiffness whose flags put it in doubt.
@@ -47,7 +49,8 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
                 })
             }),
         ],
-    );
+    )
+    .text();
     let mut text = String::new();
     if in_doubt > 0 {
         let cells = counted(in_doubt, "cell");
@@ -209,19 +212,22 @@ fn budgets(table: &StiffnessTable) -> String {
             let known = Some(dof).filter(|dof| dof.is_finite());
             known.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 3))
         };
-        text.push_str(&table_of(
-            &found.budget.rows,
-            &[
-                ("source", &|row| row.source.to_string()),
-                ("type", &|row| format!("{:?}", row.evaluation)),
-                ("distribution", &|row| {
-                    format!("{:?}", row.distribution).to_lowercase()
-                }),
-                ("contribution, N/um", &contribution),
-                ("dof", &|row| dof(row.dof)),
-                ("share, %", &|row| format!("{:.1}", row.share_percent)),
-            ],
-        ));
+        text.push_str(
+            &table_of(
+                &found.budget.rows,
+                &[
+                    ("source", &|row| row.source.to_string()),
+                    ("type", &|row| format!("{:?}", row.evaluation)),
+                    ("distribution", &|row| {
+                        format!("{:?}", row.distribution).to_lowercase()
+                    }),
+                    ("contribution, N/um", &contribution),
+                    ("dof", &|row| dof(row.dof)),
+                    ("share, %", &|row| format!("{:.1}", row.share_percent)),
+                ],
+            )
+            .text(),
+        );
     }
     text
 }

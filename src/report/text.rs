@@ -1,59 +1,8 @@
-//! Tables for the terminal that are Markdown at the same time, so that what is printed can be pasted.
-
-use comfy_table::presets::ASCII_MARKDOWN;
-use comfy_table::{CellAlignment, Table};
+//! Numbers and intervals as printed.
 
 use crate::mismatch::ReadQuantity;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::stiffness::format_value_uncertainty;
-
-/// A table of text cells; the first column is left-aligned, the others right-aligned.
-#[derive(Debug)]
-pub struct AlignedTable(Table);
-
-impl AlignedTable {
-    /// A table with these column heads.
-    #[must_use]
-    pub fn new(heads: &[&str]) -> Self {
-        let mut table = Table::new();
-        table.load_style(ASCII_MARKDOWN);
-        table.set_header(heads.iter().map(|head| table_cell(head)));
-        for (place, column) in table.column_iter_mut().enumerate() {
-            let alignment = if place == 0 {
-                CellAlignment::Left
-            } else {
-                CellAlignment::Right
-            };
-            column.set_cell_alignment(alignment);
-        }
-        Self(table)
-    }
-
-    /// Adds a row.
-    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        self.0
-            .add_row(cells.into_iter().map(|cell| table_cell(&cell)));
-    }
-
-    /// The table as text, each line ended.
-    #[must_use]
-    pub fn text(&self) -> String {
-        format!("{}\n", self.0)
-    }
-}
-
-/// A column of a table: its head, and what it shows of a row.
-pub type TextColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
-
-/// A table of rows as text, each line ended.
-pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, T>]) -> String {
-    let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
-    let mut table = AlignedTable::new(&heads);
-    for row in rows {
-        table.row(columns.iter().map(|(_, cell)| cell(&row)));
-    }
-    table.text()
-}
 
 /// What a value is printed as, or a dash where there is none.
 pub(super) fn or_dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
@@ -127,32 +76,6 @@ pub(crate) fn micro(value: f64) -> f64 {
     value / METRES_PER_MICROMETRE
 }
 
-/// A text as a cell: no bar in it ends the cell, and no line the row.
-fn table_cell(text: &str) -> String {
-    text.replace('|', "\\|").replace(['\n', '\r'], " ")
-}
-
-/// A text in lines of at most so many characters, each after `indent`; the first after `first`.
-pub(super) fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
-    let mut out = String::new();
-    let mut line = first.to_owned();
-    let mut empty = true;
-    for word in text.split_whitespace() {
-        if !empty && line.chars().count() + 1 + word.chars().count() > width {
-            out.push_str(line.trim_end());
-            out.push('\n');
-            indent.clone_into(&mut line);
-            empty = true;
-        }
-        if !empty {
-            line.push(' ');
-        }
-        line.push_str(word);
-        empty = false;
-    }
-    out + line.trim_end()
-}
-
 /// A number with so many significant digits, plain where that is short, in powers of ten where not.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
@@ -209,15 +132,5 @@ mod tests {
         assert_eq!(significant(-1234.5, 3), "-1234");
         assert_eq!(significant(1.5e-9, 3), "1.50e-9");
         assert_eq!(significant(f64::NAN, 3), "-");
-    }
-
-    #[test]
-    fn a_table_is_markdown() {
-        let mut table = AlignedTable::new(&["pose", "K"]);
-        table.row(["P1".to_owned(), "0.5".to_owned()]);
-        assert_eq!(
-            table.text(),
-            "| pose |   K |\n|------|-----|\n| P1   | 0.5 |\n"
-        );
     }
 }

@@ -3,13 +3,15 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_document::{Document, Table};
+
 use crate::analysis::VectorStiffness;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
 use crate::statistics::Estimate;
 use crate::test_point::PoseId;
 
-use super::text::{AlignedTable, value_and_u};
+use super::text::value_and_u;
 
 /// Metres per newton in a micrometre and in a millimetre per newton.
 const UM_PER_N: f64 = 1e-6;
@@ -83,9 +85,9 @@ impl VectorStiffnessReport {
         }
     }
 
-    /// The tables in words.
+    /// The tables, and what their values are.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let rows = self.cells.iter().map(|cell| {
             let AxisValues { x, y, z } = &cell.compliance;
             let named = [
@@ -96,21 +98,26 @@ impl VectorStiffnessReport {
             (named, vec![x, y, z, &cell.stiffness])
         });
         let values = ["x, um/N", "y, um/N", "z, um/N", "K along the load, N/um"];
-        let mut text = table_with_u(["pose", "load along", "runs"], &values, rows);
-        text.push_str(
-            "\nDisplacement along the base axes per force along the load: the slope over the loads by generalised least squares, which `fit` takes.\n\
-             U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines;\n\
-             calibration is not in it. A dash: no gauge along this axis.\n",
+        let mut document = Document::new();
+        document.table(table_with_u(["pose", "load along", "runs"], &values, rows));
+        document.paragraph(
+            "Displacement along the base axes per force along the load: the slope over the loads by generalised least squares, which `fit` takes. \
+             U is the expanded uncertainty for 95 % from the noise of all readings, without repeats from their scatter about the lines; \
+             calibration is not in it. A dash: no gauge along this axis.",
         );
-        if let Some(static_compliance) = &self.static_compliance {
-            text.push_str(&static_text(static_compliance));
+        if let Some(rows) = &self.static_compliance {
+            document.paragraph("Static compliance (ISO 9283), mm/N in the base frame");
+            document.table(static_compliance(rows));
+            document.paragraph(
+                "Displacement at the largest force per that force, averaged over the repeats.",
+            );
         }
-        text
+        document
     }
 }
 
 /// The table of ISO 9283.
-fn static_text(rows: &[StaticComplianceRow]) -> String {
+fn static_compliance(rows: &[StaticComplianceRow]) -> Table {
     let rows = rows.iter().map(|row| {
         let AxisValues { x, y, z } = &row.compliance;
         let force = format!("{:.1}", row.force_n);
@@ -118,10 +125,7 @@ fn static_text(rows: &[StaticComplianceRow]) -> String {
         (named, vec![x, y, z])
     });
     let values = ["x, mm/N", "y, mm/N", "z, mm/N"];
-    let table = table_with_u(["pose", "force along", "force, N"], &values, rows);
-    format!(
-        "\nStatic compliance (ISO 9283), mm/N in the base frame\n\n{table}\nDisplacement at the largest force per that force, averaged over the repeats.\n"
-    )
+    table_with_u(["pose", "force along", "force, N"], &values, rows)
 }
 
 /// A table of values, each with its expanded uncertainty.
@@ -129,17 +133,17 @@ fn table_with_u<'r>(
     names: [&str; 3],
     values: &[&str],
     rows: impl Iterator<Item = ([String; 3], Vec<&'r Reported>)>,
-) -> String {
+) -> Table {
     let heads = values.iter().flat_map(|value| [*value, "U"]);
     let heads: Vec<&str> = names.into_iter().chain(heads).collect();
-    let mut table = AlignedTable::new(&heads);
+    let mut table = Table::new(&heads);
     for (named, values) in rows {
         let values = values
             .into_iter()
             .flat_map(|value| value_and_u([value.value, value.expanded_uncertainty], 4, "-"));
         table.row(named.into_iter().chain(values));
     }
-    table.text()
+    table
 }
 
 fn axis_values(values: &[Option<Estimate>; 3], si_per_unit: f64, unit: &'static str) -> AxisValues {

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
 use crate::cli::run_words;
-use crate::report::{AlignedTable, DemoConcealed, DemoFinding};
+use crate::report::{DemoConcealed, DemoFinding, Table};
 
 /// What is concealed in the simulated bench; the analysis is not given it.
 const CONCEALED: &str = "joint-backlash@A3:play=18urad,seat_moment=9N*m";
@@ -90,8 +90,7 @@ fn finding(found: &Value) -> DemoFinding {
 pub(super) fn story(report: &DemoConcealed, diagnosis: &Path) -> String {
     let percent =
         |error: Option<f64>| error.map_or_else(|| "-".to_owned(), |e| format!("{e:.1} %"));
-    let mut rows =
-        AlignedTable::new(&["fit to P1 and P3, validated on P2 and P4", "largest error"]);
+    let mut rows = Table::new(&["fit to P1 and P3, validated on P2 and P4", "largest error"]);
     let errors = [
         ("beams only", report.left_out_error_percent),
         (

@@ -110,7 +110,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
          The paper's own measured stiffness (Table VI)\n\n{}",
         folder.display(),
         stiffness_text(&table, false),
-        fit.text(&outcome),
+        fit.document(&outcome).text(),
         paper.fits_text()
     );
     let with_inputs = format!("{}{text}", inputs.text());

@@ -14,7 +14,7 @@ use crate::count::counted;
 use crate::fit::{BestPoses, spring_choice};
 use crate::procedure::{Pace, PlannedReading, Procedure};
 use crate::readings::Instruments;
-use crate::report::{PlanReport, best_poses_text};
+use crate::report::{PlanReport, best_poses_document};
 use crate::session::{QUESTIONS, Question, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
@@ -103,7 +103,7 @@ fn planned(plan: &SessionPlan, procedure: &Procedure, best: Option<&BestPoses>) 
         );
     }
     if let Some(best) = best {
-        text.push_str(&best_poses_text(best));
+        let _ = write!(text, "\n{}", best_poses_document(best).text());
     }
     for (place, cell) in plan.cells.iter().enumerate() {
         describe(&mut text, place, cell, plan);

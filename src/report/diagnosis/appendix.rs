@@ -1,49 +1,49 @@
 //! The numbers behind the verdict page, for readers who know statistics.
 
-use std::fmt::Write;
+use stiffbench_document::{Document, Table, table_of};
 
 use crate::mismatch::{DetectionLimit, ExplainedShare, Finding, Observations, Spot};
 use crate::physics::{Law, Place};
-use crate::report::text::{AlignedTable, open_interval, or_dash, significant, table_of};
+use crate::report::text::{open_interval, or_dash, significant};
 use crate::search::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
-use super::phrases::{listed, paragraph};
+use super::phrases::listed;
 use crate::analysis::{DiagnosisReport, Subject};
 use crate::count::counted;
 
 /// The technical appendix of the verdict page: all tables.
 #[must_use]
-pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
+pub fn diagnosis_appendix(report: &DiagnosisReport) -> Document {
     let diagnosis = &report.diagnosis;
-    let mut text = "APPENDIX: THE NUMBERS\n".to_owned();
-    text.push_str(&provenance(report));
-    text.push_str(&noise_text(&report.into()));
+    let mut text = Document::under("Appendix: the numbers");
+    text.paragraph(provenance(report));
+    text.append(noise_text(&report.into()));
     if !diagnosis.findings.is_empty() {
-        text.push_str("\nFindings. absorbed: share of the whitened effect that the factors take; p: chance that noise alone gives any law as much.\n");
-        text.push_str(&findings(report));
-        text.push_str("\nCandidates. log B: natural logarithm of the Bayes factor against the model without the finding they stand in for.\n");
-        text.push_str(&candidates(&diagnosis.findings));
+        text.paragraph("Findings. absorbed: share of the whitened effect that the factors take; p: chance that noise alone gives any law as much.");
+        text.table(findings(report));
+        text.paragraph("Candidates. log B: natural logarithm of the Bayes factor against the model without the finding they stand in for.");
+        text.table(candidates(&diagnosis.findings));
     }
-    text.push_str("\nStrata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of all\nthat noise does not explain, largest departure of a reading.\n");
-    text.push_str(&strata(report));
+    text.paragraph("Strata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of all that noise does not explain, largest departure of a reading.");
+    text.append(strata(report));
     if !report.is_of_part() {
-        text.push_str(&suspects(report));
+        text.append(suspects(report));
     }
-    text.push_str(&quality(report));
+    text.append(quality(report));
     if report.impossible().next().is_some() {
-        text.push_str("\nRejected: the fall of the weighted squares that a value with the impossible sign would have brought.\n");
-        text.push_str(&table_of(
+        text.paragraph("Rejected: the fall of the weighted squares that a value with the impossible sign would have brought.");
+        text.table(table_of(
             report.impossible(),
             &[
                 ("law and place", &|one| named(one.law, &one.place)),
-                ("gain", &|one| significant(one.delta_chi2, 3)),
+                ("fall of the squares", &|one| significant(one.delta_chi2, 3)),
             ],
         ));
     }
-    text.push_str(&critical_values(report));
-    text.push_str("\nSmallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.\n");
-    text.push_str(&detection_limits(report));
+    text.append(critical_values(report));
+    text.paragraph("Smallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size where nothing was found.");
+    text.table(detection_limits(report));
     text
 }
 
@@ -82,7 +82,7 @@ fn provenance(report: &DiagnosisReport) -> String {
         counted(observations.cells.len(), cell),
         report.seed
     );
-    paragraph(&sentence, "", "")
+    sentence
 }
 
 /// How many readings there are, and of how many gauges if of several.
@@ -94,9 +94,9 @@ fn readings_of(observations: &Observations) -> String {
     }
 }
 
-fn findings(report: &DiagnosisReport) -> String {
+fn findings(report: &DiagnosisReport) -> Table {
     let (findings, subject) = (&report.diagnosis.findings, &report.subject);
-    let mut rows = AlignedTable::new(&[
+    let mut rows = Table::new(&[
         "law and place",
         "set",
         "parameter",
@@ -152,12 +152,11 @@ fn findings(report: &DiagnosisReport) -> String {
             }
         }
     }
-    rows.text()
+    rows
 }
 
-fn candidates(findings: &[Finding]) -> String {
-    let mut rows =
-        AlignedTable::new(&["law and place", "log B", "behind the winner", "cosine", ""]);
+fn candidates(findings: &[Finding]) -> Table {
+    let mut rows = Table::new(&["law and place", "log B", "behind the winner", "cosine", ""]);
     let mut seen: Vec<u32> = Vec::new();
     for finding in findings {
         let effect = &finding.effect;
@@ -192,10 +191,10 @@ fn candidates(findings: &[Finding]) -> String {
             ]);
         }
     }
-    rows.text()
+    rows
 }
 
-fn strata(report: &DiagnosisReport) -> String {
+fn strata(report: &DiagnosisReport) -> Document {
     let dof = |[above, below]: [f64; 2]| {
         if below.is_finite() {
             format!("{above:.0}, {below:.0}")
@@ -205,7 +204,8 @@ fn strata(report: &DiagnosisReport) -> String {
     };
     // The draws for a coarse gauge can show no less.
     let less = |at_floor: bool| if at_floor { "<" } else { "" };
-    let mut text = table_of(
+    let mut text = Document::new();
+    text.table(table_of(
         &report.located.tests,
         &[
             ("contrast", &|test| test.contrast.to_string()),
@@ -219,9 +219,9 @@ fn strata(report: &DiagnosisReport) -> String {
             ("size", &|test| report.subject.reading(test.size_m)),
             ("sits in", &|test| or_dash(test.spots.first(), spot)),
         ],
-    );
+    ));
     for one in &report.located.untested {
-        let _ = writeln!(text, "{} was not tested: {}.", one.contrast, one.why);
+        text.item(format!("{} was not tested: {}.", one.contrast, one.why));
     }
     let left = &report.diagnosis.unexplained;
     let of_pose = left.pose.as_ref().map_or_else(
@@ -238,7 +238,7 @@ fn strata(report: &DiagnosisReport) -> String {
         left.stratum,
         significant(left.p_family, 2)
     );
-    text.push_str(&paragraph(&sentence, "", ""));
+    text.paragraph(sentence);
     text
 }
 
@@ -261,10 +261,10 @@ fn spot(spot: &Spot) -> String {
 }
 
 /// Parts of the structure that would carry the misfit.
-fn suspects(report: &DiagnosisReport) -> String {
+fn suspects(report: &DiagnosisReport) -> Document {
     /// Parts that are told.
     const PARTS: usize = 8;
-    let mut text = String::new();
+    let mut text = Document::new();
     for (what, shares) in [
         ("slopes", &report.located.slope_components),
         ("shapes", &report.located.shape_components),
@@ -272,10 +272,9 @@ fn suspects(report: &DiagnosisReport) -> String {
         if shares.is_empty() {
             continue;
         }
-        let _ = writeln!(
-            text,
-            "\nParts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
-        );
+        text.paragraph(format!(
+            "Parts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
+        ));
         let alike = |one: &&ExplainedShare| {
             let alike: Vec<String> = one.alike.iter().take(3).map(ToString::to_string).collect();
             match one.alike.len().saturating_sub(alike.len()) {
@@ -284,7 +283,7 @@ fn suspects(report: &DiagnosisReport) -> String {
             }
         };
         let possible = |one: &&ExplainedShare| if one.possible { "yes" } else { "no" }.to_owned();
-        text.push_str(&table_of(
+        text.table(table_of(
             shares.iter().take(PARTS),
             &[
                 ("part", &|one| one.component.to_string()),
@@ -298,21 +297,23 @@ fn suspects(report: &DiagnosisReport) -> String {
     text
 }
 
-fn quality(report: &DiagnosisReport) -> String {
+fn quality(report: &DiagnosisReport) -> Document {
     let (before, after) = (&report.diagnosis.before, &report.diagnosis.after);
     let subject = &report.subject;
-    let mut text = format!(
-        "\nReduced chi-squared {:.3} before, {:.3} after.",
+    let mut text = Document::new();
+    let of_all = format!(
+        "Reduced chi-squared {:.3} before, {:.3} after.",
         before.reduced_chi2, after.reduced_chi2
     );
     if report.is_of_part() {
-        return text + "\n";
-    }
-    text.push_str(" Error in each pose left out of the fit:\n");
-    if before.held_out.is_empty() {
-        text.push_str("only one pose was measured\n");
+        text.paragraph(of_all);
+    } else if before.held_out.is_empty() {
+        text.paragraph(format!(
+            "{of_all} Only one pose was measured: none can be left out of the fit."
+        ));
     } else {
-        text.push_str(&table_of(
+        text.paragraph(format!("{of_all} Error in each pose left out of the fit:"));
+        text.table(table_of(
             before.held_out.iter().zip(&after.held_out),
             &[
                 ("pose left out", &|(before, _)| before.pose.to_string()),
@@ -324,19 +325,19 @@ fn quality(report: &DiagnosisReport) -> String {
     text
 }
 
-fn critical_values(report: &DiagnosisReport) -> String {
+fn critical_values(report: &DiagnosisReport) -> Document {
     let critical = &report.critical;
-    let mut text = String::from("\n");
+    let mut text = Document::new();
     let sentence = format!(
         "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {NULL_SAMPLES} draws with seed {}. The \
-         level of the laws is split between them so that most are found at {DESIGN_LENGTH} standard errors; the critical value is that of the gain, the \
-         fall of the weighted squares.",
+         level of the laws is split between them so that most are found at {DESIGN_LENGTH} standard errors; the critical value is that of the fall of the \
+         weighted squares.",
         significant(100.0 * LAW_LEVEL, 2),
         significant(100.0 * UNEXPLAINED_LEVEL, 2),
         report.seed
     );
-    text.push_str(&paragraph(&sentence, "", ""));
-    let mut rows = AlignedTable::new(&["law", "share of the level", "level, %", "critical value"]);
+    text.paragraph(sentence);
+    let mut rows = Table::new(&["law", "share of the level", "level, %", "critical value"]);
     for (family, limit) in &critical.laws.values {
         let (law, wide) = *family;
         let name = if wide {
@@ -358,11 +359,11 @@ fn critical_values(report: &DiagnosisReport) -> String {
         significant(100.0 * UNEXPLAINED_LEVEL, 2),
         format!("{:.1}", critical.of_unexplained()),
     ]);
-    let _ = write!(text, "{}", rows.text());
+    text.table(rows);
     text
 }
 
-fn detection_limits(report: &DiagnosisReport) -> String {
+fn detection_limits(report: &DiagnosisReport) -> Table {
     let subject = &report.subject;
     let mut critical: Vec<&DetectionLimit> = report.diagnosis.detection_limits.iter().collect();
     // The sort is stable: places of a law stay in the order of the robot.

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_document::Document;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{BadReading, BadRun};
@@ -9,8 +10,6 @@ use crate::report::{
     factor_words, micro, reading_shown, significant, table_mistake_words, usual_unit,
 };
 use crate::test_point::{Branch, Cell, Direction, DirectionName, PoseId};
-
-use super::phrases::paragraph;
 
 /// Bad readings that the page names; the JSON has all.
 const NAMED: usize = 12;
@@ -195,7 +194,7 @@ fn file_of(report: &DiagnosisReport, pose: &PoseId) -> String {
 }
 
 /// The lines above everything else; empty where nothing is bad.
-pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
+pub(super) fn bad_readings_first(report: &DiagnosisReport) -> Document {
     let runs = report.bad_runs.iter();
     let (exchanged, runs): (Vec<&BadRun>, Vec<&BadRun>) =
         runs.partition(|one| one.exchanged_with.is_some());
@@ -260,9 +259,14 @@ pub(super) fn bad_readings_first(report: &DiagnosisReport) -> String {
         .table_mistake
         .as_ref()
         .map_or_else(String::new, |mistake| {
-            paragraph(&format!("Data: {}", table_mistake_words(mistake)), "", "")
+            format!("Data: {}", table_mistake_words(mistake))
         });
-    mistake + &exchanged + &runs + &readings
+    let mut document = Document::new();
+    let lines = [mistake, exchanged, runs, readings];
+    for line in lines.into_iter().filter(|line| !line.is_empty()) {
+        document.paragraph(line);
+    }
+    document
 }
 
 fn first_line(report: &DiagnosisReport, what: &str, count: usize) -> String {
@@ -271,7 +275,7 @@ fn first_line(report: &DiagnosisReport, what: &str, count: usize) -> String {
         (false, 1) => "left out",
         (false, _) => "all left out",
     };
-    paragraph(&format!("{what}; {done}."), "", "")
+    format!("{what}; {done}.")
 }
 
 /// Exchanged cells, each pair once.
@@ -355,14 +359,14 @@ fn bad_run(bad: &BadRun) -> String {
 }
 
 /// The section of the page; empty where nothing is bad.
-pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
+pub(super) fn bad_readings(report: &DiagnosisReport) -> Document {
     let bad = &report.bad_readings;
     if bad.is_empty() && report.bad_runs.is_empty() {
-        return String::new();
+        return Document::new();
     }
-    let mut text = super::page::head("Bad readings");
+    let mut text = Document::under("Bad readings");
     for one in &report.bad_runs {
-        text.push_str(&paragraph(&bad_run(one), "- ", "  "));
+        text.item(bad_run(one));
     }
     for one in bad.iter().take(NAMED) {
         let (value, unit) = reading_shown(one.value_m, one.quantity, 4);
@@ -391,17 +395,17 @@ pub(super) fn bad_readings(report: &DiagnosisReport) -> String {
             cell_of(one),
             one.repeat,
         );
-        text.push_str(&paragraph(&said, "- ", "  "));
+        text.item(said);
     }
     if bad.len() > NAMED {
         let more = format!("{} more are in the JSON output.", bad.len() - NAMED);
-        text.push_str(&paragraph(&more, "- ", "  "));
+        text.item(more);
     }
     let what = if report.outliers_kept {
         "They were kept, as --keep-outliers asks: what follows may be about them."
     } else {
         "What follows was found without them; nothing is deleted. --keep-outliers keeps them in."
     };
-    text.push_str(&paragraph(what, "", ""));
+    text.paragraph(what);
     text
 }

@@ -3,13 +3,12 @@
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_document::{Document, Table};
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{KnownEffect, LawAtPlace};
-use crate::report::{AlignedTable, significant};
+use crate::report::significant;
 
-use super::page::head;
-use super::phrases::paragraph;
 use super::summary::FittedParameter;
 
 /// Physics that was given with `--effect` or `--model`.
@@ -53,18 +52,14 @@ impl From<&KnownEffect> for KnownEffectReport {
 }
 
 /// The section of the page; empty where nothing was known.
-pub(super) fn known_effects(report: &DiagnosisReport) -> String {
+pub(super) fn known_effects(report: &DiagnosisReport) -> Document {
     let known = &report.diagnosis.known_effects;
     if known.is_empty() {
-        return String::new();
+        return Document::new();
     }
-    let mut text = head("Physics known beforehand");
-    text.push_str(&paragraph(
-        "These effects are part of the model from the start, and no candidates of the search. Their values were fitted again.",
-        "",
-        "",
-    ));
-    let mut rows = AlignedTable::new(&["effect", "value", "given", "fitted", "95 % interval"]);
+    let mut text = Document::under("Physics known beforehand");
+    text.paragraph("These effects are part of the model from the start, and no candidates of the search. Their values were fitted again.");
+    let mut rows = Table::new(&["effect", "value", "given", "fitted", "95 % interval"]);
     for one in known.iter().map(KnownEffectReport::from) {
         let name = format!("{} at {}", one.law.law.name, one.law.place);
         for (parameter, value) in &one.parameters {
@@ -77,6 +72,6 @@ pub(super) fn known_effects(report: &DiagnosisReport) -> String {
             ]);
         }
     }
-    text.push_str(&rows.text());
+    text.table(rows);
     text
 }

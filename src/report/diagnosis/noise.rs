@@ -2,15 +2,15 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_document::{Document, table_of};
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::{NoiseBasis, ReadingNoise};
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::text::{micro, significant, table_of, unit_behind};
+use crate::report::text::{micro, significant, unit_behind};
 use crate::statistics::chi_squared_quantile;
 
 use super::is_known;
-use super::phrases::paragraph;
 use super::units::um_shown;
 use crate::count::{counted, degrees_of_freedom};
 
@@ -220,15 +220,17 @@ impl NoiseDeviations {
 }
 
 /// The standard deviations of the noise; where earlier sessions tell them too, a table of what each told.
-pub(super) fn noise_text(noise: &NoiseReport) -> String {
-    let text = match &noise.earlier {
-        Some(sessions) => noise_table(&noise.deviations, sessions),
-        None => noise_sentence(&noise.deviations),
-    };
-    let further = noise.components.iter().filter_map(further_part);
-    text + &further
-        .map(|said| paragraph(&said, "", ""))
-        .collect::<String>()
+pub(super) fn noise_text(noise: &NoiseReport) -> Document {
+    let mut document = Document::new();
+    if let Some(sessions) = &noise.earlier {
+        document.append(noise_table(&noise.deviations, sessions));
+    } else {
+        document.paragraph(noise_sentence(&noise.deviations));
+    }
+    for said in noise.components.iter().filter_map(further_part) {
+        document.paragraph(said);
+    }
+    document
 }
 
 /// What a part says that not every bench has.
@@ -286,17 +288,16 @@ fn noise_sentence(noise: &NoiseDeviations) -> String {
     } else {
         String::new()
     };
-    let sentence = format!(
+    format!(
         "Noise, standard deviations: reading {} ({}){zero}, slope of a run {} % ({}).",
         deviation(noise.reading_sd.value, &noise.reading_sd.unit),
         dof(&noise.reading_sd),
         percent(noise.run_slope_sd.value),
         dof(&noise.run_slope_sd)
-    );
-    paragraph(&sentence, "", "")
+    )
 }
 
-fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> String {
+fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> Document {
     let each = sessions.iter().map(|one| {
         let counts = if one.used { "yes" } else { "no" };
         let same = significant(one.p_same, 2);
@@ -326,7 +327,10 @@ fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> String
     );
     let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
                 p same: chance that two sessions with the same noise differ as much as the earlier one and this.";
-    paragraph(head, "", "") + &table
+    let mut document = Document::new();
+    document.paragraph(head);
+    document.table(table);
+    document
 }
 
 /// A standard deviation with its unit.

@@ -1,14 +1,14 @@
 //! What the verdict page says of laws that could not be tested or were refused, and of what to measure next.
 
-use std::fmt::Write;
+use stiffbench_document::Document;
 
 use crate::mismatch::NextMeasurement;
 use crate::physics::{Law, title};
 use crate::test_point::Branch;
 
 use super::detection_limits::{DetectionLimitReport, UnseenReason};
-use super::page::{capital, head};
-use super::phrases::{impossible, listed, paragraph};
+use super::page::capital;
+use super::phrases::{impossible, listed};
 use crate::analysis::{DiagnosisReport, Subject};
 
 /// Expected log likelihood ratio beyond which a plan decides whatever it is.
@@ -18,7 +18,7 @@ const MOST_LOG_LR: f64 = 100.0;
 const PLACES: usize = 8;
 
 /// What could not be tested: laws that fail for one reason at the same places share a paragraph.
-pub(super) fn not_tested(report: &DiagnosisReport) -> String {
+pub(super) fn not_tested(report: &DiagnosisReport) -> Document {
     let limits = report.detection_limits();
     let all: Vec<(&DetectionLimitReport, UnseenReason)> = limits
         .iter()
@@ -30,23 +30,15 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
     let is_timeless =
         matches!(&report.subject, Subject::Part { units, .. } if units.order_is_clock);
     if all.is_empty() && !loading_only && !is_timeless {
-        return String::new();
+        return Document::new();
     }
-    let mut text = head("What could not be tested");
+    let mut text = Document::under("What could not be tested");
     if loading_only {
-        text.push_str(&paragraph(
-            "No reading was made while the load came off. On loading alone play and friction look alike but for their sign, and creep and an \
-             uneven force gauge hardly differ. To distinguish them, read while unloading too.",
-            "- ",
-            "  ",
-        ));
+        text.item("No reading was made while the load came off. On loading alone play and friction look alike but for their sign, and creep and an \
+             uneven force gauge hardly differ. To distinguish them, read while unloading too.");
     }
     if is_timeless {
-        text.push_str(&paragraph(
-            "There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.",
-            "- ",
-            "  ",
-        ));
+        text.item("There is no time column: laws with a time constant were not searched for. The order of the readings is the history of the part.");
     }
     let mut by_law: Vec<(Vec<Law>, Vec<String>, UnseenReason)> = Vec::new();
     for &law in Law::ALL {
@@ -84,42 +76,67 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
             capital(&listed(&laws, "and")),
             why.reason
         );
-        text.push_str(&paragraph(&sentence, "- ", "  "));
+        text.item(sentence);
     }
     text
 }
 
 /// Laws that would serve only with an impossible value.
-pub(super) fn rejected(report: &DiagnosisReport) -> String {
+pub(super) fn rejected(report: &DiagnosisReport) -> Document {
     let refused: Vec<_> = report.impossible().collect();
     if refused.is_empty() {
-        return String::new();
+        return Document::new();
     }
-    let mut text = head("Rejected as impossible");
+    let mut text = Document::under("Rejected as impossible");
     for one in refused.iter().take(PLACES) {
         let sentence = format!(
             "{}: {}.",
             capital(&title(one.law, &one.place)),
             impossible(one.law)
         );
-        text.push_str(&paragraph(&sentence, "- ", "  "));
+        text.item(sentence);
     }
     if refused.len() > PLACES {
-        let _ = writeln!(
-            text,
-            "- and {} more, listed in the appendix.",
+        text.item(format!(
+            "and {} more, listed in the appendix.",
             refused.len() - PLACES
-        );
+        ));
     }
     text
 }
 
-/// Plans that would separate what is open, each with all that it separates.
-pub(super) fn next(report: &DiagnosisReport) -> String {
-    if report.next.is_empty() {
-        return String::new();
+/// Where a reader finds the procedures of a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProposedProcedures {
+    /// Beside the text.
+    Beside,
+    /// Nowhere yet: `diagnose` writes them.
+    Unwritten,
+}
+
+/// The section on what to measure next.
+pub(super) fn next(report: &DiagnosisReport, procedures: ProposedProcedures) -> Document {
+    let mut document = Document::new();
+    let plans = next_plans(report, procedures);
+    if !plans.is_empty() {
+        document.heading("What to measure next");
+        for plan in plans {
+            document.item(plan);
+        }
     }
-    let mut text = head("What to measure next");
+    document
+}
+
+/// Plans that would separate what is open, each with all that it separates.
+pub(in crate::report) fn next_plans(
+    report: &DiagnosisReport,
+    procedures: ProposedProcedures,
+) -> Vec<String> {
+    let mut plans = Vec::new();
+    let written = match procedures {
+        ProposedProcedures::Beside => "Procedure",
+        ProposedProcedures::Unwritten => "stiffbench diagnose SESSION writes its procedure",
+    };
     // Nothing is known of the machine that loads a part.
     let by_hand = if report.is_of_part() { " by hand" } else { "" };
     let mut proposed: Vec<&NextMeasurement> = Vec::new();
@@ -143,11 +160,11 @@ pub(super) fn next(report: &DiagnosisReport) -> String {
             capital(&plan.plan),
             plan.minutes,
             listed(&pairs, "and"),
-            file.map_or_else(String::new, |file| format!(" Procedure: {file}."))
+            file.map_or_else(String::new, |file| format!(" {written}: {file}."))
         );
-        text.push_str(&paragraph(&sentence, "- ", "  "));
+        plans.push(sentence);
     }
-    text
+    plans
 }
 
 /// Whether two plans ask for the same and promise as much.

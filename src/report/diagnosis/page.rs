@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use stiffbench_document::Document;
+
 use crate::mismatch::{
     ConfigurationSizes, ExplainedShare, Finding, Location, MisfitShares, NoiseBasis, Verdict,
     VerdictGrade,
@@ -12,8 +14,8 @@ use crate::report::text::{open_interval, significant, unit_behind};
 use super::answer::{Accused, DiagnosisAnswer, phrase_of};
 use super::data_findings::{bad_readings, bad_readings_first};
 use super::known_effects::known_effects;
-use super::open_questions::{next, not_tested, rejected};
-use super::phrases::{likelier, listed, location, one_in, paragraph, phrase, strength};
+use super::open_questions::{ProposedProcedures, next, not_tested, rejected};
+use super::phrases::{likelier, listed, location, one_in, phrase, strength};
 use super::sessions::sessions;
 use super::tables::{errors, factors, upper_limits};
 use super::{check, least_law_p};
@@ -33,14 +35,14 @@ const PATTERNS: usize = 3;
 
 /// The verdict page.
 #[must_use]
-pub fn diagnosis_page(report: &DiagnosisReport) -> String {
+pub fn diagnosis_page(report: &DiagnosisReport, procedures: ProposedProcedures) -> Document {
     let diagnosis = &report.diagnosis;
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
-    let mut text = bad_readings_first(report);
-    text.push_str(&paragraph(&headline(report), "", ""));
-    let when = |shown: bool, section: &dyn Fn() -> String| {
-        if shown { section() } else { String::new() }
+    let mut document = bad_readings_first(report);
+    document.paragraph(headline(report));
+    let when = |shown: bool, section: &dyn Fn() -> Document| {
+        if shown { section() } else { Document::new() }
     };
     let nothing = diagnosis.verdict == Verdict::NothingMissing;
     let sections = [
@@ -57,13 +59,12 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
         when(nothing, &|| upper_limits(report)),
         not_tested(report),
         when(decided, &|| rejected(report)),
-        next(report),
+        next(report, procedures),
     ];
-    for section in sections.iter().filter(|section| !section.is_empty()) {
-        text.push('\n');
-        text.push_str(section);
+    for section in sections {
+        document.append(section);
     }
-    text
+    document
 }
 
 /// Size of a finding at its place, and at the end.
@@ -182,19 +183,14 @@ pub(in crate::report) fn headline(report: &DiagnosisReport) -> String {
     sentences.join(" ")
 }
 
-/// The heading of a section.
-pub(super) fn head(title: &str) -> String {
-    format!("{}\n", title.to_uppercase())
-}
-
-fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
+fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
     let lacking = &report.diagnosis.lacking;
     if lacking.is_empty() {
-        return String::new();
+        return Document::new();
     }
-    let mut text = head("What is lacking");
+    let mut text = Document::under("What is lacking");
     for one in lacking {
-        text.push_str(&paragraph(one, "- ", "  "));
+        text.item(one);
     }
     if !answers.is_empty() {
         let all: Vec<String> = answers.iter().map(DiagnosisAnswer::phrase).collect();
@@ -202,37 +198,30 @@ fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String 
             "The search pointed at {}. That is not a finding: scatter and missing physics cannot be distinguished here.",
             listed(&all, "and at")
         );
-        text.push_str(&paragraph(&hint, "", ""));
+        text.paragraph(hint);
     }
     text
 }
 
 /// Each finding with what it is and how large, physics before mistakes of the robot file and the set-up.
-fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
+fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
     if answers.is_empty() {
-        return String::new();
+        return Document::new();
     }
-    let mut text = String::new();
+    let mut text = Document::new();
     let is_unknown = report.diagnosis.verdict == Verdict::Unknown;
     if is_unknown {
-        text.push_str(&head("What explains a part of it"));
-        text.push_str(&paragraph(
-            "The following improves the model but does not explain what the readings show. Do not take it for the cause: a cause outside \
-             the library can make laws of the library look right.",
-            "",
-            "",
-        ));
+        text.heading("What explains a part of it");
+        text.paragraph("The following improves the model but does not explain what the readings show. Do not take it for the cause: a cause outside \
+             the library can make laws of the library look right.");
     }
     let is_weak = |answer: &&DiagnosisAnswer<'_>| answer.members()[0].grade == VerdictGrade::Weak;
     let mut section = |heading: &str, answers: Vec<&DiagnosisAnswer<'_>>| {
         for (place, answer) in answers.into_iter().enumerate() {
             if place == 0 && !is_unknown {
-                if !text.is_empty() {
-                    text.push('\n');
-                }
-                text.push_str(&head(heading));
+                text.heading(heading);
             }
-            text.push_str(&answer_section(report, answer));
+            text.append(answer_section(report, answer));
         }
     };
     for accused in ACCUSED {
@@ -252,20 +241,20 @@ fn missing(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String 
             "Sizes are means over the configurations; from one to the next they go {}.",
             sizes.in_words()
         );
-        text.push_str(&paragraph(&follow, "", ""));
+        text.paragraph(follow);
     }
     text
 }
 
 /// The findings of an answer.
-fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> String {
-    let mut text = String::new();
+fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> Document {
+    let mut text = Document::new();
     if let DiagnosisAnswer::OneOf(members) = answer {
         let several = format!(
             "One of these {}; the readings do not decide which; the first explains them as well as any.",
             members.len()
         );
-        text.push_str(&paragraph(&several, "", ""));
+        text.paragraph(several);
     }
     let mut explained: Vec<Law> = Vec::new();
     for finding in answer.members() {
@@ -276,7 +265,7 @@ fn answer_section(report: &DiagnosisReport, answer: &DiagnosisAnswer<'_>) -> Str
             let _ = write!(sentence, " Line {line} of {file}: `{text}`.");
         }
         explained.push(law);
-        text.push_str(&paragraph(&sentence, "- ", "  "));
+        text.item(sentence);
     }
     text
 }
@@ -336,11 +325,11 @@ pub(super) fn capital(text: &str) -> String {
     })
 }
 
-fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
+fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> Document {
     if answers.is_empty() {
-        return String::new();
+        return Document::new();
     }
-    let mut text = head("How sure");
+    let mut text = Document::under("How sure");
     for answer in answers {
         let best = answer.members()[0];
         let name = match answer {
@@ -361,7 +350,7 @@ fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
             best.standard_errors
         );
         let sentence = format!("{sentence}{}", shares_text(&best.shares));
-        text.push_str(&paragraph(&sentence, "- ", "  "));
+        text.item(sentence);
     }
     text
 }
@@ -381,11 +370,11 @@ fn shares_text(shares: &MisfitShares) -> String {
 }
 
 /// The nearest rivals.
-fn else_(answers: &[DiagnosisAnswer<'_>]) -> String {
+fn else_(answers: &[DiagnosisAnswer<'_>]) -> Document {
     if answers.is_empty() {
-        return String::new();
+        return Document::new();
     }
-    let mut text = head("What else it could be");
+    let mut text = Document::under("What else it could be");
     for answer in answers {
         let best = answer.members()[0];
         let sentence = match (best.rivals.first(), answer) {
@@ -416,18 +405,18 @@ fn else_(answers: &[DiagnosisAnswer<'_>]) -> String {
                 )
             }
         };
-        text.push_str(&paragraph(&sentence, "- ", "  "));
+        text.item(sentence);
     }
     text
 }
 
-fn where_(report: &DiagnosisReport) -> String {
+fn where_(report: &DiagnosisReport) -> Document {
     let locations = report.locations();
     if locations.is_empty() {
-        return String::new();
+        return Document::new();
     }
     let model = report.subject.model();
-    let mut text = head(&match report.diagnosis.verdict {
+    let mut text = Document::under(match report.diagnosis.verdict {
         Verdict::NothingMissing => "What stands out, no more than chance may".to_owned(),
         Verdict::Unknown => format!("Where the {model} fails"),
         _ => format!("Where the {model} without it fails"),
@@ -441,7 +430,7 @@ fn where_(report: &DiagnosisReport) -> String {
         )
     };
     for one in locations.iter().take(PATTERNS) {
-        text.push_str(&paragraph(&line(one), "- ", "  "));
+        text.item(line(one));
     }
     let suspects = [
         ("the stiffness", &report.located.slope_components),
@@ -452,7 +441,7 @@ fn where_(report: &DiagnosisReport) -> String {
         // A part that leaves something unexplained is no pointer for this page; the appendix has it.
         let enough = |one: &&ExplainedShare| one.possible && one.p_left > ENOUGH;
         if let Some(best) = shares.iter().find(enough) {
-            text.push_str(&paragraph(&carried(what, best), "- ", "  "));
+            text.item(carried(what, best));
         }
     }
     text

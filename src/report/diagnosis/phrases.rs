@@ -3,10 +3,6 @@
 use crate::analysis::Subject;
 use crate::mismatch::{Location, Stratum};
 use crate::physics::{Effect, Law, Place};
-use crate::report::text::wrapped;
-
-/// Width of the verdict page.
-const WIDTH: usize = 100;
 
 /// What is missing, as the object of "the model leaves out …".
 pub(in crate::report) fn phrase(law: Law, place: &Place, values: &[f64]) -> String {
@@ -151,11 +147,6 @@ pub(in crate::report) fn listed(things: &[String], last: &str) -> String {
     }
 }
 
-/// A paragraph broken into lines of the page's width, each after `indent`; the first after `first`.
-pub(super) fn paragraph(text: &str, first: &str, indent: &str) -> String {
-    wrapped(text, WIDTH, first, indent) + "\n"
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,16 +169,6 @@ mod tests {
             one_in(0.0, 0.0),
             "in fewer than 1 of a million such sessions"
         );
-    }
-
-    #[test]
-    fn long_sentences_are_broken_and_indented() {
-        let text = "word ".repeat(30);
-        let broken = paragraph(&text, "- ", "  ");
-        let lines: Vec<&str> = broken.lines().collect();
-        assert_eq!(lines.len(), 2);
-        assert!(lines[0].starts_with("- word") && lines[1].starts_with("  word"));
-        assert!(lines.iter().all(|line| line.len() <= WIDTH));
     }
 
     #[test]

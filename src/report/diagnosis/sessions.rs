@@ -2,13 +2,13 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_document::{Document, table_of};
 
 use crate::analysis::{DiagnosisReport, SessionShare};
 use crate::mismatch::LawAtPlace;
-use crate::report::{micro, significant, table_of};
+use crate::report::{micro, significant};
 
-use super::page::head;
-use super::phrases::{listed, paragraph};
+use super::phrases::listed;
 
 /// One of several sessions that were diagnosed together.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -90,7 +90,7 @@ fn decided(report: &DiagnosisReport, share: &SessionShare) -> Option<String> {
     };
     let open: Vec<String> = before.open.iter().map(name).collect();
     let sentence = format!("{own} left open: {}. {outcome}", listed(&open, "or"));
-    Some(paragraph(&sentence, "", ""))
+    Some(sentence)
 }
 
 /// A place as JSON has it, without its keys.
@@ -106,9 +106,9 @@ fn in_words(place: &serde_json::Value) -> String {
 }
 
 /// The section of the page; empty of one session.
-pub(super) fn sessions(report: &DiagnosisReport) -> String {
+pub(super) fn sessions(report: &DiagnosisReport) -> Document {
     if report.sessions.is_empty() {
-        return String::new();
+        return Document::new();
     }
     let digits = |value: f64| significant(value, 2);
     let table = table_of(
@@ -129,6 +129,10 @@ pub(super) fn sessions(report: &DiagnosisReport) -> String {
         .sessions
         .iter()
         .filter_map(|one| decided(report, one));
-    let head = head("Sessions, each with its own noise (standard deviations)");
-    format!("{head}{table}{}", decided.collect::<String>())
+    let mut document = Document::under("Sessions, each with its own noise (standard deviations)");
+    document.table(table);
+    for sentence in decided {
+        document.paragraph(sentence);
+    }
+    document
 }

@@ -1,19 +1,20 @@
 //! The tables of the verdict page: factors, errors, and what would have been found.
 
+use stiffbench_document::{Document, Table, TextColumn, table_of};
+
 use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
-use crate::report::text::{AlignedTable, TextColumn, significant, table_of, with_unit};
+use crate::report::text::{significant, with_unit};
 
-use super::page::{capital, head};
-use super::phrases::paragraph;
+use super::page::capital;
 use super::{Determination, FactorChangeReport};
 use crate::analysis::{DiagnosisReport, Subject};
 
 /// The factors, and how they move back once what was missing is there.
-pub(super) fn factors(report: &DiagnosisReport) -> String {
+pub(super) fn factors(report: &DiagnosisReport) -> Document {
     let found = !report.diagnosis.findings.is_empty();
     let factor = report.subject.factor();
-    let mut text = head(&if found {
+    let mut text = Document::under(if found {
         format!("How the fitted {factor}s move back")
     } else {
         format!("{}s fitted in the diagnosis", capital(factor))
@@ -22,7 +23,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
         let why = format!(
             "Without the missing physics the {factor}s stood in for it as well as they could. These are the {factor}s without it and with it."
         );
-        text.push_str(&paragraph(&why, "", ""));
+        text.paragraph(why);
     }
     let change = |one: &FactorChangeReport| {
         // Adding zero makes a change that rounds to nothing +0.0.
@@ -50,14 +51,15 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
         columns.retain(|(head, _)| !["without", "change"].contains(head));
         columns[1].0 = "value";
     }
-    text + &table_of(report.factor_changes(), &columns)
+    text.table(table_of(report.factor_changes(), &columns));
+    text
 }
 
 /// How far the model misses the readings, without and with what was found.
-pub(super) fn errors(report: &DiagnosisReport) -> String {
+pub(super) fn errors(report: &DiagnosisReport) -> Document {
     let (diagnosis, subject) = (&report.diagnosis, &report.subject);
     let found = !diagnosis.findings.is_empty();
-    let mut text = head(&format!(
+    let mut text = Document::under(format!(
         "How far the {} misses the readings",
         subject.model()
     ));
@@ -68,7 +70,7 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
             significant(100.0 * rms_m / report.trace.displacement_rms_m, 2)
         )
     };
-    let mut rows = AlignedTable::new(if found {
+    let mut rows = Table::new(if found {
         &["root mean square", "without", "with"]
     } else {
         &["root mean square", "model"]
@@ -118,7 +120,7 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
         let name = format!("readings {along}{off}");
         add(&name, subject.reading(before_m), subject.reading(after_m));
     }
-    text.push_str(&rows.text());
+    text.table(rows);
     let of = match (
         &report.observations.tracker,
         report.observations.has_series(),
@@ -141,14 +143,14 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
         subject.reading(report.noise_floor_m()),
         subject.factor()
     );
-    text.push_str(&paragraph(&floor, "", ""));
+    text.paragraph(floor);
     text
 }
 
 /// For each law the effect that would have been found, where it is seen best and worst.
-pub(super) fn upper_limits(report: &DiagnosisReport) -> String {
+pub(super) fn upper_limits(report: &DiagnosisReport) -> Document {
     let (critical, subject) = (&report.diagnosis.detection_limits, &report.subject);
-    let mut text = head("What would have been found");
+    let mut text = Document::under("What would have been found");
     let at = match subject {
         Subject::Robot(_) => "at the end of the robot",
         Subject::Part { .. } => "on a reading",
@@ -157,8 +159,8 @@ pub(super) fn upper_limits(report: &DiagnosisReport) -> String {
         "Smaller effects than these may be there. Four sessions of five would have shown an effect of this size {at}; \
          the place is where the law is seen best and worst. Every single place is in the appendix."
     );
-    text.push_str(&paragraph(&promise, "", ""));
-    let mut rows = AlignedTable::new(&["law", "seen best", "at", "seen worst", "at"]);
+    text.paragraph(promise);
+    let mut rows = Table::new(&["law", "seen best", "at", "seen worst", "at"]);
     for &law in Law::ALL {
         let mut known: Vec<(f64, &DetectionLimit)> = critical
             .iter()
@@ -178,6 +180,6 @@ pub(super) fn upper_limits(report: &DiagnosisReport) -> String {
         }
         rows.row(cells);
     }
-    text.push_str(&rows.text());
+    text.table(rows);
     text
 }

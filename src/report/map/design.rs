@@ -6,11 +6,13 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_document::Table;
+
 use crate::distribution::{DesignSensitivity, JointSensitivity};
 use crate::quantity::{
     NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, RAD_PER_MICRORADIAN,
 };
-use crate::report::text::{AlignedTable, significant};
+use crate::report::text::significant;
 use crate::reported::Reported;
 use crate::structure::Property;
 
@@ -34,7 +36,7 @@ pub fn sensitivity_text(mechanism: &str, found: &DesignSensitivity) -> String {
         heads.extend(Property::ALL.map(|property| format!("{of} {}", property.name())));
     }
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
-    let mut table = AlignedTable::new(&heads);
+    let mut table = Table::new(&heads);
     let size = |values: &[f64; 4]| values.iter().map(|v| v.abs()).fold(0.0, f64::max);
     let mut sections: Vec<_> = found.sections.iter().collect();
     sections.sort_by(|a, b| {
@@ -72,7 +74,7 @@ fn joints_text(found: &DesignSensitivity) -> String {
     let percent = |slope: f64| 100.0 * slope * RAD_PER_MICRORADIAN;
     let is_listed = |slope: f64| percent(slope).abs() >= JOINT_WORTH_LISTING;
     let listed = |joint: &&&JointSensitivity| is_listed(joint.smallest) || is_listed(joint.mean);
-    let mut table = AlignedTable::new(&["joint", "least", "mean"]);
+    let mut table = Table::new(&["joint", "least", "mean"]);
     for joint in joints.iter().filter(listed) {
         let numbers = [joint.smallest, joint.mean].map(|slope| significant(percent(slope), 3));
         table.row([joint.joint.clone()].into_iter().chain(numbers));

@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use stiffbench_document::Table;
+
 use crate::distribution::{ColumnStatistics, MechanismStudy};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::paper::{PaperCell, Printed, direction, printed_rows, reasons};
-use crate::report::text::{AlignedTable, digits, or_dash};
+use crate::report::text::{digits, or_dash};
 
 /// Tables of the stiffness distribution, with their titles and what stands beside one another in each.
 const TITLES: [(&str, &str); 4] = [
@@ -145,7 +147,7 @@ fn side_by_side(cells: &[&PaperCell]) -> String {
         columns.extend([head.clone(), "ours".to_owned(), "ratio".to_owned()]);
     }
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-    let mut rows = AlignedTable::new(&columns);
+    let mut rows = Table::new(&columns);
     for name in names {
         let mut line = vec![name.to_owned()];
         for head in &heads {

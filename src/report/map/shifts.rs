@@ -6,11 +6,13 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stiffbench_document::table_of;
+
 use crate::distribution::{PoseSpread, ShiftMap, largest_load};
 use crate::plot::{BinValue, Figure, PlaneMap, PlaneMapFigure};
 use crate::quantity::{METRES_PER_MICROMETRE, RAD_PER_MICRORADIAN};
 use crate::report::axis_words::plane_letters;
-use crate::report::text::{significant, table_of};
+use crate::report::text::significant;
 use crate::reported::Reported;
 use crate::robot::Masses;
 
@@ -194,6 +196,7 @@ impl ShiftReport<'_> {
                 ("angles, deg", &|(.., row)| self.angles(map, *row)),
             ],
         )
+        .text()
     }
 
     fn heading(&self) -> String {

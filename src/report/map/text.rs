@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
+use stiffbench_document::{Table, table_of};
+
 use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy};
 use crate::report::axis_words::{plane_column_heads, plane_letters};
-use crate::report::text::{AlignedTable, or_dash, significant, table_of};
+use crate::report::text::{or_dash, significant};
 use crate::statistics::Estimate;
 
 use super::paper;
@@ -106,6 +108,7 @@ impl MapReport<'_> {
                 ("95 %", &|(_, one)| quantile(one, 0.95)),
             ],
         )
+        .text()
     }
 
     /// What was found of a column, with the name of the mechanism.
@@ -162,7 +165,8 @@ impl MapReport<'_> {
                 ("mean", &|(_, of, fit)| stiffness(of, fit.mean.value)),
                 ("U, k", &|(_, of, fit)| expanded(of, &fit.mean)),
             ],
-        );
+        )
+        .text();
         format!("\n{table}")
     }
 
@@ -177,7 +181,7 @@ impl MapReport<'_> {
                 .map(|&variable| self.robot.variables[variable].name.as_str()),
         );
         heads.push("held by");
-        let mut rows = AlignedTable::new(&heads);
+        let mut rows = Table::new(&heads);
         for (study, found) in self.directions() {
             for (word, refined) in ["smallest", "largest"].into_iter().zip(&found.refined) {
                 let name = format!("{} {} {word}", study.map.mechanism, found.column.name());
@@ -285,7 +289,8 @@ impl MapReport<'_> {
                     self.words_of(&one.holds).join(", ")
                 }),
             ],
-        );
+        )
+        .text();
         format!(
             "\nWhere stiffness is low, medium and high (thirds of the range between the extremes, or of the poses where the range spans a decade or leaves a third empty)\n\n{table}"
         )

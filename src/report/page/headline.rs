@@ -15,7 +15,6 @@ use crate::report::{
 };
 
 use super::ReportPage;
-use super::blocks::{TextBlock, under};
 use super::results::PageCell;
 use super::session::PageSession;
 
@@ -110,13 +109,7 @@ impl ReportPage {
                 next.push(check);
             }
         }
-        for block in under(&diagnosis.text, "What to measure next") {
-            match block {
-                TextBlock::List { items } => next.extend(items.iter().cloned()),
-                TextBlock::Paragraph { text } => next.push(text.clone()),
-                _ => {}
-            }
-        }
+        next.extend(diagnosis.next.iter().cloned());
         next.truncate(CHECKS + 2);
         next
     }

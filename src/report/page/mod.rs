@@ -24,7 +24,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::sha256;
 
-pub use blocks::{TextBlock, text_blocks};
 pub use build::{comparison_page, session_page};
 pub use conformity::{
     ConformityDecision, ConformityStatement, DecisionRule, JudgedRequirement, Requirement, decide,

@@ -2,15 +2,17 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_document::Document;
 
 use crate::analysis::{DiagnosisReport, ResolvedModel, sha256};
 use crate::fit::{FitOutcome, FittedCell};
 use crate::report::{
-    ComparisonReport, DiagnosisResult, FitReport, diagnosis_page, micro, significant,
+    ComparisonReport, DiagnosisResult, FitReport, ProposedProcedures, diagnosis_page, micro,
+    significant,
 };
 
-use super::blocks::{TextBlock, text_blocks, with_micro_signs};
-use crate::report::diagnosis::headline;
+use super::blocks::{for_a_page, with_micro_signs};
+use crate::report::diagnosis::{headline, next_plans};
 
 /// Robot, mechanism and factors.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -33,7 +35,7 @@ pub struct PageFit {
     /// How well it predicts cells that it did not see.
     pub validation: Option<String>,
     /// Parameters, cells and what to think of them.
-    pub text: Vec<TextBlock>,
+    pub text: Document,
     /// All numbers.
     pub numbers: Box<FitReport>,
 }
@@ -43,8 +45,10 @@ pub struct PageFit {
 pub struct PageDiagnosis {
     /// The verdict in a sentence.
     pub headline: String,
+    /// What to measure next.
+    pub next: Vec<String>,
     /// What is missing, where, how sure, what to do next.
-    pub text: Vec<TextBlock>,
+    pub text: Document,
     /// All numbers.
     pub numbers: DiagnosisResult,
 }
@@ -55,7 +59,7 @@ pub struct PageComparison {
     /// Whether they agree.
     pub verdict: String,
     /// Differences cell by cell, and the rule.
-    pub text: Vec<TextBlock>,
+    pub text: Document,
     /// All numbers.
     pub numbers: ComparisonReport,
 }
@@ -80,7 +84,7 @@ impl PageFit {
             } else {
                 validation_by_components(outcome)
             },
-            text: text_blocks(&numbers.text(outcome)),
+            text: for_a_page(numbers.document(outcome)),
             numbers: Box::new(numbers),
         }
     }
@@ -119,9 +123,13 @@ fn validation_by_components(outcome: &FitOutcome) -> Option<String> {
 
 impl From<&DiagnosisReport> for PageDiagnosis {
     fn from(report: &DiagnosisReport) -> Self {
+        let procedures = ProposedProcedures::Unwritten;
+        let next = next_plans(report, procedures).into_iter();
+        let next = next.map(|plan| with_micro_signs(&plan));
         Self {
             headline: with_micro_signs(&headline(report)),
-            text: with_procedures_named(text_blocks(&diagnosis_page(report))),
+            text: for_a_page(diagnosis_page(report, procedures)),
+            next: next.collect(),
             numbers: report.into(),
         }
     }
@@ -131,23 +139,8 @@ impl PageComparison {
     pub(super) fn new(numbers: ComparisonReport, [a, b]: [&str; 2]) -> Self {
         Self {
             verdict: numbers.sentence().to_owned(),
-            text: text_blocks(&numbers.text(a, b)),
+            text: for_a_page(numbers.document(a, b)),
             numbers,
         }
     }
-}
-
-/// Where the procedures are that a diagnosis names: they are files of another command.
-fn with_procedures_named(mut blocks: Vec<TextBlock>) -> Vec<TextBlock> {
-    for block in &mut blocks {
-        if let TextBlock::List { items } = block {
-            for item in items {
-                *item = item.replace(
-                    " Procedure: ",
-                    " stiffbench diagnose SESSION writes its procedure: ",
-                );
-            }
-        }
-    }
-    blocks
 }

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiffbench_document::Document;
 
 use crate::analysis::{
     AnalysisError, LoadedLoadCases, LoadedSession, SessionHistory, SessionTable,
@@ -16,7 +17,7 @@ use crate::report::{VectorStiffnessReport, significant};
 use crate::session::OmittedReadings;
 use crate::stiffness::{Branches, Method, StiffnessTable, is_factor_of_limits};
 
-use super::blocks::{TextBlock, text_blocks};
+use super::blocks::for_a_page;
 use super::results::{PageBudget, PageCell};
 use crate::count::counted;
 
@@ -87,7 +88,7 @@ pub struct PageSession {
     /// Their uncertainty.
     pub budget: PageBudget,
     /// Further results: compliance along the axes of the base.
-    pub further: Vec<TextBlock>,
+    pub further: Document,
     /// Procedure, operator, place, environment.
     pub conditions: Vec<PageEntry>,
     /// The gauges.
@@ -120,7 +121,7 @@ impl PageSession {
             let stiffness = session.compliances(Branches::LoadingOnly);
             let report = VectorStiffnessReport::new(&stiffness, session.procedure());
             page.results = report.cells.iter().map(PageCell::from).collect();
-            page.further = text_blocks(&report.text());
+            page.further = for_a_page(report.document());
             page.vectors = Some(report);
             return Ok(page);
         }
@@ -211,7 +212,7 @@ fn without_results<T>(
         imported: header.is_some_and(|header| header.import.is_some()),
         results: Vec::new(),
         budget: PageBudget::default(),
-        further: Vec::new(),
+        further: Document::new(),
         conditions: conditions(header, history, temperatures_deg_c),
         gauges: named
             .map(|(name, record)| page_gauge(name, record, &session.overdue))

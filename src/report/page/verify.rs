@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::analysis::sha256;
-use crate::report::AlignedTable;
+use crate::report::Table;
 
 use super::build::SCHEMA;
 use super::error::ReportError;
@@ -259,7 +259,7 @@ impl PageCheck {
             text.push_str("Its printed text and figures were not compared with its data: name its template with --template FILE.\n");
         }
         if self.differing > 0 {
-            let mut rows = AlignedTable::new(&["place", "on the page", "expected"]);
+            let mut rows = Table::new(&["place", "on the page", "expected"]);
             for one in &self.differences {
                 rows.row([&one.place, &one.printed, &one.expected].map(String::clone));
             }

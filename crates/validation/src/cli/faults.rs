@@ -18,7 +18,7 @@ use stiffbench::instrument::emulator::{FaultScript, ScriptedFault};
 use stiffbench::procedure::{Procedure, Settle};
 use stiffbench::quantity::METRES_PER_MICROMETRE;
 use stiffbench::readings::{Reading, RepeatOrder, ZeroScope};
-use stiffbench::report::AlignedTable;
+use stiffbench::report::Table;
 use stiffbench::source_text::SourceText;
 use stiffbench::test_point::{Branch, Direction, PoseId};
 
@@ -403,7 +403,7 @@ fn report(
     };
     let mut text = String::from("Every fault in every phase, and what became of the session\n\n");
     let heads: Vec<&str> = ["fault"].iter().chain(phases).copied().collect();
-    let mut table = AlignedTable::new(&heads);
+    let mut table = Table::new(&heads);
     for &case in cases {
         let effects = phases.iter().map(|phase| {
             let effect = of(case, phase).map(|(_, effect, _)| effect.to_string());

@@ -17,7 +17,7 @@ use stiffbench::structure::{Solver, StructureError};
 use stiffbench::test_point::{Cell, Direction, PoseId};
 
 use super::table_iv::{PaperRow, PaperTableIv};
-use stiffbench::report::{AlignedTable, significant};
+use stiffbench::report::{Table, significant};
 
 const UM_PER_M: f64 = 1e6;
 
@@ -229,8 +229,8 @@ impl ReferencePose {
     }
 
     /// Table IV with the paper's columns beside ours.
-    fn table(&self, seconds_per_solve: f64, paper: &PaperTableIv) -> AlignedTable {
-        let mut table = AlignedTable::new(&[
+    fn table(&self, seconds_per_solve: f64, paper: &PaperTableIv) -> Table {
+        let mut table = Table::new(&[
             "force, N",
             "solids, um",
             "fitted beams, um",
@@ -262,8 +262,8 @@ impl ReferencePose {
     }
 
     /// What the reference is worth: the same loads on beams that were not fitted.
-    fn check(&self) -> AlignedTable {
-        let mut table = AlignedTable::new(&[
+    fn check(&self) -> Table {
+        let mut table = Table::new(&[
             "force, N",
             "solids, um",
             "beams of the prisms, um",
@@ -339,7 +339,7 @@ impl ReferenceReport {
         };
         let saved = pose.time_saved_percent(self.seconds_per_solve);
         let largest = pose.largest().map(ReferenceRow::difference_percent);
-        let mut table = AlignedTable::new(&["Table IV in short", "here", "paper"]);
+        let mut table = Table::new(&["Table IV in short", "here", "paper"]);
         let mut row = |name: &str, here: String, paper: String| {
             table.row([name.to_owned(), here, paper]);
         };

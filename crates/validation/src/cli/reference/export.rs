@@ -15,7 +15,7 @@ use stiffbench::analysis::{
 use stiffbench::cli::failure::Failure;
 use stiffbench::cli::figure_files::write_again;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::report::{AlignedTable, significant};
+use stiffbench::report::{Table, significant};
 use stiffbench::robot::{JointModel, MechanismModel, Theory};
 use stiffbench::test_point::{Direction, PoseId};
 
@@ -196,7 +196,7 @@ fn write_pose(
 }
 
 fn export_text(model: &ReferenceModel, folder: &Path) -> String {
-    let mut table = AlignedTable::new(&[
+    let mut table = Table::new(&[
         "member",
         "length, mm",
         "along y, mm",

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::prove::{CalibrationRow, FalseAlarm, Share, Variant};
-use stiffbench::report::AlignedTable;
+use stiffbench::report::Table;
 use stiffbench::search::{LAW_LEVEL, UNEXPLAINED_LEVEL};
 
 use super::share_words;
@@ -32,7 +32,7 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
         100.0 * LAW_LEVEL,
         100.0 * UNEXPLAINED_LEVEL
     );
-    let mut table = AlignedTable::new(&[
+    let mut table = Table::new(&[
         "variant",
         "bench",
         "alarms",

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::prove::{AcceptanceCriterion, Score, Set, Share, VerdictOutcome, criteria};
 
 use super::{criteria_table, share_words};
-use stiffbench::report::AlignedTable;
+use stiffbench::report::Table;
 
 /// What the modes of concealment are.
 const MODES: [(&str, &str); 10] = [
@@ -57,7 +57,7 @@ fn modes_table(scores: &[Score]) -> String {
     let mut heads = vec!["mode", "sessions"];
     heads.extend(names.iter().map(String::as_str));
     heads.extend(["right, %", "95 % interval"]);
-    let mut rows = AlignedTable::new(&heads);
+    let mut rows = Table::new(&heads);
     let mut add = |name: String, of_mode: &[&Score]| {
         let mut cells = vec![name, of_mode.len().to_string()];
         for outcome in &outcomes {

@@ -7,7 +7,7 @@ use crate::prove::{ErrorRow, PlaceErrors};
 use stiffbench::mismatch::DesignReport;
 use stiffbench::physics::Law;
 use stiffbench::quantity::METRES_PER_MICROMETRE;
-use stiffbench::report::AlignedTable;
+use stiffbench::report::Table;
 
 fn um(length_m: f64) -> f64 {
     length_m / METRES_PER_MICROMETRE
@@ -19,7 +19,7 @@ pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorR
     let heads: Vec<String> = benches.iter().map(|bench| format!("{bench}, um")).collect();
     let mut columns = vec!["law", "idealised bench, um"];
     columns.extend(heads.iter().map(String::as_str));
-    let mut table = AlignedTable::new(&columns);
+    let mut table = Table::new(&columns);
     for row in rows {
         let mut cells = vec![
             row.law.name.to_owned(),

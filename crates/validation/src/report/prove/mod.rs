@@ -23,7 +23,7 @@ use serde::Serialize;
 
 use crate::prove::{AcceptanceCriterion, Share, Target};
 
-use stiffbench::report::AlignedTable;
+use stiffbench::report::Table;
 
 /// The parts of a validation that were run, for programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -88,8 +88,7 @@ fn target_words(target: Option<Target>) -> String {
 
 /// Promises beside what became of them.
 fn criteria_table(criteria: &[AcceptanceCriterion]) -> String {
-    let mut rows =
-        AlignedTable::new(&["promise", "target, %", "hits", "%", "95 % interval", "kept"]);
+    let mut rows = Table::new(&["promise", "target, %", "hits", "%", "95 % interval", "kept"]);
     for criterion in criteria {
         let [hits, share, interval] = share_words(&criterion.share);
         let kept = criterion

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::prove::{AcceptanceCriterion, IdealPoint, PowerCase, PowerPoint, Share, Target};
 use stiffbench::physics::Law;
 use stiffbench::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
-use stiffbench::report::AlignedTable;
+use stiffbench::report::Table;
 
 use super::{criteria_table, share_words};
 
@@ -20,7 +20,7 @@ type Counted = fn(&PowerPoint) -> Share;
 /// The table of all points, and what was promised.
 #[must_use]
 pub fn power_text(cases: &[PowerCase]) -> String {
-    let mut table = AlignedTable::new(&[
+    let mut table = Table::new(&[
         "effect",
         "bench",
         "loop",
@@ -79,8 +79,8 @@ fn title(case: &PowerCase) -> String {
 }
 
 /// Each law by itself, all its benches together.
-fn law_table(cases: &[PowerCase]) -> AlignedTable {
-    let mut table = AlignedTable::new(&[
+fn law_table(cases: &[PowerCase]) -> Table {
+    let mut table = Table::new(&[
         "law",
         "benches",
         "4.5: right",
@@ -129,8 +129,8 @@ fn of_law<'a>(cases: &'a [PowerCase], name: &str, [least, most]: [f64; 2]) -> Ve
 }
 
 /// Each law by itself, counted and at best.
-fn ideal_table(cases: &[PowerCase]) -> AlignedTable {
-    let mut table = AlignedTable::new(&[
+fn ideal_table(cases: &[PowerCase]) -> Table {
+    let mut table = Table::new(&[
         "law",
         "size",
         "counted: right, %",

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::prove::{ComparedFigure, RecordingOutcome, RecordingScore};
-use stiffbench::report::{AlignedTable, significant};
+use stiffbench::report::{Table, significant};
 use stiffbench_diagnosis::mismatch::{MisfitShares, VerdictGrade};
 
 /// A recording's score and the seconds that it took.
@@ -26,7 +26,7 @@ pub fn recordings_text(scores: &[TimedScore]) -> String {
         counted.with_foreign_names,
         counted.mute,
     );
-    let mut table = AlignedTable::new(&[
+    let mut table = Table::new(&[
         "recording",
         "readings",
         "right",
@@ -64,7 +64,7 @@ pub fn recordings_text(scores: &[TimedScore]) -> String {
     }
     text.push_str(&table.text());
     text.push('\n');
-    let mut figures = AlignedTable::new(&["recording", "figure", "known", "ours"]);
+    let mut figures = Table::new(&["recording", "figure", "known", "ours"]);
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| significant(v, 4));
     for (score, _) in scores {
         for figure in &score.figures {

@@ -1,0 +1,125 @@
+//! A result for people, once: headings, paragraphs, lists and tables. A terminal shows it as text that is Markdown at the same time, so that it can be
+//! pasted; a report puts its blocks into a page.
+
+mod table;
+mod terminal;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+pub use table::{Table, TextColumn, table_of};
+pub use terminal::wrapped;
+
+/// A part of a document.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Block {
+    /// A heading.
+    Heading {
+        /// Its words, as in a sentence.
+        text: String,
+    },
+    /// A paragraph.
+    Paragraph {
+        /// Its words.
+        text: String,
+    },
+    /// A list.
+    List {
+        /// Its entries.
+        items: Vec<String>,
+    },
+    /// A table.
+    Table(Table),
+}
+
+/// The blocks of a document in their order.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Document {
+    blocks: Vec<Block>,
+}
+
+impl Document {
+    /// A document without blocks.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A document that begins with a heading.
+    #[must_use]
+    pub fn under(heading: impl Into<String>) -> Self {
+        let mut document = Self::new();
+        document.heading(heading);
+        document
+    }
+
+    /// Whether it has no block.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Its blocks.
+    #[must_use]
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// Adds a heading.
+    pub fn heading(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        self.blocks.push(Block::Heading { text });
+    }
+
+    /// Adds a paragraph.
+    pub fn paragraph(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        self.blocks.push(Block::Paragraph { text });
+    }
+
+    /// Adds an entry to the list at the end, or begins one.
+    pub fn item(&mut self, text: impl Into<String>) {
+        match self.blocks.last_mut() {
+            Some(Block::List { items }) => items.push(text.into()),
+            _ => self.blocks.push(Block::List {
+                items: vec![text.into()],
+            }),
+        }
+    }
+
+    /// Adds a table.
+    pub fn table(&mut self, table: Table) {
+        self.blocks.push(Block::Table(table));
+    }
+
+    /// Adds another document; its list goes on the one at the end.
+    pub fn append(&mut self, other: Self) {
+        for block in other.blocks {
+            match block {
+                Block::List { items } => items.into_iter().for_each(|item| self.item(item)),
+                block => self.blocks.push(block),
+            }
+        }
+    }
+
+    /// With each text changed.
+    #[must_use]
+    pub fn map_texts(self, change: impl Fn(&str) -> String) -> Self {
+        let all = |texts: Vec<String>| texts.iter().map(|text| change(text)).collect();
+        let blocks = self.blocks.into_iter().map(|block| match block {
+            Block::Heading { text } => Block::Heading {
+                text: change(&text),
+            },
+            Block::Paragraph { text } => Block::Paragraph {
+                text: change(&text),
+            },
+            Block::List { items } => Block::List { items: all(items) },
+            Block::Table(table) => Block::Table(table.map_texts(all)),
+        });
+        Self {
+            blocks: blocks.collect(),
+        }
+    }
+}

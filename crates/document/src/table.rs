@@ -1,0 +1,91 @@
+//! Tables, which a terminal prints as Markdown.
+
+use comfy_table::CellAlignment;
+use comfy_table::presets::ASCII_MARKDOWN;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A table of text cells; the first column is left-aligned, the others right-aligned.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Table {
+    /// Its column heads.
+    head: Vec<String>,
+    /// Its rows.
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with these column heads.
+    #[must_use]
+    pub fn new(heads: &[&str]) -> Self {
+        Self {
+            head: heads.iter().map(|&head| head.to_owned()).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// As a terminal shows it, each line ended.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut table = comfy_table::Table::new();
+        table.load_style(ASCII_MARKDOWN);
+        table.set_header(self.head.iter().map(|head| in_one_cell(head)));
+        for (place, column) in table.column_iter_mut().enumerate() {
+            column.set_cell_alignment(if place == 0 {
+                CellAlignment::Left
+            } else {
+                CellAlignment::Right
+            });
+        }
+        for row in &self.rows {
+            table.add_row(row.iter().map(|cell| in_one_cell(cell)));
+        }
+        format!("{table}\n")
+    }
+
+    /// With all heads, and all cells of each row, changed.
+    pub(crate) fn map_texts(self, change: impl Fn(Vec<String>) -> Vec<String>) -> Self {
+        Self {
+            head: change(self.head),
+            rows: self.rows.into_iter().map(change).collect(),
+        }
+    }
+}
+
+/// A column of a table: its head, and what it shows of a row.
+pub type TextColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+
+/// A table of rows.
+pub fn table_of<T>(rows: impl IntoIterator<Item = T>, columns: &[TextColumn<'_, T>]) -> Table {
+    let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
+    let mut table = Table::new(&heads);
+    for row in rows {
+        table.row(columns.iter().map(|(_, cell)| cell(&row)));
+    }
+    table
+}
+
+/// A text as a cell: no bar in it ends the cell, and no line the row.
+fn in_one_cell(text: &str) -> String {
+    text.replace('|', "\\|").replace(['\n', '\r'], " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_markdown() {
+        let mut table = Table::new(&["pose", "K"]);
+        table.row(["P|1".to_owned(), "0.5".to_owned()]);
+        assert_eq!(
+            table.text(),
+            "| pose |   K |\n|------|-----|\n| P\\|1 | 0.5 |\n"
+        );
+    }
+}

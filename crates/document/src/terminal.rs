@@ -1,0 +1,97 @@
+//! A document as a terminal shows it.
+
+use crate::{Block, Document};
+
+/// Width of paragraphs and lists.
+const WIDTH: usize = 100;
+
+impl Document {
+    /// As a terminal shows it, each line ended: headings in capitals, an empty line between blocks but behind a heading and before a list.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        let mut last: Option<&Block> = None;
+        for block in self.blocks() {
+            let goes_on = matches!(
+                (last, block),
+                (Some(Block::Heading { .. }), _)
+                    | (Some(Block::Paragraph { .. }), Block::List { .. })
+            );
+            if last.is_some() && !goes_on {
+                text.push('\n');
+            }
+            last = Some(block);
+            match block {
+                Block::Heading { text: words } => {
+                    text.push_str(&words.to_uppercase());
+                    text.push('\n');
+                }
+                Block::Paragraph { text: words } => {
+                    text.push_str(&wrapped(words, WIDTH, "", ""));
+                    text.push('\n');
+                }
+                Block::List { items } => {
+                    for item in items {
+                        text.push_str(&wrapped(item, WIDTH, "- ", "  "));
+                        text.push('\n');
+                    }
+                }
+                Block::Table(table) => text.push_str(&table.text()),
+            }
+        }
+        text
+    }
+}
+
+/// A text in lines of at most so many characters, each after `indent`; the first after `first`.
+#[must_use]
+pub fn wrapped(text: &str, width: usize, first: &str, indent: &str) -> String {
+    let mut out = String::new();
+    let mut line = first.to_owned();
+    let mut empty = true;
+    for word in text.split_whitespace() {
+        if !empty && line.chars().count() + 1 + word.chars().count() > width {
+            out.push_str(line.trim_end());
+            out.push('\n');
+            indent.clone_into(&mut line);
+            empty = true;
+        }
+        if !empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        empty = false;
+    }
+    out + line.trim_end()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Table;
+
+    #[test]
+    fn blocks_are_apart() {
+        let mut document = Document::under("What is missing");
+        document.paragraph("One of these.");
+        document.item("first");
+        document.item("second");
+        let mut table = Table::new(&["a", "b"]);
+        table.row(["1".to_owned(), "2".to_owned()]);
+        document.table(table);
+        document.paragraph("A note.");
+        assert_eq!(
+            document.text(),
+            "WHAT IS MISSING\nOne of these.\n- first\n- second\n\n| a | b |\n|---|---|\n| 1 | 2 |\n\nA note.\n"
+        );
+    }
+
+    #[test]
+    fn long_sentences_are_broken_and_indented() {
+        let broken = wrapped(&"word ".repeat(30), WIDTH, "- ", "  ");
+        let lines: Vec<&str> = broken.lines().collect();
+        assert_eq!(lines.len(), 2);
+        assert!(lines[0].starts_with("- word") && lines[1].starts_with("  word"));
+        assert!(lines.iter().all(|line| line.len() <= WIDTH));
+    }
+}
