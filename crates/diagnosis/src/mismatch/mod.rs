@@ -39,8 +39,8 @@ pub use baselines::{
 };
 pub use candidates::{
     ConfigurationSizes, Family, LawCriticalValues, TrialNoise, Truth, WhiteLaw, WhiteLawShape,
-    scale_to, simulate, standard_errors, standard_errors_between, standard_errors_of_readings,
-    white_laws,
+    scale_to, simulate, standard_errors, standard_errors_after_fit, standard_errors_between,
+    standard_errors_of_readings, white_laws,
 };
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawAtPlace, LawDesign, NearRival,

@@ -8,7 +8,7 @@ use stiffbench::analysis::{Inputs, ReadError, laws, named_procedure, robot_sourc
 use serde_json::json;
 
 use crate::prove::{
-    PowerOptions, SealedAnswers, SealedSets, SessionTexts, Set, ValidationSession,
+    Observer, PowerOptions, SealedAnswers, SealedSets, SessionTexts, Set, ValidationSession,
     beside_idealised, calibrate, calibration_plans, diagnose_all, power, score, unseal,
 };
 use crate::report::{
@@ -17,7 +17,7 @@ use crate::report::{
     power_text,
 };
 use stiffbench::mismatch::SearchOptions;
-use stiffbench::physics::{Law, TestObject, laws};
+use stiffbench::physics::{Effect, Law, TestObject, laws};
 use stiffbench::readings::SessionHeader;
 use stiffbench::robot::Robot;
 use stiffbench::source_text::SourceText;
@@ -166,8 +166,17 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     }
     let scores = verdicts
         .iter()
-        .zip(&chosen)
-        .map(|(verdict, (id, set))| Ok(score(verdict, answers.get(id)?, *set)))
+        .zip(sessions.iter().zip(&chosen))
+        .map(|(verdict, (session, (id, set)))| {
+            let answer = answers.get(id)?;
+            let observer = Observer::new(session, answer)?;
+            // What acts outside the library is named by no set.
+            let between = |number: usize, member: &Effect| {
+                let observer = observer.as_ref();
+                observer.map_or(Ok(0.0), |observer| observer.between(number, member))
+            };
+            Ok(score(verdict, answer, *set, &between)?)
+        })
         .collect::<Result<Vec<_>, Failure>>()?;
     done.text.push_str(&concealed_text(&scores));
     done.parts.concealed = Some(ConcealedReport::new(&scores));

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::fmt::Write as _;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use stiffbench_beams::physics::{Effect, Law, ParameterSpec};
+use stiffbench_beams::physics::{Effect, Law, MODEL_SCHEMA, ModelFile, ParameterSpec};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::read_types;
 
@@ -89,6 +90,33 @@ impl TrueEffect {
             && self.place == json!(effect.place)
     }
 
+    /// The effect itself, of a law of the library.
+    ///
+    /// # Errors
+    /// [`ProveError::Form`] if no law has such a place or such parameters.
+    pub fn effect(&self) -> Result<Effect, ProveError> {
+        let wrong = |problem: String| ProveError::Form {
+            file: format!("the answer {}", self.title()),
+            problem,
+        };
+        let mut text = format!(
+            "schema = \"{MODEL_SCHEMA}\"\n[[effects]]\nphysics = {}\nplace = {}\n",
+            json!(self.physics),
+            in_toml(&self.place)
+        );
+        for (name, TrueParameter { value, unit }) in &self.parameters {
+            let unit = json!(unit);
+            let _ = writeln!(
+                text,
+                "parameters.{name} = {{ value = {value:?}, unit = {unit} }}"
+            );
+        }
+        let model = ModelFile::parse(&SourceText::new("answer", text));
+        let model = model.map_err(|error| wrong(error.to_string()))?;
+        let effect = model.acting().pop();
+        effect.ok_or_else(|| wrong("it acts on nothing".to_owned()))
+    }
+
     /// Its law; `None` outside the library.
     #[must_use]
     pub fn law(&self) -> Option<Law> {
@@ -114,6 +142,18 @@ impl TrueEffect {
     }
 }
 
+/// A place as a model file writes it.
+fn in_toml(place: &Value) -> String {
+    let Value::Object(keys) = place else {
+        return place.to_string();
+    };
+    let keys = keys.iter();
+    let keys: Vec<String> = keys
+        .map(|(key, value)| format!("{key} = {}", in_toml(value)))
+        .collect();
+    format!("{{ {} }}", keys.join(", "))
+}
+
 /// A place of a file in words: the values of its keys.
 pub(super) fn place_words(place: &Value) -> String {
     match place {
@@ -130,6 +170,22 @@ pub(super) fn place_words(place: &Value) -> String {
         Value::String(text) => text.clone(),
         other => other.to_string(),
     }
+}
+
+/// The noise that the readings of a session were drawn with.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct TrueNoise {
+    /// Standard deviation of a reading beside the step of its gauge, µm.
+    pub sigma: f64,
+    /// Of the zero of a run, µm.
+    pub sigma0: f64,
+    /// Of the slope of a run (1).
+    pub slope: f64,
+    /// Step of the displacement gauge, µm.
+    pub res_um: f64,
+    /// Step of the force gauge, N.
+    #[serde(rename = "force_resolution_N")]
+    pub force_resolution_n: f64,
 }
 
 /// The answer to a session.
@@ -152,6 +208,8 @@ pub struct SealedAnswer {
     pub floor_rms_um: f64,
     /// True factors of the beams by property.
     pub beam_factors: BTreeMap<String, f64>,
+    /// Its noise.
+    pub noise: TrueNoise,
 }
 
 /// Answers of a folder of concealed sessions.

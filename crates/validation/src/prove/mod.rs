@@ -14,6 +14,7 @@ mod doors;
 mod error;
 mod ideal;
 mod idealised;
+mod observer;
 mod pose_errors;
 mod power;
 mod recording_score;
@@ -27,7 +28,8 @@ mod trial_bench;
 
 pub use answer_text::{answer_words, diagnosis_words};
 pub use answers::{
-    Expected, KnownRival, SealedAnswer, SealedAnswers, SealedSets, Set, TrueEffect, TrueParameter,
+    Expected, KnownRival, SealedAnswer, SealedAnswers, SealedSets, Set, TrueEffect, TrueNoise,
+    TrueParameter,
 };
 pub use blind::{BlindVerdict, diagnose_all};
 pub use calibration::{
@@ -41,6 +43,7 @@ pub use doors::{
 };
 pub use error::ProveError;
 pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
+pub use observer::Observer;
 pub use pose_errors::score_pose_errors;
 pub use power::{IdealPoint, PowerCase, PowerOptions, PowerPoint, power};
 pub use recording_score::{
@@ -49,8 +52,8 @@ pub use recording_score::{
 pub use recording_table::{ChosenRows, ComputedColumn};
 pub use recordings::{Recording, RecordingFile, Recordings};
 pub use score::{
-    APART, APART_SHARE, INSEPARABLE, NamedCause, Score, TruthScore, UNKNOWN_FROM, VerdictOutcome,
-    score,
+    APART, APART_SHARE, Distances, INSEPARABLE, NamedCause, SEPARABLE, Score, TruthScore,
+    UNKNOWN_FROM, VerdictOutcome, score,
 };
 pub use sealed::unseal;
 pub use session::{SessionTexts, ValidationSession, fewer_readings};

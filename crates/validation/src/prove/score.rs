@@ -6,12 +6,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::json;
 
-use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_beams::physics::Effect;
 use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict};
 
 use super::answer_text::{answer_words, diagnosis_words};
 use super::answers::{Expected, KnownRival, SealedAnswer, Set, TrueEffect, place_words};
 use super::blind::BlindVerdict;
+use super::error::ProveError;
 
 /// Rivals nearer than this cannot be distinguished, standard errors.
 pub const INSEPARABLE: f64 = 2.0;
@@ -22,8 +23,8 @@ pub const APART: f64 = 4.25;
 /// See [`APART`].
 pub const APART_SHARE: f64 = 0.62;
 
-/// Rivals that an answer lists at most; a full list carries no information about others.
-const LISTED: usize = 8;
+/// Members of a set at least this far from the truth are padding, standard errors: an observer who knows the noise separates them from it.
+pub const SEPARABLE: f64 = 4.0;
 
 /// Outside the library "unknown" is owed where the best three library effects leave this much, standard errors.
 pub const UNKNOWN_FROM: f64 = 6.0;
@@ -127,7 +128,7 @@ pub struct TruthScore {
     pub standard_errors: f64,
     /// How it was named.
     pub named: NamedCause,
-    /// Members of its set from which it can be distinguished.
+    /// Members of its set from which an observer who knows the noise separates it, with their distance.
     pub padding: Vec<String>,
     /// What cannot be distinguished from it and is not in its set.
     pub left_out: Vec<String>,
@@ -187,20 +188,33 @@ impl Score {
     }
 }
 
+/// How far a name is from one of the true effects, by its number, for an observer who knows the noise: standard errors.
+pub type Distances<'a> = dyn Fn(usize, &Effect) -> Result<f64, ProveError> + 'a;
+
 /// Scores a verdict.
-#[must_use]
-pub fn score(verdict: &BlindVerdict, answer: &SealedAnswer, set: Set) -> Score {
+///
+/// # Arguments
+/// - `distances`: asked of each other member of a set that holds a true effect.
+///
+/// # Errors
+/// Those of `distances`.
+pub fn score(
+    verdict: &BlindVerdict,
+    answer: &SealedAnswer,
+    set: Set,
+    distances: &Distances<'_>,
+) -> Result<Score, ProveError> {
     let diagnosis = verdict.diagnosis.as_ref().ok();
     let findings = diagnosis.map_or(&[][..], |d| &d.findings);
     let groups = groups(findings);
-    let (truths, extra) = match_truths(&groups, &answer.truth);
+    let (truths, extra) = match_truths(&groups, &answer.truth, distances)?;
     let outcome = diagnosis.map_or(VerdictOutcome::Failed, |d| {
         outcome(d.verdict, answer, &truths, extra)
     });
     let floor_m = answer.floor_rms_um * 1e-6;
     let [factors_in_intervals, factors_identified] =
         diagnosis.map_or([0, 0], |d| factors_covered(d, answer));
-    Score {
+    Ok(Score {
         session: verdict.session.clone(),
         bench: verdict.bench.clone(),
         set,
@@ -222,7 +236,7 @@ pub fn score(verdict: &BlindVerdict, answer: &SealedAnswer, set: Set) -> Score {
         published_passes: answer.published_validation_passes,
         factors_in_intervals,
         factors_identified,
-    }
+    })
 }
 
 /// Findings that exclude each other, together.
@@ -242,22 +256,31 @@ pub(super) fn groups(findings: &[Finding]) -> Vec<Vec<&Finding>> {
 }
 
 /// What became of each true effect, and whether a group is left that holds none.
-fn match_truths(groups: &[Vec<&Finding>], truths: &[TrueEffect]) -> (Vec<TruthScore>, bool) {
+fn match_truths(
+    groups: &[Vec<&Finding>],
+    truths: &[TrueEffect],
+    distances: &Distances<'_>,
+) -> Result<(Vec<TruthScore>, bool), ProveError> {
     let mut free: Vec<&Vec<&Finding>> = groups.iter().collect();
     let scores = truths
         .iter()
-        .map(|truth| {
+        .enumerate()
+        .map(|(number, truth)| {
             let own = free
                 .iter()
                 .position(|group| group.iter().any(|finding| truth.is(&finding.effect)));
             let group = own.map(|place| free.remove(place));
-            truth_score(truth, group)
+            truth_score(truth, group, &|member| distances(number, member))
         })
-        .collect();
-    (scores, !free.is_empty())
+        .collect::<Result<_, ProveError>>()?;
+    Ok((scores, !free.is_empty()))
 }
 
-fn truth_score(truth: &TrueEffect, group: Option<&Vec<&Finding>>) -> TruthScore {
+fn truth_score(
+    truth: &TrueEffect,
+    group: Option<&Vec<&Finding>>,
+    distance: &dyn Fn(&Effect) -> Result<f64, ProveError>,
+) -> Result<TruthScore, ProveError> {
     let members = group.map_or(&[][..], Vec::as_slice);
     let own = members.iter().find(|finding| truth.is(&finding.effect));
     let size = own.and_then(|finding| {
@@ -269,7 +292,14 @@ fn truth_score(truth: &TrueEffect, group: Option<&Vec<&Finding>>) -> TruthScore 
         .iter()
         .filter(|rival| rival.standard_errors_between < INSEPARABLE)
         .filter(|rival| !members.iter().any(|m| is_rival(rival, truth, &m.effect)));
-    TruthScore {
+    let mut padding = Vec::new();
+    for member in members.iter().filter(|member| !truth.is(&member.effect)) {
+        let between = distance(&member.effect)?;
+        if between >= SEPARABLE {
+            padding.push(title_apart(&member.effect.title(), between));
+        }
+    }
+    Ok(TruthScore {
         title: truth.title(),
         physics: truth.physics.clone(),
         standard_errors: truth.standard_errors_beside_the_others,
@@ -278,11 +308,7 @@ fn truth_score(truth: &TrueEffect, group: Option<&Vec<&Finding>>) -> TruthScore 
             (Some(_), 1) => NamedCause::Alone,
             (Some(_), count) => NamedCause::InSet(count),
         },
-        padding: members
-            .iter()
-            .filter(|member| is_padding(truth, &member.effect))
-            .map(|member| member.effect.title())
-            .collect(),
+        padding,
         left_out: own
             .map(|_| near.map(rival_title).collect())
             .unwrap_or_default(),
@@ -293,16 +319,16 @@ fn truth_score(truth: &TrueEffect, group: Option<&Vec<&Finding>>) -> TruthScore 
         size_ratio: size
             .map(|(found, true_value)| found.value / true_value)
             .filter(|ratio| ratio.is_finite()),
-    }
+    })
+}
+
+fn title_apart(title: &str, between: f64) -> String {
+    format!("{title} ({between:.1} standard errors apart)")
 }
 
 fn rival_title(rival: &KnownRival) -> String {
-    format!(
-        "{} at {} ({:.1} standard errors apart)",
-        rival.physics,
-        place_words(&rival.place),
-        rival.standard_errors_between
-    )
+    let title = format!("{} at {}", rival.physics, place_words(&rival.place));
+    title_apart(&title, rival.standard_errors_between)
 }
 
 /// Whether a listed rival is this effect. Beside a drift, another drift can only be that of the other unit.
@@ -313,63 +339,6 @@ fn is_rival(rival: &KnownRival, truth: &TrueEffect, effect: &Effect) -> bool {
 /// Whether a rival must be distinguished from an effect of a length, both in standard errors.
 pub(super) fn is_apart(between: f64, length: f64) -> bool {
     between >= APART && between >= APART_SHARE * length
-}
-
-/// Whether a member of a set can be distinguished from the truth, by the rules of the answers.
-fn is_padding(truth: &TrueEffect, member: &Effect) -> bool {
-    if truth.is(member) {
-        return false;
-    }
-    if is_neighbouring_slip(truth, member) {
-        return false;
-    }
-    let near = |between| !is_apart(between, truth.standard_errors_beside_the_others);
-    // A richer law is as near as the simpler one that it contains, and is not listed for that.
-    let simpler = simpler_of(member);
-    if simpler.as_ref().is_some_and(|simpler| truth.is(simpler)) {
-        return false;
-    }
-    let listed = |effect: &Effect| {
-        truth
-            .rivals
-            .iter()
-            .find(|rival| is_rival(rival, truth, effect))
-            .map(|rival| rival.standard_errors_between)
-    };
-    let own = listed(member).into_iter();
-    let between = own
-        .chain(simpler.as_ref().and_then(listed))
-        .min_by(f64::total_cmp);
-    if let Some(between) = between {
-        return !near(between);
-    }
-    let full = truth.rivals.len() >= LISTED;
-    let last = truth.rivals.last();
-    !(full && last.is_some_and(|rival| near(rival.standard_errors_between)))
-}
-
-/// The law that another contains, at the same place.
-fn simpler_of(effect: &Effect) -> Option<Effect> {
-    Law::ALL
-        .iter()
-        .copied()
-        .find(|simpler| effect.law.contains(*simpler))
-        .map(|law| Effect {
-            law,
-            place: effect.place.clone(),
-            values: Vec::new(),
-        })
-}
-
-/// Slips of the same run next to each other: the answers list no slip as a rival of a slip.
-fn is_neighbouring_slip(truth: &TrueEffect, member: &Effect) -> bool {
-    let Place::Run { step, .. } = &member.place else {
-        return false;
-    };
-    let same_run = truth.place.get("run").is_some()
-        && truth.place.get("run") == json!(member.place).get("run");
-    let true_step = truth.place.get("step").and_then(serde_json::Value::as_u64);
-    same_run && true_step.is_some_and(|true_step| true_step.abs_diff(u64::from(*step)) <= 1)
 }
 
 fn outcome(

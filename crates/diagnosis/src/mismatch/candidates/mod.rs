@@ -35,7 +35,7 @@ pub(crate) use problem_candidates::{CandidateMemo, Candidates};
 pub(crate) use ranked_candidate::{Ranked, same};
 pub(crate) use ranking::{CandidateScores, see};
 pub use trial::{
-    TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between,
-    standard_errors_of_readings,
+    TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_after_fit,
+    standard_errors_between, standard_errors_of_readings,
 };
 pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};

@@ -11,11 +11,12 @@ use stiffbench_beams::physics::{Effect, SignConstraint};
 use super::candidate::candidates;
 use super::candidate_scores::{best_shapes, score_candidates};
 use super::changes::Changes;
+use super::problem_candidates::{CandidateMemo, Candidates};
 use crate::mismatch::baselines::{Baseline, prior_sd};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::noise::EstimatedNoise;
 use crate::mismatch::observed::{Observations, ReadingNoise};
-use crate::mismatch::problem::{DiagnosisProblem, Model, ReadingPredictor};
+use crate::mismatch::problem::{DiagnosisProblem, Model, ReadingPredictor, State};
 use crate::search::WhiteSpace;
 use crate::search::{Batched, dot};
 
@@ -202,6 +203,64 @@ pub fn standard_errors_between(
         square - product * product / dot(&other, &other)
     };
     Ok(left.max(0.0).sqrt().min(nearest))
+}
+
+/// What a rival leaves of the exact readings of a truth in the place of its last effect, in standard errors: the rival, the other effects and the
+/// baseline fitted to them in full, under the true noise.
+///
+/// The rival is fitted from the best of the shapes that are searched and from its own values, within what is plausible; the better of both
+/// counts. What the model of the truth itself leaves, fitted alike, is no distance.
+///
+/// # Errors
+/// [`MismatchError`] if the structure cannot be solved.
+pub fn standard_errors_after_fit(
+    baseline: &dyn Baseline,
+    plan: &Observations,
+    truth: &Truth,
+    rival: &Effect,
+) -> Result<f64, MismatchError> {
+    let Some((_, others)) = truth.effects.split_last() else {
+        return Ok(0.0);
+    };
+    let model = |effects: &[Effect]| Model {
+        parameters: truth.parameters.clone(),
+        effects: effects.to_vec(),
+    };
+    let planned = DiagnosisProblem::new(baseline, plan);
+    let predicted = |effects: &[Effect]| {
+        let predictor = &mut planned.predictor();
+        planned.predicted(predictor, &model(effects))
+    };
+    let exact = plan.with_displacements(predicted(&truth.effects)?);
+    let mut on_robot = truth.effects.clone();
+    on_robot.retain(|effect| !effect.law.is_gauge_error());
+    let exact = exact.with_positions(&predicted(&on_robot)?);
+
+    let problem = DiagnosisProblem::new(baseline, &exact);
+    let predictor = &mut problem.predictor();
+    let noise = known_noise(truth);
+    let whitening = problem.whitening(predictor, &model(&[]), &noise)?;
+    let mut fit = |effects: &[Effect]| problem.refit(&whitening).fit(predictor, &model(effects));
+    let with_rival: Vec<Effect> = others.iter().chain([rival]).cloned().collect();
+    let (own, rest) = (fit(&truth.effects), fit(others));
+    let from_its_values = fit(&with_rival).map(|fitted| fitted.squares);
+    let (Some(own), Some(rest)) = (own, rest) else {
+        return Err(MismatchError::Empty);
+    };
+    let alone = rest.squares;
+    let state = State {
+        fitted: rest,
+        noise,
+        whitening: whitening.clone(),
+    };
+    let memo = CandidateMemo::default();
+    let searched = Candidates::new(&problem, &memo).with_searched(&state, rival)?;
+    let searched = searched.map(|fitted| fitted.squares);
+    let found = [from_its_values, searched].into_iter().flatten();
+    // A law that has a size may have none.
+    let none = (!rival.values.is_empty()).then_some(alone);
+    let least = found.chain(none).fold(f64::INFINITY, f64::min);
+    Ok((least - own.squares).max(0.0).sqrt())
 }
 
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
