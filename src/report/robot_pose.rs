@@ -79,7 +79,8 @@ pub fn pose_drawing(model: &MechanismModel<'_>, pose: &str) -> RobotDrawing {
         rotations_rad: [[0.0; 3]; 2],
         chain: link.map_or(&member.name[..], |link| &link.chain).to_owned(),
         kind: match link {
-            Some(link) if link.is_added => DrawnKind::Added,
+            // An arm without beams is rigid as a whole.
+            Some(link) if link.is_added && !robot.members.is_empty() => DrawnKind::Added,
             _ => DrawnKind::Rigid,
         },
     });
