@@ -354,7 +354,6 @@ pub(super) fn diagnose_together(
     }
     let (diagnosis, critical, located) = found;
     step();
-    warnings.extend(unseen_known_effects(&diagnosis));
     let trace = trace(&baseline, &observations, &diagnosis)?;
     for (place, one) in sessions.iter_mut().enumerate() {
         let noise = observations.noise_of_session(place, &diagnosis.noise);
@@ -365,7 +364,7 @@ pub(super) fn diagnose_together(
     let known = (&diagnosis, &fitted_factors);
     let file_lines = file_lines(&baseline, model, &diagnosis);
     let proposed = proposals(model, header, &done, known, (parameters, &options.rules))?;
-    warnings.extend(proposed.note);
+    warnings.extend(unseen_known_effects(&diagnosis).chain(proposed.note));
     step();
     Ok(DiagnosisReport {
         data: joined_name(session, &sessions),
