@@ -339,9 +339,11 @@ pub struct MechanismEntry {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub struct FactorsEntry {
     /// Of beams; 1 if absent.
-    pub beam: Option<FactorEntry>,
+    #[serde(default)]
+    pub beam: FactorEntry,
     /// Of links; 1 if absent.
-    pub link: Option<FactorEntry>,
+    #[serde(default)]
+    pub link: FactorEntry,
     /// Of single sections, by name, beside those of the class.
     #[serde(default)]
     pub sections: OrderedTable<FactorEntry>,
@@ -366,7 +368,6 @@ impl FactorsEntry {
     /// [`NotAParameter`] for a spring whose name is none.
     pub fn values(&self) -> Result<FittingFactors, NotAParameter> {
         let four = |entry: &FactorEntry| [entry.area, entry.iy, entry.iz, entry.j];
-        let class = |entry: &Option<FactorEntry>| entry.as_ref().map_or([1.0; 4], four);
         let of_each = |entries: &OrderedTable<FactorEntry>| {
             let entries = entries.iter();
             entries
@@ -394,7 +395,7 @@ impl FactorsEntry {
                 .chain(base.into_iter().filter(|(_, c)| *c != 0.0))
                 .chain(others)
                 .collect(),
-            ..FittingFactors::of_classes(class(&self.beam), class(&self.link))
+            ..FittingFactors::of_classes(four(&self.beam), four(&self.link))
         })
     }
 }
@@ -426,6 +427,13 @@ pub struct FactorEntry {
     /// Of J.
     #[serde(rename = "J")]
     pub j: f64,
+}
+
+impl Default for FactorEntry {
+    fn default() -> Self {
+        let [area, iy, iz, j] = [1.0; 4];
+        Self { area, iy, iz, j }
+    }
 }
 
 /// A named pose: values of variables, degrees; those not named take their nominal value. `paper_z_y` may give the point (z, y), m,
